@@ -55,28 +55,25 @@ def test_every_double_comes_back_from_text(tmp_path_factory, values):
         assert np.array_equal(read_matrix(path).matrix.toarray(), matrix)
 
 
-@pytest.mark.parametrize("suffix", [".txt", ".inp", ".mtx"])
+@pytest.mark.parametrize("suffix", [".txt", ".mtx"])
 def test_rows_without_entries_come_back(suffix, tmp_path):
-    write_matrix(tmp_path / f"K{suffix}", csc_array(([2.0], ([0], [1])), shape=(3, 3)))
-    write_matrix(tmp_path / f"C{suffix}", csc_array((3, 3)))
-    found = read_matrix(tmp_path / f"K{suffix}").matrix.toarray().tolist()
-    assert found == [[0, 2, 0], [0] * 3, [0] * 3]
-    assert read_matrix(tmp_path / f"C{suffix}").matrix.shape == (3, 3)
+    for matrix in (csc_array(([2.0], ([0], [1])), shape=(3, 3)), csc_array((3, 3))):
+        write_matrix(tmp_path / f"K{suffix}", matrix)
+        found = read_matrix(tmp_path / f"K{suffix}").matrix
+        assert np.array_equal(found.toarray(), matrix.toarray())
 
 
 def test_keys_pick_one_of_several_in_the_case_written(tmp_path, matrix):
     savemat(tmp_path / "s.mat", {"M": np.eye(3), "Kaa": matrix, "kaa": np.eye(2), "note": "text"})
-    assert read_matrix(tmp_path / "s.mat", "M").matrix.shape == (3, 3)
-    assert read_matrix(tmp_path / "s.mat", "Kaa").matrix.shape == (20, 20)
-    assert read_matrix(tmp_path / "s.mat", "kaa").matrix.shape == (2, 2)
-    assert read_matrix(tmp_path / "s.mat", "m").matrix.shape == (3, 3)
+    np.savez(tmp_path / "s.npz", M=np.eye(3), K=np.ones((3, 3)))
+    for key, rows in {"M": 3, "m": 3, "Kaa": 20, "kaa": 2}.items():
+        assert read_matrix(tmp_path / "s.mat", key).matrix.shape == (rows, rows)
+    assert read_matrix(tmp_path / "s.npz", "K").matrix.sum() == 9
     for key in (None, "KAA", "L"):
         with pytest.raises(InputError, match="Kaa, M, kaa"):
             read_matrix(tmp_path / "s.mat", key)
-    np.savez(tmp_path / "s.npz", M=np.eye(3), K=np.ones((3, 3)))
-    assert read_matrix(tmp_path / "s.npz", "K").matrix.sum() == 9
     save_npz(tmp_path / "one.npz", matrix)
-    with pytest.raises(InputError, match="key K is not allowed"):
+    with pytest.raises(InputError, match="key K"):
         read_matrix(tmp_path / "one.npz", "K")
 
 
@@ -131,16 +128,16 @@ def test_what_is_plain_needs_no_word(read):
 
 
 @pytest.mark.parametrize(
-    ("text", "sum_"),
+    ("text", "total"),
     [
         (f"{BANNER} general\n2 2 3\n1 1 1\n2 1 4\n2 1 3\n", 8),
         (f"{BANNER} symmetric\n2 2 3\n1 1 1\n2 1 4\n2 1 3\n", 15),
         ("1 1 1.0\n2 1 4.0\n1 2 0\n2 1 3.0\n", 8),
     ],
 )
-def test_entries_that_meet_are_summed_with_a_warning(read, text, sum_):
-    with pytest.warns(InputWarning, match="1 entries .* at row 2, column 1; they are summed"):
-        assert np.sum(read("K.mtx", text)) == sum_
+def test_entries_that_meet_are_summed_with_a_warning(read, text, total):
+    with pytest.warns(InputWarning, match="1 entries .* row 2, column 1"):
+        assert np.sum(read("K.mtx", text)) == total
 
 
 SYMMETRIC = """\
@@ -184,57 +181,59 @@ def lines(head, *body):
     return "\n".join([f"%%MatrixMarket matrix {head}", *body]) + "\n"
 
 
+def coordinates(*body, kind="real general"):
+    return "K.mtx", lines(f"coordinate {kind}", *body)
+
+
+# file, content, and what the refusal names
 REFUSED = [
-    ("K.csv", "1,2", "neither content nor suffix"),
+    ("K.csv", "1,2", "suffix"),
     ("K.mtx", None, "cannot be read"),
-    ("K.mtx", "", "no readable Matrix Market matrix"),
-    ("K.mtx", lines("coordinate real general", "2 3 1", "1 1 1"), "2 x 3"),
-    ("K.mtx", lines("coordinate real general", "1 1 1", "1 1 nan"), "finite"),
-    ("K.mtx", lines("coordinate complex general", "1 1 1", "1 1 1 2"), "complex"),
-    ("K.mtx", lines("coordinate real general", "2 2 1", "1 3 1"), "index 2"),
-    ("K.mtx", lines("coordinate real general", "2 2 1", "1 1.5 1"), "whole numbers"),
-    ("K.mtx", lines("coordinate real general", "2 2 1", "0 1 1"), "count from 1"),
-    ("K.mtx", lines("coordinate real general", "2 2 2", "1 1 1"), "2 of 3 are required"),
-    ("K.mtx", lines("coordinate real general", "2 2", "1 1 1"), "must hold 3 numbers"),
-    ("K.mtx", lines("coordinate real hermitian", "2 2 1", "1 1 1"), "hermitian"),
+    ("K.mtx", "", "Matrix Market"),
+    (*coordinates("2 3 1", "1 1 1"), "2 x 3"),
+    (*coordinates("1 1 1", "1 1 nan"), "finite"),
+    (*coordinates("1 1 1", "1 1 1 2", kind="complex general"), "complex"),
+    (*coordinates("2 2 1", "1 3 1"), "index 2"),
+    (*coordinates("2 2 1", "1 1.5 1"), "whole numbers"),
+    (*coordinates("2 2 1", "0 1 1"), "from 1"),
+    (*coordinates("2 2 2", "1 1 1"), "2 of 3"),
+    (*coordinates("2 2", "1 1 1"), "3 numbers"),
+    (*coordinates("2 2 1", "1 1 1", kind="real hermitian"), "hermitian"),
     ("K.mtx", lines("array real general", "30000 30000", "1"), "900000000 of 1"),
-    ("K.mtx", lines("coordinate real general", "300000000 300000000 1", "1 1 1"), "3e+08 rows"),
-    ("K.mtx", lines("coordinate real symmetric", "2 2 2", "1 2 1", "2 1 1"), "one triangle"),
-    ("K.mtx", lines("coordinate real skew-symmetric", "2 2 2", "1 2 1", "2 1 1"), "one triangle"),
-    ("K.mtx", lines("coordinate real skew-symmetric", "2 2 2", "1 2 1", "1 1 1"), "no diagonal"),
-    ("K.mtx", lines("coordinate real general", "1 1 1", "1 1 2.0D+01"), "exponent D is not read"),
-    ("K.mtx", lines("coordinate real general", "1 1 1", "1 1 2,5"), "2,5 is no number"),
-    ("K.mtx", lines("coordinate real general", "1 1 1", "1 1 2.5abc"), "2.5abc is no number"),
-    ("K.mtx", lines("coordinate real general", "1 1 1", "1 1 0x10"), "0x10 is no number"),
-    ("K.mtx", lines("coordinate real general", "1 1 1", "1 1 2.0+101"), "2.0+101 is no number"),
-    ("K.mtx", lines("coordinate real general", "1 1 1", "1 1 2 0.1"), "1 of 3 are required"),
-    ("K.mtx", lines("coordinate real general", "1 1 2", "1 1 2", "1 1"), "number of columns"),
-    ("K.mtx", lines("coordinate integer general", "1 1 1", "1 1 2.7"), "whole numbers"),
-    ("K.mtx", lines("coordinate pattern general", "1 1 1", "1 1 2"), "1 of 2 are required"),
-    ("K.mtx", lines("array real general", "1 1", "2.0D+01"), "2.0D+01 is no number"),
-    ("K.mat", "no such thing", "no readable MATLAB matrix"),
-    ("k.mat", b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(384), "save it with -v7"),
-    ("K.npz", "no such thing", "no readable NumPy matrix"),
-    ("K.hb", "no such thing", "no readable Harwell-Boeing matrix"),
-    ("K.hb", "complex\n1 1 1 1 0\nCUA 1 1 1 0\n(1I8)\n1\n", "type CUA; RUA and RSA"),
+    (*coordinates("300000000 300000000 1", "1 1 1"), "3e+08 rows"),
+    (*coordinates("2 2 2", "1 2 1", "2 1 1", kind="real symmetric"), "one triangle"),
+    (*coordinates("2 2 2", "1 2 1", "2 1 1", kind="real skew-symmetric"), "one triangle"),
+    (*coordinates("2 2 2", "1 2 1", "1 1 1", kind="real skew-symmetric"), "diagonal"),
+    (*coordinates("1 1 1", "1 1 2.0D+01"), "2.0D+01", "exponent D"),
+    *((*coordinates("1 1 1", f"1 1 {x}"), x) for x in ("2,5", "2.5abc", "0x10", "2.0+101")),
+    (*coordinates("1 1 1", "1 1 2 0.1"), "1 of 3"),
+    (*coordinates("1 1 2", "1 1 2", "1 1"), "columns"),
+    (*coordinates("1 1 1", "1 1 2.7", kind="integer general"), "whole numbers"),
+    (*coordinates("1 1 1", "1 1 2", kind="pattern general"), "1 of 2"),
+    ("K.mtx", lines("array real general", "1 1", "2.0D+01"), "2.0D+01"),
+    ("K.mat", "no such thing", "MATLAB"),
+    ("k.mat", b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(384), "-v7"),
+    ("K.npz", "no such thing", "NumPy"),
+    ("K.hb", "no such thing", "Harwell-Boeing"),
+    ("K.hb", "complex\n1 1 1 1 0\nCUA 1 1 1 0\n(1I8)\n1\n", "CUA", "RUA and RSA"),
     ("K.rsa", harwell_boeing("RSA", [1, 3, 5], [1, 2, 1, 2], [2, -1, -1, 3]), "one triangle"),
     ("K.hb", harwell_boeing("RUA", [1, 2, 3], [1, 7], [2, 3]), "ind"),
     ("K.txt", "1 2\n", "2 columns"),
-    ("K.txt", "1 x 3\n", "x is no number"),
-    ("K.txt", "0 1 3\n", "count from 1"),
+    ("K.txt", "1 x 3\n", "x"),
+    ("K.txt", "0 1 3\n", "from 1"),
     ("K.txt", "1.5 1 3\n", "whole numbers"),
     ("K.txt", "** nothing\n", "no entries"),
     ("K.txt", "1 1 1\n300000000 300000000 1\n", "3e+08 rows"),
 ]
 
 
-@pytest.mark.parametrize(("name", "content", "words"), REFUSED)
-def test_a_wrong_file_gets_one_sentence(tmp_path, read, name, content, words):
+@pytest.mark.parametrize(("name", "content", "parts"), [(n, c, p) for n, c, *p in REFUSED])
+def test_a_wrong_file_gets_one_sentence(tmp_path, read, name, content, parts):
     with pytest.raises(InputError) as refused:
         read(name, content) if content is not None else read_matrix(tmp_path / name)
-    assert str(tmp_path / name) in str(refused.value)
-    assert words in str(refused.value)
     assert "\n" not in str(refused.value)
+    for part in (str(tmp_path / name), *parts):
+        assert part in str(refused.value)
 
 
 def test_what_cannot_hold_a_matrix_is_refused(tmp_path, matrix):
@@ -243,46 +242,39 @@ def test_what_cannot_hold_a_matrix_is_refused(tmp_path, matrix):
     arrays: Any = {"data": [2.0, 3.0], "indices": [0, 6], "indptr": [0, 1, 2]}
     np.savez(tmp_path / "K.npz", format=b"csc", shape=[2, 2], **arrays)
     os.mkfifo(tmp_path / "pipe.mtx")
-    for name in ("K.mat", "K.npz", "pipe.mtx", "."):
-        with pytest.raises(InputError, match=r"no readable|no plain file"):
-            read_matrix(tmp_path / name)
     write_matrix(tmp_path / "K.mtx", matrix)
-    with pytest.raises(InputError, match="files hold keys"):
-        read_matrix(tmp_path / "K.mtx", "K")
-    with pytest.raises(InputError, match="to write"):
+    for name in ("K.mat", "K.npz", "pipe.mtx", ".", "K.mtx"):
+        with pytest.raises(InputError, match=str(tmp_path)):
+            read_matrix(tmp_path / name, "K" if name == "K.mtx" else None)
+    with pytest.raises(InputError, match=r"K\.doc"):
         write_matrix(tmp_path / "K.doc", np.eye(2))
 
 
 @pytest.mark.parametrize("value", ["-.5e-1", "5.", "1E+3", " 7\t", "7\r"])
-@pytest.mark.parametrize("entry", ["real", "double", "REAL"])
-def test_a_matrix_market_number_may_be_written_in_many_ways(read, entry, value):
-    text = f"%%MatrixMarket matrix coordinate {entry} general\n% note\n\n1 1 1\n\n 1\t1 {value}"
-    assert read("K.mtx", text) == [[float(value)]]
+def test_a_matrix_market_number_may_be_written_in_many_ways(read, value):
+    for entry in ("real", "double", "REAL"):
+        text = lines(f"coordinate {entry} general", "% note\n", f"1 1 1\n\n 1\t1 {value}")
+        assert read("K.mtx", text) == [[float(value)]]
 
 
 @pytest.mark.parametrize("entry", ["real", "integer", "complex", "pattern"])
 @pytest.mark.parametrize("kind", ["general", "symmetric", "skew-symmetric"])
-@pytest.mark.parametrize("dense", [False, True])
-def test_what_scipy_writes_is_read(tmp_path, entry, kind, dense):
-    square = {
-        "general": [[2, -1, 5], [0, 3, 4], [1, 7, 0]],
-        "symmetric": [[2, -1, 5], [-1, 3, 4], [5, 4, 0]],
-        "skew-symmetric": [[0, -1, 5], [1, 0, 4], [-5, -4, 0]],
-    }[kind]
-    if entry == "pattern":
-        if dense or kind[:4] == "skew":
-            return
-        square = np.array(np.array(square) != 0, dtype=int).tolist()
-    made = np.array(square) if dense else coo_array(square)
-    mmwrite(tmp_path / "K.mtx", made, field=entry, symmetry=kind)
-    assert read_matrix(tmp_path / "K.mtx").matrix.toarray().tolist() == square
+@pytest.mark.parametrize("form", [np.array, coo_array])
+def test_what_scipy_writes_is_read(tmp_path, entry, kind, form):
+    if entry == "pattern" and (form is np.array or kind == "skew-symmetric"):
+        return
+    some = np.array([[2, -1, 5], [0, 3, 4], [1, 7, 0]])
+    square = {"general": some, "symmetric": some + some.T}.get(kind, some - some.T)
+    square = (square != 0).astype(int) if entry == "pattern" else square
+    mmwrite(tmp_path / "K.mtx", form(square), field=entry, symmetry=kind)
+    assert np.array_equal(read_matrix(tmp_path / "K.mtx").matrix.toarray(), square)
 
 
 @pytest.mark.parametrize("suffix", [".hb", ".rua"])
 @pytest.mark.parametrize("entry", [0.0, 1e-101, 1e100])
 def test_what_harwell_boeing_does_not_hold_is_refused(suffix, entry, tmp_path):
     path = tmp_path / f"K{suffix}"
-    with pytest.raises(InputError, match="holds matrices with entries of 1e-99 to 1e99"):
+    with pytest.raises(InputError, match="1e-99 to 1e99"):
         write_matrix(path, np.diag([entry, entry and 1.0]))
     assert not list(tmp_path.iterdir())
     write_matrix(path, np.diag([1e-99, 9e99]))

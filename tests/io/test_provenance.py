@@ -1,9 +1,11 @@
-"""Provenance: every file, the sources and all packages behind a result."""
+"""Provenance: every file, the sources and all packages behind a result, as Python loads them."""
 
+import ast
 import hashlib
 import json
 import os
 import platform
+import shutil
 import subprocess
 import sys
 from importlib import metadata
@@ -11,37 +13,48 @@ from importlib import metadata
 import pytest
 
 from squeal.cli.main import command
-from squeal.io.provenance import NOT_INSTALLED, Provenance, digest, packages, provenance, version
+from squeal.io import provenance as room
+from squeal.io.provenance import (
+    NOT_INSTALLED,
+    Provenance,
+    digest,
+    packages,
+    provenance,
+    sources,
+    version,
+)
 from tests.conftest import ROOT, SCENES
 
-MODULE = "squeal.article.commands.sliding"
+SLIDING = "squeal.article.commands.sliding"
+MODULES = ["squeal.cli.simulate", SLIDING, "squeal.cli.map"]
 
 
-def test_every_input_is_named_with_the_digest_of_its_bytes():
-    files = [SCENES / "b1-c.yaml", None, SCENES / "b2-a.yaml"]
-    made = provenance(files, MODULE)
+def printed(code, **more):
+    """What Python prints in a process of its own."""
+    run = [sys.executable, "-c", code]
+    return subprocess.run(run, capture_output=True, text=True, check=True, **more).stdout
+
+
+def test_inputs_sources_versions_and_machine():
+    made = provenance([SCENES / "b1-c.yaml", None, SCENES / "b2-a.yaml"], SLIDING)
     assert [file.name for file in made.inputs] == ["b1-c.yaml", "b2-a.yaml"]
     for file in made.inputs:
         assert file.sha256 == hashlib.sha256((SCENES / file.name).read_bytes()).hexdigest()
-
-
-def test_sources_versions_and_machine():
-    made = provenance([], MODULE)
-    assert made.source_sha256 == digest(MODULE) != digest("squeal.cli.simulate")
-    assert set(made.versions) == {"squeal", "python", *packages(MODULE)}
+    assert made.source_sha256 == digest(SLIDING) != digest("squeal.cli.simulate")
+    assert set(made.versions) == {"squeal", "python", *packages(SLIDING)}
     assert made.versions["numpy"] == metadata.version("numpy")
     assert made.versions["python"] == platform.python_version()
     assert platform.machine() in made.platform
     assert Provenance.from_dict(json.loads(json.dumps(made.to_dict()))) == made
 
 
-def test_version_of_a_package_of_another_name_that_is_not_loaded(monkeypatch):
+def test_versions_of_what_is_not_loaded_has_another_name_or_is_missing(monkeypatch):
     monkeypatch.delitem(sys.modules, "yaml", raising=False)
     assert version("yaml") == metadata.version("PyYAML")
-
-
-def test_a_missing_package_is_told():
     assert version("surely_no_such_package") == NOT_INSTALLED
+    hidden = os.pathsep.join([str(ROOT / "tests" / "without_heyoka"), str(ROOT)])
+    code = "from squeal.io.provenance import version; print(version('heyoka'))"
+    assert printed(code, env=os.environ | {"PYTHONPATH": hidden}).strip() == NOT_INSTALLED
 
 
 @pytest.mark.parametrize(("name", "more"), [("claims", []), ("findings", ["b3.yaml"])])
@@ -53,14 +66,104 @@ def test_commands_of_several_scenes_name_them_all(name, more, capsys):
     assert [file.name for file in made.inputs] == [*cases, *more]
 
 
-def test_without_heyoka_its_version_is_none():
-    code = "from squeal.io.provenance import provenance; print(provenance([], 'squeal.simulation'))"
-    hidden = os.pathsep.join([str(ROOT / "tests" / "without_heyoka"), str(ROOT)])
-    made = subprocess.run(
-        [sys.executable, "-c", code],
-        env=os.environ | {"PYTHONPATH": hidden},
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert f"'heyoka': '{NOT_INSTALLED}'" in made.stdout
+@pytest.mark.parametrize("module", MODULES)
+def test_everything_that_python_loads_is_listed(module):
+    loaded = printed(
+        f"import {module}, sys; "
+        "print('\\n'.join(m.__file__ for n, m in sys.modules.items() if n.startswith('squeal')))"
+    ).split()
+    listed = [str(ROOT / path) for path in sources(module)]
+    assert set(loaded) <= set(listed)
+    assert len(listed) == len(set(listed))
+
+
+def test_sources_are_those_of_the_imports_in_functions_too_and_no_others():
+    assert "squeal/simulation/taylor.py" in sources("squeal.cli.simulate")
+    listed = sources(SLIDING) + sources("squeal.equilibrium")
+    assert "squeal/model/equations.py" in listed
+    assert not [path for path in listed if "/simulation/" in path or "/figures/" in path]
+    assert {"heyoka", "numpy", "scipy", "yaml"} <= set(packages("squeal.cli.simulate"))
+    assert packages("squeal.errors") == []
+    with pytest.raises(ModuleNotFoundError):
+        sources("squeal.nothing")
+
+
+def parsed(text):
+    """All that a text imports, by Python's own parser, without what type checkers alone see."""
+    found, wanted = set(), [ast.parse(text)]
+    while wanted:
+        node = wanted.pop()
+        if not (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"):
+            wanted += ast.iter_child_nodes(node)
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return found
+
+
+ODD = '''"""A text with code.
+
+    import nothing
+    from nowhere import nothing
+"""
+import os, re as regex
+from a.b import (  # a remark, with commas
+    c,
+    d as e,
+)
+if TYPE_CHECKING:
+    import never
+
+    from never import seen
+from f import g  # another
+
+def h():
+    """One line. import no"""
+    try:
+        import i.j
+    except ImportError:
+        from k import l
+'''
+
+
+def test_imports_are_those_that_python_parses(tmp_path):
+    odd = tmp_path / "odd.py"
+    odd.write_text(ODD, encoding="utf-8")
+    for path in (odd, *room.ROOT.rglob("*.py")):
+        assert room._imports(path) == parsed(path.read_text(encoding="utf-8")), path
+    assert room._imports(odd) >= {"os", "re", "a.b.d", "f.g", "i.j", "k.l"}
+    assert not {"nothing", "nowhere", "never", "no"} & room._imports(odd)
+
+
+@pytest.fixture
+def copy(tmp_path, monkeypatch):
+    """A copy of the package, looked at in place of the package itself."""
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(room.ROOT, tmp_path / "squeal", ignore=ignored)
+    monkeypatch.setattr(room, "ROOT", tmp_path / "squeal")
+    cached = [f for f in vars(room).values() if hasattr(f, "cache_clear")]
+    for function in cached:
+        function.cache_clear()
+    yield tmp_path / "squeal"
+    for function in cached:
+        function.cache_clear()
+
+
+@pytest.mark.parametrize(
+    ("changed", "module", "follows"),
+    [
+        ("article/report/references.bib", "squeal.article.report.bibliography", True),
+        ("article/report/references.bib", "squeal.cli.eigenvalues", False),
+        ("linear/eigen.py", "squeal.cli.eigenvalues", True),
+        ("analysis/verbs.py", "squeal.cli.eigenvalues", True),
+        ("analysis/of_systems.py", "squeal.cli.critical_friction", True),
+        ("article/equations.py", "squeal.cli.eigenvalues", False),
+    ],
+)
+def test_the_digest_follows_what_a_module_imports_or_reads(copy, changed, module, follows):
+    before = digest(module)
+    with (copy / changed).open("a") as file:
+        file.write("# a change\n")
+    assert (digest(module) != before) is follows
+    assert (f"squeal/{changed}" in sources(module)) is follows

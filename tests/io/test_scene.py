@@ -12,32 +12,13 @@ from squeal.model.pad import PARAMETERS
 from squeal.schema.values import Place
 
 VALUES = {
-    "m": "1.0",
-    "w": "0.05",
-    "h": "0.02",
-    "I": "0.001",
-    "k1": "1.0e6",
-    "k2": "1e6",
-    "k3": "2.0e6",
-    "k4": "2.0e+6",
-    "k_c": "4.0e6",
-    "L1": ".5",
-    "L2": "0.5",
-    "alpha1": "0.75*pi",
-    "alpha2": "3*pi/4",
-    "mu": "0.4",
-    "mu_s": "0.5",
-    "mu_k": "0.3",
-    "v_ref": "2.0",
-    "F_n": "500",
-    "V": "5.0",
-    "x0": "0.0",
-    "y0": "-1.0e-4",
-    "theta0": "-0.01*pi",
-}
-
-
+    "m": "1.0", "w": "0.05", "h": "0.02", "I": "0.001", "k1": "1.0e6", "k2": "1e6", "k3": "2.0e6",
+    "k4": "2.0e+6", "k_c": "4.0e6", "L1": ".5", "L2": "0.5", "alpha1": "0.75*pi",
+    "alpha2": "3*pi/4", "mu": "0.4", "mu_s": "0.5", "mu_k": "0.3", "v_ref": "2.0", "F_n": "500",
+    "V": "5.0", "x0": "0.0", "y0": "-1.0e-4", "theta0": "-0.01*pi",
+}  # fmt: skip
 FALLING = ("mu_s", "mu_k", "v_ref")
+TIME = "{stop: 0.05, samples: 2001}"
 
 
 def text(model="B1", drop=(), more="", **changes):
@@ -49,7 +30,7 @@ def text(model="B1", drop=(), more="", **changes):
         if used or name in changes:
             lines.append(f"  {name}: {changes.get(name, VALUES[name])}")
     if model != "B3":
-        lines.append("time: {stop: 0.05, samples: 2001}")
+        lines.append(f"time: {TIME}")
     return "\n".join(lines) + "\n" + more
 
 
@@ -64,45 +45,33 @@ def read(tmp_path):
 
 
 def assert_refused(read, content, *parts, purpose="query"):
-    """The one sentence that refuses a scene; it must name the file and hold all the parts."""
+    """One printable line refuses a scene; it names the file and all the parts."""
     with pytest.raises(InputError) as caught:
         read(content, purpose)
     message = str(caught.value)
-    assert "scene.yaml" in message
-    assert "\n" not in message
-    for part in parts:
+    assert message.isprintable()
+    for part in ("scene.yaml", *parts):
         assert part in message
-    return message
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_a_full_scene_is_read(read, model):
-    scene = read(text(model))
-    for name, p in PARAMETERS.items():
-        if model in models_with(name) and not p.angle and name not in FALLING:
-            assert getattr(scene.pad, name) == float(VALUES[name])
-    assert scene.pad.alpha1 == 0.75 * math.pi
-    assert scene.pad.alpha2 == pytest.approx(0.75 * math.pi, rel=1e-15)
-    assert scene.pad.theta0 == -0.01 * math.pi
 
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("name", PARAMETERS)
 def test_each_parameter_by_itself(read, model, name):
-    p = PARAMETERS[name]
-    key = f"parameters.{name}"
+    parameter, key = PARAMETERS[name], f"parameters.{name}"
     if model not in models_with(name):
-        assert_refused(read, text(model, **{name: VALUES[name]}), key, "does not use it")
+        assert_refused(read, text(model, **{name: VALUES[name]}), key, model)
         return
-    if p.required:
-        assert_refused(read, text(model, drop=[name]), key, "missing", model)
+    if not parameter.angle and name not in FALLING:
+        assert getattr(read(text(model)).pad, name) == float(VALUES[name])
+    if parameter.required:
+        assert_refused(read, text(model, drop=[name]), key, model)
     else:
         read(text(model, drop=[name]))
     for bad in ("true", "[1]", "{a: 1}", "word", ".nan", ".inf", "1e999", "null", "''", "9" * 400):
-        assert_refused(read, text(model, **{name: bad}), key, "not allowed", "must be")
-    if p.kind.low == 0.0:
+        assert_refused(read, text(model, **{name: bad}), key)
+    if parameter.kind.low == 0.0:
         assert_refused(read, text(model, **{name: "-1e-300"}), key, "-1e-300")
-        if p.kind.low_allowed:
+        if parameter.kind.low_allowed:
             read(text(model, **{name: "0"}))
         else:
             assert_refused(read, text(model, **{name: "0.0"}), key, "above 0")
@@ -115,79 +84,88 @@ def test_moment_of_inertia_of_a_uniform_pad_is_the_default(read):
 
 @pytest.mark.parametrize(
     ("given", "value"),
-    [
-        ("pi", math.pi),
-        ("-pi/2", -math.pi / 2),
-        ("0.83*pi", 0.83 * math.pi),
-        ("2e-1 * pi", 0.2 * math.pi),
-        ("+.5*pi", math.pi / 2),
-        ("1.25", 1.25),
-        ("2", 2.0),
-    ],
+    [("pi", 1.0), ("-pi/2", -0.5), ("0.83*pi", 0.83), ("2e-1 * pi", 0.2), ("3*pi/4", 0.75)]
+    + [("+.5*pi", 0.5), ("1.25", 1.25 / math.pi), ("2", 2 / math.pi)],
 )
 def test_angles(read, given, value):
-    assert read(text(alpha1=given)).pad.alpha1 == pytest.approx(value, rel=1e-15)
+    assert read(text(alpha1=given)).pad.alpha1 == pytest.approx(value * math.pi, rel=1e-15)
+
+
+# value of a parameter, as it stands in the file
+NO_ANGLES = ["0.75pi", "pi*2", "tau", "pi/0", "0.5*pi*2", "__import__('os')", "'0.5'", "1e400*pi"]
+NO_NUMBERS = ["0x10", "1_000", "1:30", "0o17", "1e6m", "\uff11"]
 
 
 @pytest.mark.parametrize(
-    "given", ["0.75pi", "pi*2", "tau", "pi/0", "0.5*pi*2", "__import__('os')", "'0.5'", "1e400*pi"]
+    ("name", "given"),
+    [("alpha1", f'"{given}"') for given in [*NO_ANGLES, "\u0663*pi"]]
+    + [("m", given) for given in NO_NUMBERS],
 )
-def test_bad_angles(read, given):
-    assert_refused(read, text(alpha1=f'"{given}"'), "parameters.alpha1", "0.75*pi")
+def test_refused_numbers(read, name, given):
+    assert_refused(read, text(**{name: given}), f"parameters.{name}")
 
 
-@pytest.mark.parametrize("given", ["0x10", "1_000", "1:30", "0o17", "1e6m"])
-def test_only_plain_decimal_numbers(read, given):
-    assert_refused(read, text(m=given), "parameters.m", given)
+# what is added to a scene, and what the refusal names
+REFUSED = [
+    ("speed: 1\n", "speed"),
+    ("model: B1\n", "line", "model"),
+    ("tolerance: 0\n", "tolerance", "above 0"),
+    ("tolerance: 2e-3\n", "tolerance", "0.001"),
+    ("tolerance: fine\n", "tolerance", "fine"),
+    ("outputs: events\n", "outputs", "list"),
+    ("outputs: [event]\n", "outputs", "event", "history"),
+    ("outputs:\n", "outputs", "list"),
+    ("initial: {z: 1}\n", "initial.z"),
+    ("initial: 3\n", "initial", "mapping"),
+    ("initial:\n", "initial", "mapping"),
+    ("initial: {theta: 0.6*pi}\n", "initial.theta"),
+    ("initial: {theta_dot: 0.1*pi}\n", "initial.theta_dot"),
+    ("formulation: {line_force: mean}\n", "formulation", "B1"),
+    ("damping: {ratios: [0.1, 0.1]}\n", "damping.ratios", "3 finite numbers"),
+    ("damping: {}\n", "damping"),
+    ("---\nmodel: B1\n", "line"),
+    ("x: [1\n", "line"),
+    ("1: 2\n", "1"),
+    ("? [a, b]\n: 1\n", "line"),
+    ('"a\\nb": 1\n', r"a\nb"),
+    ('"a\\x1b[31m": 1\n', r"\x1b"),
+    ("tolerance: !!python/name:os.system x\n", "line"),
+    ('tolerance: !!int "0x10"\n', "0x10"),
+    ("tolerance: !!timestamp 2001-01-01\n", "line", "2001-01-01"),
+    *((f"tolerance: !!{kind} x\n", "line", "x", kind) for kind in ("bool", "float", "map")),
+    ("tolerance: &a [*a]\n", "line", "aliases"),
+    ("\0",),
+]
+# times, and what the refusal names
+TIMES = [
+    ("{stop: 0, samples: 10}", "time.stop", "above 0"),
+    ("{stop: 1}", "time.samples"),
+    ("{stop: 1, samples: 1}", "time.samples", "2 to 10000000"),
+    ("{stop: 1, samples: 10000001}", "time.samples"),
+    ("{stop: 1, samples: 2.5}", "time.samples", "whole number"),
+    ("{stop: 1, samples: true}", "time.samples"),
+    ("{stop: 1, samples: 10, step: 1}", "time.step"),
+    ("soon", "time", "mapping"),
+]
+# whole files
+FILES = [
+    *((content,) for content in (b"", b"[1, 2]", b"just words", b"a: &a [*a]\n", b"# comment\n")),
+    *((content, "UTF-8") for content in (b"\xff\xfe", b"model: \xe9\n", text().encode("utf-16"))),
+    (text().replace("m: 1.0", "m: 1.0\n  m: 2.0"), "line 4", "m"),
+    (text().replace("parameters:", "parameters:\n  <<: {m: 1}"), "<<"),
+    (text().replace("L2: 0.5", "L2: *length"), "line", "length"),
+    ("model: " + "[" * 3000 + "]" * 3000, "line 1"),
+]
 
 
 @pytest.mark.parametrize(
-    ("more", "parts"),
-    [
-        ("speed: 1\n", ("speed", "unknown key")),
-        ("model: B1\n", ("line", "model", "twice")),
-        ("tolerance: 0\n", ("tolerance", "above 0")),
-        ("tolerance: 2e-3\n", ("tolerance", "at most 0.001")),
-        ("tolerance: fine\n", ("tolerance", "fine")),
-        ("outputs: events\n", ("outputs", "list")),
-        ("outputs: [event]\n", ("outputs", "event", "history")),
-        ("initial: {z: 1}\n", ("initial.z", "unknown key")),
-        ("initial: 3\n", ("initial", "mapping")),
-        ("initial: {theta: 0.6*pi}\n", ("initial.theta", "surface")),
-        ("formulation: {line_force: mean}\n", ("formulation", "B1")),
-        ("damping: {ratios: [0.1, 0.1]}\n", ("damping.ratios", "3 finite numbers")),
-        ("damping: {}\n", ("damping", "one of")),
-        ("---\nmodel: B1\n", ("another document", "one")),
-        ("x: [1\n", ("line",)),
-        ("1: 2\n", ("1", "not a word")),
-    ],
+    ("content", "parts"),
+    [(text(more=more), parts) for more, *parts in REFUSED]
+    + [(text().replace(TIME, time), parts) for time, *parts in TIMES]
+    + [(content, parts) for content, *parts in FILES],
 )
-def test_refused_keys(read, more, parts):
-    assert_refused(read, text(more=more), *parts)
-
-
-@pytest.mark.parametrize(
-    ("time", "parts"),
-    [
-        ("{stop: 0, samples: 10}", ("time.stop", "above 0")),
-        ("{stop: 1}", ("time.samples", "missing")),
-        ("{stop: 1, samples: 1}", ("time.samples", "2 to 10000000")),
-        ("{stop: 1, samples: 10000001}", ("time.samples",)),
-        ("{stop: 1, samples: 2.5}", ("time.samples", "whole number")),
-        ("{stop: 1, samples: true}", ("time.samples",)),
-        ("{stop: 1, samples: 10, step: 1}", ("time.step", "unknown key")),
-        ("soon", ("time", "mapping")),
-    ],
-)
-def test_refused_times(read, time, parts):
-    assert_refused(read, text().replace("{stop: 0.05, samples: 2001}", time), *parts)
-
-
-@pytest.mark.parametrize(
-    "content", [b"", b"[1, 2]", b"just words", b"\xff\xfe", b"model: \xe9\n", b"a: &a [*a]\n"]
-)
-def test_refused_files(read, content):
-    assert_refused(read, content, "allowed")
+def test_refused_scenes(read, content, parts):
+    assert_refused(read, content, *parts)
 
 
 def test_missing_file_and_folder(tmp_path):
@@ -196,25 +174,12 @@ def test_missing_file_and_folder(tmp_path):
             read_scene(path)
 
 
-def test_deep_nesting_is_refused(read):
-    assert_refused(read, "model: " + "[" * 3000 + "]" * 3000)
-
-
-def test_byte_order_mark_and_carriage_returns_are_accepted(read):
-    plain = read(text())
-    assert read(b"\xef\xbb\xbf" + text().encode()) == plain
-    assert read(text().replace("\n", "\r\n")) == plain
-
-
-def test_simulation_needs_a_time_and_a_nonlinear_model(read):
-    without = text().replace("time: {stop: 0.05, samples: 2001}\n", "")
+def test_simulation_needs_a_time_a_nonlinear_model_and_a_force(read):
+    without = text().replace(f"time: {TIME}\n", "")
     read(without)
-    assert_refused(read, without, "time", "missing", purpose="simulate")
+    assert_refused(read, without, "time", purpose="simulate")
     assert_refused(read, text("B3"), "model", "B3", purpose="simulate")
     assert read(text(more="damping: {ratios: [0, 0, 0]}\n"), purpose="simulate").damping
-
-
-def test_forces_over_a_zero_brake_force_are_refused(read):
     assert_refused(read, text(F_n="0"), "parameters.F_n", "extrema", purpose="simulate")
     read(text(F_n="0", more="outputs: [events, shares]\n"), "simulate")
 
@@ -223,9 +188,8 @@ def test_formulations(read):
     assert read(text("B2")).formulation == CONSISTENT
     printed = 'formulation: {line_force: mean, delta_from: frame, delta_moment: "-"}\n'
     assert read(text("B2", more=printed)).formulation == Formulation("mean", "frame", "-")
-    assert_refused(
-        read, text("B2", more="formulation: {line_force: sum}\n"), "line_force", "integral, mean"
-    )
+    wrong = text("B2", more="formulation: {line_force: sum}\n")
+    assert_refused(read, wrong, "line_force", "integral, mean")
 
 
 @pytest.mark.parametrize(
@@ -236,51 +200,16 @@ def test_formulations(read):
         ("m: 1.0", "m: 1E+0"),
         ("model: B1", "---\nmodel: B1"),
         ("model: B1", "%YAML 1.2\n---\nmodel: 'B1'"),
-        ("L2: 0.5", "L2: 0.5 # the same as L1"),
-        ("L1: .5", "L1: &length .5"),
+        ("model: B1", "\ufeffmodel: B1"),
+        ("L2: 0.5", "L2: 0.5 # the same as L1\r"),
+        ("L1: .5", "L1: &length .25\n  L2: *length"),
     ],
 )
 def test_accepted_forms(read, old, new):
-    expected = 10.0 if "010" in new else 1.0
-    assert old in text()
-    assert read(text().replace(old, new)).pad.m == expected
-
-
-def test_an_alias_stands_for_its_anchor(read):
-    content = text().replace("L1: .5", "L1: &length .25").replace("L2: 0.5", "L2: *length")
-    assert read(content).pad.L2 == 0.25
-
-
-@pytest.mark.parametrize(
-    ("content", "parts"),
-    [
-        (text().replace("m: 1.0", "m: 1.0\n  m: 2.0"), ("line 4", "m stands there twice")),
-        (text().replace("parameters:", "parameters:\n  <<: {m: 1}"), ("<<", "unknown key")),
-        (text(more="tolerance: !!python/name:os.system x\n"), ("line",)),
-        (text(more='tolerance: !!int "0x10"\n'), ("0x10",)),
-        (text(more="tolerance: !!timestamp 2001-01-01\n"), ("line", "2001-01-01")),
-        (text(more="tolerance: !!timestamp x\n"), ("line", "x", "is no timestamp")),
-        (text(more="tolerance: !!bool x\n"), ("line", "is no bool")),
-        (text(more="tolerance: !!float x\n"), ("line", "is no float")),
-        (text(more="tolerance: !!map x\n"), ("line", "is no map")),
-        (text(more="tolerance: &a [*a]\n"), ("line", "aliases make it too large")),
-        (text(more='"a\\nb": 1\n'), (r"a\nb", "unknown key")),
-        (text(more='"a\\x1b[31m": 1\n'), (r"\x1b", "unknown key")),
-        (text(more="? [a, b]\n: 1\n"), ("not a word",)),
-        (text(more="\0"), ("not allowed",)),
-        (text().encode("utf-16"), ("UTF-8",)),
-        (text().replace("L2: 0.5", "L2: *length"), ("line", "length")),
-        (text(m="\uff11"), ("parameters.m", "above 0")),
-        (text(alpha1='"\u0663*pi"'), ("parameters.alpha1",)),
-        (text(more="initial:\n"), ("initial", "mapping")),
-        (text(more="outputs:\n"), ("outputs", "list")),
-        (text(more="initial: {theta_dot: 0.1*pi}\n"), ("initial.theta_dot", "finite number")),
-        ("# a comment\n", ("there is none",)),
-    ],
-)
-def test_refused_forms(read, content, parts):
-    message = assert_refused(read, content, *parts)
-    assert message.isprintable()
+    given = text(drop=["L2"] * ("*length" in new)).replace(old, new)
+    pad = read(given).pad
+    assert pad.m == (10.0 if "010" in new else 1.0)
+    assert (0.25 if "*length" in new else 0.5) == pad.L2
 
 
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "? "])
@@ -288,8 +217,9 @@ def test_what_is_nested_too_deeply_is_refused_at_once(read, opening):
     # a parser of YAML takes a time that grows with the square, and then overflows
     for count in (DEEPEST + 1, 100_000):
         assert_refused(read, opening * count, "line 1: nested more than 50 times")
-    # for other reasons
-    assert "nested more" not in assert_refused(read, opening * (DEEPEST - 2) + "\n", "allowed")
+    with pytest.raises(InputError) as caught:  # for other reasons
+        read(opening * (DEEPEST - 2) + "\n")
+    assert "nested more" not in str(caught.value)
 
 
 def test_what_is_not_nested_too_deeply_is_read(tmp_path):
@@ -302,15 +232,12 @@ def test_aliases_of_aliases_are_refused_at_once(read):
     # a thousand million words if written out
     rows = ["&a0 [x, x, x, x, x, x, x, x, x, x]"]
     rows += [f"&a{i} [" + ", ".join([f"*a{i - 1}"] * 10) + "]" for i in range(1, 9)]
-    assert_refused(
-        read, text(more=f"outputs: [[{', '.join(rows)}]]\n"), "aliases make it too large"
-    )
-    at = Place("x")
+    assert_refused(read, text(more=f"outputs: [[{', '.join(rows)}]]\n"), "aliases")
     bomb = "\n".join(["M: {file: m}", *(f"a{i}: {row}" for i, row in enumerate(rows))])
     with pytest.raises(InputError, match="aliases"):
-        list(named_files(parse_document(bomb.encode(), at)))
+        list(named_files(parse_document(bomb.encode(), Place("x"))))
     many = "[" + "1, " * 200_000 + "1]"  # what is written out may be of any size
-    assert len(parse_document(f"a: {many}".encode(), at)["a"]) == 200_001
+    assert len(parse_document(f"a: {many}".encode(), Place("x"))["a"]) == 200_001
 
 
 @pytest.mark.parametrize("text", ["!!float x", "!!bool x", "!!timestamp x", "[1", "a\0", "&a [*a]"])

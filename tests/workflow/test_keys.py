@@ -11,10 +11,15 @@ from squeal.io.system import read_system
 from squeal.model.contact import MODELS
 from tests.conftest import ROOT, SCENES
 from tests.io.test_scene import text
-from tests.io.test_system import GOOD
+from tests.io.test_systems import GENERAL, SHORT, put
 from workflow.release.keys import documents, scene_schema, system_schema
 
 COMMAND = "python -m workflow.release.keys docs"
+EXAMPLES = [
+    *((path, scene_schema()) for path in SCENES.glob("*.yaml")),
+    *((path, scene_schema()) for path in (ROOT / "workflow" / "scenes").glob("*.yaml")),
+    *((p, system_schema()) for p in (PACKAGE / "article/literature/systems").glob("*.yaml")),
+]
 
 
 @pytest.mark.parametrize(("name", "content"), list(documents()))
@@ -22,18 +27,9 @@ def test_the_committed_documentation_is_current(name, content):
     assert (ROOT / "docs" / name).read_text(encoding="utf-8") == content, f"run {COMMAND}"
 
 
-@pytest.mark.parametrize(
-    "path", [*SCENES.glob("*.yaml"), *(ROOT / "workflow" / "scenes").glob("*.yaml")], ids=str
-)
-def test_example_scenes_pass_the_schema(path):
-    assert not list(Validator(scene_schema()).iter_errors(read_document(path)))
-
-
-def test_example_systems_pass_the_schema():
-    systems = list((PACKAGE / "article" / "literature" / "systems").glob("*.yaml"))
-    assert systems
-    for path in systems:
-        assert not list(Validator(system_schema()).iter_errors(read_document(path)))
+@pytest.mark.parametrize(("path", "schema"), EXAMPLES, ids=lambda one: getattr(one, "stem", ""))
+def test_examples_pass_the_schema(path, schema):
+    assert not list(Validator(schema).iter_errors(read_document(path)))
 
 
 def judged(path, schema, read):
@@ -46,7 +42,7 @@ def judged(path, schema, read):
     return ours, Validator(schema).is_valid(read_document(path))
 
 
-CHANGES = [
+CHANGES: list[dict] = [
     {"m": "0"},
     {"m": "1"},
     {"m": "word"},
@@ -100,13 +96,22 @@ def test_reader_and_schema_agree(tmp_path, model, change):
     assert ours == theirs
 
 
-@pytest.mark.parametrize(
-    "more",
-    ["", "K3: [[1, 2], [3, 4]]\n", "K3: 1\n", "K3: []\n", "K3: [[1, 2], [3, x]]\n", "K10: [[1]]\n"]
-    + ["L0: [[1]]\n", "parameter: 3\n", "parameter: v\n"],
-)
-def test_reader_and_schema_of_systems_agree(tmp_path, more):
+MORE = ["", "K3: [[1, 2], [3, 4]]", "K3: 1", "K3: []", "K3: [[1, 2], [3, x]]", "K10: [[1]]"]
+MORE += ["L0: [[1]]", "parameter: 3", "parameter: v", "damping: {rayleigh: [1, 0]}", "speed: 1"]
+MORE += [
+    "damping: {rayleigh: [1]}",
+    "damping: {ratios: 0.1}",
+    "reference: 3",
+    "C0: [[1, 0], [0, 1]]",
+]
+MORE += ["C0: [[1, 0], [0, 1]]", "damping: {structural: -1}"]
+
+
+@pytest.mark.parametrize("more", MORE)
+@pytest.mark.parametrize("form", [SHORT, GENERAL])
+def test_reader_and_schema_of_systems_agree(tmp_path, form, more):
+    put(tmp_path)
     path = tmp_path / "system.yaml"
-    path.write_text(GOOD + more)
+    path.write_text(f"{form}{more}\n".replace("parameter: Omega\n" * ("parameter:" in more), ""))
     ours, theirs = judged(path, system_schema(), read_system)
     assert ours == theirs

@@ -1,0 +1,232 @@
+"""System files of both forms: what they mean, and what is refused."""
+
+import numpy as np
+import pytest
+from scipy.io import mmwrite
+from scipy.sparse import csc_array, save_npz
+
+from squeal.errors import InputError, InputWarning
+from squeal.io.system import is_general, read_system
+
+SHORT = """\
+name: example
+M: [[1, 0], [0, 2]]
+C1: [[0.1, 0], [0, 0]]
+K0: [[3, 1], [1, 4]]
+K2: [[0, -1], [1e-3, 0]]
+"""
+GENERAL = """\
+name: three
+parameters: {Omega: 2.0, mu: 0.4}
+parameter: Omega
+M: {file: m.mtx}
+C:
+  - {file: d.npz, factor: 1/Omega - 1}
+  - {matrix: [[0, 1, 0], [-1, 0, 0], [0, 0, 0]], factor: Omega}
+K: [{file: k0.mtx}, {file: k1.mtx, factor: mu*Omega**2}]
+"""
+M = np.array([[2.0, 0.5, 0.0], [0.5, 1.0, 0.0], [0.0, 0.0, 3.0]])
+K0 = np.array([[9.0, -1.0, 0.0], [-1.0, 8.0, -2.0], [0.0, -2.0, 7.0]])
+K1 = np.array([[0.0, 3.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]])
+D = np.diag([0.1, 0.2, 0.3])
+G = np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 0]])
+NODES = "node,dof,x,y,z\n7,x,0,0,0\n7,2,0,0,0\n9,4,1,2,3\n"
+SOME = "1,1,1,1,1\n1,2,1,2,1\n"  # rows that are named by node and degree of freedom
+
+
+def put(folder):
+    """Write the matrices that the systems name."""
+    for name, matrix in {"m": M, "k0": K0, "k1": K1, "small": np.eye(2)}.items():
+        mmwrite(folder / f"{name}.mtx", csc_array(matrix))
+    save_npz(folder / "d.npz", csc_array(D))
+    labelled = {
+        "m.txt": f"{SOME}2,1,2,1,1\n",
+        "k.txt": f"{SOME}3,1,3,1,5\n4,1,4,1,5\n",
+        "some.txt": SOME,
+        "f.txt": "1,1,1,2,0.4\n1,1,1,1,0\n1,2,1,2,0\n2,1,2,1,0\n",
+        "nodes.csv": NODES,
+    }
+    for name, text in labelled.items():
+        (folder / name).write_text(text)
+
+
+@pytest.fixture
+def read(tmp_path):
+    put(tmp_path)
+
+    def made(text=GENERAL):
+        (tmp_path / "system.yaml").write_text(text, encoding="utf-8")
+        return read_system(tmp_path / "system.yaml")
+
+    return made
+
+
+def test_powers_of_the_parameter(read):
+    system = read(SHORT).system
+    mass, C, K = system(2.0)
+    assert np.array_equal(mass, [[1, 0], [0, 2]])
+    assert np.array_equal(C, np.array([[0.2, 0], [0, 0]]))
+    assert np.array_equal(K, np.array([[3, -3], [1.004, 4]]))
+    assert (system.name, system.parameter, system.n) == ("example", "mu", 2)
+    undamped = read("M: [[1]]\nK0: [[2]]\n").system
+    assert (undamped(1.0)[1], undamped.name) == (None, "system")
+
+
+def test_sums_of_terms(read):
+    file = read()
+    mass, C, K = file.system.at({"Omega": 0.5})
+    assert np.allclose(mass, M)
+    assert np.allclose(C, (1 / 0.5 - 1) * D + 0.5 * G)
+    assert np.allclose(K, K0 + 0.4 * 0.25 * K1)
+    assert (file.system.name, file.system.parameter) == ("three", "Omega")
+    assert [i.name for i in file.inputs] == ["m.mtx", "d.npz", "k0.mtx", "k1.mtx"]
+    assert [(o.part, o.file) for o in file.origins][1:3] == [("C", "d.npz"), ("C", "")]
+
+
+def test_rows_alone_make_a_matrix(read):
+    system = read(f"parameters: {{}}\nM: {M.tolist()}\nK: {K0.tolist()}\n").system
+    assert np.array_equal(system.at()[2], K0)
+    assert (system.parameter, system.at()[1]) == ("mu", None)
+
+
+def test_rayleigh_leaves_friction_out(read):
+    C = read(f"{GENERAL}damping: {{rayleigh: [0.5, 0.01]}}\n").system.at()[1]
+    assert np.allclose(C - read().system.at()[1], 0.5 * M + 0.01 * K0)
+
+
+@pytest.mark.parametrize("ratios", ["0.03", "[0.01, 0.02]"])
+def test_modal_ratios_are_those_of_the_modes(read, ratios):
+    text = f"M: {{file: m.mtx}}\nK: [{{file: k0.mtx}}]\ndamping: {{ratios: {ratios}}}\n"
+    mass, C, K = read(text).system.at()
+    first = np.block([[np.zeros((3, 3)), np.eye(3)], [-np.linalg.solve(mass, np.hstack([K, C]))]])
+    roots = np.linalg.eigvals(first)
+    upper = sorted(roots[roots.imag > 0], key=abs)
+    expected = [0.03] * 3 if ratios == "0.03" else [0.01, 0.02, 0.0]
+    assert np.allclose([-root.real / abs(root) for root in upper], expected, atol=1e-10)
+
+
+@pytest.mark.parametrize("factor", ["", ", factor: lining"])
+def test_structural_damping_is_a_complex_stiffness(read, factor):
+    text = f"parameters: {{lining: 1.0}}\nM: {{file: m.mtx}}\nK: {{file: k0.mtx{factor}}}\n"
+    text += "damping: {structural: 0.1}\n"
+    if factor:  # of one leaves damping on
+        with pytest.warns(InputWarning, match=r"damping: .*K\.1 \(lining\)"):
+            system = read(text).system
+    else:
+        system = read(text).system
+    assert np.allclose(system.at()[2], (1 + 0.1j) * K0)
+
+
+def test_coordinates(read):
+    found = read(f"{GENERAL}coordinates: {{file: nodes.csv}}\n").coordinates
+    moved = found.displacements(np.array([1.0, 2.0, 5.0]))
+    assert np.array_equal(moved, [[1, 2, 0], [0, 0, 0]])
+    assert np.array_equal(found.places, [[0, 0, 0], [1, 2, 3]])
+
+
+# what takes the place of the table's first lines, and what the refusal names
+NO_NODES = [
+    (NODES[: NODES.index("9,4")], "nodes.csv", "2 lines"),
+    (NODES.replace("1,2,3", "1,2,inf"), "nodes.csv", "line 4"),
+    (NODES.replace("7,2", ",2"), "nodes.csv", "line 3"),
+    (NODES.replace("7,2", "7,9"), "nodes.csv", "line 3", "dof 9"),
+    (NODES.replace("7,2", "7,uy"), "nodes.csv", "line 3", "dof uy"),
+    (NODES.replace("7,x,0,0,0", "7,x,0,0"), "nodes.csv", "line 2"),
+    (NODES.replace("node", "knot"), "nodes.csv", "node"),
+    (b"node,\xff\n", "nodes.csv"),
+]
+# of the short form
+NO_POWERS = [
+    ("M: [[1]]\n", "K0"),
+    ("K0: [[1]]\n", "M"),
+    (f"{SHORT}K3: [[1, 2]]\n", "K3", "1 rows"),
+    (f"{SHORT}K3: [[1, 2], [3]]\n", "K3", "row 2"),
+    *(
+        (f"{SHORT}K3: [[1, 2], [3, {x}]]\n", "K3.row 2", y)
+        for x, y in [("x", "'x'"), (".nan", "nan")]
+    ),
+    (f"{SHORT}K3: [[1, 2], [3, true]]\n", "K3.row 2", "True"),
+    (f"{SHORT}K3: []\n", "K3", "square matrix"),
+    (f"{SHORT}K3: 1\n", "K3", "square matrix"),
+    (f"{SHORT}L0: [[1]]\n", "L0"),
+    (f"{SHORT}K10: [[1]]\n", "K10"),
+    (f"{SHORT}parameter: 3\n", "parameter", "text"),
+    (f"{SHORT}K0: [[1, 2], [3, 4]]\n", "K0", "line"),
+    ("M: [[1, 2], [2, 1]]\nK0: [[1, 0], [0, 1]]\n", "M", "positive definite"),
+    ("M: [[1, 1], [0, 1]]\nK0: [[1, 0], [0, 1]]\n", "M", "symmetric"),
+    ("M: [[0]]\nK0: [[1]]\n", "M", "positive definite"),
+]
+# a part of the general form and what takes its place
+NO_TERMS = [
+    ("m.mtx", "none.mtx", "M.file", "none.mtx"),
+    ("k1.mtx", "small.mtx", "K.2", "small.mtx", "2 rows"),
+    ("mu*Omega**2", "mu*Omego", "Omego", "Omega, mu"),
+    ("mu*Omega**2", "exp(mu)", "K.2.factor", "exp"),
+    ("mu*Omega**2", "1/0", "K.2.factor", "1/0"),
+    ("{file: k0.mtx}", "{file: k0.mtx, key: K}", "K.1", "key K"),
+    ("{file: k0.mtx}", "{factor: mu}", "K.1", "file", "matrix"),
+    ("{file: k0.mtx}", "{fil: k0.mtx}", "K.1.fil", "file, key"),
+    ("{file: k0.mtx}", "{file: k0.mtx, symmetric: 3}", "K.1.symmetric", "true or false"),
+    ("M: {file: m.mtx}", "M: [{file: m.mtx}, 3]", "M.2", "3"),
+    ("M: {file: m.mtx}", "M: []", "M: []"),
+    ("{matrix: [[0", "{key: K, matrix: [[0", "C.2.key"),
+    ("parameters: {Omega: 2.0, mu: 0.4}", "parameters: 3", "parameters", "names"),
+    ("mu: 0.4", "mu: x", "parameters.mu", "'x'"),
+    ("parameter: Omega", "parameter: 2x", "parameter", "'2x'"),
+    ("name: three", "K0: [[1]]", "K0"),
+    ("name: three", "coordinates: {file: m.mtx}", "m.mtx", "node"),
+    ("name: three", "damping: {ratios: [-1]}", "damping.ratios.1", "-1"),
+    ("name: three", "damping: {ratios: []}", "damping.ratios"),
+    ("name: three", "damping: {rayleigh: [1]}", "damping.rayleigh"),
+]
+
+
+@pytest.mark.parametrize(
+    ("text", "nodes", "parts"),
+    [(text, NODES, parts) for text, *parts in NO_POWERS]
+    + [(GENERAL.replace(old, new), NODES, parts) for old, new, *parts in NO_TERMS]
+    + [(f"{GENERAL}coordinates: {{file: nodes.csv}}", nodes, parts) for nodes, *parts in NO_NODES],
+)
+def test_one_sentence_names_file_key_and_value(tmp_path, read, text, nodes, parts):
+    (tmp_path / "nodes.csv").write_bytes(nodes if isinstance(nodes, bytes) else nodes.encode())
+    with pytest.raises(InputError) as refused:
+        read(text)
+    message = str(refused.value)
+    assert message.startswith(str(tmp_path))
+    assert "\n" not in message
+    for part in parts:
+        assert part in message
+
+
+def test_which_form_a_file_has():
+    assert is_general({"M": {"file": "m.mtx"}, "K0": [[1]]})
+    assert is_general({"M": [[1]], "K": [[1]]})
+    assert not is_general({"M": [[1]], "K0": [[1]]})
+    assert not is_general({"model": "B1"})
+
+
+def test_labels_that_m_or_k_alone_have_are_reported(read):
+    with (
+        pytest.warns(InputWarning, match="1 rows .* M .* 1 of node 2"),
+        pytest.warns(InputWarning, match="2 rows .* K .* 1 of node 3"),
+    ):
+        read("M: {file: m.txt}\nK: {file: k.txt}\n")
+    text = "M: {file: m.txt}\nK: [{file: m.txt}, {file: some.txt, factor: mu}]\n"
+    assert read(text).system.n == 3  # a term of K may be of some rows only
+
+
+def test_one_sided_friction_stays_on_its_side(read):
+    text = "M: {file: m.txt}\nK: [{file: m.txt}, {file: f.txt, factor: mu, SAID}]\n"
+    with pytest.raises(InputError, match=r"K\.2\.file: .*f\.txt: .*symmetric: true or"):
+        read(text.replace(", SAID", ""))
+    K = read(text.replace("SAID", "symmetric: false")).system.at({"mu": 1.0})[2]
+    assert K.tolist() == [[1, 0.4, 0], [0, 1, 0], [0, 0, 1]]
+
+
+def test_supports_by_penalties_are_left_out_with_a_warning(tmp_path, read):
+    (tmp_path / "nodes.csv").write_text("node,dof,x,y,z\n7,x,0,0,0\n7,y,0,0,0\n9,z,1,2,3\n")
+    text = "M: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\nK: [[9, 0, -1], [0, 1.0e+30, 0], [-1, 0, 7]]\n"
+    with pytest.warns(InputWarning, match="1 rows .* supports .* row 2"):
+        file = read(f"{text}coordinates: {{file: nodes.csv}}\n")
+    assert file.system.at()[2].tolist() == [[9, -1], [-1, 7]]
+    assert file.coordinates.displacements(np.array([1.0, 2.0])).tolist() == [[1, 0, 0], [0, 0, 2]]
