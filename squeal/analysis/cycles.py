@@ -12,13 +12,13 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import analyse
 from squeal.equilibrium.damping import damped_model
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError
 from squeal.io.answer import Answer, Column, Table, number
 from squeal.io.scene import COORDINATES, Scene, check_simulation, takes_scene
 from squeal.model.pad import PARAMETERS
 from squeal.schema.values import Place
-from squeal.simulation.cycles import Cycle, Measures, Shooting
-from squeal.simulation.observers import Extrema, Sliding
+from squeal.simulation.cycles import CLOSED_CURVE, Cycle, Measures, Member, Shooting
+from squeal.simulation.observers import Extrema
 from squeal.simulation.run import in_natural_units
 
 WINDOWS = 40  # times of the scene in which its motion may settle
@@ -36,8 +36,9 @@ class Orbit:
     states of a period in order; multipliers: the five Floquet multipliers beside the one of a shift
     in time, the largest first; stable: whether small deviations decay, None where they do
     not decide; friction, damping: work of friction on the pad and energy that damping takes, J a
-    period; sliding_holds: whether the surface stays faster than the pad, as the equations assume,
-    None without V; start: a state that it passes, (x, y, theta, x_dot, y_dot, theta_dot).
+    period; face: greatest speed of the lower face while it touches over V, None without V; start: a
+    state that it passes, (x, y, theta, x_dot, y_dot, theta_dot); turn: what happens here on the
+    branch, a `fold`, `period doubling`, `torus`, `grazing` or nothing.
     """
 
     value: float
@@ -50,8 +51,14 @@ class Orbit:
     stable: bool | None
     friction: float
     damping: float
-    sliding_holds: bool | None
+    face: float | None
     start: tuple[float, ...]
+    turn: str = ""
+
+    @property
+    def sliding_holds(self) -> bool | None:
+        """Whether the surface stays faster than what rubs on it, as the equations assume."""
+        return None if self.face is None else self.face < 1.0
 
     @property
     def frequency_hz(self) -> float:
@@ -71,22 +78,14 @@ class Orbit:
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of a cycle."""
-        found = {name: value for name, value in vars(self).items() if name != "damping"}
-        return found | {
+        return vars(self) | {
             "frequency_hz": self.frequency_hz,
             "amplitude": dict(zip(COORDINATES[:3], self.amplitude, strict=True)),
             "multipliers": [{"real": m.real, "imag": m.imag} for m in self.multipliers],
-            "damping": self.damping,
+            "sliding_holds": self.sliding_holds,
             "start": dict(zip(COORDINATES, self.start, strict=True)),
+            "turn": self.turn or None,
         }
-
-
-@dataclass(frozen=True)
-class TurningPoint:
-    """A `fold`, `period doubling`, `torus` or `grazing` of a branch, at a value."""
-
-    kind: str
-    value: float
 
 
 COLUMNS = (
@@ -101,7 +100,8 @@ COLUMNS = (
     Column("stable", shown=lambda one: {True: "yes", False: "no", None: "?"}[one.stable]),
     Column("friction", "J", hidden=True),
     Column("damping", "J", hidden=True),
-    Column("sliding_holds"),
+    Column("face", "V"),
+    Column("turn"),
     Column("contacts", value=lambda one: " ".join(one.contacts)),
 )
 
@@ -110,10 +110,10 @@ COLUMNS = (
 class Cycles(Answer):
     """A branch of periodic motions, in order along the branch.
 
-    own: index of the motion at the scene's value; empty with a `reason` where there is none; turns:
-    folds, period doublings, tori and grazings; sliding: verdict of the sliding equilibrium at some
-    values, None where there is no equilibrium; source: the cycles in natural units and what they
-    were computed with.
+    own: index of the motion at the scene's value; orbits are empty with a `reason` where there is
+    none; ends: why the branch ends at its first and its last cycle, empty at the end of the range;
+    sliding: verdict of the sliding equilibrium at some values, None where there is no equilibrium;
+    source: the cycle in natural units and what it was computed with.
     """
 
     model: str
@@ -121,20 +121,29 @@ class Cycles(Answer):
     orbits: tuple[Orbit, ...] = ()
     own: int = 0
     reason: str = ""
-    turns: tuple[TurningPoint, ...] = ()
+    ends: tuple[str, str] = ("", "")
     sliding: tuple[tuple[float, str | None], ...] = ()
     source: tuple[Shooting, Cycle] | None = field(default=None, repr=False)
 
     @property
+    def turns(self) -> tuple[Orbit, ...]:
+        """The folds, period doublings, tori and grazings of the branch."""
+        return tuple(one for one in self.orbits if one.turn)
+
+    @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
-        """How many of the cycles reach the speed of the surface."""
-        lost = sum(one.sliding_holds is False for one in self.orbits)
-        if not lost:
-            return ()
-        return (
-            f"{lost} of {len(self.orbits)} cycles reach the speed V of the surface, beyond which "
-            "the equations do not hold",
-        )
+        """Where the branch ends within the range, and how many cycles reach the surface's speed."""
+        cut = [
+            f"the branch ends at {self.parameter} = {number(self.orbits[i].value)}: {why}"
+            for i, why in zip((0, -1), self.ends, strict=True)
+            if why not in ("", CLOSED_CURVE)
+        ]
+        if lost := sum(one.sliding_holds is False for one in self.orbits):
+            cut.append(
+                f"in {lost} of {len(self.orbits)} cycles the lower face reaches the speed V of the "
+                "surface, beyond which the equations do not hold"
+            )
+        return tuple(cut)
 
     def table(self) -> Table:
         """A row for each cycle."""
@@ -142,18 +151,20 @@ class Cycles(Answer):
         return Table((lead, *COLUMNS), self.orbits, "", f"no periodic motion: {self.reason}")
 
     def parts(self) -> Sequence[str | Table]:
-        """The cycles, the turning points and where sliding is stable."""
+        """The cycles and where sliding is stable."""
+        sliding = [f"sliding at {self.parameter} = {number(v)}: {w}" for v, w in self._own_sliding]
         if not self.orbits:
-            return [self.table()]
+            return [self.table(), *sliding]
         own = self.orbits[self.own]
         work = f"friction does {number(own.friction)} J of work in a period, damping takes "
-        found: list[str | Table] = [self.table(), f"{work}{number(own.damping)} J"]
-        told = (Column("kind"), Column(self.parameter, value=attrgetter("value")))
-        if len(self.orbits) > 1:
-            found.append(Table(told, self.turns, "turning points", "no turning point"))
-        at = dict(self.sliding)
-        found.append(f"sliding at {self.parameter} = {number(own.value)}: {at.get(own.value)}")
-        return found
+        closed = [self.ends[0]] if CLOSED_CURVE in self.ends else []
+        return [self.table(), f"{work}{number(own.damping)} J", *closed, *sliding]
+
+    @property
+    def _own_sliding(self) -> list[tuple[float, str | None]]:
+        if not self.orbits:
+            return list(self.sliding)
+        return [one for one in self.sliding if one[0] == self.orbits[self.own].value]
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of `squeal cycles`."""
@@ -163,7 +174,8 @@ class Cycles(Answer):
             "cycles": [one.to_dict() for one in self.orbits],
             "own": self.own if self.orbits else None,
             "reason": self.reason or None,
-            "turning_points": [vars(one) for one in self.turns],
+            "ends": [why or None for why in self.ends],
+            "turning_points": [{"kind": one.turn, "value": one.value} for one in self.turns],
             "sliding": [{"value": value, "verdict": verdict} for value, verdict in self.sliding],
         }
 
@@ -196,25 +208,13 @@ def _models(scene: Scene, name: str, scale: float, scaled: Callable[[Any], Any])
     return at
 
 
-def _at_end(shooting: Shooting, last: Cycle, beyond: Cycle, end: float) -> list[Cycle]:
-    """The cycle at the end of the range, between two, where it is found."""
-    share = (end - last.value) / (beyond.value - last.value)
-    guess = last.unknowns + share * (beyond.unknowns - last.unknowns)
-    guess[7] = end
-    try:
-        return [shooting.solve(guess)[0]]
-    except ComputationError:
-        return []
-
-
-def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
+def _orbit(shooting: Shooting, member: Member, scale: float) -> Orbit:
     """A cycle in SI units."""
+    cycle = member.cycle
     model, units = shooting.model(cycle.value), shooting.units
     extrema, measures = Extrema(model), Measures(model)
-    sliding = None if model.pad.V is None else Sliding(units, model.pad.V * units.velocity)
-    observers = [extrema, measures, *([] if sliding is None else [sliding])]
-    shooting.motion(cycle.state, cycle.period, cycle.value, observers)
-    half = np.append(np.ptp(measures.ranges, axis=1) / 2.0, np.zeros(3))
+    shooting.motion(cycle.state, cycle.period, cycle.value, [extrema, measures])
+    half = np.append(np.ptp(measures.ranges[:3], axis=1) / 2.0, np.zeros(3))
     x, y, theta = units.to_si(half)[:3].tolist()
     return Orbit(
         value=float(cycle.value * scale),
@@ -227,8 +227,9 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
         stable=cycle.stable,
         friction=measures.friction * units.energy,
         damping=measures.damping * units.energy,
-        sliding_holds=None if sliding is None else sliding.result()["sliding_holds"],
+        face=None if model.pad.V is None else max(measures.face, 0.0) / model.pad.V,
         start=tuple(units.to_si(cycle.state).tolist()),
+        turn=member.turn,
     )
 
 
@@ -284,47 +285,29 @@ def cycles(
     name, low, high = _over(scene, over)
     units, _, start, stop = in_natural_units(scene)
     value = getattr(scene.pad, name)
-    scale = 1.0 if name == "mu" or PARAMETERS[name].angle or not value else abs(value)
+    scale = 1.0 if name == "mu" or PARAMETERS[name].angle else max(abs(low), abs(high)) or 1.0
     shooting = Shooting(_models(scene, name, scale, units.scaled), units)
     own, reason = shooting.settle(start, stop, value / scale, windows)
-    if own is None:
-        return Cycles(scene.model, name, reason=reason)
-    ways: list[list[Cycle]] = [[], []]
-    turns: list[TurningPoint] = []
-    for way, towards in zip(ways, (-1.0, 1.0), strict=True):
-        last = own
-        for one, met in shooting.branch(own, towards, STEP, MOST if over else 0):
-            if not low <= one.value * scale <= high:
-                way += _at_end(shooting, last, one, min(max(one.value, low / scale), high / scale))
-                break
-            last = one
-            turns += [TurningPoint(turn.kind, turn.value * scale) for turn in met]
-            way.append(one)
-            if not one.changes:
-                break
-    every = [*reversed(ways[0]), own, *ways[1]]
     values = sorted({value, *(np.linspace(low, high, SLIDING).tolist() if over else ())})
+    if own is None:
+        sliding = ((value, _verdict(scene)),)
+        return Cycles(scene.model, name, reason=reason, sliding=sliding)
+    lower, upper = list[Member](), list[Member]()
+    ends = ("", "")
+    if over:
+        reach = low / scale, high / scale
+        lower, first = shooting.branch(own, -1.0, reach, STEP, MOST)
+        last = first
+        if first != CLOSED_CURVE:
+            upper, last = shooting.branch(own, 1.0, reach, STEP, MOST)
+        ends = first, last
+    members = [*reversed(lower), Member(own), *upper]
     return Cycles(
         scene.model,
         name,
-        tuple(_orbit(shooting, one, scale) for one in every),
-        len(ways[0]),
-        turns=tuple(turns),
+        tuple(_orbit(shooting, one, scale) for one in members),
+        len(lower),
+        ends=ends,
         sliding=tuple((v, _verdict(scene.replace(**{name: v}))) for v in values),
         source=(shooting, own),
     )
-
-
-def parameter_range(given: str, option: str) -> tuple[str, float, float]:
-    """The parameter and range that NAME:LOW:HIGH names. Raises InputError."""
-    name, *ends = given.split(":")
-    try:
-        low, high = map(float, ends)
-    except ValueError:
-        low = high = 0.0
-    if not -np.inf < low < high < np.inf:
-        raise InputError(
-            f"{option} {given}: is not allowed; it must be NAME:LOW:HIGH with LOW < HIGH, such as "
-            "mu:0.1:0.6"
-        )
-    return name, low, high

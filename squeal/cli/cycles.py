@@ -2,12 +2,28 @@
 and the branch of such motions over a parameter, also where sliding is stable."""
 
 import argparse
+import math
 
 import squeal
-from squeal.analysis.cycles import WINDOWS, parameter_range
+from squeal.analysis.cycles import WINDOWS
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import said, take_files, whole, write_files
 from squeal.errors import InputError
+
+
+def parameter_range(given: str, option: str) -> tuple[str, float, float]:
+    """The parameter and range that NAME:LOW:HIGH names. Raises InputError."""
+    name, *ends = given.split(":")
+    try:
+        low, high = map(float, ends)
+    except ValueError:
+        low = high = 0.0
+    if not -math.inf < low < high < math.inf:
+        raise InputError(
+            f"{option} {given}: is not allowed; it must be NAME:LOW:HIGH with LOW < HIGH, such as "
+            "mu:0.1:0.6"
+        )
+    return name, low, high
 
 
 def options(parser: Parser) -> None:

@@ -5,12 +5,25 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.analysis.cycles import Cycles
+from squeal.analysis.cycles import Cycles, Orbit
 from squeal.io.answer import number
+from squeal.model.pad import PARAMETERS
 from squeal.plots.style import SINGLE, Drawing, blank, literal, origin, style
 
-STABLE, UNSTABLE = "#C8380E", "#3498DB"
+LOOKS: dict[str, dict[str, Any]] = {
+    "stable": {"color": "#C8380E", "lw": 1.4},
+    "unstable or undecided": {"color": "#3498DB", "ls": (0, (3, 1.5))},
+    "faster than the surface": {"color": "0.6", "ls": ":"},
+}
 MARKS = {"fold": "D", "period doubling": "s", "torus": "^", "grazing": "|"}
+
+
+def _kind(*ends: Orbit) -> str:
+    """The key of `LOOKS` of a piece of the branch."""
+    if any(one.sliding_holds is False for one in ends):
+        return "faster than the surface"
+    verdicts = {one.stable for one in ends}
+    return "stable" if True in verdicts and False not in verdicts else "unstable or undecided"
 
 
 def cycles_drawing(found: Cycles, name: str) -> Drawing:
@@ -22,29 +35,23 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
     with style():
         figure = Figure(figsize=(SINGLE, 3.2))
         axes = figure.subplots()
-        labels = {"stable": False, "unstable or undecided": False}
+        labels = dict.fromkeys(LOOKS, "cycle, {}")  # each once
         for i in range(len(value) - 1):
-            stable = bool(found.orbits[i].stable or found.orbits[i + 1].stable)
-            words = "stable" if stable else "unstable or undecided"
-            look: Any = {"color": STABLE} if stable else {"color": UNSTABLE, "ls": (0, (3, 1.5))}
-            label = None if labels[words] else f"cycle, {words}"
-            labels[words] = True
-            axes.plot(value[i : i + 2], size[i : i + 2], label=label, **look)
+            kind = _kind(*found.orbits[i : i + 2])
+            label = labels.pop(kind, "").format(kind) or None
+            axes.plot(value[i : i + 2], size[i : i + 2], label=label, **LOOKS[kind])
         axes.plot(value[found.own], size[found.own], "o", mfc="none", mec="k", label="the scene")
         for kind, mark in MARKS.items():
-            at = [turn.value for turn in found.turns if turn.kind == kind]
-            rows = [int(np.argmin(np.abs(value - v))) for v in at]
+            at = [i for i, one in enumerate(found.orbits) if one.turn == kind]
             if at:
-                axes.plot(at, size[rows], mark, color="k", ms=4, ls="", label=kind)
+                axes.plot(value[at], size[at], mark, color="k", ms=4, ls="", label=kind)
         for verdict, colour in (("stable", "k"), ("marginal", "0.6")):
             sliding = [(v, 0.0 if verdict == word else np.nan) for v, word in found.sliding]
             if np.isfinite([y for _, y in sliding]).any():
                 axes.plot(*zip(*sliding, strict=True), "-", marker=".", ms=2, color=colour,
                           label=f"sliding, {verdict}")  # fmt: skip
-        unit = "" if found.parameter == "mu" else " (SI units)"
-        axes.set_xlabel(
-            r"friction coefficient $\mu$" if not unit else literal(found.parameter) + unit
-        )
+        unit = "" if found.parameter == "mu" else f" ({PARAMETERS[found.parameter].unit})"
+        axes.set_xlabel(literal(found.parameter) + unit if unit else r"friction coefficient $\mu$")
         axes.set_ylabel(r"amplitude of $y$ ($\mu$m)")
         axes.set_ylim(bottom=-0.04 * size.max())
         figure.legend(loc="outside lower center", ncols=2)

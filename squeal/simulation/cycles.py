@@ -9,7 +9,7 @@ switching surface, is therefore the identity, and the variational equations run 
 """
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, NamedTuple
@@ -18,6 +18,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.model.equations import PadModel, Units, net_loads
+from squeal.model.pad import facing, pose
 from squeal.numerics.differentiation import complex_step
 from squeal.simulation.hybrid import Course, Observer, Steps, integrate, state_rates
 from squeal.simulation.observers import Change, Events, Grid, one_of
@@ -32,6 +33,9 @@ RETURNED = 1e-6  # relative distance of two passages that count as a return
 PASSAGES = 9  # most passages in a period
 STRAIGHT = 0.9  # least cosine of the angle by which a branch turns in a step
 HALVINGS = 12  # of a step, to locate what happens in it
+RESTING = 1e-6  # relative speed of a motion that has come to rest
+CLOSED_CURVE = "the branch is closed"
+CRITICAL = 0.05  # most distance from the unit circle of a multiplier that crosses it
 
 
 class Variations(Observer):
@@ -129,6 +133,11 @@ class Cycle:
         largest = abs(self.multipliers[0])
         return None if abs(largest - 1.0) <= self.margin else bool(largest < 1.0)
 
+    @property
+    def critical(self) -> bool:
+        """Whether a multiplier is next to the unit circle, away from 1."""
+        return any(abs(abs(m) - 1.0) < CRITICAL and m.real < 0.99 for m in self.multipliers)
+
     @cached_property
     def contacts(self) -> tuple[Any, ...]:
         """The contact states that it passes, in order, from the one with most contact on."""
@@ -137,13 +146,15 @@ class Cycle:
         return max(turns, default=())
 
 
-class Turn(NamedTuple):
-    """What happens on a branch at a value of the scaled parameter: a fold, a period doubling, a
-    torus (a complex pair leaves or enters the unit circle) or a grazing (the sequence of contact
-    states changes)."""
+class Member(NamedTuple):
+    """A cycle of a branch.
 
-    kind: str
-    value: float
+    turn: what happens at it, empty for nothing: a fold, a period doubling, a torus (a complex pair
+    leaves or enters the unit circle) or a grazing (the sequence of contact states changes).
+    """
+
+    cycle: Cycle
+    turn: str = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,7 +214,7 @@ class Shooting:
                 return cycle, tangent / np.linalg.norm(tangent)
             residual = np.concatenate([apart, [phase @ (x[:6] - guess[:6]), along @ (x - guess)]])
             x = x - np.linalg.solve(J, residual)
-            if not (x[6] > 0.0 and np.all(np.isfinite(x)) and x[7] >= 0.0):
+            if not (x[6] > 0.0 and np.all(np.isfinite(x))):
                 break
         raise ComputationError("no periodic motion was found next to the guess")
 
@@ -219,7 +230,7 @@ class Shooting:
             end = self.motion(state, window, value, [events])
             changes, state = events.changes, end
             rate = float(np.linalg.norm(state_rates(self.model(value), state)))
-            if not changes and rate <= 1e-6 * fastest:
+            if not changes and rate <= RESTING * fastest:
                 break
             if period := _return(changes):
                 begin = next(c.state for c in changes if sum(c.target) < sum(c.source))
@@ -229,12 +240,9 @@ class Shooting:
                 return self._shortest(cycle), ""
         if changes:
             return None, "contact goes on changing and the motion does not return to itself"
-        if rate <= 0.01 * fastest:
+        if rate <= RESTING * fastest:
             return None, "the motion comes to rest"
-        return None, (
-            "the motion oscillates without a change of contact; without one it is followed neither "
-            "as a linear oscillation, which is not isolated, nor as a transient"
-        )
+        return None, "the motion still oscillates, without a change of contact"
 
     def _shortest(self, cycle: Cycle) -> Cycle:
         """The cycle over its least period: a slow transient returns late, after several of them."""
@@ -245,57 +253,85 @@ class Shooting:
         return cycle
 
     def branch(
-        self, own: Cycle, towards: float, step: float, most: int
-    ) -> Iterator[tuple[Cycle, list[Turn]]]:
+        self, own: Cycle, towards: float, ends: tuple[float, float], step: float, most: int
+    ) -> tuple[list[Member], str]:
         """Cycles along the branch from one in the sense in which the value goes `towards` (+1 or
-        -1), each with what happens on the way to it.
+        -1), and why no more follow.
 
         Steps of at most `step` in (z, T, value), shortened where Newton's method fails; ends after
-        `most` cycles, or where it fails with a thousandth of the step.
+        `most` cycles, outside the values `ends`, or where it fails with a thousandth of the step.
         """
+        members: list[Member] = []
         cycle, way = self.solve(own.unknowns)
         way *= np.sign(way[7]) * towards
-        size = step
-        for _ in range(most):
-            while True:
-                try:
-                    after, turned = self.solve(cycle.unknowns + size * way, way, 6)
-                    if abs(turned @ way) > STRAIGHT:  # a sharp turn may be a jump between branches
-                        break
-                except (ComputationError, np.linalg.LinAlgError):
-                    pass
+        size, (low, high) = step, ends
+        speed = first = state_rates(self.model(cycle.value), cycle.state)
+        while len(members) < most:
+            try:
+                after, turned = self.solve(cycle.unknowns + size * way, way, 6)
+            except (ComputationError, np.linalg.LinAlgError):
+                turned = np.zeros(8)
+            if abs(turned @ way) <= STRAIGHT:  # a sharp turn may be a jump between branches
                 size /= 2.0
                 if size < 1e-3 * step:
-                    return
+                    return members, "no further cycle was found"
+                continue
             turned = turned * np.sign(turned @ way)
-            yield after, self._turns((cycle, way), size, (after, turned))
+            before, speed = speed, state_rates(self.model(after.value), after.state)
+            small = np.linalg.norm(speed) < RESTING * np.linalg.norm(first)
+            if small or speed @ before < 0.0:  # beyond the equilibrium the same cycles follow
+                return members, "the cycle shrinks to the equilibrium"
+            met = self._turns((cycle, way), size, (after, turned))
+            side = cycle.value - own.value
+            if (after.value - own.value) * side < 0.0:
+                again = self._last(cycle, after, own.value, own.value)
+                if any(abs(one.cycle.period / own.period - 1.0) < RETURNED for one in again):
+                    met = [one for one in met if (one.cycle.value - own.value) * side > 0.0]
+                    return members + met + again, CLOSED_CURVE
+            members += [one for one in met if low <= one.cycle.value <= high]
+            if not low <= after.value <= high:
+                return members + self._last(cycle, after, low, high), ""
+            members.append(Member(after))
+            if not after.changes and after.stable is None:
+                return members, "without a change of contact, cycles of any amplitude follow"
             cycle, way, size = after, turned, min(1.5 * size, step)
+        return members, f"{most} cycles were followed"
+
+    def _last(self, cycle: Cycle, beyond: Cycle, low: float, high: float) -> list[Member]:
+        """The cycle at the end of the range, between two, where there is one."""
+        end = low if beyond.value < low else high
+        share = (end - cycle.value) / (beyond.value - cycle.value)
+        guess = cycle.unknowns + share * (beyond.unknowns - cycle.unknowns)
+        guess[7] = end
+        try:
+            return [Member(self.solve(guess)[0])]
+        except (ComputationError, np.linalg.LinAlgError):
+            return []
 
     def _turns(
         self, first: tuple[Cycle, np.ndarray], size: float, last: tuple[Cycle, np.ndarray]
-    ) -> list[Turn]:
-        """What happens within a step, each located by bisection."""
-        x, way = first[0].unknowns, first[1]
-        turns: list[Turn] = []
+    ) -> list[Member]:
+        """What happens within a step, in order, each located by bisection."""
+        (cycle, way), met = first, list[tuple[float, Member]]()
         for kind, sign in SIGNS.items():
-            before = sign(*first)
-            if sign(*last) == before or (kind != "grazing" and not last[0].changes):
-                continue
-            low, high = 0.0, size
-            value = last[0].value
-            for _ in range(HALVINGS):
-                middle = (low + high) / 2.0
-                try:
-                    one, turned = self.solve(x + middle * way, way)
-                except (ComputationError, np.linalg.LinAlgError):
-                    break
-                turned = turned * np.sign(turned @ way)
-                if sign(one, turned) == before:
-                    low = middle
-                else:
-                    high, value = middle, one.value
-            turns.append(Turn(kind, float(value)))
-        return turns
+            low, before = 0.0, sign(*first)
+            while before != sign(*last) and low < size:
+                high, found = size, last
+                for _ in range(HALVINGS):
+                    middle = (low + high) / 2.0
+                    try:
+                        one, turned = self.solve(cycle.unknowns + middle * way, way)
+                    except (ComputationError, np.linalg.LinAlgError):
+                        break
+                    turned = turned * np.sign(turned @ way)
+                    if sign(one, turned) == before:
+                        low = middle
+                    else:
+                        high, found = middle, (one, turned)
+                if kind in ("fold", "grazing") or found[0].critical:  # no pair that meets elsewhere
+                    met.append((high, Member(found[0], kind)))
+                low, before = high, sign(*found)
+        return [member for _, member in sorted(met, key=lambda one: one[0])]
 
 
 SIGNS: dict[str, Callable[[Cycle, np.ndarray], Any]] = {
@@ -324,7 +360,8 @@ def _return(changes: Sequence[Change]) -> float:
 
 
 class Measures(Observer):
-    """Work of friction and of damping, ranges and mean square velocities, in natural units."""
+    """Work of friction and of damping, ranges of the place, mean square velocities and the greatest
+    speed of the lower face while it touches, in natural units."""
 
     dense = True
 
@@ -332,7 +369,12 @@ class Measures(Observer):
         self._model = model
         self.friction = self.damping = 0.0
         self.squares = np.zeros(3)  # time integrals
-        self.ranges = np.array([[np.inf, -np.inf]] * 3)
+        self.ranges = np.array([[np.inf, -np.inf]] * 4)
+
+    @property
+    def face(self) -> float:
+        """The greatest speed of the lower face while it touches, -inf if it never does."""
+        return float(self.ranges[3, 1])
 
     def _powers(self, c: Any, states: np.ndarray, on: np.ndarray) -> np.ndarray:
         """Powers of friction and of damping, and squared velocities (5, ...)."""
@@ -345,6 +387,13 @@ class Measures(Observer):
         friction = sum((a - b) * u for a, b, u in zip(rest, bare, v, strict=True))
         return np.array([friction, (drag * v).sum(axis=0), *states[3:] ** 2])
 
+    @staticmethod
+    def _places(c: Any, states: np.ndarray, on: np.ndarray) -> np.ndarray:
+        """The place, and the speed of the middle of the lower face where it touches (4, ...)."""
+        q, v = c.place(states[:3]), c.place(states[3:])
+        face = v[0] + c.h * facing(c, pose(np, q)) * v[2]
+        return np.array([*states[:3], np.where(on.any(axis=0), face, np.nan)])
+
     def see(self, course: Course) -> None:
         grid = Grid(course, 16)
         total = (grid.read(self._powers) * grid.weights[:, None] * grid.steps.h).sum(axis=(1, 2))
@@ -352,5 +401,5 @@ class Measures(Observer):
         self.damping += float(total[1])
         self.squares += total[2:]
         for i, known in enumerate(self.ranges):
-            ((low, high),) = grid.ranges(one_of(lambda _c, states, _on: states, i))
+            ((low, high),) = grid.ranges(one_of(self._places, i))
             known[:] = min(known[0], low), max(known[1], high)

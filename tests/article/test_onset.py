@@ -45,8 +45,43 @@ def test_cycle_of_b2_c_against_a_simulation():
     # a supercritical branch ends where the equilibrium begins to flutter
     assert found.branch[-1].mu == pytest.approx(found.threshold, rel=1e-3)
     assert found.unstable[0][0] == found.threshold
+    # the lower face reaches the surface's speed before the fold at 0.37236
+    assert 0.3716 < found.reaches < 0.3724
     # half the time of a period is no period
     assert dataclasses.replace(found.own, multiplier=1.0).stable is False
+
+
+D_CYCLES = {
+    "b1-d": (
+        4.28066917e-06,
+        -2.06315285e-05,
+        0.000587922045,
+        0.0155442953,
+        0.878538462,
+        11.1705638,
+    ),
+    "b2-d": (
+        -1.14269908e-05,
+        2.57750934e-05,
+        0.000386963797,
+        -0.492860121,
+        0.284165554,
+        27.7643212,
+    ),
+}
+
+
+@pytest.mark.parametrize(
+    ("case", "fold", "closed"), [("b1-d", 0.07955816, False), ("b2-d", 0.13492164, True)]
+)
+def test_folds_of_case_d_against_shooting_by_differences(case, fold, closed):
+    """The folds by another program, from the article's equations with SciPy and with differences.
+    On both sides of each fold a long simulation there stays on the cycle or comes to rest."""
+    found = onset.cycles(scene(case), np.array(D_CYCLES[case]))
+    assert isinstance(found, onset.Cycles)
+    assert found.fold == pytest.approx(fold, abs=2e-8)
+    assert found.closed is closed
+    assert found.reaches is None
 
 
 def test_intervals_of_growth():

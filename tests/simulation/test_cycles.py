@@ -9,10 +9,10 @@ import squeal
 from squeal.analysis.cycles import Cycles
 from squeal.analysis.thresholds import critical_friction
 from squeal.errors import ComputationError, InputError
-from squeal.io.scene import Damping, Scene
+from squeal.io.scene import Damping, Scene, read_scene
 from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.run import in_natural_units
-from tests.conftest import hammering_scene, needs_heyoka
+from tests.conftest import ROOT, hammering_scene, needs_heyoka
 from tests.simulation.closed import bouncing, upright
 
 
@@ -59,7 +59,7 @@ def test_the_branch_of_cycles_starts_where_the_equilibrium_begins_to_flutter(ans
     assert not last.contacts
     assert last.value == pytest.approx(first.mu, rel=1e-6)
     assert last.multiplier == pytest.approx(1.0, abs=1e-4)
-    assert [turn.kind for turn in answer.turns] == ["fold", "grazing"]
+    assert {one.turn for one in answer.turns} == {"fold", "grazing"}
 
 
 @needs_heyoka
@@ -87,7 +87,7 @@ def test_work_of_friction_is_what_damping_takes(answer):
 def test_long_simulations_beside_the_fold(answer):
     """Just above the fold two cycles: a motion stays on the stable one and leaves the other. Below
     it the motion from the last cycle comes to rest."""
-    fold = next(turn.value for turn in answer.turns if turn.kind == "fold")
+    fold = next(turn.value for turn in answer.turns if turn.turn == "fold")
     scene = damped("b1-d", 0.005)
 
     def settled(mu, start):
@@ -119,6 +119,18 @@ def test_a_bouncing_mass_without_damping_has_the_period_of_its_closed_form():
     vertical = one.monodromy[np.ix_([1, 4], [1, 4])]  # a double multiplier 1
     assert np.linalg.det(vertical) == pytest.approx(1.0, abs=1e-6)
     assert np.trace(vertical) == pytest.approx(2.0, abs=1e-4)
+
+
+@needs_heyoka
+def test_a_branch_over_a_small_signed_length_goes_both_ways():
+    """The gap y0 shifts the line contact alone: its sign and its size of micrometres matter."""
+    scene = read_scene(ROOT / "workflow/scenes/b2-c.yaml", "simulate")
+    scene = dataclasses.replace(scene, damping=Damping(ratios=(0.005,) * 3))
+    gap = scene.pad.y0
+    found = squeal.cycles(scene, ("y0", 1.02 * gap, 0.98 * gap))
+    assert found.ends == ("", "")
+    values = [one.value for one in found.orbits]
+    assert (min(values), max(values)) == pytest.approx((1.02 * gap, 0.98 * gap))
 
 
 def test_a_scene_that_comes_to_rest_has_no_cycle():

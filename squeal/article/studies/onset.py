@@ -29,7 +29,7 @@ from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Damping, Scene
 from squeal.model.equations import PadModel
-from squeal.simulation.cycles import Cycle, Shooting
+from squeal.simulation.cycles import CLOSED_CURVE, Cycle, Shooting
 from squeal.simulation.ensemble import DONE, Arrays, simulate_many, stack
 
 RATIOS = (0.001, 0.005, 0.01, 0.02)
@@ -103,14 +103,16 @@ class CyclePoint(Record):
 
 
 class Cycles(Record):
-    """A branch of periodic motions by falling mu from the greatest one that was followed, as far as
-    the surface stays faster than the pad.
+    """A branch of periodic motions, the one that leads to greater mu first, as far as the surface
+    stays faster than the lower face.
 
     own: the one at the case's friction; decay: its greatest multiplier, from the decay of a
     disturbance in a simulation; shift: how far the multiplier of a shift in time is from 1; fold:
-    the least friction of the branch; threshold: friction at which the equilibrium begins to flutter
-    at the same damping, None if it does not up to `GREATEST`; sliding: whether it is stable at the
-    case's friction; unstable: intervals of mu in which it is not, up to `GREATEST`.
+    the least friction of the branch; reaches: friction at which the lower face becomes as fast as
+    the surface, None if it nowhere does; closed: the branch is a closed curve; threshold: friction
+    at which the equilibrium begins to flutter at the same damping, None if it does not up to
+    `GREATEST`; sliding: whether it is stable at the case's friction; unstable: intervals of mu in
+    which it is not, up to `GREATEST`.
     """
 
     own: CyclePoint
@@ -118,6 +120,8 @@ class Cycles(Record):
     shift: float
     branch: tuple[CyclePoint, ...]
     fold: float
+    reaches: float | None
+    closed: bool
     threshold: float | None
     sliding: bool
     unstable: tuple[tuple[float, float], ...]
@@ -298,24 +302,33 @@ def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
     except ComputationError as error:
         return Missing(str(error))
     points = critical_friction(damped(scene, RATIO), GREATEST).points
-    # beyond the speed of the surface the equations do not hold
-    held = [one for one in found.orbits if one.sliding_holds is not False]
-    turns = [
-        turn.value
-        for turn in found.turns
-        if min(found.orbits, key=lambda one: abs(one.value - turn.value)) in held
-    ]
-    branch = tuple(map(_point, reversed(held)))  # from the greatest friction
+    held, reaches = _held(found.orbits, found.own)
     return Cycles(
         own=_point(found.orbits[found.own]),
         decay=slower,
         shift=float(abs(found.source[1].trivial - 1.0)),
-        branch=branch,
-        fold=min([one.value for one in held] + turns),
+        branch=tuple(map(_point, reversed(held))),
+        fold=min(one.value for one in held),
+        reaches=reaches,
+        closed=CLOSED_CURVE in found.ends,
         threshold=next((p.mu for p in points if p.kind == "flutter"), None),
         sliding=(growth(scene, RATIO) or 0.0) <= 0.0,
         unstable=_unstable([(p.mu, p.kind) for p in points]),
     )
+
+
+def _held(orbits: Sequence[Orbit], own: int) -> tuple[list[Orbit], float | None]:
+    """The part of a branch about its own cycle in which the surface is faster than the lower face,
+    and the friction at which the face becomes as fast, None where it does not."""
+    fast = [i for i, one in enumerate(orbits) if (one.face or 0.0) >= 1.0]
+    low = max((i for i in fast if i < own), default=-1)
+    high = min((i for i in fast if i > own), default=len(orbits))
+    reaches = None
+    for i, j in ((low, low + 1), (high, high - 1)):
+        if i in fast:
+            (slow, mu), (quick, other) = ((orbits[k].face or 0.0, orbits[k].value) for k in (j, i))
+            reaches = mu + (1.0 - slow) / (quick - slow) * (other - mu)
+    return list(orbits[low + 1 : high]), reaches
 
 
 def _unstable(points: Sequence[tuple[float, str]]) -> tuple[tuple[float, float], ...]:
@@ -412,8 +425,13 @@ def sentences(found: Onset) -> Mapping[str, bool]:
         "multipliers-agree-with-decay": all(
             abs(one.decay - one.own.multiplier) < 1e-4 for one in of.values()
         ),
-        "b2-c-cycle-ends-in-a-fold": "b2-c-integral" in of
-        and not all(point.stable for point in of["b2-c-integral"].branch[:-1]),
+        "b2-c-cycle-grows-until-its-face-is-as-fast-as-the-surface": "b2-c-integral" in of
+        and of["b2-c-integral"].reaches is not None
+        and all(point.stable for point in of["b2-c-integral"].branch[:-2]),
+        "b2-d-cycles-form-a-closed-curve": d[1] is not None and d[1].closed,
+        "d-cycles-stay-slower-than-the-surface": all(
+            one is not None and one.reaches is None for one in d
+        ),
         "b2-c-goes-on-at-every-damping": lasts("b2-c-integral") == list(RATIOS),
         "all-others-come-to-rest": len(rests) == 7 and "b2-c-integral" not in rests,
         "c-hammers-at-high-damping-alone": hammering("b2-c-integral") == [0.01, 0.02],
