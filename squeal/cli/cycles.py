@@ -7,7 +7,7 @@ import math
 import squeal
 from squeal.analysis.cycles import WINDOWS
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import said, take_files, whole, write_files
+from squeal.cli.options import not_allowed, said, take_files, whole, write_files
 from squeal.errors import InputError
 
 
@@ -19,10 +19,8 @@ def parameter_range(given: str, option: str) -> tuple[str, float, float]:
     except ValueError:
         low = high = 0.0
     if not -math.inf < low < high < math.inf:
-        raise InputError(
-            f"{option} {given}: is not allowed; it must be NAME:LOW:HIGH with LOW < HIGH, such as "
-            "mu:0.1:0.6"
-        )
+        words = "NAME:LOW:HIGH with LOW < HIGH, such as mu:0.1:0.6"
+        raise not_allowed(f"{option} {given}", words)
     return name, low, high
 
 

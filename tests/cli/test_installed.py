@@ -145,6 +145,7 @@ def sentence(err):
 
 ANSWERS = {
     "simulate": [B1],
+    "cycles": [B1, "--set", "damping.ratios=[0.1, 0.1, 0.1]", "--windows", "1"],
     "eigenvalues": [B2],
     "critical-friction": [B2],
     "advise": [B3],

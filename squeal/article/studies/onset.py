@@ -427,7 +427,7 @@ def sentences(found: Onset) -> Mapping[str, bool]:
         ),
         "b2-c-cycle-grows-until-its-face-is-as-fast-as-the-surface": "b2-c-integral" in of
         and of["b2-c-integral"].reaches is not None
-        and all(point.stable for point in of["b2-c-integral"].branch[:-2]),
+        and all(point.stable for point in of["b2-c-integral"].branch if point.changes),
         "b2-d-cycles-form-a-closed-curve": d[1] is not None and d[1].closed,
         "d-cycles-stay-slower-than-the-surface": all(
             one is not None and one.reaches is None for one in d
