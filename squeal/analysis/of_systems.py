@@ -2,33 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.analysis.answers import (
     Axis,
     Eigenvalues,
     Map,
     Sensitivity,
+    Step,
     Sweep,
     Thresholds,
     basis_text,
     shape_rows,
 )
 from squeal.analysis.modes import mode_shapes
-from squeal.analysis.systems import sweeps
 from squeal.analysis.systems.matrices import matrix_list, system_checks
-from squeal.analysis.systems.roots import SystemRoots, growing, system_roots
-from squeal.analysis.systems.sweeps import NAMES, system_chart
+from squeal.analysis.systems.roots import (
+    NO_BAND,
+    NO_ROOT,
+    SystemRoots,
+    Wanted,
+    check_memory,
+    extent,
+    growing,
+    growth_of,
+    is_small,
+    noise_of,
+    reduced_for,
+    roots_of_all,
+    system_roots,
+    verdict_of,
+)
 from squeal.analysis.systems.thresholds import system_thresholds
-from squeal.analysis.systems.wanted import Wanted, check_memory, extent, is_small
 from squeal.errors import InputError
 from squeal.io.system import SystemFile
-from squeal.linear import Spectrum, UnstableMode, unstable_modes
+from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
+from squeal.linear.eigen import ordered
 from squeal.linear.system import TermSystem
 from squeal.linear.system import dense as plain_matrix
 from squeal.sparse.argument_principle import Rectangle
@@ -41,6 +56,10 @@ CHECKED = 25  # values of a sweep at which its basis is checked
 SERVED = 9  # values at which a reduced system has to be good
 SHOWN = 121  # values of the parameter in a figure of thresholds
 SAME = 1e-6  # of |lambda|: one root, computed in two ways
+
+METHODS = ("full", "reduced", "modal")
+NAMES = (*VERDICTS, NO_ROOT)
+CORNERS = 5  # values a side of a chart at which a reduced system has to be good
 
 Band = tuple[float, float]
 
@@ -166,15 +185,17 @@ class Question:
     def sweep(self, values: Sequence[float], method: str | None = None) -> Sweep:
         """The roots at values of the parameter, on the system itself or on a reduced one."""
         system, name, reduction = self.system, self.system.parameter, None
-        method = sweeps.check_method(method, system)
+        if method is None:
+            method = "full" if is_small(system) else "reduced"
+        elif method not in METHODS:
+            allowed = f"it must be one of {', '.join(METHODS)}"
+            raise InputError(f"method: {method} is not allowed; {allowed}")
         if method == "full":
-            rows = list(sweeps.full_rows(system, self.wanted, values, self.progress))
+            rows = list(full_rows(system, self.wanted, values, self.progress))
         else:
             changes = [{name: value} for value in few(values, CHECKED)]
-            reduction, region = sweeps.reduced_for(
-                system, self.wanted, changes, method, self.progress
-            )
-            rows = list(sweeps.reduced_rows(reduction, region, name, values, self.wanted.modes))
+            reduction, region = reduced_for(system, self.wanted, changes, method, self.progress)
+            rows = list(reduced_rows(reduction, region, name, values, self.wanted.modes))
         return Sweep(system.name, name, tuple(rows), _basis(reduction, self.wanted), self.file)
 
     def thresholds(self, high: float, low: float | None = None) -> Thresholds:
@@ -217,19 +238,56 @@ class Question:
         system = self.system
         if axes is None or len(system.parameters) < 2:
             raise InputError(f"{system.name}: a map needs two named parameters and their ranges")
-        chart = system_chart(system, axes, self.wanted, self.progress)
-        basis = _basis(chart.reduction, self.wanted)
+        for axis in axes:
+            system.values({axis.name: 0.0})
+            if axis.name not in system.names:
+                used = ", ".join(sorted(system.names)) or "no parameter"
+                raise InputError(
+                    f"{axis.name}: is not allowed in a chart, no matrix depends on it; {used} does"
+                )
+        first, second = axes
+        if first.name == second.name:
+            raise InputError(f"{first.name}: is not allowed twice; a chart has two parameters")
+        codes, growth, reduction = self._chart(first, second)
+        basis = _basis(reduction, self.wanted)
         return Map(
             system.name,
             axes,
             ("", ""),
             NAMES,
-            chart.codes,
-            ("largest_real", "1/s", chart.growth),
-            details={"verdicts": [[NAMES[k] for k in row] for row in chart.codes], "basis": basis},
+            codes,
+            ("largest_real", "1/s", growth),
+            details={"verdicts": [[NAMES[k] for k in row] for row in codes], "basis": basis},
             notes=(basis_text(basis),) if basis else (),
-            source=(self.file, chart),
+            source=(self.file,),
         )
+
+    def _chart(
+        self, first: Axis, second: Axis
+    ) -> tuple[NDArray[np.int8], NDArray[np.float64], Reduction | None]:
+        """Codes, largest real parts (NaN without a root), and the reduced system of a large one."""
+        system, wanted, reduction = self.system, self.wanted, None
+        if not is_small(system):
+            corners = [
+                {first.name: float(a), second.name: float(b)}
+                for a in np.linspace(first.low, first.high, CORNERS)
+                for b in np.linspace(second.low, second.high, CORNERS)
+            ]
+            reduction, region = reduced_for(system, wanted, corners, progress=self.progress)
+        codes = np.zeros((first.n, second.n), dtype=np.int8)
+        growth = np.zeros(codes.shape)
+        noise = noise_of(system)
+        for i, a in enumerate(first.values.tolist()):
+            self.progress(f"{first.name} = {a:.6g}")
+            for j, b in enumerate(second.values.tolist()):
+                changes = {first.name: a, second.name: b}
+                if reduction is None:
+                    roots = roots_of_all(system, wanted, changes)
+                else:
+                    roots = reduction.values(region, changes)
+                codes[i, j] = NAMES.index(verdict_of(roots, noise))
+                growth[i, j] = roots.real.max() if len(roots) else np.nan
+        return codes, growth, reduction
 
     def reduced(
         self, values: Sequence[float] | None, method: str = "reduced"
@@ -239,7 +297,7 @@ class Question:
         system, free = self.system, self.system.parameter
         own = [system.parameters[free]] if values is None else values
         changes = [{free: value} for value in few(own, SERVED)]
-        reduction, _ = sweeps.reduced_for(system, self.wanted, changes, method, self.progress)
+        reduction, _ = reduced_for(system, self.wanted, changes, method, self.progress)
         return reduction, _basis(reduction, self.wanted)
 
     def sensitivity(self, of: str, high: float, known: Eigenvalues | None = None) -> Sensitivity:
@@ -266,6 +324,47 @@ class Question:
         return Sensitivity(
             "eigenvalues", system.parameter, answer.values, verdict, slopes, values, units
         )
+
+
+def reduced_rows(
+    reduction: Reduction,
+    region: Rectangle,
+    name: str,
+    values: Sequence[float],
+    modes: int | None = None,
+) -> Iterator[Step]:
+    """The sweep on a reduced system; of the region's roots all, or the lowest `modes`."""
+    noise = noise_of(reduction.system)
+    for value in values:
+        found = reduction.modes(region, {name: value})
+        verdict = growth_of(found.values, noise)  # of all of them, however few are listed
+        order = ordered(found.values)[:modes]
+        residuals = found.residuals[order]
+        yield Step(value, found.values[order], residuals, verdict, spurious=found.spurious)
+
+
+def full_rows(
+    system: TermSystem, wanted: Wanted, values: Sequence[float], progress: Progress = quiet
+) -> Iterator[Step]:
+    """The sweep on the system itself, one value after the other."""
+    noise = noise_of(system)
+    if not is_small(system) and wanted.rectangle is None and wanted.modes is None:
+        raise InputError(NO_BAND)
+    for value in values:
+        changes = {system.parameter: value}
+        if not is_small(system):
+            progress(f"{system.parameter} = {value:g}")
+            found = system_roots(system, wanted, changes, progress)
+            roots = np.array([e.value for e in found.eigenvalues], dtype=complex)
+            residuals = np.array([e.residual for e in found.eigenvalues])
+            yield Step(value, roots, residuals, found.verdict)
+            continue
+        roots = roots_of_all(system, wanted, changes)
+        # on all of them, however few are listed
+        verdict = (verdict_of if wanted.rectangle is None else growth_of)(roots, noise)
+        if wanted.modes is not None:
+            roots = roots[roots.imag >= 0.0][: wanted.modes]
+        yield Step(value, roots, np.full(len(roots), np.nan), verdict)
 
 
 def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]:
@@ -295,7 +394,7 @@ def along(answer: Thresholds) -> Sweep:
     system, values = file.system, np.linspace(answer.low, answer.high, SHOWN).tolist()
     basis, region = located.reduction, wanted.rectangle
     if basis is None:
-        rows = list(sweeps.full_rows(system, wanted, values))
+        rows = list(full_rows(system, wanted, values))
     else:
-        rows = list(sweeps.reduced_rows(basis, region, system.parameter, values))
+        rows = list(reduced_rows(basis, region, system.parameter, values))
     return Sweep(system.name, system.parameter, tuple(rows), source=file)

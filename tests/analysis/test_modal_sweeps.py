@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy import sparse
 
+import squeal
 from squeal.analysis.answers import Axis
-from squeal.analysis.systems import sweeps
-from squeal.analysis.systems.roots import system_roots
-from squeal.analysis.systems.sweeps import reduced_for, reduced_rows, system_chart
-from squeal.analysis.systems.wanted import Wanted
+from squeal.analysis.of_systems import reduced_rows
+from squeal.analysis.systems import roots
+from squeal.analysis.systems.roots import Wanted, reduced_for, system_roots
 from squeal.errors import InputError, InputWarning
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
@@ -52,7 +52,7 @@ def test_a_contact_with_a_factor_keeps_its_stiffness_in_a_modal_sweep():
 
 def test_roots_that_real_modes_lose_are_told(monkeypatch):
     """Four real modes of the lowest frequencies reach no band above."""
-    monkeypatch.setattr(sweeps, "REAL_MODES", 4)
+    monkeypatch.setattr(roots, "REAL_MODES", 4)
     wanted = Wanted(band=(1.0, 40.0))
     every = system_roots(disc_and_pad("plain"), wanted).eigenvalues
     with pytest.warns(InputWarning, match="real modes lose") as told:
@@ -64,4 +64,4 @@ def test_roots_that_real_modes_lose_are_told(monkeypatch):
 
 def test_a_chart_over_a_parameter_that_no_matrix_uses_is_refused():
     with pytest.raises(InputError, match="kc"):
-        system_chart(disc_and_pad("plain"), (Axis("mu", 0.0, 1.0, 2), Axis("kc", 1e6, 2e6, 2)))
+        squeal.map(disc_and_pad("plain"), (Axis("mu", 0.0, 1.0, 2), Axis("kc", 1e6, 2e6, 2)))

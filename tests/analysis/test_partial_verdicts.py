@@ -7,8 +7,7 @@ import pytest
 from scipy import sparse
 
 from squeal.analysis.systems import roots
-from squeal.analysis.systems.roots import system_roots
-from squeal.analysis.systems.wanted import Wanted
+from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.errors import ComputationError, MatrixError
 from squeal.linear.eigen import spectrum_of
 from squeal.linear.system import Term, TermSystem

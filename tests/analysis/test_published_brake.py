@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from benchmarks.published_brake import REGION, errors, projected, read_definitions, real_modes
-from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
-from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError
 from squeal.sparse.quadratic import ScaledSystem
 

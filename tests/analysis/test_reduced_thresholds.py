@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
+from squeal.analysis.systems.roots import Wanted
 from squeal.analysis.systems.thresholds import system_thresholds
-from squeal.analysis.systems.wanted import Wanted
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 

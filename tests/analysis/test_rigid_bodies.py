@@ -6,17 +6,11 @@ import numpy as np
 import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
+import squeal
 from squeal.analysis.answers import Axis
-from squeal.analysis.systems.roots import system_roots
-from squeal.analysis.systems.sweeps import (
-    NAMES,
-    full_rows,
-    reduced_for,
-    reduced_rows,
-    system_chart,
-)
+from squeal.analysis.of_systems import NAMES, full_rows, reduced_rows
+from squeal.analysis.systems.roots import Wanted, reduced_for, system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
-from squeal.analysis.systems.wanted import Wanted
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.sparse.argument_principle import Rectangle
@@ -28,7 +22,7 @@ MU = Formula("mu")
 @pytest.fixture(autouse=True)
 def _few_rows_are_many(monkeypatch):
     """Systems of N rows are treated as large ones."""
-    monkeypatch.setattr("squeal.analysis.systems.wanted.ALL_ROWS", 60)
+    monkeypatch.setattr("squeal.analysis.systems.roots.ALL_ROWS", 60)
 
 
 def _chain(rows):
@@ -136,7 +130,7 @@ def test_a_chart_of_a_small_free_body_is_marginal_unless_it_is_driven(drive, ver
         {"s": 1.0},
     )
     sides = (Axis("mu", 0.0, 1.0, 5), Axis("s", 0.5, 2.0, 5))
-    assert np.all(system_chart(system, sides).codes == NAMES.index(verdict))
+    assert np.all(squeal.map(system, sides).codes == NAMES.index(verdict))
 
 
 @pytest.mark.parametrize("modes", [1, 2, 7, 8, 9, 20])

@@ -6,8 +6,7 @@ import pytest
 
 import squeal
 from squeal.analysis.eigenvalues import analyse, branch_system, roots_and_verdict
-from squeal.analysis.systems.roots import system_roots
-from squeal.analysis.systems.wanted import Wanted
+from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.analysis.thresholds import critical_friction, critical_parameter
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene

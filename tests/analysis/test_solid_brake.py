@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.systems.roots import system_roots
-from squeal.analysis.systems.wanted import Wanted
+from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.errors import InputError
 from squeal.io.system import read_system
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from squeal.analysis.systems import thresholds as critical
+from squeal.analysis.systems.roots import Wanted
 from squeal.analysis.systems.thresholds import system_thresholds
-from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError
 from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Rectangle

@@ -5,8 +5,8 @@ import pytest
 
 from squeal.analysis.eigenvalues import branch_system
 from squeal.analysis.systems import wanted
+from squeal.analysis.systems.roots import Wanted
 from squeal.analysis.systems.thresholds import system_thresholds
-from squeal.analysis.systems.wanted import Wanted
 from squeal.analysis.thresholds import critical_friction
 from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem

@@ -14,7 +14,7 @@ N = ROWS + 20
 
 @pytest.fixture(autouse=True)
 def _few_rows_are_many(monkeypatch):
-    monkeypatch.setattr("squeal.analysis.systems.wanted.ALL_ROWS", ROWS)
+    monkeypatch.setattr("squeal.analysis.systems.roots.ALL_ROWS", ROWS)
 
 
 @pytest.fixture(scope="module")

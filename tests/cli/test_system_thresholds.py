@@ -14,7 +14,7 @@ W1, W2, E1, E2 = 2 * np.pi * 100, 2 * np.pi * 75, 0.02, 0.04
 
 @pytest.fixture(autouse=True)
 def _few_rows_are_many(monkeypatch):
-    monkeypatch.setattr("squeal.analysis.systems.wanted.ALL_ROWS", ROWS)
+    monkeypatch.setattr("squeal.analysis.systems.roots.ALL_ROWS", ROWS)
 
 
 def drum():

@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from squeal.analysis.systems.wanted import ALL_ROWS
+from squeal.analysis.systems.roots import ALL_ROWS
 from tests.cli.calls import answer, assert_refused, run
 
 MEETS, PASSES = (4e4 - 400) / 1.97e4, 4e4 / 1.97e4

@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
-from squeal.analysis.systems.wanted import Wanted
 from squeal.errors import InputError
 from squeal.linear import judge, thresholds
 from squeal.linear.matrices import LightMassError

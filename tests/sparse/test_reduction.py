@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from squeal.analysis.systems.sweeps import reduced_for
-from squeal.analysis.systems.wanted import Wanted
+from squeal.analysis.systems.roots import Wanted, reduced_for
 from squeal.errors import InputError, InputWarning
 from squeal.linear.matrices import norm_of
 from squeal.linear.system import Term, TermSystem

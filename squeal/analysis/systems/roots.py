@@ -1,29 +1,125 @@
-"""Eigenvalues of a system at one value of its parameters: all, those of a region, the lowest."""
+"""Which roots of a system are wanted, and the roots: all, those of a region, the lowest; on the
+system itself or on a reduced one."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+import warnings
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.analysis.systems.matrices import condition
-from squeal.analysis.systems.wanted import MODES, TERMS, Wanted, is_small
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError, InputError, InputWarning
+from squeal.io.processes import available_memory
 from squeal.linear import GROWING, UnstableMode
-from squeal.linear.eigen import STIFF, Eigenvalue, hidden, spectrum_of
+from squeal.linear.eigen import STIFF, Eigenvalue, hidden, ordered, spectrum_of
 from squeal.linear.matrices import rank_of, reduce, unit_diagonal
 from squeal.linear.system import TermSystem
 from squeal.linear.verdict import ACCEPTED, decide, judge_reduced
-from squeal.schema.values import takes
-from squeal.sparse.argument_principle import Disc, Rectangle, count_roots, disc_around, growth_bound
-from squeal.sparse.dense import dense_spectrum
+from squeal.schema.values import Instance, Place, Row, Whole, takes
+from squeal.sparse.argument_principle import (
+    Disc,
+    Rectangle,
+    band,
+    count_roots,
+    disc_around,
+    growth_bound,
+)
+from squeal.sparse.dense import dense_spectrum, dense_values
 from squeal.sparse.eigensolver import OPTIONS, Modes, lowest_modes, modes_in
 from squeal.sparse.factor import Progress, quiet
 from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
+from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system, reduce_to_real_modes
 
+ALL_ROWS = 400  # up to so many rows all roots are computed
+MODES = 20  # of a larger system where nothing else is wanted
+REAL_MODES = 200  # of a modal reduction
 NO_ROOT = "no root"  # the verdict on a band or region without one
+NO_BAND = (
+    "band: is missing; a sweep of a large system, or one by the method reduced or modal, needs "
+    "a band, a region or modes"
+)
+TERMS = Instance(TermSystem, "a TermSystem, such as that of `read_system`")
+Changes = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """Roots of a band (Hz) or of a region, or the lowest ones; of a band the lowest `modes`.
+
+    Raises InputError when made with a band and a region, or with what is none.
+    """
+
+    band: tuple[float, float] | None = None
+    region: Rectangle | None = None
+    modes: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.band is not None and self.region is not None:
+            raise InputError("band, region: one of them is allowed")
+        at = Place("Wanted")
+        if self.band is not None:
+            band(*Row(2).read(self.band, at / "band"))
+        if self.region is not None:
+            Instance(Rectangle, "a Rectangle").read(self.region, at / "region")
+        if self.modes is not None:
+            Whole(1, 10**6).read(self.modes, at / "modes")
+
+    @property
+    def rectangle(self) -> Rectangle | None:
+        """The region, or that of the band; None if neither is given.
+
+        What begins or ends on the real axis holds it.
+        """
+        region = self.region if self.band is None else band(*self.band)
+        if region is None or (region.low_imag and region.high_imag):
+            return region
+        edge = 1e-6 * max(region.high_imag, -region.low_imag)
+        low, high = region.low_imag or -edge, region.high_imag or edge
+        return replace(region, low_imag=low, high_imag=high)
+
+    def words(self) -> str:
+        """The same in words, for people."""
+        if self.band is not None:
+            return f"{self.band[0]:g} to {self.band[1]:g} Hz"
+        if self.region is not None:
+            r = self.region
+            return f"{r.low_real:g} < Re < {r.high_real:g}, {r.low_imag:g} < Im < {r.high_imag:g}"
+        return "all" if self.modes is None else f"the lowest {self.modes}"
+
+
+def is_small(system: TermSystem) -> bool:
+    """True if all roots of a system are computed."""
+    return system.n <= ALL_ROWS
+
+
+def check_memory(system: TermSystem, limit: float | None = None) -> None:
+    """Refuse what does not fit into `limit` bytes (left out: what the machine has free).
+
+    One factorisation and one subspace, as measured on three-dimensional solids; a full matrix
+    takes what its entries need. Raises ComputationError.
+    """
+    parts = [term.matrix for part in (system.M, system.C, system.K) for term in part]
+    entries = max(int(getattr(X, "nnz", X.size)) for X in parts)
+    factor = min(16.0 * system.n**2, 18.0 * entries * system.n ** (1 / 3))
+    needed = factor + 16 * 2 * 180 * system.n
+    free = available_memory() if limit is None else limit
+    if needed > free:
+        raise ComputationError(
+            f"{system.n} rows need about {needed / 1e9:.2g} GB for a factorisation, and "
+            f"{free / 1e9:.2g} GB are free; --memory GB allows more, fewer rows need less"
+        )
+
+
+def extent(region: Rectangle | Disc | None) -> dict[str, float] | None:
+    """A region for the JSON object; None stands for the whole plane."""
+    if region is None:
+        return None
+    return {"radius": region.radius} if isinstance(region, Disc) else dataclasses.asdict(region)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,3 +312,97 @@ def _whole_strip(region: Rectangle, values: tuple[Eigenvalue, ...]) -> Rectangle
     far = 1.1 * max((abs(x) for x in inside), default=0.0)
     wide = max(far, region.high_real)
     return Rectangle(-wide, wide, region.low_imag, region.high_imag)
+
+
+def verdict_of(roots: NDArray[np.complex128], noise: float) -> str:
+    """Verdict on roots of which a real part below `noise` |lambda| is none."""
+    return decide(roots, noise * np.abs(roots)).verdict if len(roots) else NO_ROOT
+
+
+def growth_of(roots: NDArray[np.complex128], noise: float) -> str | None:
+    """The same of some roots, which prove no verdict but growth."""
+    verdict = verdict_of(roots, noise)
+    return verdict if verdict in GROWING else None
+
+
+def noise_of(system: TermSystem) -> float:
+    """What of |lambda| may be rounding in a real part."""
+    damped, split = 1e-10, 1e-7  # undamped, rounding parts two equal roots
+    return damped if system.C or not system.real else split
+
+
+def sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rectangle:
+    """The region of a sweep: what is wanted, or that of the lowest modes at one value."""
+    if wanted.rectangle is not None:
+        return wanted.rectangle
+    if wanted.modes is None:
+        raise InputError(NO_BAND)
+    if is_small(scaled.system):
+        roots = roots_of_all(scaled.system, Wanted(), changes)
+        sizes = np.sort(np.abs(roots[roots.imag >= 0.0]))
+        radius = float(sizes[: wanted.modes][-1])
+    else:
+        found = lowest_modes(scaled.at(changes), wanted.modes, certify=False)
+        assert isinstance(found.region, Disc)
+        radius = found.region.radius
+    far = 1.2 * radius or 1.0
+    return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
+
+
+def reduced_for(
+    system: TermSystem,
+    wanted: Wanted,
+    values: Sequence[Changes],
+    method: str = "reduced",
+    progress: Progress = quiet,
+) -> tuple[Reduction, Rectangle]:
+    """The reduced system that serves some values of the parameters, and the region it serves.
+
+    Warns if the full problem is not met to the tolerance, or if real modes lose roots that the
+    system has at its own parameters.
+    """
+    scaled = ScaledSystem(system)
+    region = sweep_region(scaled, wanted, values[len(values) // 2])
+    if method == "modal":
+        found = reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n))
+        _warn_of_lost_roots(found, region, progress)
+        return found, region
+    found = reduce_system(scaled, region, values, progress)
+    if not found.converged:
+        warnings.warn(
+            f"{len(found.samples)} full solutions do not suffice for the reduced system: a root "
+            f"has a residual of {found.worst:.2g} in the full problem, {TOLERANCE:g} is wanted; a "
+            "narrower band or range is required",
+            InputWarning,
+            stacklevel=3,
+        )
+    return found, region
+
+
+def _warn_of_lost_roots(found: Reduction, region: Rectangle, progress: Progress) -> None:
+    """Real modes know nothing of what friction and damping do: their roots beside the system's."""
+    if found.size == found.basis.scaled.n:
+        return
+    problem = found.basis.scaled.at()
+    exact = modes_in(problem, region, False, progress, exact=OPTIONS.accepted).values
+    lost = len(exact) - len(found.values(region))
+    if lost > 0:
+        warnings.warn(
+            f"the real modes lose {lost} of {len(exact)} roots that the system has in the band at "
+            "its own parameters; the method reduced has all of them",
+            InputWarning,
+            stacklevel=3,
+        )
+
+
+def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
+    """The roots of a small system in the band or region, by rising frequency, values alone."""
+    roots = dense_values(*system.arrays(changes))
+    if not system.real:
+        roots = roots[roots.imag >= 0.0]
+    if wanted.band is not None:  # whatever their real parts are
+        low, high = (2 * np.pi * f for f in wanted.band)
+        roots = roots[(roots.imag >= low) & (roots.imag <= high)]
+    elif wanted.region is not None:
+        roots = roots[wanted.region.contains(roots)]
+    return np.asarray(roots[ordered(roots)])

@@ -9,8 +9,15 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from squeal.analysis.systems.sweeps import noise_of, reduced_for, roots_of_all, verdict_of
-from squeal.analysis.systems.wanted import TERMS, Wanted, is_small
+from squeal.analysis.systems.roots import (
+    TERMS,
+    Wanted,
+    is_small,
+    noise_of,
+    reduced_for,
+    roots_of_all,
+    verdict_of,
+)
 from squeal.errors import ComputationError, InputError
 from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.changes import TIGHT, Place, VerdictChange, Verdicts
