@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
-from squeal.equilibrium.damping import damped_model
+from squeal.equilibrium.find import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import (

@@ -14,7 +14,7 @@ import numpy as np
 
 from squeal.analysis.answers import Axis
 from squeal.analysis.stack import Names, PadStack, Places, parameters, verdicts
-from squeal.equilibrium.admissible import LIMITED
+from squeal.equilibrium.statics import LIMITS
 from squeal.errors import InputError
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import VERDICTS, sum_verdicts
@@ -68,7 +68,7 @@ class StabilityMap:
         ]
         parts += [
             (part, f"exceed the limit of {name}")
-            for part, name in zip(self.beyond, LIMITED, strict=True)
+            for part, name in zip(self.beyond, LIMITS._fields, strict=True)
         ]
         told = (f"{100 * p.mean():.3g} % of the points {words}" for p, words in parts if p.any())
         return tuple(told)

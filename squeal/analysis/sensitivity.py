@@ -14,7 +14,7 @@ import numpy as np
 from squeal.analysis.eigenvalues import Analysis
 from squeal.analysis.stack import parameters
 from squeal.equilibrium import Path
-from squeal.equilibrium.damping import (
+from squeal.equilibrium.find import (
     damping_matrix,
     modal_damping,
     modal_damping_slope,

@@ -11,11 +11,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.equilibrium.admissible import excursion
-from squeal.equilibrium.branch import CHANGE, NOWHERE, REACHED, TURNS, UNKNOWN, Branches, follow
-from squeal.equilibrium.damping import UNSTABLE, modal_damping, rayleigh_damping
-from squeal.equilibrium.find import Rests, rests
-from squeal.equilibrium.statics import Statics
+from squeal.equilibrium.branch import CHANGE, LOST, NOWHERE, REACHED, TURNS, Branches, follow
+from squeal.equilibrium.find import UNSTABLE, Rests, modal_damping, rayleigh_damping, rests
+from squeal.equilibrium.statics import Statics, excursion
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.linear import VERDICTS, damped_verdicts, undamped_verdicts
@@ -122,7 +120,7 @@ class PadStack:
         at = self.rest
         branches = follow(self.statics, at.z, at.touching, mu_max, rising=True, there=at.there)
         unsearched = ~at.searched & (branches.end == NOWHERE)
-        return branches, np.isin(branches.end, UNKNOWN) | unsearched
+        return branches, (branches.end == LOST) | unsearched
 
     def origin(self, mu: np.ndarray) -> Places:
         """Full contact about the origin at frictions mu (k,)."""

@@ -9,7 +9,7 @@ from squeal.analysis.answers import Thresholds
 from squeal.analysis.eigenvalues import LOST, branch_system, roots_and_verdict
 from squeal.analysis.maps import MU_MAX
 from squeal.equilibrium import Path
-from squeal.equilibrium.admissible import excursion
+from squeal.equilibrium.statics import excursion
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import (

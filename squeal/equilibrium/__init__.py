@@ -1,8 +1,7 @@
 """Sliding equilibria of the nonlinear models: all of them, and their branches over mu."""
 
 from squeal.equilibrium.branch import Branches, BranchOptions, follow
-from squeal.equilibrium.find import Equilibrium, find_all, rests, sliding_equilibrium
-from squeal.equilibrium.path import Path
+from squeal.equilibrium.find import Equilibrium, Path, find_all, rests, sliding_equilibrium
 
 # fmt: off
 __all__ = [

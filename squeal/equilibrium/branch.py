@@ -9,26 +9,27 @@ where a gap or mu may have turned twice. Contact changes and folds are located t
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from squeal.equilibrium.located import contact_change, fold, position_error
-from squeal.equilibrium.statics import Statics, solve_stack
-from squeal.errors import InputError
-from squeal.model.equations import natural_units
+from squeal.equilibrium.statics import WHY_HIDDEN, Statics, solve_stack
+from squeal.model.equations import natural_units, net_loads
+from squeal.model.pad import Coefficients, pose
+from squeal.numerics import differentiation
+from squeal.numerics.differentiation import STEP, Dual, with_derivative
 
 NODE, CHANGE, FOLD = range(3)
 """Kinds of a node: a point of the branch, a change of contact, a smooth fold."""
-GOING, REACHED, TURNS, LOST, AWAY, HIDDEN, SEPARATED, TILTED, SPENT, NOWHERE = range(10)
+GOING, REACHED, TURNS, LOST, AWAY, SEPARATED, TILTED, NOWHERE = range(8)
 """How a branch ends, see `Branches.end_of`; of NOWHERE there is no place without friction."""
-UNKNOWN = (LOST, HIDDEN, SPENT)
-"""Ends of the computation, not of the branch."""
-TURNED = 1e-3  # of a unit tangent between two steps: less may be rounding
-CLOSE = 1e-6  # of a step: what a place that was located may lie outside of it
-BETWEEN = np.linspace(0.0, 1.0, 7)[1:-1]  # of a step: where its cubic is looked at
-TO_FOLD = (0.1, 1e-2, 1e-3)  # of a step before a fold: more nodes, since q runs as a square root
+UNITS = 4.0 * float(np.finfo(float).eps)  # by which each coefficient and each load may be off
+OF_LOADS = ("k1", "k2", "k3", "k4", "k_c", "F_n")  # to each of which one load is proportional
+Condition = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""A number (k,) at places (4, k) that has to vanish, and its derivative (4, k)."""
 
 
 @dataclass(frozen=True)
@@ -49,14 +50,11 @@ class BranchOptions:
     farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
     tilt: float = math.pi / 2  # rad: there the lower face no longer faces the surface
 
-    def __post_init__(self) -> None:
-        for one in fields(self):
-            value = getattr(self, one.name)
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(
-                    f"BranchOptions: {one.name}: {value!r} is not allowed; it must be a finite "
-                    "number above 0"
-                )
+    turned: float = 1e-3  # of a unit tangent between two steps: less may be rounding
+    close: float = 1e-6  # of a step: what a place that was located may lie outside of it
+    between: tuple[float, ...] = (1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6)  # where its cubic is checked
+    # of a step before a fold: more nodes, since the place runs as a square root there
+    to_fold: tuple[float, ...] = (0.1, 1e-2, 1e-3)
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +91,10 @@ class Branches:
     def last(self) -> np.ndarray:
         """Index (n,) of the last node up to which mu rises; first - 1 of a pad without nodes."""
         stop = self.first[1:] - 1
-        found = stop.copy()
+        last = stop.copy()
         for node in np.flatnonzero(self.turns)[::-1]:  # of several the first counts
-            found[self.owner[node]] = node
-        return found
+            last[self.owner[node]] = node
+        return last
 
     @cached_property
     def mu_end(self) -> np.ndarray:
@@ -132,7 +130,7 @@ class Branches:
         """The equilibria of pads (k,) at mu (k,) on the part that rises from 0.
 
         Returns places (4, k), contact states (points, k), at a change the new one, the signs (k,)
-        of the balance's determinant, and where (k,) an equilibrium was found: nowhere beyond
+        of the balance's determinant, and where (k,) there is an equilibrium: nowhere beyond
         `mu_end`.
         """
         mus, sides = self._mus, self.sides
@@ -145,16 +143,16 @@ class Branches:
         z[:, exact] = self.z[:, j[exact]]
         side, go = sides[pad].copy(), np.flatnonzero(reached & ~exact)
         guess, part = z[:, go], self.statics.pick(pad[go])
-        found = guess.copy()
-        side[go] = part.settle(found, 1.0 * touching[:, go], 12)
+        root = guess.copy()
+        side[go] = part.settle(root, 1.0 * touching[:, go], 12)
         # across a fold the sign differs; other branches lie farther off
         nodes = self.z[:, j[go]], self.z[:, np.minimum(j[go] + 1, self.z.shape[1] - 1)]
-        near = np.abs(found - guess).max(axis=0) <= np.abs(nodes[1] - nodes[0]).max(axis=0)
+        near = np.abs(root - guess).max(axis=0) <= np.abs(nodes[1] - nodes[0]).max(axis=0)
         good = near & (side[go] == sides[pad[go]])
         # within rounding of a fold the balance is singular, and the cubic as good as it gets
         at_fold = self.turns[np.minimum(j[go] + 1, self.z.shape[1] - 1)]
         close = at_fold & (nodes[1][3] - mu[go] <= 1e-8 * nodes[1][3])
-        z[:, go] = np.where(good, found, guess)
+        z[:, go] = np.where(good, root, guess)
         there = reached.copy()
         there[go] = good | close
         for i in go[~there[go]]:  # a component runs far ahead of the others
@@ -191,34 +189,48 @@ class Branches:
         return z
 
     def error(self, node: int) -> float:
-        """How far rounding may move the mu of a contact change or fold; 0 of other nodes."""
+        """How far rounding may move the mu of a contact change or fold; 0 of other nodes.
+
+        Rounding of each coefficient moves all conditions together, that of each load one by one.
+        """
         if self.kind[node] == NODE:
             return 0.0
-        part = self.statics.pick(self.owner[node : node + 1])
-        before = self.touching[:, node - 1]
-        point = -1
-        if self.kind[node] == CHANGE:
-            point = int(np.argmax(before != self.touching[:, node]))
-        return position_error(part, self.z[:, node : node + 1], before, point)
+        part, z = self.statics.pick(self.owner[node : node + 1]), self.z[:, node : node + 1]
+        law, before = part.model.law, 1.0 * self.touching[:, node - 1 : node]
+        changed = np.flatnonzero(self.touching[:, node - 1] != self.touching[:, node])
+        left, J = (a[..., 0] for a in part.linearised(z, before))
+        left = np.concatenate([left, part.gaps(z)[changed, 0]])
+        J = np.concatenate([J, *(part.gap_derivatives(z, np.array([i])).T for i in changed)])
+        # at a fold three conditions do: along the branch mu is stationary
+        by = np.linalg.lstsq(J.T, np.eye(4)[3])[0]
+        size = np.array([float(np.ravel(v)[0]) for v in part.model.c._replace(mu=z[3])])
+        shifted = Coefficients(*(size[:, None] * (1.0 + 1j * STEP * np.eye(size.size))))
+        q = shifted.place(z.astype(complex))
+        f = net_loads(np, shifted, law, q, before[:, 0])
+        gaps = law.gaps(shifted, pose(np, q))
+        rows = f.x, f.y, f.moment / np.ravel(part.model.pad.w)[0], *(gaps[i] for i in changed)
+        rates = np.imag(np.broadcast_arrays(*rows)) / STEP
+        loads = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
+        shift = np.abs(by @ rates).sum() + (np.abs(by) @ np.abs(loads)).sum()
+        return float(UNITS * shift + abs(by @ left) + np.spacing(z[3, 0]))
 
     def end_of(self, pad: int) -> str:
         """Why the branch of a pad stops, in words."""
         start, stop = self.first[pad], self.first[pad + 1]
         if start == stop:
             return NO_START
-        z = self.z[:, stop - 1 : stop]
-        mu, turns = float(z[3, 0]), np.flatnonzero(self.turns[start:stop])
-        why = self.statics.pick(self.owner[start : start + 1]).why_hidden(z)
+        z = self.z[:, stop - 1]
+        mu, turns = float(z[3]), np.flatnonzero(self.turns[start:stop])
+        hidden = self.statics.pick(self.owner[start : start + 1]).hidden(z[:, None]).any()
+        why = f": {WHY_HIDDEN}" if hidden else ""
         highest = f" at mu = {self.z[3, start + turns].max():.9g}" if turns.size else ""
         return {
             REACHED: f"mu = {mu:.9g} is reached" if mu else "mu = 0",
             TURNS: f"the branch from mu = 0 turns back in a fold{highest}",
-            LOST: f"the branch from mu = 0 is lost at mu = {mu:.9g}" + (f": {why}" if why else ""),
+            LOST: f"the branch from mu = 0 is lost at mu = {mu:.9g}{why}",
             AWAY: f"the equilibrium runs away to infinity near mu = {mu:.9g}",
-            HIDDEN: f"the branch from mu = 0 is lost at mu = {mu:.9g}: {why}",
             SEPARATED: f"contact is lost at mu = {mu:.9g}",
             TILTED: f"the pad turns past 90 degrees on the branch at mu = {mu:.9g}",
-            SPENT: f"the branch was not followed beyond mu = {mu:.9g}",
         }[int(self.end[pad])]
 
 
@@ -275,6 +287,131 @@ def _unit(v: np.ndarray) -> np.ndarray:
         return np.asarray(v / np.sqrt((v * v).sum(axis=0)))
 
 
+def _plane(row: np.ndarray, value: np.ndarray) -> Condition:
+    return lambda z: ((row * z).sum(axis=0) - value, row)
+
+
+class _Ends(NamedTuple):
+    """Present ends of k branches, arrays over them: statics, place, contact state, unit vector
+    ahead, length of the step, scale; vectors and lengths are those of `scale` z."""
+
+    part: Statics
+    z: np.ndarray
+    state: np.ndarray
+    ahead: np.ndarray
+    step: np.ndarray
+    scale: np.ndarray
+
+    def pick(self, i: np.ndarray) -> _Ends:
+        return _Ends(self.part.pick(i), *(a[..., i] for a in self[1:]))
+
+    def cubic(self, new: np.ndarray, turn: np.ndarray, s: np.ndarray) -> np.ndarray:
+        """Places (4, k) at shares s of the way to new places with unit tangents `turn`."""
+        length = np.sqrt((((new - self.z) * self.scale) ** 2).sum(axis=0))
+        start, end = length * self.ahead / self.scale, length * turn / self.scale
+        return cubic(self.z, new, start, end, s)
+
+    def within(self, new: np.ndarray, met: np.ndarray, o: BranchOptions) -> np.ndarray:
+        """Where places (4, k) that were located lie between the present ones and new ones."""
+        way, whole = (
+            (self.ahead * (p - self.z) * self.scale).sum(axis=0) / self.step for p in (met, new)
+        )
+        far = np.sqrt((((met - self.z) * self.scale) ** 2).sum(axis=0)) / self.step
+        inside = (way >= -o.close) & (way <= whole + o.close)
+        return np.asarray(inside & (far <= way / o.cosine + o.close))
+
+    def tangents(self, z: np.ndarray, state: np.ndarray) -> np.ndarray:
+        """Unit tangents (4, k) at places in contact states, oriented ahead."""
+        J = self.part.linearised(z, 1.0 * state)[1] / self.scale
+        t = np.array([np.linalg.det(np.moveaxis(np.delete(J, c, axis=1), -1, 0)) for c in range(4)])
+        t = _unit(t * np.array([1.0, -1.0, 1.0, -1.0])[:, None])
+        return np.asarray(np.nan_to_num(t * np.sign((t * self.ahead).sum(axis=0))))
+
+    def opening(self, z: np.ndarray, turn: np.ndarray, point: np.ndarray) -> np.ndarray:
+        """Rates (k,) at which the gap of a contact point opens along unit tangents."""
+        return np.asarray((self.part.gap_derivatives(z, point) * turn / self.scale).sum(axis=0))
+
+    def corrected(
+        self, start: np.ndarray, condition: Condition, fine: bool = False
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Newton's method on the balance and one more condition: places (4, k), the derivative
+        (3, 4, k) of the balance there, and where it converged.
+
+        The last step is small beside the penetration, beyond which its square is left; with `fine`
+        it goes on down to rounding.
+        """
+        touching = 1.0 * self.state
+
+        def conditions(z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            (f, J), (value, row) = self.part.linearised(z, touching), condition(z)
+            return np.concatenate([f, value[None]]), np.concatenate([J, row[None]])
+
+        z, J, good = _newton(
+            conditions, start, 1.0 / self.scale[0], None if fine else self.part.deepest
+        )
+        return z, J[:3], good
+
+    def fold(self, new: np.ndarray, turn: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Where mu is stationary on the way to new places, and where (k,) that was located.
+
+        Newton's method on z and v: the loads F vanish and F_q v = 0, v being normalised.
+        """
+        part, on = self.part, 1.0 * self.state
+        mean = np.clip(self.ahead[3] / (self.ahead[3] - turn[3]), 0.0, 1.0)
+        guess = self.cubic(new, turn, mean)
+        J = np.nan_to_num(np.moveaxis(part.linearised(guess, on, 3)[1], -1, 0))
+        start = np.linalg.svd(J)[2][:, 2].T
+
+        def stiffness_along(z: np.ndarray, v: np.ndarray) -> np.ndarray:
+            c = part.model.c._replace(mu=z[3])
+            q = tuple(map(Dual, part.place(z), part.place(v)))
+            f = net_loads(differentiation, c, part.model.law, q, on)  # type: ignore[arg-type]
+            each = (f.x, f.y, f.moment / part.model.pad.w)
+            return np.array(np.broadcast_arrays(*(load.slope + 0.0 * z[0] for load in each)))
+
+        def conditions(u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+            z, v = u[:4], u[4:]
+            f, J = part.linearised(z, on)
+            # shapes (4, 1, k) and (3, 1, k): all directions of the complex step at once
+            along_v, bend = with_derivative(lambda z: stiffness_along(z, v[:, None]), z)
+            slope = np.zeros((7, 7, z.shape[1]))
+            slope[:3, :4], slope[3:6, :4], slope[3:6, 4:] = J, bend, J[:, :3]
+            slope[6, 4:] = start
+            return np.concatenate([f, along_v, [(start * v).sum(axis=0) - 1.0]]), slope
+
+        u, _, good = _newton(conditions, np.concatenate([guess, start]), 1.0 / self.scale[0])
+        return u[:4], good
+
+
+def _newton(
+    conditions: Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]],
+    start: np.ndarray,
+    unit: np.ndarray,
+    deepest: Callable[[np.ndarray], np.ndarray] | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Zeros (m, k) of the conditions, their derivative before the last step, and where it
+    converged: to rounding beside the `unit` (k,) of the places, or to a share of a depth."""
+    x, last = start.copy(), np.full(start.shape[1], np.inf)
+    good = np.zeros(start.shape[1], dtype=bool)
+    for _ in range(15):
+        with np.errstate(all="ignore"):
+            value, slope = conditions(x)
+            step, regular = solve_stack(np.moveaxis(slope, -1, 0), value.T[:, :, None])
+            move = np.where(good, 0.0, step[:, :, 0].T)
+            x = x - move
+            change = np.max(np.abs(move), axis=0)
+            far = unit + np.max(np.abs(x[:3]), axis=0)
+            deep = 0.0 if deepest is None else 1e-5 * np.clip(deepest(x), 0.0, far)
+            met = (change <= np.maximum(deep, 4e-15 * far)) | (
+                (change >= last) & (change <= 1e-6 * far)
+            )
+        good |= met & regular
+        last = change
+        if good.all() or not np.isfinite(change[~good]).any():
+            break
+    return x, slope, good & np.isfinite(x).all(axis=0)
+
+
 @dataclass
 class _Step:
     """Steps that were tried, arrays over the pads that go: new places, tangents there in the old
@@ -311,7 +448,7 @@ class _Walk:
         self.scale[:3] /= own
         there = np.ones(n, dtype=bool) if self.there is None else self.there
         self.end = np.where(there, np.where(self.mu_max > 0.0, GOING, REACHED), NOWHERE)
-        self.end[(self.end == GOING) & self.statics.hidden(self.z)] = HIDDEN
+        self.end[(self.end == GOING) & self.statics.hidden(self.z)] = LOST
         self.active = np.flatnonzero(self.end == GOING)
         J = self.statics.linearised(self.z, 1.0 * self.touching)[1]
         row = np.zeros((4, n))
@@ -327,20 +464,16 @@ class _Walk:
         self.arriving = self.ahead.copy()
         self._record(np.flatnonzero(there), NODE)
 
-    def _record(
-        self,
-        who: np.ndarray,
-        kind: int,
-        z: np.ndarray | None = None,
-        tangent: np.ndarray | None = None,
-    ) -> None:
+    def _ends(self, who: np.ndarray) -> _Ends:
+        arrays = (self.z, self.touching, self.ahead, self.step, self.scale)
+        return _Ends(self.statics.pick(who), *(a[..., who] for a in arrays))
+
+    def _record(self, who: np.ndarray, kind: int, *at: np.ndarray) -> None:
         """Append nodes of the pads `who`: their present places, or others (4, k) with the unit
-        tangent there."""
-        scale = self.scale[:, who]
-        arrives = self.arriving[:, who] if tangent is None else tangent
-        leaves = self.ahead[:, who] if tangent is None else tangent
-        place = self.z[:, who] if z is None else z
-        kinds = np.full(who.size, kind)
+        tangents there."""
+        place, arrives = at or (self.z[:, who], self.arriving[:, who])
+        leaves = at[1] if at else self.ahead[:, who]
+        scale, kinds = self.scale[:, who], np.full(who.size, kind)
         self.nodes.append(
             (who, place, arrives / scale, leaves / scale, self.touching[:, who], kinds)
         )
@@ -352,7 +485,7 @@ class _Walk:
                 break
             self._advance()
             self.active = self.active[self.end[self.active] == GOING]
-        self.end[self.active] = SPENT
+        self.end[self.active] = LOST
         whole = [np.concatenate(part, axis=-1) for part in zip(*self.nodes, strict=True)]
         order = np.argsort(whole[0], kind="stable")
         who, z, arrives, leaves, touching, kind = (part[..., order] for part in whole)
@@ -361,290 +494,191 @@ class _Walk:
     def _advance(self) -> None:
         """One step of every pad that goes on, or half of it where it was too long."""
         who = self.active
-        part = self.statics.pick(who)
-        taken = self._tried(part, who)
-        self._finish(part, who, taken)
+        ends = self._ends(who)
+        taken = self._tried(ends, self.bend[:, who])
+        self._finish(ends, who, taken)
         failed = who[~taken.good & (self.end[who] == GOING)]
         self.step[failed] /= 2
         self.end[failed[self.step[failed] < self.options.shortest_step]] = LOST
         i = np.flatnonzero(taken.good)
         if i.size:
-            self._accept(part, who, taken, i)
+            self._accept(ends, who, taken, i)
 
-    def _accept(self, part: Statics, who: np.ndarray, taken: _Step, i: np.ndarray) -> None:
+    def _accept(self, ends: _Ends, who: np.ndarray, taken: _Step, i: np.ndarray) -> None:
         """Go on to the places of the steps i that were taken."""
         o = self.options
         folded = i[taken.folds[i]]
         if folded.size:
-            self._to_fold(part, who, taken, folded)
+            self._to_fold(ends.pick(folded), who[folded], taken.fold[:, folded])
             if self.rising:
                 self.end[who[folded]] = TURNS
                 i = i[~taken.folds[i]]
         own, new, turn = who[i], taken.z[:, i], taken.turn[:, i]
-        before, step = self.z[3, own], self.step[own]
-        turned = turn - self.ahead[:, own]
-        smooth = (taken.point[i] < 0) & (np.max(np.abs(turned), axis=0) > TURNED)
+        step, turned = ends.step[i], turn - ends.ahead[:, i]
+        smooth = (taken.point[i] < 0) & (np.max(np.abs(turned), axis=0) > o.turned)
         self.bend[:, own] = np.where(smooth, turned / step, 0.0)
         self.z[:, own], self.arriving[:, own], self.ahead[:, own] = new, turn, turn
-        far = np.max(np.abs(new * self.scale[:, own]), axis=0)
-        longest = o.longest_step * (1.0 + 0.1 * far)
-        self.step[own] = np.minimum(o.growth * step, longest)
+        far = np.max(np.abs(new * ends.scale[:, i]), axis=0)
+        self.step[own] = np.minimum(o.growth * step, o.longest_step * (1.0 + 0.1 * far))
         changed = taken.point[i] >= 0
         if changed.any():
-            self._change(part.pick(i[changed]), own[changed], taken.point[i][changed])
+            self._change(own[changed], taken.point[i][changed])
         self._record(own[~changed], NODE)
-        going = own[self.end[own] == GOING]
-        backwards = (self.ahead[3, going] < 0.0) & (self.arriving[3, going] > 0.0)
-        falls = (new[3] < before)[self.end[own] == GOING]
-        self.end[going[(self.z[3, going] < 0.0) & falls]] = TURNS
+        back = (new[3] < 0.0) & (new[3] < ends.z[3, i])
         if self.rising:
-            self.end[going[backwards]] = TURNS
-        pad = part.model.pad
+            back |= (self.ahead[3, own] < 0.0) & (self.arriving[3, own] > 0.0)
+        pad = ends.part.model.pad
         limit = o.farthest * np.broadcast_to(pad.L1 + pad.L2, who.shape)[i]
         away = np.max(np.abs(new[:2]), axis=0) > limit
-        hidden = part.pick(i).hidden(new)
-        for which, why in ((away, AWAY), (hidden, HIDDEN)):
+        hidden = ends.part.pick(i).hidden(new)
+        for which, why in ((back, TURNS), (away, AWAY), (hidden, LOST)):
             self.end[own[which & (self.end[own] == GOING)]] = why
 
-    def _tried(self, part: Statics, who: np.ndarray) -> _Step:
+    def _tried(self, ends: _Ends, bend: np.ndarray) -> _Step:
         """A step of each pad, and whether it may be taken."""
-        o, scale, step = self.options, self.scale[:, who], self.step[who]
-        z, ahead, state = self.z[:, who], self.ahead[:, who], self.touching[:, who]
+        o, (part, z, state, ahead, step, scale) = self.options, ends
         guess = z + step * ahead / scale
         row = ahead * scale
-        start = guess + step**2 / 2 * self.bend[:, who] / scale
-        new, J, good = _corrected(part, start, state, row, (row * guess).sum(axis=0), 1.0 / scale)
+        start = guess + step**2 / 2 * bend / scale
+        new, J, good = ends.corrected(start, _plane(row, (row * guess).sum(axis=0)))
         with np.errstate(all="ignore"):
             off = np.sqrt((((new - guess) * scale) ** 2).sum(axis=0))
             good &= off <= o.correction * step
             turn = _unit(along(J, row) * scale)
             good &= (turn * ahead).sum(axis=0) >= o.cosine
-        point = np.full(who.size, -1)
-        taken = _Step(good, new, turn, point, np.zeros_like(good), new.copy())
+        taken = _Step(good, new, turn, np.full(step.size, -1), np.zeros_like(good), new.copy())
         wrong = part.wrong(new, state) & good
-        for i in [np.flatnonzero(wrong.any(axis=0))] if wrong.any() else []:
-            self._locate_change(part.pick(i), who[i], taken, i, wrong[:, i])
-        folds = taken.good & (np.sign(taken.turn[3]) != np.sign(ahead[3]))
-        for i in [np.flatnonzero(folds)] if folds.any() else []:
-            self._locate_fold(part.pick(i), who[i], taken, i)
-        self._look_between(part, who, taken)
+        i = np.flatnonzero(wrong.any(axis=0))
+        if i.size:
+            self._locate_change(ends.pick(i), taken, i, wrong[:, i])
+        taken.folds = taken.good & (np.sign(taken.turn[3]) != np.sign(ahead[3]))
+        i = np.flatnonzero(taken.folds)
+        if i.size:
+            at = ends.pick(i)
+            taken.fold[:, i], met = at.fold(taken.z[:, i], taken.turn[:, i])
+            taken.good[i] = met & at.within(taken.z[:, i], taken.fold[:, i], o)
+        self._look_between(ends, taken)
         return taken
 
-    def _locate_change(
-        self, part: Statics, who: np.ndarray, taken: _Step, i: np.ndarray, wrong: np.ndarray
-    ) -> None:
+    def _locate_change(self, ends: _Ends, taken: _Step, i: np.ndarray, wrong: np.ndarray) -> None:
         """The first contact change within each of the steps i, which then end there."""
-        z, state, new = self.z[:, who], self.touching[:, who], taken.z[:, i]
-        before, after = part.gaps(z), part.gaps(new)
+        part, each, new = ends.part, np.arange(i.size), taken.z[:, i]
+        before, after = part.gaps(ends.z), part.gaps(new)
         with np.errstate(all="ignore"):
             share = np.clip(before / (before - after), 0.0, 1.0)
         first = np.argmin(np.where(wrong, share, np.inf), axis=0)
-        share = np.nan_to_num(share[first, np.arange(who.size)])
-        start = self._cubic(who, z, new, taken.turn[:, i], share)
-        met, good = contact_change(part, start, state, first)
-        good &= self._within(who, z, new, met)
-        sign = np.where(state, 1.0, -1.0)
-        others = part.wrong(met, state)
-        others[first, np.arange(who.size)] = False
-        good &= ~others.any(axis=0)
-        turn = self._tangents(part, who, met, state, self.ahead[:, who])
+        sign = np.where(ends.state[first, each], -1.0, 1.0)
+        start = ends.cubic(new, taken.turn[:, i], np.nan_to_num(share[first, each]))
+        met, _, good = ends.corrected(
+            start, lambda z: (part.gaps(z)[first, each], part.gap_derivatives(z, first)), fine=True
+        )
+        others = part.wrong(met, ends.state)
+        others[first, each] = False
+        turn = ends.tangents(met, ends.state)
         # the gap has to pass zero along the branch
-        slope = (part.gap_derivatives(met, first) * turn / self.scale[:, who]).sum(axis=0)
-        good &= slope * sign[first, np.arange(who.size)] > 0.0
-        taken.good[i] = good
-        taken.z[:, i], taken.turn[:, i] = met, turn
-        taken.point[i] = first
+        passes = sign * ends.opening(met, turn, first) < 0.0
+        good &= ends.within(new, met, self.options) & ~others.any(axis=0) & passes
+        taken.good[i], taken.z[:, i], taken.turn[:, i], taken.point[i] = good, met, turn, first
 
-    def _tangents(
-        self, part: Statics, who: np.ndarray, z: np.ndarray, state: np.ndarray, like: np.ndarray
-    ) -> np.ndarray:
-        """Unit tangents (4, k) of `scale` z at places, oriented like unit vectors (4, k)."""
-        scale = self.scale[:, who]
-        J = part.linearised(z, 1.0 * state)[1] / scale
-        t = np.array([np.linalg.det(np.moveaxis(np.delete(J, c, axis=1), -1, 0)) for c in range(4)])
-        t = _unit(t * np.array([1.0, -1.0, 1.0, -1.0])[:, None])
-        return np.asarray(np.nan_to_num(t * np.sign((t * like).sum(axis=0))))
-
-    def _locate_fold(self, part: Statics, who: np.ndarray, taken: _Step, i: np.ndarray) -> None:
-        """The fold within each of the steps i."""
-        z, ahead, new, turn = self.z[:, who], self.ahead[:, who], taken.z[:, i], taken.turn[:, i]
-        share = np.clip(ahead[3] / (ahead[3] - turn[3]), 0.0, 1.0)
-        met, good = fold(part, self._cubic(who, z, new, turn, share), self.touching[:, who])
-        taken.good[i] &= good & self._within(who, z, new, met)
-        taken.folds[i], taken.fold[:, i] = True, met
-
-    def _cubic(
-        self, who: np.ndarray, z: np.ndarray, new: np.ndarray, turn: np.ndarray, s: np.ndarray
-    ) -> np.ndarray:
-        """Places (4, ..., k) at shares s (..., k) of the way to new ones, by `cubic`."""
-        scale = self.scale[:, who]
-        length = np.sqrt((((new - z) * scale) ** 2).sum(axis=0))
-        start, end = length * self.ahead[:, who] / scale, length * turn / scale
-        if np.ndim(s) == 1:
-            return cubic(z, new, start, end, s)
-        return cubic(z[:, None], new[:, None], start[:, None], end[:, None], s)
-
-    def _within(
-        self, who: np.ndarray, z: np.ndarray, new: np.ndarray, met: np.ndarray
-    ) -> np.ndarray:
-        """Where places (4, k) that were located lie between the present ones and new ones."""
-        scale, ahead, step = self.scale[:, who], self.ahead[:, who], self.step[who]
-        way, whole = ((ahead * (p - z) * scale).sum(axis=0) / step for p in (met, new))
-        far = np.sqrt((((met - z) * scale) ** 2).sum(axis=0)) / step
-        close = far <= way / self.options.cosine + CLOSE
-        return np.asarray(close & (way >= -CLOSE) & (way <= whole + CLOSE))
-
-    def _look_between(self, part: Statics, who: np.ndarray, taken: _Step) -> None:
+    def _look_between(self, ends: _Ends, taken: _Step) -> None:
         """Refuse steps within which a gap may pass zero twice, or mu turn twice."""
         i = np.flatnonzero(taken.good)
         if not i.size:
             return
-        if i.size < who.size:
-            part, who = part.pick(i), who[i]
-        z, new, turn = self.z[:, who], taken.z[:, i], taken.turn[:, i]
-        between = self._cubic(who, z, new, turn, BETWEEN[:, None] + np.zeros(i.size))
-        state = self.touching[:, who]
-        each = (part.wrong(between[:, s], state).any(axis=0) for s in range(len(BETWEEN)))
-        bad = np.any(list(each), axis=0)
-        mus = np.concatenate([z[3:], between[3], new[3:]])
+        if i.size < taken.good.size:
+            ends = ends.pick(i)
+        new, turn = taken.z[:, i], taken.turn[:, i]
+        between = [ends.cubic(new, turn, np.asarray(s)) for s in self.options.between]
+        bad = np.any([ends.part.wrong(z, ends.state).any(axis=0) for z in between], axis=0)
+        mus = np.array([z[3] for z in (ends.z, *between, new)])
         twice = np.any(np.diff(mus, axis=0) * turn[3] < 0.0, axis=0)
         taken.good[i] &= ~(bad | (twice & ~taken.folds[i]))
 
-    def _to_fold(self, part: Statics, who: np.ndarray, taken: _Step, i: np.ndarray) -> None:
-        """Record the folds of the steps i, with nodes close before them."""
-        own, end, part = who[i], taken.fold[:, i], part.pick(i)
-        z, state, scale = self.z[:, own], self.touching[:, own], self.scale[:, own]
-        tangent = self._tangents(part, own, end, state, self.ahead[:, own])
+    def _to_fold(self, ends: _Ends, who: np.ndarray, end: np.ndarray) -> None:
+        """Record the folds at places (4, k), with nodes close before them."""
+        tangent = ends.tangents(end, ends.state)
         tangent[3] = 0.0
-        row = tangent * scale
-        for back in TO_FOLD:
-            guess = self._cubic(own, z, end, tangent, np.full(own.size, 1.0 - back))
-            value = (row * guess).sum(axis=0)
-            met, J, good = _corrected(part, guess, state, row, value, 1.0 / scale)
-            good &= (met[3] < end[3]) & (met[3] > z[3])
-            k = np.flatnonzero(good)
-            unit = _unit(along(J, row)[:, k] * scale[:, k])
-            self._record(own[k], NODE, met[:, k], unit)
-        self._record(own, FOLD, end, tangent)
+        row = tangent * ends.scale
+        for back in self.options.to_fold:
+            guess = ends.cubic(end, tangent, np.asarray(1.0 - back))
+            met, J, good = ends.corrected(guess, _plane(row, (row * guess).sum(axis=0)))
+            k = np.flatnonzero(good & (met[3] < end[3]) & (met[3] > ends.z[3]))
+            self._record(who[k], NODE, met[:, k], _unit(along(J, row) * ends.scale)[:, k])
+        self._record(who, FOLD, end, tangent)
 
-    def _change(self, part: Statics, who: np.ndarray, point: np.ndarray) -> None:
+    def _change(self, who: np.ndarray, point: np.ndarray) -> None:
         """Go over to the new contact states; the branch ends where nothing touches any more."""
-        every = np.arange(who.size)
-        z, old = self.z[:, who], self.touching[:, who]
-        new = old.copy()
-        new[point, every] = ~new[point, every]
+        new = self.touching[:, who]
+        new[point, np.arange(who.size)] ^= True
         left = np.flatnonzero(new.any(axis=0))
         gone = who[~new.any(axis=0)]
         self._record(gone, NODE)
         self.end[gone] = SEPARATED
-        who, part, z, new, point = who[left], part.pick(left), z[:, left], new[:, left], point[left]
-        if not who.size:
+        if not left.size:
             return
-        turn = self._tangents(part, who, z, new, self.ahead[:, who])
-        slope = (part.gap_derivatives(z, point) * turn / self.scale[:, who]).sum(axis=0)
+        who, new, point = who[left], new[:, left], point[left]
+        ends = self._ends(who)
+        turn = ends.tangents(ends.z, new)
         opens = np.where(new[point, np.arange(who.size)], -1.0, 1.0)
         self.touching[:, who] = new
-        self.ahead[:, who] = turn * np.sign(opens * slope)
+        self.ahead[:, who] = turn * np.sign(opens * ends.opening(ends.z, turn, point))
         self.bend[:, who] = 0.0
         self._record(who, CHANGE)
 
-    def _finish(self, part: Statics, who: np.ndarray, taken: _Step) -> None:
+    def _finish(self, ends: _Ends, who: np.ndarray, taken: _Step) -> None:
         """End branches that reach mu_max, or turn past 90 degrees, within a step that was taken."""
-        pad, limit = part.model.pad, self.options.tilt
-        mu, tilt = self.mu_max[who], part.tilt(taken.z)
+        pad, limit = ends.part.model.pad, self.options.tilt
+        mu, tilt = self.mu_max[who], ends.part.tilt(taken.z)
         upright = np.broadcast_to(pad.w * (np.copysign(limit, tilt) - pad.theta0), tilt.shape)
-        # a fold may lie beyond
+        # a fold may lie beyond, at which mu is stationary
         before = taken.folds & (taken.fold[3] > mu)
         to, turn = np.where(before, taken.fold, taken.z), taken.turn.copy()
-        if (b := np.flatnonzero(before)).size:  # there mu is stationary
-            own = who[b]
-            state, ahead = self.touching[:, own], self.ahead[:, own]
-            turn[:, b] = self._tangents(part.pick(b), own, to[:, b], state, ahead)
+        if (b := np.flatnonzero(before)).size:
+            at = ends.pick(b)
+            turn[:, b] = at.tangents(to[:, b], at.state)
             turn[3, b] = 0.0
-        for component, target, over, end in (
+        for component, target, over, why in (
             (2, upright, np.abs(tilt) >= limit, TILTED),
             (3, mu, (taken.z[3] >= mu) | before, REACHED),
         ):
             i = np.flatnonzero(taken.good & over & (self.end[who] == GOING))
             if not i.size:
                 continue
-            way = to[:, i], turn[:, i]
-            self._end_at(part.pick(i), who[i], component, target[i], *way, end)
-            # a shorter step where that was not met; what is asked for may lie before 90 degrees
-            missed = i[self.end[who[i]] == GOING]
+            ended = self._end_at(ends.pick(i), who[i], component, target[i], to[:, i], turn[:, i])
+            self.end[who[i[ended]]] = why
+            # a shorter step where that was not met; mu_max may lie before 90 degrees
+            missed = i[~ended]
             taken.good[missed] = (component == 2) & (taken.z[3, missed] >= mu[missed])
         taken.good &= self.end[who] == GOING
 
     def _end_at(
         self,
-        part: Statics,
+        ends: _Ends,
         who: np.ndarray,
         component: int,
         target: np.ndarray,
         to: np.ndarray,
         turn: np.ndarray,
-        end: int,
-    ) -> None:
-        """End branches where a component of z has its target on the way to places (4, k)."""
-        z, state, scale = self.z[:, who], self.touching[:, who], self.scale[:, who]
-        sign = np.sign(target - z[component])
+    ) -> np.ndarray:
+        """Move ends to where a component of z has its target on the way to places (4, k), and
+        record them; returns where (k,) that was met."""
+        row = np.zeros(to.shape)
+        row[component] = 1.0
+        sign = np.sign(target - ends.z[component])
         low, high = np.zeros(who.size), np.ones(who.size)
         for _ in range(30):  # where the cubic has it first
             s = (low + high) / 2
-            guess = self._cubic(who, z, to, turn, s)
-            above = sign * (guess[component] - target) > 0.0
-            high, low = np.where(above, s, high), np.where(above, low, s)
-        guess[component] = target
-        row = np.zeros((4, who.size))
-        row[component] = 1.0
-        found, J, good = _corrected(part, guess, state, row, target, 1.0 / scale, fine=True)
-        good &= ~part.wrong(found, state).any(axis=0) & (found[3] <= self.mu_max[who])
-        good &= np.abs((found - guess) * scale).max(axis=0) <= self.step[who]
-        found[component] = target
+            guess = ends.cubic(to, turn, s)
+            past = sign * (guess[component] - target) > 0.0
+            high, low = np.where(past, s, high), np.where(past, low, s)
+        met, J, good = ends.corrected(guess, _plane(row, target), fine=True)
+        good &= ~ends.part.wrong(met, ends.state).any(axis=0) & (met[3] <= self.mu_max[who])
+        good &= ends.within(to, met, self.options)
+        met[component] = target
         k = np.flatnonzero(good)
-        own, ahead = who[k], self.ahead[:, who[k]]
-        tangent = _unit(along(J[:, :, k], row[:, k]) * scale[:, k])
-        tangent = tangent * np.sign((tangent * ahead).sum(axis=0))
-        self.z[:, own], self.arriving[:, own], self.ahead[:, own] = found[:, k], tangent, tangent
-        self.end[own] = end
+        tangent = _unit(along(J, row)[:, k] * ends.scale[:, k])
+        tangent = tangent * np.sign((tangent * ends.ahead[:, k]).sum(axis=0))
+        own = who[k]
+        self.z[:, own], self.arriving[:, own], self.ahead[:, own] = met[:, k], tangent, tangent
         self._record(own, NODE)
-
-
-def _corrected(
-    part: Statics,
-    start: np.ndarray,
-    state: np.ndarray,
-    row: np.ndarray,
-    value: np.ndarray,
-    size: np.ndarray,
-    fine: bool = False,
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Newton's method on the balance with row . z = value: places (4, k), the derivative (3, 4, k)
-    of the balance there, and where it converged.
-
-    The last step is small beside the unit `size` (4, k) and beside the penetration, beyond which
-    its square is left; with `fine` it goes on down to rounding.
-    """
-    touching, z = 1.0 * state, start.copy()
-    last = np.full(z.shape[1], np.inf)
-    good = np.zeros(z.shape[1], dtype=bool)
-    J = np.zeros((3, *z.shape))
-    for _ in range(12):
-        f, J = part.linearised(z, touching)
-        A = np.concatenate([np.moveaxis(J, -1, 0), row.T[:, None, :]], axis=1)
-        b = np.concatenate([f, [(row * z).sum(axis=0) - value]]).T[:, :, None]
-        step, regular = solve_stack(A, b)
-        move = np.where(good, 0.0, step[:, :, 0].T)
-        z = z - move
-        with np.errstate(all="ignore"):
-            change = np.max(np.abs(move), axis=0)
-            far = size[0] + np.max(np.abs(z[:3]), axis=0)
-            deep = np.clip(part.deepest(z), 0.0, far)
-            rounding = 4e-15 * far
-            enough = np.maximum(0.0 if fine else 1e-5 * deep, rounding)
-            met = (change <= enough) | ((change >= last) & (change <= 1e-6 * far))
-        good |= met & regular
-        last = change
-        if good.all() or not np.isfinite(change[~good]).any():
-            break
-    return z, J, good & np.isfinite(z).all(axis=0)
+        return good

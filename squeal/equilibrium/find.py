@@ -1,25 +1,36 @@
-"""Places of rest without friction, and all sliding equilibria of a pad: Newton's method from many
-places at once."""
+"""Equilibria of one pad: its places of rest without friction, all at its friction, its branch over
+mu, and the damping matrix that refers to its modes at rest."""
+
+from __future__ import annotations
 
 import dataclasses
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 
-from squeal.equilibrium.admissible import LIMITS, excursion
-from squeal.equilibrium.branch import NO_START, REACHED, Branches, BranchOptions, follow
-from squeal.equilibrium.statics import Statics
+from squeal.equilibrium.branch import CHANGE, NO_START, REACHED, Branches, BranchOptions, follow
+from squeal.equilibrium.statics import LIMITS, WHY_HIDDEN, Statics, excursion
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.model.contact import State
-from squeal.model.equations import PadModel, natural_units
+from squeal.model.equations import (
+    Linearisation,
+    PadModel,
+    about_origin,
+    linearise,
+    linearised_at,
+    natural_units,
+)
 
 ALIKE = 1e-9  # of a potential energy: what two places with the same may differ by
 FAR = 20  # pads for which places far off are searched, one by one
-MOST = 65536  # places that are solved at once; bounds the memory
+MOST = 200  # pads that are searched together; bounds the memory
 PASSES = 60  # of Newton's method in a search
+UNSTABLE = "modal damping ratios need stable modes, and the pad is unstable without friction"
 
 
 @dataclass(frozen=True)
@@ -63,13 +74,13 @@ def record(
     """
     if not statics.presses(z):
         return None
-    R_n, delta = statics.reaction(z, state)
-    excesses, why = excursion(statics, z, state).warnings(), statics.why_hidden(z)
-    if why:
+    excesses = excursion(statics, z, state).warnings()
+    if statics.hidden(z):
         if not excesses:
-            raise ComputationError(f"no equilibrium can be given: {why}")
-        excesses += (why,)
+            raise ComputationError(f"no equilibrium can be given: {WHY_HIDDEN}")
+        excesses += (WHY_HIDDEN,)
     x, y, theta = (float(v) for v in statics.to_si(z))
+    R_n, delta = statics.reaction(z, state)
     potential = statics.potential(z, state) * statics.units.energy
     place = (x, y, theta), float(z[3]), state
     return Equilibrium(*place, R_n, delta, potential, on_branch, excesses=excesses)
@@ -100,9 +111,9 @@ def _near_seeds(statics: Statics, n: int) -> np.ndarray:
     return np.array(seeds).transpose(1, 0, 2)
 
 
-def _far_seeds(statics: Statics) -> np.ndarray:
-    """Places (4, seeds, 1) of one pad of the size of the load, of the pad and of its springs, at
-    all tilts."""
+def _all_seeds(statics: Statics) -> np.ndarray:
+    """Places (4, seeds, 1) of one pad: the near ones, and of the size of the load, of the pad and
+    of its springs at all tilts."""
     pad = statics.model.pad
     lengths = [float(np.ravel(v)[0]) for v in (1.0, 10.0, pad.w, pad.L1, pad.L2)]
     if not statics.model.law.restoring:
@@ -115,7 +126,7 @@ def _far_seeds(statics: Statics) -> np.ndarray:
     small = np.append(small, [-LIMITS.tilt / 2, LIMITS.tilt / 2])
     tilts = sorted({*wide.tolist(), *small[np.abs(small) < limit].tolist()})
     each = [(x, y, lengths[2] * tilt, 0.0) for (x, y) in sorted(places) for tilt in tilts]
-    return np.array(each).T[:, :, None]
+    return np.concatenate([_near_seeds(statics, 1), np.array(each).T[:, :, None]], axis=1)
 
 
 class _Candidates(NamedTuple):
@@ -123,7 +134,6 @@ class _Candidates(NamedTuple):
 
     z: np.ndarray
     touching: np.ndarray
-    met: np.ndarray
     presses: np.ndarray
     energy: np.ndarray
 
@@ -143,12 +153,11 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Candidates:
     here = part.pick(met)
     presses[met] = here.presses(z[:, met])
     energy[met] = here.model.energy(here.place(z[:, met]), np.zeros(3), each[:, met])
-    arrays = (a.reshape(*a.shape[:-1], tries, n) for a in (z, met, presses, energy))
-    z, met, presses, energy = arrays
-    return _Candidates(z, on, met, presses, energy)
+    z, presses, energy = (a.reshape(*a.shape[:-1], tries, n) for a in (z, presses, energy))
+    return _Candidates(z, on, presses, energy)
 
 
-def _least(statics: Statics, found: _Candidates) -> tuple[np.ndarray, np.ndarray]:
+def _least(statics: Statics, met: _Candidates) -> tuple[np.ndarray, np.ndarray]:
     """Which try (n,) is the place of rest of each pad, and where (n,) there is one.
 
     It has the least potential energy of those that press, of two with the same that further along
@@ -156,23 +165,23 @@ def _least(statics: Statics, found: _Candidates) -> tuple[np.ndarray, np.ndarray
     so far as beside one of less energy a pressing one has to be admissible; of a law that turns
     the pad away admissible ones go before others.
     """
-    tries, n = found.met.shape
+    tries, n = met.presses.shape
     part = statics.pick(np.tile(np.arange(n), tries))
-    touching = np.repeat(found.touching, n, axis=1)
+    touching = np.repeat(met.touching, n, axis=1)
     with np.errstate(all="ignore"):  # where nothing was met
-        beyond = excursion(part, found.z.reshape(4, -1), touching).beyond().any(axis=0)
-    fits = ~beyond.reshape(tries, n)
-    pressing = np.where(found.presses, found.energy, np.inf)
+        fits = ~excursion(part, met.z.reshape(4, -1), touching).beyond().any(axis=0)
+    fits = fits.reshape(tries, n)
+    pressing = np.where(met.presses, met.energy, np.inf)
     # the pad hangs in its springs
-    idle = found.energy.min(axis=0) < pressing.min(axis=0)
-    choose = found.presses & (fits | ~idle)
+    idle = met.energy.min(axis=0) < pressing.min(axis=0)
+    choose = met.presses & (fits | ~idle)
     if not statics.model.law.restoring:
         choose &= fits | ~(choose & fits).any(axis=0)
-    energy = np.where(choose, found.energy, np.inf)
+    energy = np.where(choose, met.energy, np.inf)
     least = energy.min(axis=0)
     with np.errstate(invalid="ignore"):
         alike = choose & (energy <= least + ALIKE * np.abs(least))
-    best = np.argmax(np.where(alike, found.z[0], -np.inf), axis=0)
+    best = np.argmax(np.where(alike, met.z[0], -np.inf), axis=0)
     return best, np.isfinite(least)
 
 
@@ -185,47 +194,35 @@ def rests(statics: Statics, n: int) -> Rests:
     too, for the first `FAR` of them.
     """
     statics = dataclasses.replace(statics, model=statics.model.replace(mu=0.0))
-    z, every = np.zeros((4, n)), np.arange(n)
+    z, restoring = np.zeros((4, n)), statics.model.law.restoring
     side = statics.settle(z, None, 40)
     touching = statics.gaps(z) < 0.0
-    there = (side == -1.0) & statics.presses(z) & statics.model.law.restoring
+    there = (side == -1.0) & statics.presses(z) & restoring
     searched = np.ones(n, dtype=bool)
-    seeds = max(1, MOST // 300)
-    left = every[~there]
-    for start in range(0, left.size, seeds):
-        i = left[start : start + seeds]
+
+    def search(i: np.ndarray, part: Statics, seeds: np.ndarray) -> None:
+        met = _search(part, seeds)
+        best, there[i] = _least(part, met)
+        good = np.flatnonzero(there[i])
+        z[:, i[good]] = met.z[:, best[good], good]
+        touching[:, i[good]] = met.touching[:, best[good]] > 0.0
+
+    left = np.flatnonzero(~there)
+    for start in range(0, left.size, MOST):
+        i = left[start : start + MOST]
         part = statics.pick(i)
-        found = _search(part, _near_seeds(part, i.size))
-        _take(z, touching, there, i, found, *_least(part, found))
+        search(i, part, _near_seeds(part, i.size))
     doubtful = ~there
-    if not statics.model.law.restoring:
+    if not restoring:
         with np.errstate(all="ignore"):
             doubtful |= excursion(statics, z, touching).beyond().any(axis=0)
-    far = every[doubtful]
-    far = np.concatenate([far[~there[far]], far[there[far]]])
+    far = np.flatnonzero(doubtful)
+    far = far[np.argsort(there[far], kind="stable")]
     searched[far[FAR:]] = there[far[FAR:]]
-    for i in far[:FAR]:
-        part = statics.pick(every[i : i + 1])
-        near, all_over = _search(part, _near_seeds(part, 1)), _search(part, _far_seeds(part))
-        both = (np.concatenate(pair, axis=1) for pair in zip(near[:2], all_over[:2], strict=True))
-        rest = (np.concatenate(pair) for pair in zip(near[2:], all_over[2:], strict=True))
-        found = _Candidates(*both, *rest)
-        _take(z, touching, there, every[i : i + 1], found, *_least(part, found))
+    for i in far[:FAR, None]:
+        part = statics.pick(i)
+        search(i, part, _all_seeds(part))
     return Rests(z, touching, there, searched)
-
-
-def _take(
-    z: np.ndarray,
-    touching: np.ndarray,
-    there: np.ndarray,
-    i: np.ndarray,
-    found: _Candidates,
-    best: np.ndarray,
-    good: np.ndarray,
-) -> None:
-    z[:, i[good]] = found.z[:, best, np.arange(i.size)][:, good]
-    touching[:, i[good]] = found.touching[:, best[good]] > 0.0
-    there[i] = good
 
 
 def find_all(model: PadModel) -> list[Equilibrium]:
@@ -237,40 +234,36 @@ def find_all(model: PadModel) -> list[Equilibrium]:
     one presses on the surface.
     """
     statics = Statics.of(model)
-    found: list[tuple[np.ndarray, np.ndarray]] = []
-    seeds = np.concatenate([_near_seeds(statics, 1), _far_seeds(statics)], axis=1)
+    roots: list[tuple[np.ndarray, np.ndarray]] = []
+    seeds = _all_seeds(statics)
     seeds[3] = model.pad.mu
     met = _search(statics, seeds)
     for i in np.flatnonzero(met.presses):
         z = met.z[:, i, 0]
-        known = [np.abs(z - other).max() for other, _ in found]  # the same is met from many seeds
-        if min(known, default=np.inf) >= 1e-6 * (1.0 + np.max(np.abs(z[:3]))):
-            found.append((z, met.touching[:, i] > 0.0))
-    each = (record(statics, z, State(*on.tolist())) for z, on in found)
+        apart = [np.abs(z - other).max() for other, _ in roots]  # the same is met from many seeds
+        if min(apart, default=np.inf) >= 1e-6 * (1.0 + np.max(np.abs(z[:3]))):
+            roots.append((z, met.touching[:, i] > 0.0))
+    each = (record(statics, z, State(*on.tolist())) for z, on in roots)
     return sorted((e for e in each if e is not None), key=lambda e: e.potential)
 
 
-@lru_cache(maxsize=64)  # one query asks for the same pads several times
-def rest_of(model: PadModel) -> Rests:
-    """`rests` of one pad, in its natural units; the arrays are unwritable."""
-    found = rests(Statics.of(model), 1)
-    for array in found:
-        array.flags.writeable = False
-    return found
+@lru_cache(maxsize=64)  # one query needs the same pads several times
+def _rest_of(smooth: PadModel) -> Rests:
+    return rests(Statics.of(smooth), 1)
 
 
 def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
     """Where the branch of a pad starts, z (4,) in natural units; None without a place of rest."""
-    found = rest_of(dataclasses.replace(model, damping=None).replace(mu=0.0))
-    if not found.there[0]:
+    rest = _rest_of(dataclasses.replace(model, damping=None).replace(mu=0.0))
+    if not rest.there[0]:
         return None
-    return found.z[:, 0].copy(), State(*found.touching[:, 0].tolist())
+    return rest.z[:, 0].copy(), State(*rest.touching[:, 0].tolist())
 
 
 def branch_of(
     model: PadModel, mu_max: float, rising: bool = True, options: BranchOptions | None = None
 ) -> Branches:
-    """The branch of one pad from mu = 0 to mu_max, whatever its own mu and damping."""
+    """The branch of one pad from mu = 0 to mu_max, for any friction and damping of its own."""
     smooth = dataclasses.replace(model, damping=None).replace(mu=0.0)
     return _branch_of(smooth, mu_max, rising, options)
 
@@ -279,48 +272,221 @@ def branch_of(
 def _branch_of(
     smooth: PadModel, mu_max: float, rising: bool, options: BranchOptions | None
 ) -> Branches:
-    start = rest_of(smooth)
-    statics = Statics.of(smooth)
-    return follow(
-        statics, start.z, start.touching, np.array([mu_max]), options, rising, start.there
-    )
-
-
-def _beyond(branch: Branches) -> str:
-    """Why the pad's mu lies beyond the rising part of its branch; empty if it does not."""
-    if branch.end[0] != REACHED:
-        return f"the equilibrium is not on the branch from mu = 0: {branch.end_of(0)}"
-    if not branch.turns.any():
-        return ""
-    fold = float(branch.z[3, np.flatnonzero(branch.turns)[0]])
-    return (
-        f"the equilibrium lies beyond a fold: the branch from mu = 0 turns back at mu = {fold:.9g}"
-    )
+    rest, statics = _rest_of(smooth), Statics.of(smooth)
+    end = np.array([mu_max])
+    return follow(statics, rest.z, rest.touching, end, options, rising, rest.there)
 
 
 def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
-    """The equilibrium that a query is about, and how it was found or why there is none.
+    """The equilibrium that a query is about, and how it was reached or why there is none.
 
     It is the one on the branch continued from mu = 0, if that branch reaches the pad's mu, else
-    the one of least potential energy at the pad's mu. Its warnings tell if it is not on the part
+    the one of least potential energy at the pad's mu. Its warnings say if it is not on the part
     of the branch that rises from mu = 0, or leaves what the model means.
     """
-    return _sliding(dataclasses.replace(model, damping=None))
-
-
-@lru_cache(maxsize=64)  # studies ask for the same pads with many dampings
-def _sliding(model: PadModel) -> tuple[Equilibrium | None, str]:
-    branch = branch_of(model, model.pad.mu, rising=False)
-    reason, beyond = branch.end_of(0), _beyond(branch)
+    model = dataclasses.replace(model, damping=None)
+    branch, beyond = branch_of(model, model.pad.mu, rising=False), ""
+    reason = branch.end_of(0)
     if reason == NO_START:
         beyond = f"the equilibrium is on no branch from mu = 0: {reason}"
-    if branch.end[0] == REACHED:
+    elif branch.end[0] != REACHED:
+        beyond = f"the equilibrium is not on the branch from mu = 0: {reason}"
+    else:
+        if branch.turns.any():
+            beyond = (
+                "the equilibrium lies beyond a fold: the branch from mu = 0 turns back at mu = "
+                f"{branch.z[3, np.argmax(branch.turns)]:.9g}"
+            )
         z, state = branch.z[:, -1], State(*branch.touching[:, -1].tolist())
-        found = record(Statics.of(model), z, state, on_branch=True)
-        if found is not None:
+        at_end = record(Statics.of(model), z, state, on_branch=True)
+        if at_end is not None:
             how = "on the branch continued from mu = 0"
-            return dataclasses.replace(found, beyond=beyond), how
+            return dataclasses.replace(at_end, beyond=beyond), how
     others = find_all(model)
     if others:
         return dataclasses.replace(others[0], beyond=beyond), f"least potential energy; {reason}"
     return None, f"no steady sliding exists: {reason}, and no other equilibrium was found"
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """The branch of one pad as a function of mu, from mu = 0 up to its first fold or to its end.
+
+    mu_end is its largest mu.
+    """
+
+    model: PadModel
+    branch: Branches
+
+    @staticmethod
+    def of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Path:
+        """Follow the branch of a pad (its own mu is ignored) up to mu_max.
+
+        Raises ComputationError if there is no equilibrium in contact at mu = 0.
+        """
+        branch = branch_of(model, mu_max, options=options)
+        if not branch.z.size:
+            raise ComputationError(NO_START)
+        return Path(model, branch)
+
+    @property
+    def statics(self) -> Statics:
+        """The pad's statics in its natural units."""
+        return self.branch.statics
+
+    @property
+    def end(self) -> str:
+        """Why the path stops, in words."""
+        return self.branch.end_of(0)
+
+    @cached_property
+    def mu_end(self) -> float:
+        """The largest mu on the path."""
+        return float(self.branch.mu_end[0])
+
+    @cached_property
+    def fold(self) -> float | None:
+        """The mu at which the branch turns back, None if it does not."""
+        return self.mu_end if self.branch.turns[self.branch.last[0]] else None
+
+    @cached_property
+    def breakpoints(self) -> list[float]:
+        """Values of mu at which the contact state changes."""
+        changes = np.flatnonzero(self.branch.kind == CHANGE)
+        return [float(mu) for mu in self.branch.z[3, changes[changes <= self.branch.last[0]]]]
+
+    @property
+    def states(self) -> list[State]:
+        """The contact states along the path, one for each node."""
+        on = self.branch.touching[:, : self.branch.last[0] + 1].T.tolist()
+        return [State(*one) for one in on]
+
+    def places(self, mus: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+        """Equilibria (4, k) in natural units at mus and contact states (points, k), at a change
+        the new one.
+
+        Raises ComputationError beyond the path.
+        """
+        mu = np.asarray(mus, dtype=float)
+        z, touching, _, there = self.branch.at(np.zeros(mu.size, dtype=int), mu)
+        if not there.all():
+            lost = mu[np.argmin(there)]
+            if not 0.0 <= lost <= self.mu_end:
+                raise ComputationError(f"no equilibrium at mu = {lost:.9g}: {self.end}")
+            raise ComputationError(f"the equilibrium at mu = {lost:.9g} could not be found")
+        return z, touching
+
+    def at(self, mu: float) -> tuple[np.ndarray, State]:
+        """The equilibrium z (4,) at mu and its contact state. Raises as `places` does."""
+        z, touching = self.places([mu])
+        return z[:, 0], State(*touching[:, 0].tolist())
+
+    def error(self, mu: float) -> float:
+        """How far rounding may move a change of contact or a fold at mu; 0 elsewhere."""
+        nodes = np.flatnonzero(self.branch.z[3] == mu)
+        return max((self.branch.error(int(node)) for node in nodes), default=0.0)
+
+    def equilibrium(self, mu: float) -> Equilibrium | None:
+        """The equilibrium at mu in SI units; None beyond the path."""
+        if not 0.0 <= mu <= self.mu_end:
+            return None
+        z, state = self.at(mu)
+        return record(self.statics, z, state, on_branch=True)
+
+    def linearisation(self, mu: float) -> Linearisation:
+        """M, C, K about the equilibrium at mu, SI units."""
+        return self.linearisations([mu])[0]
+
+    def linearisations(self, mus: Sequence[float]) -> list[Linearisation]:
+        """`linearisation` of each mu, which together take hardly longer than one."""
+        z, touching = self.places(mus)
+        model = self.model.replace(mu=np.asarray(mus, dtype=float))
+        return linearised_at(model, self.statics.to_si(z), 1.0 * touching)
+
+
+def modal_damping(A: np.ndarray, ratios: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """B (..., 3, 3) that gives the modes of z'' + A z = 0 these damping ratios, and where it can.
+
+    B = sum_i 2 z_i w_i v_i v_i' with A v_i = w_i^2 v_i, v_i' v_i = 1, by rising w_i, where A is
+    the symmetric part of what is given. The second result (...) is false where a mode is
+    unstable, so that it has no damping ratio.
+    """
+    squares, modes = np.linalg.eigh((A + np.swapaxes(A, -1, -2)) / 2)
+    rates = 2 * np.array(ratios) * np.sqrt(np.maximum(squares, 0.0))
+    B = modes * rates[..., None, :] @ np.swapaxes(modes, -1, -2)
+    return B, squares[..., 0] >= -1e-12 * squares[..., -1]
+
+
+def modal_damping_slope(A: np.ndarray, dA: np.ndarray, ratios: tuple[float, ...]) -> np.ndarray:
+    """The derivative (3, 3) of `modal_damping` where A (3, 3) changes by dA.
+
+    The formula of Daleckii and Krein for a function of a symmetric matrix. NaN where two modes of
+    one frequency have different ratios, so that no direction is theirs.
+    """
+    squares, modes = np.linalg.eigh((A + A.T) / 2)
+    w = np.sqrt(np.maximum(squares, 0.0))
+    z = np.array(ratios)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        quotients = 2 * np.subtract.outer(z * w, z * w) / np.subtract.outer(squares, squares)
+        same = np.subtract.outer(squares, squares) == 0.0
+        alike = np.where(np.equal.outer(z, z), np.where(z > 0.0, z / w, 0.0), np.nan)
+    quotients = np.where(same, alike, quotients)
+    inner = modes.T @ ((dA + dA.T) / 2) @ modes
+    return np.asarray(modes @ (quotients * inner) @ modes.T)
+
+
+def rayleigh_damping(A: np.ndarray, factors: tuple[float, ...]) -> np.ndarray:
+    """B (..., 3, 3) = alpha + beta A for z'' + A z = 0, A its symmetric part; alpha in 1/s, beta
+    in s. A mode of frequency w then has the damping ratio (alpha/w + beta w)/2."""
+    alpha, beta = factors
+    return np.asarray(alpha * np.eye(3) + beta * (A + np.swapaxes(A, -1, -2)) / 2)
+
+
+def damping_matrix(scene: Scene) -> np.ndarray:
+    """C (3, 3) in SI units; zero if the scene names no damping.
+
+    Modal ratios and Rayleigh damping refer to the modes, the mass and the stiffness about the
+    equilibrium without friction. The matrix is then the same in every linearisation and in every
+    contact state of a simulation. Raises ComputationError where a mode with a ratio is unstable,
+    or where there is no equilibrium to refer to.
+    """
+    damping = scene.damping
+    if damping is None:
+        return np.zeros((3, 3))
+    if damping.matrix is not None:
+        return np.array(damping.matrix)
+    model, q, state = without_friction(scene)
+    matrices = about_origin(model) if model.linear else linearise(model, q, state)
+    root = np.sqrt(np.diag(matrices.M))
+    A = matrices.K / np.outer(root, root)
+    if damping.ratios is None:
+        assert damping.rayleigh is not None
+        B = rayleigh_damping(A, damping.rayleigh)
+    else:
+        B, stable = modal_damping(A, damping.ratios)
+        if not stable:
+            raise ComputationError(UNSTABLE)
+    return np.asarray(root[:, None] * B * root)
+
+
+def damped_model(scene: Scene) -> PadModel:
+    """The scene's pad with its damping matrix. Raises ComputationError, see `damping_matrix`."""
+    if scene.damping is None:
+        return scene.pad_model
+    rows = tuple(map(tuple, damping_matrix(scene).tolist()))
+    return dataclasses.replace(scene.pad_model, damping=rows)
+
+
+def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
+    """What ratios and Rayleigh damping refer to: the pad without friction, its place q (3,) in SI
+    units, its contact. Raises ComputationError where there is no such place."""
+    model = scene.pad_model.replace(mu=0.0)
+    if model.linear:
+        return model, np.zeros(3), model.full
+    start = least_at_zero(model)
+    if start is None:
+        raise ComputationError(
+            "modal damping ratios and Rayleigh damping refer to the pad without friction, but "
+            f"{NO_START}"
+        )
+    return model, Statics.of(model).to_si(start[0]), start[1]

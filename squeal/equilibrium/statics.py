@@ -1,10 +1,14 @@
-"""Balance of the loads on a pad at rest in its own units, with derivatives by q and by mu."""
+"""Balance of the loads on a pad at rest in its own units, with derivatives by q and by mu.
+
+And where an equilibrium leaves what the models mean, see `AdmissibleLimits`.
+"""
 
 from __future__ import annotations
 
 import copy
 import dataclasses
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,8 +19,10 @@ from squeal.numerics.differentiation import complex_step, with_derivative
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what is added
 HIDDEN = 1e-4  # of a penetration that may be rounding, by a bound that is some 100 times the error
-TINY = float(np.finfo(float).tiny)
-COARSE = 1e-6  # of a penetration: the last step of Newton's method; its square is then left
+WHY_HIDDEN = (
+    "rounding of the pad's place is too large beside how deep it presses into the surface, which "
+    "hides the contact; softer contact or a greater load is required"
+)
 
 
 def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -104,10 +110,10 @@ class Statics:
         return np.asarray(complex_step(self.gaps, z)[point, :, np.arange(z.shape[1])].T)
 
     def wrong(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        """Where the gaps at z (4, k) do not tell the state, beyond rounding, (points, k)."""
+        """Where the gaps at z (4, k) contradict the state, beyond rounding, (points, k)."""
         side = np.where(touching, 1.0, -1.0) * self.gaps(z)
-        found = side > 0.0
-        return found & (side > self.rounding(z)) if found.any() else found
+        over = side > 0.0
+        return over & (side > self.rounding(z)) if over.any() else over
 
     def rounding(self, z: np.ndarray) -> np.ndarray:
         """How far rounding may move each gap at z (4, ...), shape (points, ...).
@@ -128,29 +134,14 @@ class Statics:
         """The greatest penetration at z (4, ...), shape (...); negative if it separated."""
         return np.asarray(np.max(-self.gaps(z), axis=0))
 
-    def blur(self, z: np.ndarray) -> np.ndarray:
-        """The share of the greatest penetration at z (4, ...) that may be rounding, 1 at most."""
-        error = np.fmax(np.max(self.rounding(z), axis=0), TINY)
-        return np.asarray(error / np.fmax(self.deepest(z), error))
-
     def touches(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at z (4, ...) touches the surface, if only to rounding, shape (...)."""
         return np.asarray(np.any(self.gaps(z) <= self.rounding(z), axis=0))
 
     def hidden(self, z: np.ndarray) -> np.ndarray:
         """Where rounding hides whether and how a pad at z (4, ...) touches, shape (...)."""
-        return np.asarray(self.touches(z) & (self.blur(z) > HIDDEN))
-
-    def why_hidden(self, z: np.ndarray) -> str:
-        """Why rounding hides the contact of one pad at z (4,) or (4, 1); empty if it does not."""
-        if not self.hidden(z).any():
-            return ""
-        share = float(np.max(self.blur(z)))
-        size = "as great as" if share >= 1.0 else f"{share:.1g} of"
-        return (
-            f"rounding of the pad's place is {size} how deep it presses into the surface, which "
-            "hides the contact; softer contact or a greater load is required"
-        )
+        error = np.max(self.rounding(z), axis=0)
+        return np.asarray(self.touches(z) & (error > HIDDEN * self.deepest(z)))
 
     def presses(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at rest at z (4, ...) presses on the surface, shape (...).
@@ -164,19 +155,17 @@ class Statics:
         return np.asarray(self.touches(z) & (~self.hidden(z) | (c.F_n > 0.0) | forced))
 
     def admits(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        """Where the gaps at z (4, k) tell the state touching (points, k), and the lower face faces
-        the surface.
+        """Where the gaps at z (4, k) agree with the state touching (points, k), and the lower face
+        faces the surface.
 
-        Where a gap is zero to rounding the loads of the state that the gaps tell must balance too:
-        the line law of partial contact has a pole where both gaps vanish.
+        Where a gap is zero to rounding the loads of the state of the gaps must balance too: the
+        line law of partial contact has a pole where both gaps vanish.
         """
-        told, error = 1.0 * (self.gaps(z) < 0.0), np.max(self.rounding(z), axis=0)
         with np.errstate(all="ignore"):
-            left = np.max(np.abs(self.residual(z, told)), axis=0)
-        turned = np.abs(self.tilt(z)) < np.pi / 2
-        return np.asarray(
-            turned & ~self.wrong(z, touching).any(axis=0) & (left <= 1e3 * error + 1e-9)
-        )
+            left = np.max(np.abs(self.residual(z, 1.0 * (self.gaps(z) < 0.0))), axis=0)
+        balanced = left <= 1e3 * np.max(self.rounding(z), axis=0) + 1e-9
+        upright = np.abs(self.tilt(z)) < np.pi / 2
+        return np.asarray(upright & balanced & ~self.wrong(z, touching).any(axis=0))
 
     def potential(self, z: np.ndarray, state: State) -> float:
         """Potential energy; in partial contact that of the integral law in every formulation."""
@@ -194,10 +183,10 @@ class Statics:
 
         In the contact state touching (points, k), or without one in that of the gaps, a separated
         pad as if in full contact, which pulls it back. Returns the signs (k,) of the balance's
-        determinant, 0 where none was found or where the pad has turned past 90 degrees.
+        determinant, 0 where it does not converge or where the pad has turned past 90 degrees.
         """
         n, pad = z.shape[1], self.model.pad
-        sides, last, met = np.zeros(n), np.full(n, np.inf), np.zeros(n, dtype=bool)
+        sides, last, good = np.zeros(n), np.full(n, np.inf), np.zeros(n, dtype=bool)
         part, going = self, np.arange(n)
         reach = [0.5 * (pad.w + np.maximum(pad.L1, pad.L2))] * 2 + [0.3 * pad.w]
         longest = np.array([np.broadcast_to(one, n) for one in reach])
@@ -223,10 +212,87 @@ class Statics:
             z[:, going], sides[going] = at, side
             # next to a fold rounding keeps steps from shrinking further
             done = (change <= 1e-6 * deep) | ((change <= 1e-8) & (change >= last[going]))
-            last[going], met[going] = change, done | (change <= 1e-12)
+            last[going], good[going] = change, done | (change <= 1e-12)
             if done.all():
                 break
             if done.any():
                 part, going = part.pick(~done), going[~done]
         turned = np.abs(self.tilt(z)) < np.pi / 2
-        return np.where(met & turned, sides, 0.0)
+        return np.where(good & turned, sides, 0.0)
+
+
+class AdmissibleLimits(NamedTuple):
+    """How far an equilibrium may lie from where the pad is put and still be one of the model.
+
+    Pads at rest stay far within: those of the article tilt by 0.03 rad, travel by 0.03 half lengths
+    and press with less than the load.
+    """
+
+    # rad: the constant friction arm h of Eq. (10) and the face's length are then off by cos: 2 %
+    tilt: float = 0.2
+    # of the shortest of half length and free lengths: the springs' far ends count as fixed beside
+    # it, and a displacement of that size against the surface is a penetration, no compression
+    travel: float = 0.5
+    # times the load: springs and friction, no more the brake, press the pad; it wedges itself
+    reaction: float = 10.0
+
+
+LIMITS = AdmissibleLimits()
+_SENTENCES = (
+    "is tilted by {value:.3g} degrees",
+    "lies {value:.3g} times the pad's half length (or a spring's, if shorter) off the initial "
+    "position",
+    "presses with {value:.3g} times the load",
+)
+
+
+class Excursion(NamedTuple):
+    """How far an equilibrium lies from the initial position, each a number or an array (n,).
+
+    tilt: |theta0 + theta| in rad; travel: of the mass centre, over the shortest of half length and
+    free lengths; reaction: R_n over the load, which is F_n or what presses in the initial position.
+    """
+
+    tilt: Any
+    travel: Any
+    reaction: Any
+
+    def beyond(self) -> np.ndarray:
+        """Which of the three exceeds its limit, shape (3, ...)."""
+        return np.array([~(np.asarray(v) <= limit) for v, limit in zip(self, LIMITS, strict=True)])
+
+    def warnings(self) -> tuple[str, ...]:
+        """A sentence for each limit that one equilibrium exceeds."""
+        values = (np.degrees(self.tilt), self.travel, self.reaction)
+        bounds = (np.degrees(LIMITS.tilt), LIMITS.travel, LIMITS.reaction)
+        return tuple(
+            f"the equilibrium {words.format(value=value)}; the model means at most {bound:.3g}"
+            for words, value, bound, beyond in zip(
+                _SENTENCES, values, bounds, self.beyond(), strict=True
+            )
+            if beyond
+        )
+
+
+def _force(statics: Statics, z: np.ndarray, touching: Any) -> Any:
+    at, on = pose(np, tuple(statics.place(z))), np.asarray(touching, dtype=float)
+    with np.errstate(all="ignore"):  # no place where there is no force
+        return statics.model.law.resultant(statics.model.c, at, on)[0]
+
+
+def excursion(statics: Statics, z: np.ndarray, touching: Any) -> Excursion:
+    """The excursion of equilibria z (4,) or (4, n) with a contact state, or factors (points, n).
+
+    Of pads that differ, the parameters of `statics` are arrays (n,).
+    """
+    pad = statics.model.pad
+    start = np.zeros_like(z)
+    start[3] = z[3]
+    put = statics.gaps(start) < 0.0
+    load = np.fmax(pad.F_n, np.where(put.any(axis=0), _force(statics, start, put), 0.0))
+    with np.errstate(all="ignore"):  # a pad without any load
+        return Excursion(
+            np.abs(statics.tilt(z)),
+            np.hypot(z[0], z[1]) / np.minimum(pad.w, np.minimum(pad.L1, pad.L2)),
+            _force(statics, z, touching) / load,
+        )

@@ -214,7 +214,7 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
     first, model = first_place(scene), scene.pad_model
     units = natural_units(model, first)
     if scene.damping is not None:
-        from squeal.equilibrium.damping import damped_model
+        from squeal.equilibrium.find import damped_model
 
         model = damped_model(scene)
     return units, units.scaled(model), units.to_scaled(np.array(first)), scene.stop / units.time

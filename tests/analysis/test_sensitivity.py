@@ -13,7 +13,7 @@ from squeal.analysis.sensitivity import (
 )
 from squeal.analysis.stack import parameters
 from squeal.analysis.thresholds import critical_friction
-from squeal.equilibrium.damping import modal_damping, modal_damping_slope
+from squeal.equilibrium.find import modal_damping, modal_damping_slope
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from tests.conftest import scene_of

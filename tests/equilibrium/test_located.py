@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from squeal.analysis.thresholds import critical_friction
-from squeal.equilibrium import Path, located
+from squeal.equilibrium import Path, branch
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.pad import Pad
 from tests.conftest import SCENES
@@ -39,10 +39,10 @@ SOFT_FACE = Scene(
 
 def exact_places(scene, path):
     """Each fold and change of contact with its mu at 50 digits."""
-    found, branch = [], path.branch
-    for node in np.flatnonzero(branch.kind):
+    found = []
+    for node in np.flatnonzero(path.branch.kind):
         before, state = path.states[node - 1], path.states[node]
-        z = branch.z[:, node]
+        z = path.branch.z[:, node]
         exact = Exact(scene, before)
 
         def singular(q, mu, exact=exact):
@@ -78,7 +78,7 @@ def test_folds_and_changes_of_contact_lie_in_their_intervals(scene, kinds):
 
 @pytest.mark.parametrize(("units", "converged"), [(1.0, True), (1e9, False)])
 def test_an_interval_is_as_wide_as_rounding_makes_it(monkeypatch, units, converged):
-    monkeypatch.setattr(located, "UNITS", units * located.UNITS)
+    monkeypatch.setattr(branch, "UNITS", units * branch.UNITS)
     for scene in (SOFT_FACE, read_scene(SCENES / "b2-c.yaml")):
         fold = critical_friction(scene).points[-1]
         assert (fold.kind, fold.converged) == ("fold", converged)

@@ -7,7 +7,7 @@ import numpy as np
 
 from squeal.analysis.eigenvalues import at_equilibrium
 from squeal.equilibrium import Equilibrium
-from squeal.equilibrium.damping import damped_model
+from squeal.equilibrium.find import damped_model
 from squeal.io.scene import Scene
 from squeal.linear import complex_eigenvalues
 from squeal.simulation.hybrid import integrate

@@ -8,7 +8,7 @@ import pytest
 from scipy.linalg import expm
 
 from squeal.analysis.eigenvalues import analyse
-from squeal.equilibrium.damping import damping_matrix
+from squeal.equilibrium.find import damping_matrix
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, read_scene
 from squeal.model.contact import CONSISTENT, Formulation

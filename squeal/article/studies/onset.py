@@ -24,7 +24,7 @@ from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.energy import under_both_laws
 from squeal.article.studies.starts import compression, grid, plane
 from squeal.equilibrium import sliding_equilibrium
-from squeal.equilibrium.damping import damped_model
+from squeal.equilibrium.find import damped_model
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Damping, Scene
