@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from squeal.analysis.eigenvalues import branch_system
-from squeal.analysis.systems import wanted
+from squeal.analysis.systems import roots
 from squeal.analysis.systems.roots import Wanted
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.analysis.thresholds import critical_friction
@@ -50,7 +50,7 @@ def test_falling_friction_makes_modes_of_an_undamped_pad_grow_from_the_start():
 
 @pytest.fixture(params=[400, 8], ids=["full", "reduced"])
 def rows(request, monkeypatch):
-    monkeypatch.setattr(wanted, "ALL_ROWS", request.param)
+    monkeypatch.setattr(roots, "ALL_ROWS", request.param)
 
 
 def oscillators(rates, at):
