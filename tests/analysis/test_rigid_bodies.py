@@ -52,7 +52,7 @@ def _elastic(chains, mass):
 
 
 @pytest.mark.parametrize(("chains", "mass"), [(1, 1.0), (3, 0.1)])
-@pytest.mark.parametrize("wanted", [Wanted(band=(0.0, 60.0)), Wanted(modes=10), Wanted(modes=11)])
+@pytest.mark.parametrize("wanted", [Wanted(band=(0.0, 60.0)), Wanted(modes=11)])
 def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(chains, mass, wanted):
     found = system_roots(_system(chains, mass), wanted)
     values = np.array([e.value for e in found.eigenvalues])
@@ -218,10 +218,3 @@ def test_the_zero_roots_of_a_small_body_are_counted_beside_stiff_motions(stiff, 
     found = system_roots(system, Wanted(band=(0.0, 40.0)))
     assert [e.value.imag for e in found.eigenvalues] == pytest.approx([0.0, 0.0, 100.0], rel=1e-6)
     assert found.certified
-
-
-def test_a_rigid_body_outside_the_band_leaves_a_small_system_marginal():
-    pull = np.array([[1.0, -1.0], [-1.0, 1.0]])
-    system = TermSystem((Term(np.eye(2)),), (Term(pull),), (Term(1e4 * pull),))
-    for band in ((10.0, 40.0), (0.0, 40.0), None):
-        assert system_roots(system, Wanted(band)).verdict == "marginal"

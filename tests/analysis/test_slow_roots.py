@@ -16,19 +16,9 @@ from tests.exact import Exact, discriminant
 from tests.linear.conftest import exact_damped
 
 VALUES = {
-    "m": 0.2,
-    "w": 0.04,
-    "h": 0.014,
-    "k2": 2.6e7,
-    "k3": 8.7e6,
-    "k4": 8.7e6,
-    "L1": 0.8,
-    "L2": 0.8,
-    "alpha1": np.pi / 2,
-    "alpha2": np.pi,
-    "mu": 0.4,
-    "F_n": 4500.0,
-}
+    "m": 0.2, "w": 0.04, "h": 0.014, "k2": 2.6e7, "k3": 8.7e6, "k4": 8.7e6, "L1": 0.8, "L2": 0.8,
+    "alpha1": np.pi / 2, "alpha2": np.pi, "mu": 0.4, "F_n": 4500.0,
+}  # fmt: skip
 
 
 def stiff(decades):
@@ -115,10 +105,7 @@ def test_a_free_body_beside_a_stiff_spring_has_two_roots_of_exactly_zero():
 def test_what_rounding_hides_is_not_given():
     with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
         analyse(stiff(14))
-    with pytest.raises(ComputationError, match="no threshold can be given: one stiffness"):
-        critical_friction(stiff(13), 0.1)
-    # which of the two is met first is a matter of rounding
-    for decades in (16, 17):
+    for decades in (13, 16, 17):  # which of the two is met first is a matter of rounding
         with pytest.raises(ComputationError, match=r"can be given: (the branch|one stiffness)"):
             critical_friction(stiff(decades), 0.1)
     # two contact springs along an axis: the entries of K tell the slow root, its norm does not
@@ -127,32 +114,18 @@ def test_what_rounding_hides_is_not_given():
         analyse(Scene("B1", contact))
 
 
-@pytest.mark.parametrize("decades", [6, 12])
-def test_a_damped_pad_beside_a_stiff_spring(decades):
+def test_a_damped_pad_beside_a_stiff_spring():
     pad = Pad(
-        m=0.15,
-        w=0.04,
-        h=0.02369996,
-        I=0.0001174823,
-        k1=1.5e8,
-        k2=8.961075e7 * 10.0**decades,
-        k_c=8.961075e7,
-        L1=0.04,
-        L2=0.04,
-        mu=0.320313,
-        F_n=1200.012,
-        y0=-3.621076e-05,
-        alpha1=0.75 * np.pi,
+        m=0.15, w=0.04, h=0.02369996, I=0.0001174823, k1=1.5e8, k2=8.961075e19, k_c=8.961075e7,
+        L1=0.04, L2=0.04, mu=0.320313, F_n=1200.012, y0=-3.621076e-05, alpha1=0.75 * np.pi,
         alpha2=0.75 * np.pi,
-    )
+    )  # fmt: skip
     scene = Scene("B2", pad, damping=Damping(rayleigh=(20.0, 1e-8)))
-    if decades == 6:
-        assert analyse(scene).judgement.verdict == "stable"
-        assert critical_friction(scene, 0.5).verdict == "stable"
-        return
-    found = analyse(scene)
-    exact = np.array([complex(z) for z in exact_damped(*found.matrices)])
-    for e in found.spectrum.eigenvalues:
+    softer = scene.replace(k2=8.961075e13)
+    assert analyse(softer).judgement.verdict == critical_friction(softer, 0.5).verdict == "stable"
+    analysis = analyse(scene)
+    exact = np.array([complex(z) for z in exact_damped(*analysis.matrices)])
+    for e in analysis.spectrum.eigenvalues:
         assert np.abs(exact - e.value).min() <= 0.03 * abs(e.value)
     with pytest.raises(ComputationError, match="can be given: one stiffness"):
         critical_friction(scene, 0.5)
