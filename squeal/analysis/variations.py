@@ -52,17 +52,20 @@ class Outcome:
     """What becomes of a pad with a parameter changed to `value`.
 
     critical: the friction up to which it slides steadily and stably, None if no threshold lies in
-    the range; kind, frequency_hz: of what happens there; gap: the least relative distance of two
-    frequencies, where that was looked at. reason: why nothing is known; no_pad: because there is no
-    such pad, or it rests nowhere without friction.
+    the range; kind, frequency_hz: of what happens there; change: of the critical friction, at least
+    so much where it leaves the range; frequency_gap: the least relative distance of two frequencies
+    and its change, where that was looked at. reason: why nothing is known; no_pad: because there is
+    no such pad, or it rests nowhere without friction.
     """
 
     value: float | None = None
     critical: float | None = None
     kind: str | None = None
     frequency_hz: float | None = None
-    gap: float | None = None
     reason: str | None = None
+    frequency_gap: float | None = None
+    change: float | None = None
+    frequency_gap_change: float | None = None
     no_pad: bool = False
 
     @staticmethod
@@ -222,21 +225,24 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class Lever:
-    """A parameter lowered and raised by `step` (its unit), and what the pad gives then.
-
-    changes: how far the critical friction moves when it is lowered and raised, at least so far
-    where it leaves the range; gap_changes: the same of the distance of the closest frequencies.
-    """
+    """A parameter lowered and raised by `step` (its unit), and what the pad gives then."""
 
     parameter: str
     unit: str
     value: float
-    tolerance: Tolerance
     step: float
     lowered: Outcome
     raised: Outcome
-    changes: tuple[float | None, ...]
-    gap_changes: tuple[float | None, ...]
+
+    @property
+    def changes(self) -> tuple[float | None, float | None]:
+        """How far the critical friction moves when the parameter is lowered, and raised."""
+        return self.lowered.change, self.raised.change
+
+    @property
+    def gap_changes(self) -> tuple[float | None, float | None]:
+        """The same of the distance of the closest frequencies."""
+        return self.lowered.frequency_gap_change, self.raised.frequency_gap_change
 
     @property
     def size(self) -> list[float]:
@@ -246,12 +252,9 @@ class Lever:
 
     def to_dict(self) -> dict[str, Any]:
         """The lever as a JSON row."""
-        row: dict[str, Any] = {name: getattr(self, name) for name in LEVER}
-        for side, change, gap_change in zip(SIDES, self.changes, self.gap_changes, strict=True):
-            outcome = asdict(getattr(self, side))
-            outcome["frequency_gap"] = outcome.pop("gap")
-            del outcome["no_pad"]
-            row[side] = outcome | {"change": change, "frequency_gap_change": gap_change}
+        row = asdict(self)
+        for side in SIDES:
+            del row[side]["no_pad"]
         return row
 
 
@@ -306,11 +309,10 @@ class Advice(Answer):
             critical: Any = attrgetter(f"{side}.critical")
             cell, words = partial(shown, side=side), f"{self.name} if {side}"
             table.append(Column(f"critical_{side}", "", critical, cell, words=words))
-        for name in ("change", "gap_change"):
-            hidden = name == "gap_change" and self.nominal.gap is None
-            for k, side in enumerate(SIDES):
-                change = attrgetter(f"{name}s")
-                value: Any = lambda lever, change=change, k=k: change(lever)[k]  # noqa: E731
+        for name, key in (("change", "change"), ("gap_change", "frequency_gap_change")):
+            hidden = name == "gap_change" and self.nominal.frequency_gap is None
+            for side in SIDES:
+                value: Any = attrgetter(f"{side}.{key}")
                 table.append(Column(f"{name}_{side}", "", value, hidden=hidden))
         return Table(table, self.levers)
 
@@ -335,8 +337,8 @@ class Advice(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         head = {"parameter": self.name, "value": self.mu, "mu": self.mu, "mu_max": self.mu_max}
-        head |= {"critical": self.nominal.critical, "kind": self.nominal.kind}
-        head |= {"frequency_hz": self.nominal.frequency_hz, "frequency_gap": self.nominal.gap}
+        names = ("critical", "kind", "frequency_hz", "frequency_gap")
+        head |= {name: getattr(self.nominal, name) for name in names}
         levers = [lever.to_dict() for lever in self.levers]
         return head | {"levers": levers, "advice": self.line()}
 
@@ -378,38 +380,29 @@ def advise(
     values = {name: v for name, v in varied.values.items() if v or name in named}
     nominal, scene = varied.outcome({}, mu_max), varied.subject
     if nominal.critical is None:
-        nominal = replace(nominal, gap=varied.gap({}))
-
-    def lever(name: str, outcomes: Sequence[Outcome]) -> Lever:
-        ends = values[name] - steps[name], values[name] + steps[name]
-        pair = zip(outcomes, ends, strict=True)
-        lowered, raised = (_parted(varied, name, replace(o, value=v), nominal) for o, v in pair)
-        sides = lowered, raised
-        return Lever(
-            name,
-            unit_word(PARAMETERS[name].unit) if isinstance(scene, Scene) else "",
-            values[name],
-            chosen[name],
-            steps[name],
-            lowered,
-            raised,
-            tuple(_moved(one, nominal, mu_max) for one in sides),
-            tuple(None if o.gap is None else o.gap - (nominal.gap or 0.0) for o in sides),
-        )
+        nominal = replace(nominal, frequency_gap=varied.gap({}))
 
     chosen = {name: named.get(name, Tolerance(STEP, name not in varied.angles)) for name in values}
     steps = {name: chosen[name].step(value) for name, value in values.items()}
-    levers: dict[str, Lever] = {}
+    levers: dict[str, list[Outcome]] = {}
     # an inertia that follows m, w and h stands alone
     alone = {"I"} if isinstance(scene, Scene) and scene.pad.uniform else set[str]()
     for names in ([n for n in values if n not in alone], [n for n in values if n in alone]):
         own = np.array([values[name] for name in names])[:, None]
         change = np.diag([steps[name] for name in names])
         outcomes = varied.outcomes(names, np.hstack([own - change, own + change]), mu_max)
-        levers |= {name: lever(name, outcomes[k :: len(names)]) for k, name in enumerate(names)}
+        for k, name in enumerate(names):
+            ends = zip(outcomes[k :: len(names)], (-1, 1), strict=True)
+            sides = (replace(o, value=values[name] + way * steps[name]) for o, way in ends)
+            levers[name] = [_compared(varied, name, one, nominal, mu_max) for one in sides]
         if progress is not None and names:
             progress(len(levers), len(values))
-    ranked = sorted((levers[name] for name in values), key=lambda one: one.size, reverse=True)
+    units = {name: unit_word(PARAMETERS[name].unit) for name in values if isinstance(scene, Scene)}
+    every = (
+        Lever(name, units.get(name, ""), value, steps[name], *levers[name])
+        for name, value in values.items()
+    )
+    ranked = sorted(every, key=lambda lever: lever.size, reverse=True)
     equilibrium = None
     if isinstance(scene, Scene) and not scene.pad_model.linear:
         equilibrium = sliding_equilibrium(scene.pad_model)[0]
@@ -417,21 +410,22 @@ def advise(
     return Advice(varied.free, varied.at, mu_max, nominal, tuple(ranked), warnings)
 
 
-def _moved(outcome: Outcome, nominal: Outcome, mu_max: float) -> float | None:
-    if outcome.reason is not None:
-        return None
-    before, after = (mu_max if one.critical is None else one.critical for one in (nominal, outcome))
-    return 0.0 if abs(after - before) <= ROUNDING * before else after - before
-
-
-def _parted(varied: Varied, name: str, outcome: Outcome, nominal: Outcome) -> Outcome:
-    """The outcome with the gap of its frequencies, where the pad as it is has no threshold."""
-    if nominal.gap is None or outcome.reason is not None or outcome.value is None:
+def _compared(
+    varied: Varied, name: str, outcome: Outcome, nominal: Outcome, mu_max: float
+) -> Outcome:
+    """The outcome beside that of the pad as it is; where that has no threshold, with the gap."""
+    if outcome.reason is not None or outcome.value is None:
         return outcome
+    before, after = (mu_max if one.critical is None else one.critical for one in (nominal, outcome))
+    change = 0.0 if abs(after - before) <= ROUNDING * before else after - before
+    if nominal.frequency_gap is None:
+        return replace(outcome, change=change)
     try:
-        return replace(outcome, gap=varied.gap({name: outcome.value}))
+        gap = varied.gap({name: outcome.value})
     except (InputError, ComputationError) as error:
         return Outcome(outcome.value, reason=str(error))
+    moved = None if gap is None else gap - nominal.frequency_gap
+    return replace(outcome, change=change, frequency_gap=gap, frequency_gap_change=moved)
 
 
 _ABOVE = Number(low=0.0)

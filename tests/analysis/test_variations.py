@@ -96,7 +96,7 @@ def test_a_pad_without_threshold_is_ranked_by_its_frequencies():
     assert advice.nominal.critical is None
     hertz = sorted(e.frequency_hz for e in analyse(calm).spectrum.eigenvalues[::2])
     gap = min(1 - a / b for a, b in itertools.pairwise(hertz))
-    assert advice.nominal.gap == pytest.approx(gap, rel=1e-12)
+    assert advice.nominal.frequency_gap == pytest.approx(gap, rel=1e-12)
     assert all(one.changes == (0.0, 0.0) for one in advice.levers)
     sizes = [max(map(abs, one.gap_changes)) for one in advice.levers]
     assert sizes == sorted(sizes, reverse=True)
