@@ -47,7 +47,7 @@ from squeal.linear.eigen import ordered
 from squeal.linear.system import TermSystem
 from squeal.linear.system import dense as plain_matrix
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.factor import Progress, quiet
+from squeal.sparse.quadratic import Progress, quiet
 from squeal.sparse.reduction import Reduction
 
 ONSET_ROWS = 40  # up to so many rows the onset of each unstable mode is computed

@@ -19,8 +19,15 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.linear.matrices import norm_of
-from squeal.sparse.factor import Factor, Progress, definite, factorise_at, quiet
-from squeal.sparse.quadratic import ComplexArray, Quadratic
+from squeal.sparse.quadratic import (
+    ComplexArray,
+    Factor,
+    Progress,
+    Quadratic,
+    definite,
+    factorise_at,
+    quiet,
+)
 
 DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
 NODES = (6, 12, 24, 48)  # on a circle, until two numbers of them foresee the same phases

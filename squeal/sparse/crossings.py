@@ -22,8 +22,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import State, hermite_cubic, near_coalescences, zeros_between
 from squeal.linear.matrices import EPS
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.factor import factorise_at
-from squeal.sparse.quadratic import ComplexArray, Quadratic, ScaledSystem, combined
+from squeal.sparse.quadratic import ComplexArray, Quadratic, ScaledSystem, combined, factorise_at
 from squeal.sparse.reduction import Reduction
 
 

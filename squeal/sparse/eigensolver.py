@@ -24,8 +24,18 @@ from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import EPS
 from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_roots, disc_around
 from squeal.sparse.dense import dense_values, roots_at
-from squeal.sparse.factor import Factor, Progress, factorise_at, quiet
-from squeal.sparse.quadratic import Array, ComplexArray, Quadratic, Roots, combined, listed
+from squeal.sparse.quadratic import (
+    Array,
+    ComplexArray,
+    Factor,
+    Progress,
+    Quadratic,
+    Roots,
+    combined,
+    factorise_at,
+    listed,
+    quiet,
+)
 
 
 @dataclass(frozen=True)

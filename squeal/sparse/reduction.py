@@ -18,8 +18,16 @@ from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_roots, dense_values, roots_at
 from squeal.sparse.eigensolver import OPTIONS, enlarged, modes_in
-from squeal.sparse.factor import Progress, quiet
-from squeal.sparse.quadratic import PARTS, Array, ComplexArray, Quadratic, Roots, ScaledSystem
+from squeal.sparse.quadratic import (
+    PARTS,
+    Array,
+    ComplexArray,
+    Progress,
+    Quadratic,
+    Roots,
+    ScaledSystem,
+    quiet,
+)
 
 TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
 SPURIOUS = 1e-5  # backward error of what is no root of the full problem

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from squeal.sparse import factor
+from squeal.sparse import quadratic as factor
 from tests import large
 
 MAKERS = ("superlu", "full", "mumps")

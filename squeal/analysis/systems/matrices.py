@@ -13,7 +13,7 @@ from squeal.io.system import SystemFile
 from squeal.io.writing import new_folder, whole_folder, write_text
 from squeal.linear.matrices import EPS, norm_of
 from squeal.linear.system import Matrix, TermSystem
-from squeal.sparse.factor import definite, factorise
+from squeal.sparse.quadratic import definite, factorise
 
 AGREES = 1e-9  # of the largest entry: what a third matrix may differ by
 

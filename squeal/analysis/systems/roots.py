@@ -31,8 +31,7 @@ from squeal.sparse.argument_principle import (
 )
 from squeal.sparse.dense import dense_spectrum, dense_values
 from squeal.sparse.eigensolver import OPTIONS, Modes, lowest_modes, modes_in
-from squeal.sparse.factor import Progress, quiet
-from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
+from squeal.sparse.quadratic import Progress, Quadratic, ScaledSystem, quadratic, quiet
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system, reduce_to_real_modes
 
 ALL_ROWS = 400  # up to so many rows all roots are computed

@@ -30,7 +30,7 @@ from squeal.schema.values import takes
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import OPTIONS, modes_in
-from squeal.sparse.factor import Progress, quiet
+from squeal.sparse.quadratic import Progress, quiet
 from squeal.sparse.reduction import Reduction
 
 STEPS = 13  # values at which a reduced system has to be good
