@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 import importlib
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass
+from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -41,17 +41,17 @@ class Source:
 
     def scene(self, purpose: Literal["simulate", "query"] = "query") -> Scene:
         """The scene, validated, for a simulation or a query. Raises InputError."""
-        found = Scene.from_dict(self.document, self.at, self.path)
+        scene = Scene.from_dict(self.document, self.at, self.path)
         if purpose == "simulate":
-            check_simulation(found, self.at)
-        return found
+            check_simulation(scene, self.at)
+        return scene
 
     def subject(self) -> tuple[Scene | SystemFile, list[Path | InputFile]]:
         """The scene or system that the file holds, and all files behind it. Raises InputError."""
         if "M" not in self.document:
             return self.scene(), [self.file]
-        found = self.system()
-        return found, [self.file, *found.inputs]
+        system = self.system()
+        return system, [self.file, *system.inputs]
 
     def named_files(self) -> list[Path]:
         """The files that the document names: matrices and coordinates of a system."""
@@ -74,14 +74,14 @@ class Source:
         """The system that the file holds, in either form. Raises InputError."""
         room = importlib.import_module("squeal.io.system")  # formats, which no scene needs
         folder = Path() if self.path is None else self.path.parent
-        found: SystemFile = room.system_file(self.document, self.at, folder)
+        file: SystemFile = room.system_file(self.document, self.at, folder)
         for key, value in self.changes.items():
             name = key.removeprefix("parameters.")
-            if name != key and name not in found.system.names:
+            if name != key and name not in file.system.names:
                 raise InputError(
                     f"--set {name}={value:g}: no matrix of {self.name} depends on {name}"
                 )
-        return found
+        return file
 
 
 def read_source(given: str, changes: Sequence[str]) -> Source:
@@ -97,13 +97,11 @@ def read_source(given: str, changes: Sequence[str]) -> Source:
     for change in changes:
         key, value = _changed(document, change)
         if before := next((old for old in made if f"{old}.".startswith(f"{key}.")), None):
-            raise Place(f"--set {change}").refuse(
-                f"{before} is set already; a value is set by one --set only"
-            )
+            words = f"{before} is set already; a value is set by one --set only"
+            raise Place(f"--set {change}").refuse(words)
         made[key] = value
     name = at.source if path is None else name_of(path.name)
-    file = InputFile(name, hashlib.sha256(content).hexdigest())
-    return Source(at, document, file, path, made)
+    return Source(at, document, InputFile(name, sha256(content).hexdigest()), path, made)
 
 
 def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
@@ -128,14 +126,14 @@ def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
         raise at.refuse("it must be NAME=VALUE")
     value = scalar(text)
     key.kind.read(value, at)
-    inner, within = document, table
+    inner: Any = document
     for step in keys[:-1]:
-        group = within.keys[step].kind
-        within = group if isinstance(group, Group) else within
-        deeper = inner[step] = within.mapping(inner.get(step, {}))
-        if not isinstance(deeper, dict):  # refused when the document is read
+        group = table.keys[step].kind
+        table = group if isinstance(group, Group) else table
+        inner[step] = table.mapping(inner.get(step, {}))
+        inner = inner[step]
+        if not isinstance(inner, dict):  # refused when the document is read
             return ".".join(keys), value
-        inner = deeper
     inner[keys[-1]] = value
     return ".".join(keys), value
 

@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import TextIO
 
 from squeal.errors import BEYOND, ComputationError, InputError
 
@@ -30,12 +31,13 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
 
     2: the input is refused; 1: the computation could not be completed; 130: an interrupt.
     """
+    code = 1
     try:
         return work()
     except InputError as error:
         code, words = 2, str(error)
     except ComputationError as error:
-        code, words = 1, str(error)
+        words = str(error)
     except UnicodeEncodeError as error:
         letter = error.object[error.start]
         code, words = 2, f"{letter!r} is not allowed in a text; it stands for no letter"
@@ -44,16 +46,16 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
 
         if not isinstance(error, ArithmeticError | LinAlgError):
             raise
-        code, words = 1, f"{error.args[-1]}; {BEYOND}"
+        words = f"{error.args[-1]}; {BEYOND}"
     except MemoryError:
-        code, words = 1, "there is not enough memory for this scene"
+        words = "there is not enough memory for this scene"
     except ImportError as error:
         package = (error.name or "squeal").partition(".")[0]
         if package == "squeal":
             raise
-        code, words = 1, f"the package {package} cannot be imported ({error})"
+        words = f"the package {package} cannot be imported ({error})"
     except OSError as error:
-        code, words = 1, f"{error.filename or 'output'}: {error.strerror}"
+        words = f"{error.filename or 'output'}: {error.strerror}"
     except KeyboardInterrupt:
         code, words = 130, "stopped"
     say(f"{name}: {' '.join(words.splitlines())}")
@@ -71,16 +73,18 @@ def open_closed() -> None:
 
 
 def say(text: str) -> None:
-    """Print a line on standard error, control characters as escapes."""
-    _tell(f"{visible(text)}\n")
+    """Print on standard error, control characters as escapes.
 
-
-def _tell(text: str) -> None:
-    """Print on standard error; what cannot be said there stops nothing and changes no exit code."""
+    What cannot be said there stops nothing and changes no exit code.
+    """
     try:
-        print(text, end="", file=sys.stderr, flush=True)
+        print(visible(text), file=sys.stderr, flush=True)
     except OSError:  # a full disc, a terminal that is gone
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+        _silence(sys.stderr)
+
+
+def _silence(stream: TextIO) -> None:
+    os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def steps(wanted: bool) -> Callable[[str], None]:
@@ -102,12 +106,12 @@ def progress_line(what: str) -> Iterator[Callable[[int, int], None] | None]:
         nonlocal last
         if done == count or time.monotonic() - last > EVERY:
             last = time.monotonic()
-            _tell(f"\r{done} of {count} {what}")
+            print(f"\r{done} of {count} {what}", end="", file=sys.stderr, flush=True)
 
     try:
         yield show
     finally:
-        _tell("\r\033[K")
+        print("\r\033[K", end="", file=sys.stderr, flush=True)
 
 
 def printed(text: str) -> int:
@@ -115,17 +119,15 @@ def printed(text: str) -> int:
 
     It is 0 also where the reader has gone (head, less), and 1 where nothing can be written.
     """
-    letters, code = sys.stdout.encoding or "utf-8", 0
+    letters = sys.stdout.encoding or "utf-8"
     try:
         print(visible(text).encode(letters, "backslashreplace").decode(letters), flush=True)
-        return 0
-    except BrokenPipeError:
-        pass
     except OSError as error:
-        say(f"squeal: output: {error.strerror}")
-        code = 1
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # nothing is left to say
-    return code
+        _silence(sys.stdout)  # nothing is left to say
+        if not isinstance(error, BrokenPipeError):
+            say(f"squeal: output: {error.strerror}")
+            return 1
+    return 0
 
 
 def all_input() -> bytes:
