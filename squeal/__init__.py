@@ -40,9 +40,9 @@ if TYPE_CHECKING:
         thresholds,
     )
     from squeal.errors import ComputationError, InputError
-    from squeal.io.answer import Answer, Column, Table
     from squeal.io.scene import Damping, Scene, read_scene
     from squeal.io.system import SystemFile, read_system
+    from squeal.io.writing import Answer, Column, Table
     from squeal.linear.loop import FrictionLoop, friction_loop
     from squeal.linear.system import Term, TermSystem
     from squeal.model.contact import Formulation
@@ -55,7 +55,7 @@ _HOMES = {
     "analysis.state_space": "friction_plant state_space",
     "analysis.variations": "Advice Scatter Spread Spreads Tolerance advise read_spreads scatter",
     "analysis.verbs": "System eigenvalues map reduce sensitivity sweep thresholds",
-    "io.answer": "Answer Column Table",
+    "io.writing": "Answer Column Table",
     "errors": "ComputationError InputError",
     "io.scene": "Damping Scene read_scene",
     "io.system": "SystemFile read_system",

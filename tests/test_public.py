@@ -15,7 +15,7 @@ from scipy.sparse import csc_array
 
 import squeal
 from squeal.errors import InputError
-from squeal.io.answer import Column, Table, located, number
+from squeal.io.writing import Column, Table, located, number
 from tests.conftest import ROOT, SCENES
 
 api: typing.Any = squeal  # asked for what its types do not allow

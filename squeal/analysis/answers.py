@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.analysis.modes import ModeShape
-from squeal.io.answer import Answer, Column, Table, columns, located, number
-from squeal.io.writing import plain
+from squeal.io.writing import Answer, Column, Table, columns, located, number, plain
 from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import Eigenvalue
 from squeal.schema.values import Number, Place, Whole

@@ -13,8 +13,8 @@ import numpy as np
 from squeal.analysis.eigenvalues import analyse
 from squeal.equilibrium.find import damped_model
 from squeal.errors import ComputationError
-from squeal.io.answer import Answer, Column, Table, number
 from squeal.io.scene import COORDINATES, Scene, check_simulation, takes_scene
+from squeal.io.writing import Answer, Column, Table, number
 from squeal.model.pad import PARAMETERS
 from squeal.schema.values import Place
 from squeal.simulation.cycles import CLOSED_CURVE, Cycle, Measures, Member, Shooting

@@ -25,14 +25,13 @@ from squeal.analysis.stack import PadStack, parameters
 from squeal.analysis.thresholds import critical_friction, critical_parameter
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
-from squeal.io.answer import Answer, Column, Table, columns, number, unit_word
-from squeal.io.document import read_document
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
+from squeal.io.writing import Answer, Column, Table, columns, number, unit_word
 from squeal.linear import GROWING, Spectrum, complex_eigenvalues
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
-from squeal.schema.keys import Group, Key
+from squeal.schema.keys import Group, Key, read_document
 from squeal.schema.values import FILE, Kind, Number, Place, Whole, takes
 
 LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again

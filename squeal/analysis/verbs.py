@@ -37,8 +37,8 @@ from squeal.analysis.stack import parameters
 from squeal.analysis.threshold_curve import threshold_curves
 from squeal.analysis.thresholds import critical_friction
 from squeal.errors import InputError
-from squeal.io.answer import number, unit_word
 from squeal.io.scene import Scene
+from squeal.io.writing import number, unit_word
 from squeal.linear.system import Term, TermSystem
 from squeal.model.pad import PARAMETERS
 from squeal.numerics.differentiation import Formula

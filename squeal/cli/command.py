@@ -16,9 +16,8 @@ from squeal.cli.options import Once, check_outputs
 from squeal.cli.source import STANDARD_INPUT, read_source
 from squeal.cli.streams import printed, say
 from squeal.errors import BEYOND, InputError, InputWarning, MatrixError
-from squeal.io.answer import Answer
 from squeal.io.provenance import InputFile, provenance
-from squeal.io.writing import to_json
+from squeal.io.writing import Answer, to_json
 
 _OF_NUMBERS = re.compile("overflow|underflow|divide by zero|invalid value")  # of NumPy
 

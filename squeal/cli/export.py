@@ -17,8 +17,8 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import path, refuse, said, take, word
 from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
-from squeal.io.answer import aligned
 from squeal.io.scene import Scene
+from squeal.io.writing import aligned
 from squeal.linear.system import Term, TermSystem
 
 FORMATS = ("mtx", "mat", "npz", "hb", "rua", "inp", "txt")

@@ -8,9 +8,9 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import refuse, said, take, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.errors import InputError
-from squeal.io.document import scalar
 from squeal.io.scene import Scene
 from squeal.model.pad import PARAMETERS
+from squeal.schema.keys import scalar
 from squeal.schema.values import Angle, Number, Place, warn_of_degrees
 
 QUANTITIES = "critical-friction, growth, frequency"

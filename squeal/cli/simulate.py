@@ -10,8 +10,8 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import said, take_files
 from squeal.cli.streams import progress_line
 from squeal.errors import InputWarning
-from squeal.io.answer import number
 from squeal.io.scene import Scene
+from squeal.io.writing import number
 from squeal.simulation import Simulation, simulate
 
 DRAWN = ("events", "shares", "extrema", "response", "history")

@@ -12,10 +12,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from squeal.cli.streams import all_input, name_of
 from squeal.errors import InputError, InputWarning
-from squeal.io.document import named_files, parse_document, read_content, scalar
 from squeal.io.provenance import InputFile
 from squeal.io.scene import SCENE, Scene, check_simulation
-from squeal.schema.keys import Group, Key
+from squeal.schema.keys import Group, Key, named_files, parse_document, read_content, scalar
 from squeal.schema.values import Number, Place
 
 if TYPE_CHECKING:

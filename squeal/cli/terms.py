@@ -13,9 +13,8 @@ from squeal.analysis.systems.matrices import AGREES, separated
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import not_allowed, numbers
 from squeal.errors import ComputationError, InputError
-from squeal.io.answer import Column, Table, number
 from squeal.io.matrices import fingerprint, read_matrix, write_matrix
-from squeal.io.writing import whole_folder
+from squeal.io.writing import Column, Table, number, whole_folder
 from squeal.schema.values import Name, Place
 
 PAIR = "VALUE:FILE, the parameter's value and the matrix there"

@@ -1,7 +1,5 @@
-"""This machine: its free memory, and processes that end with this one at an interrupt."""
+"""Processes that work beside this one, and end with it at an interrupt."""
 
-import math
-import os
 import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
@@ -12,18 +10,6 @@ from typing import TypeVar
 
 A = TypeVar("A")
 B = TypeVar("B")
-
-
-def available_memory() -> float:
-    """Bytes that are free on this machine; unlimited where it does not say."""
-    try:
-        with open("/proc/meminfo", encoding="ascii") as stream:
-            for line in stream:
-                if line.startswith("MemAvailable:"):
-                    return 1024.0 * float(line.split()[1])
-        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (OSError, ValueError, AttributeError):
-        return math.inf
 
 
 def mapped(work: Callable[[A], B], tasks: Iterable[A], workers: int) -> Iterator[B]:

@@ -14,7 +14,6 @@ from typing import Any, Literal, cast
 
 import numpy as np
 
-from squeal.io.document import read_document
 from squeal.model.contact import (
     CONSISTENT,
     CONTACT_MODELS,
@@ -25,7 +24,7 @@ from squeal.model.contact import (
 )
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Model, Pad
-from squeal.schema.keys import Group, Key
+from squeal.schema.keys import Group, Key, read_document
 from squeal.schema.values import (
     FILE,
     Angle,

@@ -27,13 +27,12 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from squeal.errors import InputError, InputWarning
-from squeal.io.document import read_document
 from squeal.io.matrices import FORMATS, MatrixFile, aligned, read_matrix
 from squeal.linear.dampings import modal, rayleigh, structural, structure_stiffness
 from squeal.linear.matrices import reduce
 from squeal.linear.system import Term, TermSystem, without_supports
 from squeal.numerics.differentiation import ALLOWED, Formula
-from squeal.schema.keys import Group, Key
+from squeal.schema.keys import Group, Key, read_document
 from squeal.schema.values import (
     FILE,
     FLAG,

@@ -1,18 +1,31 @@
-"""Writing results: whole or not at all."""
+"""Results: answers that print, draw and save themselves, and files written whole or not at all.
+
+A record derives from `Answer` and says in `table` what its columns are, each once: name, unit and
+value. Text, HTML, rows, data frames and files follow; the command line prints the same tables.
+"""
+
+from __future__ import annotations
 
 import csv
+import html
+import importlib
 import json
 import math
 import os
 import tempfile
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
 
 from squeal.errors import BEYOND, ComputationError, InputError
+
+SHOWN = 40  # rows that the command line prints; of a longer table both ends
+FEW = 10  # rows in a representation
 
 
 def picked(source: object, names: str) -> dict[str, Any]:
@@ -170,3 +183,201 @@ def to_json(value: Any) -> str:
         return json.dumps(_unsigned(value), allow_nan=False, indent=1)
     except ValueError:
         raise ComputationError(f"a result is not a finite number; {BEYOND}") from None
+
+
+def number(value: float, digits: int = 6) -> str:
+    """A number in so many digits, never "-0".
+
+    >>> number(-0.0), number(2 / 3, 3)
+    ('0', '0.667')
+    """
+    return f"{value + 0.0:.{digits}g}"
+
+
+def located(value: float, low: float, high: float) -> str:
+    """A value in the digits that its interval leaves, at most twelve.
+
+    >>> located(0.7071067811865, 0.29, 1.13), located(0.7071067811865, 0.70710677, 0.70710679)
+    ('0.7', '0.70710678')
+    """
+    half = max(high - value, value - low)
+    if not half > 0.0 or not value:
+        return number(value, 12)
+    digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(half)) + 1
+    return number(value, min(max(digits, 1), 12))
+
+
+@dataclass(frozen=True)
+class Column:
+    """A column of a table: its name, its unit ("" for none) and its value in a row.
+
+    value: of a row's record, left out the attribute of that name; shown: the same for people;
+    hidden: in files and rows alone; words: the head for people instead of the name.
+    """
+
+    name: str
+    unit: str = ""
+    value: Callable[[Any], Any] | None = None
+    shown: Callable[[Any], str] | None = None
+    hidden: bool = False
+    words: str = ""
+
+    def of(self, row: Any) -> Any:
+        """The value in a row."""
+        return getattr(row, self.name) if self.value is None else self.value(row)
+
+    def cell(self, row: Any) -> str:
+        """The value for people."""
+        if self.shown is not None:
+            return self.shown(row)
+        value = self.of(row)
+        if isinstance(value, bool):
+            return "yes" if value else "no"
+        if isinstance(value, float):
+            return "-" if math.isnan(value) else number(value)
+        return "-" if value is None else str(value)
+
+    @property
+    def head(self) -> str:
+        """The name for people, with its unit."""
+        if self.words:
+            return self.words
+        unit = self.unit or ("Hz" if self.name.endswith("_hz") else "")
+        parts = self.name.removesuffix("_hz").split("_")
+        words = " ".join(parts) if min(map(len, parts)) > 2 else self.name  # R_n stays R_n
+        return f"{words}, {unit}" if unit else words
+
+
+def unit_word(unit: str) -> str:
+    """A unit as columns name it, "" for a number without one."""
+    return "" if unit == "1" else unit
+
+
+def columns(names: str) -> tuple[Column, ...]:
+    """Columns without a unit that are attributes of a row."""
+    return tuple(map(Column, names.split()))
+
+
+def aligned(rows: Sequence[Sequence[str]], right: bool = True) -> str:
+    """Rows of text as aligned columns, the first to the left."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = []
+    for first, *others in rows:
+        cells = zip(others, widths[1:], strict=True)
+        rest = [cell.rjust(width) if right else cell.ljust(width) for cell, width in cells]
+        lines.append("  ".join(["", first.ljust(widths[0]), *rest]).rstrip())
+    return "\n".join(lines)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Table:
+    """Columns and the records that they take their values from.
+
+    title: stands above; nothing: is said where there is no record.
+    """
+
+    columns: Sequence[Column]
+    rows: Sequence[Any]
+    title: str = ""
+    nothing: str = ""
+
+    def text(self, most: int = SHOWN) -> str:
+        """The table for people; of more than `most` rows both ends."""
+        if not len(self.rows):
+            return self.nothing or self.title
+        shown = [column for column in self.columns if not column.hidden]
+        left = max(len(self.rows) - most, 0)
+        first = most // 2 if left else len(self.rows)
+        records = [*self.rows[:first], *self.rows[first + left :]]
+        cells = [[column.cell(row) for column in shown] for row in records]
+        lines = aligned([[column.head for column in shown], *cells]).split("\n")
+        if left:
+            lines.insert(1 + first, f"  ... {left} more rows (all with --json or --csv)")
+        return "\n".join([self.title] * bool(self.title) + lines)
+
+    def html(self, most: int = FEW) -> str:
+        """The table for a notebook."""
+        shown = [column for column in self.columns if not column.hidden]
+        rows = [[column.head for column in shown]]
+        rows += [[column.cell(row) for column in shown] for row in self.rows[:most]]
+        tags = ["th"] + ["td"] * (len(rows) - 1)
+        body = "".join(
+            f"<tr>{''.join(f'<{tag}>{html.escape(cell)}</{tag}>' for cell in row)}</tr>"
+            for tag, row in zip(tags, rows, strict=True)
+        )
+        left = len(self.rows) - most
+        more = f"<p>{left} more rows</p>" if left > 0 else ""
+        return f"<p>{html.escape(self.title)}</p><table>{body}</table>{more}"
+
+    def records(self) -> list[dict[str, Any]]:
+        """A mapping of column names to values for each row."""
+        return [
+            {column.name: plain(column.of(row)) for column in self.columns} for row in self.rows
+        ]
+
+    def save(self, path: Path | str) -> None:
+        """Write the table as CSV, JSON or netCDF, by the end of the name. Raises InputError."""
+        path = Path(path)
+        if path.suffix not in (".csv", ".json", ".nc"):
+            raise InputError(f"{path}: the name must end in .csv, .json or .nc")
+        units = {column.name: column.unit for column in self.columns}
+        write_table(path, units, ([column.of(row) for column in self.columns] for row in self.rows))
+
+
+class Answer(ABC):
+    """What a question is answered with. Subclasses are records with a `table`."""
+
+    warnings: tuple[str, ...] = ()  # what a user should know before using the answer
+
+    @abstractmethod
+    def table(self) -> Table:
+        """The columns and rows of the answer."""
+
+    def parts(self) -> Sequence[str | Table]:
+        """What stands under each other for people: lines of text and tables."""
+        return [self.table()]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The answer as the JSON object that the command line prints."""
+        return {"rows": self.table().records()}
+
+    def text(self, most: int = SHOWN) -> str:
+        """The answer for people, with at most so many rows of each table."""
+        texts = (part.text(most) if isinstance(part, Table) else part for part in self.parts())
+        return "\n\n".join(text for text in texts if text)
+
+    def __repr__(self) -> str:
+        return self.text(FEW)
+
+    def _repr_html_(self) -> str:
+        return "".join(
+            part.html() if isinstance(part, Table) else f"<p>{html.escape(part)}</p>"
+            for part in self.parts()
+        )
+
+    def to_records(self) -> list[dict[str, Any]]:
+        """The rows of the table, each a mapping of column names to values."""
+        return self.table().records()
+
+    def to_dataframe(self) -> Any:
+        """The rows of the table as a pandas.DataFrame. Raises InputError without pandas."""
+        try:
+            pandas = importlib.import_module("pandas")
+        except ImportError:
+            raise InputError(
+                "to_dataframe: pandas is not installed; to_records needs it not"
+            ) from None
+        names = [column.name for column in self.table().columns]
+        return pandas.DataFrame.from_records(self.to_records(), columns=names)
+
+    def save(self, path: Path | str) -> None:
+        """Write the table as CSV, JSON or netCDF, by the end of the name. Raises InputError."""
+        self.table().save(path)
+
+    def plot(self, path: Path | str | None = None, **more: Any) -> Any:
+        """The answer as a figure, also written as PDF, SVG or PNG if a path is given.
+
+        Raises InputError for an answer that has no figure.
+        """
+        path = None if path is None else Path(path)
+        return importlib.import_module("squeal.plots").draw(self, path, **more)

@@ -16,9 +16,9 @@ from squeal.analysis.maps import traced_map
 from squeal.analysis.modes import shapes_of_pad, sweep_modes
 from squeal.analysis.variations import Scatter
 from squeal.errors import InputError
-from squeal.io.answer import Answer, number
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
+from squeal.io.writing import Answer, number
 from squeal.plots import coupling, cycles, maps, modes, motion
 from squeal.plots.scatter import scatter_drawing
 from squeal.plots.style import Drawing, save

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from squeal.analysis.cycles import Cycles, Orbit
-from squeal.io.answer import number
+from squeal.io.writing import number
 from squeal.model.pad import PARAMETERS
 from squeal.plots.style import SINGLE, Drawing, blank, literal, origin, style
 

@@ -14,9 +14,8 @@ from typing import Any, Literal
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.io.answer import Answer, Column, Table, number
 from squeal.io.scene import COORDINATES, INITIAL, Scene, check_simulation, takes_scene
-from squeal.io.writing import plain
+from squeal.io.writing import Answer, Column, Table, number, plain
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema.values import Place, Word

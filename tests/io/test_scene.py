@@ -5,10 +5,10 @@ import math
 import pytest
 
 from squeal.errors import InputError
-from squeal.io.document import DEEPEST, named_files, parse_document, read_document, scalar
 from squeal.io.scene import read_scene
 from squeal.model.contact import CONSISTENT, MODELS, Formulation, models_with
 from squeal.model.pad import PARAMETERS
+from squeal.schema.keys import DEEPEST, named_files, parse_document, read_document, scalar
 from squeal.schema.values import Place
 
 VALUES = {

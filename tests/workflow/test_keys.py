@@ -4,11 +4,11 @@ import pytest
 from jsonschema import Draft202012Validator as Validator
 
 from squeal.errors import InputError
-from squeal.io.document import read_document
 from squeal.io.provenance import ROOT as PACKAGE
 from squeal.io.scene import read_scene
 from squeal.io.system import read_system
 from squeal.model.contact import MODELS
+from squeal.schema.keys import read_document
 from tests.conftest import ROOT, SCENES
 from tests.io.test_scene import text
 from tests.io.test_systems import GENERAL, SHORT, put

@@ -4,6 +4,8 @@ system itself or on a reduced one."""
 from __future__ import annotations
 
 import dataclasses
+import math
+import os
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -14,7 +16,6 @@ from numpy.typing import NDArray
 
 from squeal.analysis.systems.matrices import condition
 from squeal.errors import ComputationError, InputError, InputWarning
-from squeal.io.processes import available_memory
 from squeal.linear import GROWING, UnstableMode
 from squeal.linear.eigen import STIFF, Eigenvalue, hidden, ordered, spectrum_of
 from squeal.linear.matrices import rank_of, reduce, unit_diagonal
@@ -94,6 +95,18 @@ class Wanted:
 def is_small(system: TermSystem) -> bool:
     """True if all roots of a system are computed."""
     return system.n <= ALL_ROWS
+
+
+def available_memory() -> float:
+    """Bytes that are free on this machine; unlimited where it does not say."""
+    try:
+        with open("/proc/meminfo", encoding="ascii") as stream:
+            for line in stream:
+                if line.startswith("MemAvailable:"):
+                    return 1024.0 * float(line.split()[1])
+        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
+    except (OSError, ValueError, AttributeError):
+        return math.inf
 
 
 def check_memory(system: TermSystem, limit: float | None = None) -> None:

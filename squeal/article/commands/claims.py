@@ -8,8 +8,8 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.studies.claims import Claims, study
 from squeal.cli.command import Parser, Reply
 from squeal.errors import InputError
-from squeal.io.answer import aligned as table
 from squeal.io.provenance import ROOT
+from squeal.io.writing import aligned as table
 
 
 def options(parser: Parser) -> None:

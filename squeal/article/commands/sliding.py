@@ -11,10 +11,9 @@ from squeal.article.equations import bounds, rank, stiffness
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take_files
 from squeal.errors import InputError
-from squeal.io.answer import aligned as table
-from squeal.io.answer import number
 from squeal.io.scene import Scene
-from squeal.io.writing import picked, write_table
+from squeal.io.writing import aligned as table
+from squeal.io.writing import number, picked, write_table
 
 COLUMNS = {"x": "m", "y": "m", "theta": "rad", "R_n": "N", "delta": "m"}
 COLUMNS |= dict.fromkeys(("contact", "verdict", "admissible"), "")

@@ -7,8 +7,8 @@ from pathlib import Path
 from squeal.article.report.taking import names, take
 from squeal.cli.command import Parser, Reply
 from squeal.errors import InputError
-from squeal.io.answer import aligned as table
 from squeal.io.provenance import ROOT
+from squeal.io.writing import aligned as table
 
 
 def options(parser: Parser) -> None:
