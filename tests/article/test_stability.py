@@ -1,5 +1,7 @@
 """Stability over friction: against literal equations, folds, and simulations."""
 
+import dataclasses
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -14,7 +16,7 @@ from squeal.article.studies import angles as angle_study
 from squeal.article.studies.quasi_static import quasi_static
 from squeal.article.studies.stability import Branch, Stability, branch, examined
 from squeal.equilibrium import Path, sliding_equilibrium
-from squeal.io.scene import Scene
+from squeal.io.scene import Damping, Scene
 from squeal.linear import verdict
 from squeal.plots.modes import LARGEST
 from tests import naive
@@ -120,6 +122,7 @@ def test_the_modes_figure_draws_rigid_pads_that_moved_by_the_shape(record):
 
 def test_the_map_of_equilibria_is_that_of_single_ones(monkeypatch):
     monkeypatch.setattr(angle_study, "CELLS", 8)
+    monkeypatch.setattr(angle_study, "COARSE", 8)
     record = angle_study.study([SCENES / "b2-c.yaml"])
     scene = scene_of("b2-c")
     codes = []
@@ -140,3 +143,15 @@ def test_the_map_of_equilibria_is_that_of_single_ones(monkeypatch):
     assert record.share.quiet_full == pytest.approx(shares[3], abs=0.08)
     printed = quasi_static(scene_of("b3").pad, 40)
     assert len(quasi_static_figure.draw(printed, record).figure.axes) == 3
+
+
+def test_the_damped_share_is_that_of_single_equilibria(monkeypatch):
+    monkeypatch.setattr(angle_study, "COARSE", 8)
+    scene, damping = scene_of("b2-c"), Damping(ratios=(0.001, 0.02, 0.001))
+    quiet = 0
+    for a in angle_axes(8)[0].values.tolist():
+        for b in angle_axes(8)[1].values.tolist():
+            one = dataclasses.replace(scene.replace(alpha1=a, alpha2=b), damping=damping)
+            if Path.of(one.pad_model, one.pad.mu).mu_end >= one.pad.mu:
+                quiet += analyse(one).judgement.verdict == "stable"
+    assert angle_study.damped(scene, 1) == quiet / 64
