@@ -5,9 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+import squeal
 from squeal.analysis.answers import Axis
 from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import field_of
+from squeal.analysis.stack import PadStack
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping
 from tests.conftest import scene_of
@@ -42,3 +44,20 @@ def test_growth_and_frequency_are_those_of_the_dominant_eigenvalue(stem, damping
 def test_refusals(quantity, words):
     with pytest.raises(InputError, match=words):
         field_of(scene_of("b3"), (Axis("mu", 0.0, 1.0, 3), Axis("h", 0.01, 0.02, 3)), quantity)
+
+
+def test_values_that_could_not_be_decided_are_told_in_the_record(monkeypatch, recwarn):
+    """They were told by a warning alone, which speaks of no equilibrium."""
+    losses = PadStack.first_losses
+    monkeypatch.setattr(
+        PadStack,
+        "first_losses",
+        lambda *arguments: losses(*arguments)._replace(
+            unknown=np.array([True, False, False, False])
+        ),
+    )
+    axes = Axis("k1", 1e8, 2e8, 2), Axis("k2", 1e8, 2e8, 2)
+    answer = squeal.map(scene_of("b3"), axes, "critical-friction")
+    assert answer.warnings == ("critical friction could not be decided at 25 % of the points",)
+    assert answer.to_dict()["admissible"] is True
+    assert not recwarn
