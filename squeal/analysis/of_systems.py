@@ -336,11 +336,11 @@ def reduced_rows(
     """The sweep on a reduced system; of the region's roots all, or the lowest `modes`."""
     noise = noise_of(reduction.system)
     for value in values:
-        found = reduction.modes(region, {name: value})
-        verdict = growth_of(found.values, noise)  # of all of them, however few are listed
-        order = ordered(found.values)[:modes]
-        residuals = found.residuals[order]
-        yield Step(value, found.values[order], residuals, verdict, spurious=found.spurious)
+        solution = reduction.modes(region, {name: value})
+        verdict = growth_of(solution.values, noise)  # of all of them, however few are listed
+        order = ordered(solution.values)[:modes]
+        residuals = solution.residuals[order]
+        yield Step(value, solution.values[order], residuals, verdict, spurious=solution.spurious)
 
 
 def full_rows(
@@ -354,10 +354,10 @@ def full_rows(
         changes = {system.parameter: value}
         if not is_small(system):
             progress(f"{system.parameter} = {value:g}")
-            found = system_roots(system, wanted, changes, progress)
-            roots = np.array([e.value for e in found.eigenvalues], dtype=complex)
-            residuals = np.array([e.residual for e in found.eigenvalues])
-            yield Step(value, roots, residuals, found.verdict)
+            answer = system_roots(system, wanted, changes, progress)
+            roots = np.array([e.value for e in answer.eigenvalues], dtype=complex)
+            residuals = np.array([e.residual for e in answer.eigenvalues])
+            yield Step(value, roots, residuals, answer.verdict)
             continue
         roots = roots_of_all(system, wanted, changes)
         # on all of them, however few are listed

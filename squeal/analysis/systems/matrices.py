@@ -70,10 +70,10 @@ def _words(matrix: Matrix) -> str:
 def system_checks(system: TermSystem) -> dict[str, str]:
     """What is to be said of M, C and K at the system's parameters."""
     M, C, K = system.at()
-    found = {"M": _words(M), "K": _words(K)}
+    checks = {"M": _words(M), "K": _words(K)}
     if C is not None and norm_of(C):
-        found["C"] = "symmetric" if is_symmetric(C) else "not symmetric"
-    return found
+        checks["C"] = "symmetric" if is_symmetric(C) else "not symmetric"
+    return checks
 
 
 def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
@@ -136,10 +136,10 @@ def separated(values: Sequence[float], matrices: Sequence[Any]) -> Separation:
 def _without(matrix: Any, noise: float) -> Any:
     from scipy.sparse import csc_array
 
-    found = csc_array(matrix)
-    found.data[np.abs(found.data) <= noise] = 0.0
-    found.eliminate_zeros()
-    return found
+    result = csc_array(matrix)
+    result.data[np.abs(result.data) <= noise] = 0.0
+    result.eliminate_zeros()
+    return result
 
 
 def write_system(

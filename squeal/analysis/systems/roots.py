@@ -142,7 +142,7 @@ class SystemRoots:
     fastest growing one, None if none of them grows; `criterion` says what was looked at. A root
     with a backward error above 1e-6 decides nothing. `region` None is the whole plane; `count` None
     if the number could not be settled. `others` are roots that were found and counted too, and that
-    the verdict is on, beyond the lowest ones that were asked for. Roots of a band that grow faster
+    the verdict is on, beyond the lowest ones that are wanted. Roots of a band that grow faster
     than `growth_limit` (1/s) were not looked for; None if there are none. `growing_outside` pairs
     and real roots outside the region grow, None if that is not known.
     """
@@ -190,16 +190,16 @@ def system_roots(
     problem = ScaledSystem(system).at(changes)
     rectangle, limit = wanted.rectangle, None
     if rectangle is not None and wanted.band is not None:
-        found, limit = _band_modes(problem, rectangle, progress)
+        solution, limit = _band_modes(problem, rectangle, progress)
     elif rectangle is not None:
-        found = modes_in(problem, rectangle, progress=progress)
+        solution = modes_in(problem, rectangle, progress=progress)
     else:
-        found = lowest_modes(problem, wanted.modes or MODES, progress=progress)
-    upper, count, disc = found.eigenvalues, found.count, isinstance(found.region, Disc)
+        solution = lowest_modes(problem, wanted.modes or MODES, progress=progress)
+    upper, count, disc = solution.eigenvalues, solution.count, isinstance(solution.region, Disc)
     if disc:
         upper, count = _upper(upper, count, problem.real)
     words = judged(upper, complete=False)
-    roots = SystemRoots(upper, found.region, count, *words, growth_limit=limit)
+    roots = SystemRoots(upper, solution.region, count, *words, growth_limit=limit)
     return roots.lowest(wanted.modes or MODES) if disc else roots
 
 
@@ -212,12 +212,12 @@ def _band_modes(
     if bound is not None and bound > region.high_real:
         if bound <= 16 * region.high_real or problem.n <= OPTIONS.steps:
             with suppress(ComputationError):  # too many roots: of the region there are fewer
-                found = modes_in(problem, replace(region, high_real=bound), progress=progress)
-                if found.count is not None:
-                    return found, None
+                modes = modes_in(problem, replace(region, high_real=bound), progress=progress)
+                if modes.count is not None:
+                    return modes, None
         bound = None
-    found = modes_in(problem, region, progress=progress)
-    return found, None if bound is not None else region.high_real
+    modes = modes_in(problem, region, progress=progress)
+    return modes, None if bound is not None else region.high_real
 
 
 def judged(values: tuple[Eigenvalue, ...], complete: bool = True) -> tuple[str | None, str]:
@@ -226,20 +226,20 @@ def judged(values: tuple[Eigenvalue, ...], complete: bool = True) -> tuple[str |
     solved = [e for e in values if e.residual <= ACCEPTED]
     if not solved:
         return None, f"{NO_ROOT} was found that solves the equations"
-    found = decide([e.value for e in solved], [e.rounding for e in solved])
-    if found.verdict in GROWING or (complete and len(solved) == len(values)):
-        return found.verdict, str(found)
-    rate = f"largest Re lambda = {found.value:.6g}"
+    verdict = decide([e.value for e in solved], [e.rounding for e in solved])
+    if verdict.verdict in GROWING or (complete and len(solved) == len(values)):
+        return verdict.verdict, str(verdict)
+    rate = f"largest Re lambda = {verdict.value:.6g}"
     return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
 
 
 def growing(values: tuple[Eigenvalue, ...]) -> tuple[UnstableMode, ...]:
     """The roots that grow by more than rounding, the fastest first; of a pair the upper one."""
-    found = [e for e in values if e.grows and e.value.imag >= -e.rounding]
-    found.sort(key=lambda e: -e.growth_rate)
+    roots = [e for e in values if e.grows and e.value.imag >= -e.rounding]
+    roots.sort(key=lambda e: -e.growth_rate)
     return tuple(
         UnstableMode.of(e, "flutter" if e.oscillates else "divergence")
-        for e in found
+        for e in roots
         if e.residual <= ACCEPTED
     )
 
@@ -276,7 +276,7 @@ def _of_all(
         return SystemRoots(values, None, count, *words).lowest(wanted.modes)
     if wanted.band is not None:
         rectangle = _whole_strip(rectangle, values)
-    kept = tuple(e for e in values if rectangle.contains(np.array(e.value)))
+    inside_roots = tuple(e for e in values if rectangle.contains(np.array(e.value)))
     others = tuple(e for e in values if not rectangle.contains(np.array(e.value)))
     disc = disc_around(rectangle, known, 2.0 * float(np.max(np.abs(known), initial=0.0)))
     count = count_roots(problem, disc, known)
@@ -286,9 +286,9 @@ def _of_all(
     outside = len(growing(others))
     # all roots are known: where none of the region grows the verdict is of all, unless one grows
     # elsewhere
-    own = judged(kept, complete=False)
+    own = judged(inside_roots, complete=False)
     words = own if own[0] is not None or outside else words
-    return SystemRoots(kept, rectangle, inside, *words, growing_outside=outside)
+    return SystemRoots(inside_roots, rectangle, inside, *words, growing_outside=outside)
 
 
 def _upper(
@@ -354,9 +354,9 @@ def sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rect
         sizes = np.sort(np.abs(roots[roots.imag >= 0.0]))
         radius = float(sizes[: wanted.modes][-1])
     else:
-        found = lowest_modes(scaled.at(changes), wanted.modes, certify=False)
-        assert isinstance(found.region, Disc)
-        radius = found.region.radius
+        lowest = lowest_modes(scaled.at(changes), wanted.modes, certify=False)
+        assert isinstance(lowest.region, Disc)
+        radius = lowest.region.radius
     far = 1.2 * radius or 1.0
     return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
 
@@ -376,28 +376,28 @@ def reduced_for(
     scaled = ScaledSystem(system)
     region = sweep_region(scaled, wanted, values[len(values) // 2])
     if method == "modal":
-        found = reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n))
-        _warn_of_lost_roots(found, region, progress)
-        return found, region
-    found = reduce_system(scaled, region, values, progress)
-    if not found.converged:
+        reduction = reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n))
+        _warn_of_lost_roots(reduction, region, progress)
+        return reduction, region
+    reduction = reduce_system(scaled, region, values, progress)
+    if not reduction.converged:
         warnings.warn(
-            f"{len(found.samples)} full solutions do not suffice for the reduced system: a root "
-            f"has a residual of {found.worst:.2g} in the full problem, {TOLERANCE:g} is wanted; a "
-            "narrower band or range is required",
+            f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "
+            f"root has a residual of {reduction.worst:.2g} in the full problem, {TOLERANCE:g} is "
+            "wanted; a narrower band or range is required",
             InputWarning,
             stacklevel=3,
         )
-    return found, region
+    return reduction, region
 
 
-def _warn_of_lost_roots(found: Reduction, region: Rectangle, progress: Progress) -> None:
+def _warn_of_lost_roots(reduction: Reduction, region: Rectangle, progress: Progress) -> None:
     """Real modes know nothing of what friction and damping do: their roots beside the system's."""
-    if found.size == found.basis.scaled.n:
+    if reduction.size == reduction.basis.scaled.n:
         return
-    problem = found.basis.scaled.at()
+    problem = reduction.basis.scaled.at()
     exact = modes_in(problem, region, False, progress, exact=OPTIONS.accepted).values
-    lost = len(exact) - len(found.values(region))
+    lost = len(exact) - len(reduction.values(region))
     if lost > 0:
         warnings.warn(
             f"the real modes lose {lost} of {len(exact)} roots that the system has in the band at "
@@ -412,7 +412,7 @@ def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArra
     roots = dense_values(*system.arrays(changes))
     if not system.real:
         roots = roots[roots.imag >= 0.0]
-    if wanted.band is not None:  # whatever their real parts are
+    if wanted.band is not None:  # of any real part
         low, high = (2 * np.pi * f for f in wanted.band)
         roots = roots[(roots.imag >= low) & (roots.imag <= high)]
     elif wanted.region is not None:

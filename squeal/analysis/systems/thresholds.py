@@ -97,10 +97,10 @@ def system_thresholds(
 
 
 def _all(system: TermSystem, low: float, high: float) -> SystemThresholds:
-    found = thresholds(system, high, mu_min=low)
+    located = thresholds(system, high, mu_min=low)
     start = verdict_of(roots_of_all(system, Wanted(), {system.parameter: low}), noise_of(system))
-    points, crossings = tuple(found.points), tuple(found.crossings)
-    return SystemThresholds(low, high, start, points, crossings, found.certified)
+    points, crossings = tuple(located.points), tuple(located.crossings)
+    return SystemThresholds(low, high, start, points, crossings, located.certified)
 
 
 def _small_band(system: TermSystem, low: float, high: float, wanted: Wanted) -> SystemThresholds:
@@ -110,8 +110,8 @@ def _small_band(system: TermSystem, low: float, high: float, wanted: Wanted) -> 
     ends = np.array([rectangle.low_imag, rectangle.high_imag]) / (2 * math.pi)
     if wanted.band is not None:
         ends = np.array(wanted.band)
-    found = thresholds(system, high, mu_min=low)
-    rows = [c for c in found.crossings if ends[0] <= c.frequency_hz <= ends[1]]
+    located = thresholds(system, high, mu_min=low)
+    rows = [c for c in located.crossings if ends[0] <= c.frequency_hz <= ends[1]]
 
     def roots(value: float) -> ComplexArray:
         return roots_of_all(system, wanted, {system.parameter: value})
@@ -123,9 +123,9 @@ def _small_band(system: TermSystem, low: float, high: float, wanted: Wanted) -> 
         verdict_of(roots(low), noise),
         band.points,
         band.crossings,
-        found.certified,
+        located.certified,
         left_out=_left_out(band, system.parameter, wanted),
-        crossings_outside=len(found.crossings) - len(rows),
+        crossings_outside=len(located.crossings) - len(rows),
     )
 
 
@@ -145,11 +145,11 @@ def _large(
     unconfirmed: tuple[str, ...] = ()
     progress("following the roots of the reduced system")
     if system.C or not system.real:
-        found = crossings_along(reduction, region, name, values)
-        unconfirmed = found.unconfirmed
+        located = crossings_along(reduction, region, name, values)
+        unconfirmed = located.unconfirmed
         rows = [
             Crossing(c.value, c.kind, c.direction, c.frequency_hz, c.interval, 0, False, c.residual)
-            for c in found.crossings
+            for c in located.crossings
         ]
     else:  # coalescences of the reduced system
         rows = [
@@ -320,11 +320,11 @@ def _together(rows: Sequence[Crossing], near: float) -> list[list[Crossing]]:
 def _leads(group: Sequence[Crossing], change: VerdictChange) -> list[Crossing]:
     """The crossings at a place that begin what grows above or end what grew below; of several that
     do the fastest, which stands first."""
-    found = []
+    leads = []
     for alike in ((change.above, "up"), (change.below, "down")):
         leading = [c for c in group if (c.kind, c.direction) == alike]
-        found += sorted(leading, key=lambda c: not c.changes_verdict)[:1]
-    return found or list(group)
+        leads += sorted(leading, key=lambda c: not c.changes_verdict)[:1]
+    return leads or list(group)
 
 
 def _net(c: Crossing) -> int:
