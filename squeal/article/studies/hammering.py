@@ -184,7 +184,12 @@ def sentences(record: Hammering) -> Mapping[str, bool]:
     """What the paper says of these motions."""
     by = record.hammering
     at = {w: by[f"{LEVEL}, {w}"] for w in WINDOWS}
+    first = {name: one["1"] for name, one in record.motions.items()}
     return {
+        "points-separate-in-all-cases-the-line-in-c": all(
+            one.apart > 0.0 if name < "b2" else (one.separated > 0.0) == (name == "b2-c")
+            for name, one in first.items()
+        ),
         "b2-only-c-hammers": all(one["B2"] == ("c",) for one in at.values()),
         "b1-hammers-in-c-and-d": at[1]["B1"] == ("c", "d"),
         "b1-hammers-by-level-and-time": by["0.2, 10"]["B1"] == ("c", "d")
