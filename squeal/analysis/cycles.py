@@ -17,7 +17,7 @@ from squeal.io.scene import COORDINATES, Scene, check_simulation, takes_scene
 from squeal.io.writing import Answer, Column, Table, number
 from squeal.model.pad import PARAMETERS
 from squeal.schema.values import Place
-from squeal.simulation.cycles import CLOSED_CURVE, Cycle, Measures, Member, Shooting
+from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Measures, Member, Shooting
 from squeal.simulation.observers import Extrema
 from squeal.simulation.run import in_natural_units
 
@@ -280,6 +280,8 @@ def cycles(
     ...                      damping=squeal.Damping(ratios=(0.05, 0.05, 0.05)))
     >>> squeal.cycles(scene)
     no periodic motion: the motion comes to rest
+    <BLANKLINE>
+    sliding at mu = 0.1: stable
     """
     check_simulation(scene, Place(str(scene.source or "Scene")))
     name, low, high = _over(scene, over)
@@ -290,8 +292,10 @@ def cycles(
     own, reason = shooting.settle(start, stop, value / scale, windows)
     values = sorted({value, *(np.linspace(low, high, SLIDING).tolist() if over else ())})
     if own is None:
-        sliding = ((value, _verdict(scene)),)
-        return Cycles(scene.model, name, reason=reason, sliding=sliding)
+        verdict = _verdict(scene)
+        if reason == RESTS and verdict in ("flutter", "divergence"):
+            reason += f" where sliding is not stable ({verdict}); other initial conditions leave it"
+        return Cycles(scene.model, name, reason=reason, sliding=((value, verdict),))
     lower, upper = list[Member](), list[Member]()
     ends = ("", "")
     if over:

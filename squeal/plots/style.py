@@ -85,6 +85,7 @@ def blank(title: str, why: str, module: str, *results: Provenance | None) -> Dra
     """A figure that says why there is none."""
     with style():
         figure = Figure(figsize=(DOUBLE, 0.8))
+        figure.set_layout_engine("none")
         figure.text(0.5, 0.5, "\n".join(textwrap.wrap(why, 90)), ha="center", va="center")
     return Drawing(figure, why, title, origin(module, *results))
 

@@ -8,7 +8,6 @@ The loads are continuous where the contact changes, since an edge's force starts
 switching surface, is therefore the identity, and the variational equations run on through it.
 """
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -33,20 +32,19 @@ RETURNED = 1e-6  # relative distance of two passages that count as a return
 PASSAGES = 9  # most passages in a period
 STRAIGHT = 0.9  # least cosine of the angle by which a branch turns in a step
 HALVINGS = 12  # of a step, to locate what happens in it
-RESTING = 1e-6  # relative speed of a motion that has come to rest
-CLOSED_CURVE = "the branch is closed"
+RESTING = 1e-4  # relative speed of a motion that has come to rest
+CLOSED_CURVE, RESTS = "the branch is closed", "the motion comes to rest"
 CRITICAL = 0.05  # most distance from the unit circle of a multiplier that crosses it
 
 
 class Variations(Observer):
-    """The matrix of small deviations (6, 6) along a motion, in natural units, kept in size."""
+    """The matrix of small deviations (6, 6) along a motion, in natural units."""
 
     dense = True
 
     def __init__(self, model: PadModel) -> None:
         self._model = model
         self.matrix = np.eye(6)
-        self.logarithm = 0.0  # of the factor taken out of the matrix
 
     def _rates(self, steps: Steps, share: float) -> np.ndarray:
         """The matrices A (s, 6, 6) of the linear equations at a share of each step."""
@@ -79,9 +77,6 @@ class Variations(Observer):
             matrices = (one + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)) @ matrices
         for matrix in matrices:
             self.matrix = matrix @ self.matrix
-            factor = float(np.abs(self.matrix).max())
-            self.matrix /= factor
-            self.logarithm += math.log(factor)
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,9 +179,8 @@ class Shooting:
         """phi_T(z) - z and, as a cycle, the motion from z over T."""
         small, events = Variations(self.model(value)), Events()
         apart = self.motion(state, period, value, [small, events]) - state
-        monodromy = small.matrix * np.exp(small.logarithm)
         gap = float(np.abs(apart).max() / np.abs(state).max())
-        return apart, Cycle(state, period, monodromy, value, gap, tuple(events.changes))
+        return apart, Cycle(state, period, small.matrix, value, gap, tuple(events.changes))
 
     def solve(
         self, guess: np.ndarray, direction: np.ndarray | None = None, most: int = PASSES
@@ -241,7 +235,7 @@ class Shooting:
         if changes:
             return None, "contact goes on changing and the motion does not return to itself"
         if rate <= RESTING * fastest:
-            return None, "the motion comes to rest"
+            return None, RESTS
         return None, "the motion still oscillates, without a change of contact"
 
     def _shortest(self, cycle: Cycle) -> Cycle:

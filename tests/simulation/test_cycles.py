@@ -141,6 +141,20 @@ def test_a_scene_that_comes_to_rest_has_no_cycle():
     assert found.to_dict()["cycles"] == []
 
 
+def test_rest_in_an_equilibrium_that_flutters_is_not_called_stable():
+    scene = dataclasses.replace(
+        read_scene(ROOT / "workflow/scenes/b2-c.yaml", "simulate"),
+        damping=Damping(ratios=(0.005,) * 3),
+        initial=(0.0,) * 6,
+        start="equilibrium",
+        stop=1e-5,
+    )
+    found = squeal.cycles(scene, windows=1)
+    assert not found.orbits
+    assert found.sliding == ((scene.pad.mu, "flutter"),)
+    assert "not stable (flutter)" in found.reason
+
+
 @pytest.mark.parametrize(
     ("over", "words"),
     [
