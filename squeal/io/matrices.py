@@ -213,12 +213,11 @@ def _picked(path: Path, matrices: dict[str, Any], key: str | None) -> MatrixFile
     names = ", ".join(sorted(matrices)) or "none"
     if key is None and len(matrices) != 1:
         raise InputError(f"{path}: holds the matrices {names}; name one of them with key")
-    alike = [n for n in matrices if key is None or n == key]
-    # op4 writes small letters
-    alike = alike or [n for n in matrices if key and n.lower() == key.lower()]
-    if len(alike) != 1:
+    alike = [n for n in matrices if key is None or n.lower() == key.lower()]  # op4: small letters
+    name = key if key in matrices else alike[0] if len(alike) == 1 else None
+    if name is None:
         raise InputError(f"{path}: holds no matrix {key}; it holds {names}")
-    return MatrixFile(matrices[alike[0]])
+    return MatrixFile(matrices[name])
 
 
 def _read_mat(path: Path, key: str | None) -> MatrixFile:
@@ -296,21 +295,10 @@ def read_matrix(
 ) -> MatrixFile:
     """The real square matrix in a file, as a SciPy CSC array (n, n) without explicit zeros.
 
-    Parameters
-    ----------
-    path
-        The file; its format is recognised by its content, else by its suffix.
-    key
-        The name of the matrix, in a file that holds several.
-    symmetric
-        Whether entries on one side of the diagonal alone stand for the other side too; None
-        leaves that to the file. Where the file does not say either, a matrix that looks as Abaqus
-        writes a symmetric one is completed with an `InputWarning`, and any other is refused.
-
-    Raises
-    ------
-    InputError
-        With one sentence for anything that is no real, finite, square matrix.
+    `key` names it in a file that holds several. `symmetric` says whether entries on one side of
+    the diagonal alone stand for the other side too; where neither it nor the file does, a matrix
+    that looks as Abaqus writes a symmetric one is completed with an `InputWarning`, and any other
+    is refused. Raises InputError for anything that is no real, finite, square matrix.
     """
     path = Path(path)
     name = path.suffix

@@ -13,7 +13,8 @@ import hashlib
 import platform
 import re
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -50,11 +51,11 @@ def _imports(path: Path) -> frozenset[str]:
 def _files(name: str) -> frozenset[Path]:
     """The file of a module of this package, if it is one, and of the packages that it lies in."""
     parts = name.split(".")
-    places = [ROOT.parent.joinpath(*parts[: end + 1]) for end in range(len(parts))]
     if parts[0] != PACKAGE:
         return frozenset()
-    each = (f for p in places for f in (p.with_suffix(".py"), p / "__init__.py") if f.is_file())
-    return frozenset(each)
+    places = [ROOT.parent.joinpath(*parts[: end + 1]) for end in range(len(parts))]
+    each = (f for p in places for f in (p.with_suffix(".py"), p / "__init__.py"))
+    return frozenset(f for f in each if f.is_file())
 
 
 @cache
@@ -124,11 +125,10 @@ class InputFile:
 class Provenance:
     """What made a result.
 
-    inputs: every file that was read; source_sha256: the `digest` of the module; versions: of this
-    package, of Python and of every other package that its sources import, `NOT_INSTALLED` for one
-    that is missing; platform: system and processor; loaded: those of the packages that had been
-    loaded when the result was made, since sources also import what a scene may need and this one
-    did not.
+    source_sha256: the `digest` of the module; versions: of this package, of Python and of every
+    package that its sources import, `NOT_INSTALLED` for one that is missing; platform: system and
+    processor; loaded: the packages that had been loaded when the result was made, since sources
+    also import what a scene may need and this one did not.
     """
 
     inputs: tuple[InputFile, ...]
@@ -187,11 +187,9 @@ def version(package: str) -> str:
 def _installed(package: str) -> str:
     from importlib import metadata, util  # slow to load, and text for people needs none of it
 
-    try:
+    with suppress(metadata.PackageNotFoundError):
         return metadata.version(package)
-    except metadata.PackageNotFoundError:
-        pass
-    if package not in sys.modules and util.find_spec(package) is None:
-        return NOT_INSTALLED  # without reading the names of all that is installed
-    names = metadata.packages_distributions().get(package, ())
+    names: Sequence[str] = ()
+    if package in sys.modules or util.find_spec(package):  # else not all names need be read
+        names = metadata.packages_distributions().get(package, ())
     return metadata.version(names[0]) if names else NOT_INSTALLED

@@ -129,11 +129,9 @@ class Damping:
     rayleigh: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        given = {
-            name: value.tolist() if isinstance(value, np.ndarray) else value
-            for name, value in self.to_dict().items()
-        }
-        for name, value in DAMPING.read(given, Place("Damping")).items():
+        given = self.to_dict()
+        lists = {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in given.items()}
+        for name, value in DAMPING.read(lists, Place("Damping")).items():
             object.__setattr__(self, name, value)
 
     def to_dict(self) -> dict[str, Any]:
@@ -180,23 +178,19 @@ class Scene:
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a mapping of a scene file's form, defaults left out."""
-        initial = zip(COORDINATES, self.initial, strict=True)
+        initial = zip(("from", *COORDINATES), (self.start, *self.initial), strict=True)
         times = {"stop": self.stop, "samples": self.samples}
-        found: dict[str, Any] = {
+        parts: dict[str, Any] = {
             "model": self.model,
             "parameters": self.pad.to_dict(),
             "formulation": self.formulation.to_dict(),
-            "initial": {"from": self.start} if self.start != STARTS[0] else {},
+            "initial": {name: value for name, value in initial if value not in (0.0, STARTS[0])},
             "time": {name: value for name, value in times.items() if value is not None},
             "damping": {} if self.damping is None else self.damping.to_dict(),
+            "tolerance": self.tolerance if self.tolerance != DEFAULT_TOLERANCE else None,
+            "outputs": list(self.outputs) if self.outputs != DEFAULT_OUTPUTS else None,
         }
-        found["initial"] |= {name: value for name, value in initial if value}
-        found = {name: value for name, value in found.items() if value}
-        if self.tolerance != DEFAULT_TOLERANCE:
-            found["tolerance"] = self.tolerance
-        if self.outputs != DEFAULT_OUTPUTS:
-            found["outputs"] = list(self.outputs)
-        return found
+        return {name: part for name, part in parts.items() if part not in ({}, None)}
 
     @staticmethod
     def from_dict(document: Any, at: Place, source: Path | None = None) -> Scene:
@@ -228,12 +222,12 @@ class Scene:
 
         A moment of inertia that was left out follows m, w and h. Raises InputError.
         """
-        fields = {f.name for f in dataclasses.fields(self)}
-        of_pad = {name: changes.pop(name) for name in list(changes) if name in PARAMETERS}
+        fields = sorted(f.name for f in dataclasses.fields(self))
         for name in changes:
-            if name not in fields:
-                allowed = ", ".join([*PARAMETERS, *sorted(fields)])
-                raise (Place("Scene") / name).refuse(f"unknown key; allowed are {allowed}")
+            if name not in PARAMETERS and name not in fields:
+                words = f"unknown key; allowed are {', '.join([*PARAMETERS, *fields])}"
+                raise (Place("Scene") / name).refuse(words)
+        of_pad = {name: changes.pop(name) for name in list(changes) if name in PARAMETERS}
         pad = RECORDS["pad"].read(changes.pop("pad", self.pad), Place("Scene") / "pad")
         return dataclasses.replace(self, pad=pad.replace(**of_pad), **changes)
 
