@@ -22,9 +22,8 @@ from squeal.linear import (
     thresholds,
     unstable_modes,
 )
-from squeal.linear.eigen import STIFF, hidden, ordered, spectrum_of
+from squeal.linear.eigen import STIFF, decide, hidden, ordered, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce, scaled_rank
-from squeal.linear.verdict import decide
 from squeal.model.contact import State, contact_law, contact_model
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
 from squeal.schema.values import Number, Place, Several, takes
@@ -183,7 +182,7 @@ def roots_and_verdict(
     squares = np.abs(np.diag(reduced.A))  # of the frequencies of each coordinate alone
     # upright springs hold nothing along the surface: (k cos^2) of a rounded angle is no slow mode
     free = squares.min() <= EPS**2 * squares.max()
-    if free or not hidden(reduced, K):
+    if free or not hidden(reduced, C, K):
         spectrum = spectrum_of(reduced)
         return spectrum, decide(spectrum.values, spectrum.rounding)
     from squeal.sparse.dense import dense_spectrum  # a tenth of a query's time

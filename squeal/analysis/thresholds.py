@@ -18,7 +18,7 @@ from squeal.linear import (
     System,
     thresholds,
 )
-from squeal.linear.changes import TIGHT
+from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.eigen import HIDDEN, STIFF, hidden_share
 from squeal.linear.matrices import checked, reduce
 from squeal.schema.values import takes
@@ -42,7 +42,7 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> Thresholds:
     if path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
-    at_zero, share = roots_and_verdict(M, C, K)[1].verdict, hidden_share(reduce(M, C, K), K)
+    at_zero, share = roots_and_verdict(M, C, K)[1].verdict, hidden_share(reduce(M, C, K), C, K)
     stiff = share > HIDDEN
     if stiff and C is not None:
         raise ComputationError(f"no threshold of a damped pad can be given: {STIFF}")
@@ -87,7 +87,7 @@ def _widened(at: Located, path: Path) -> Located:
     wide = (at.mu - error, at.mu + error)
     if isinstance(at, Crossing):
         return replace(at, interval=wide)
-    return replace(at, interval=wide, converged=2 * error <= TIGHT * at.mu)
+    return replace(at, interval=wide, converged=2 * error <= ContinuationOptions.same * at.mu)
 
 
 def critical_parameter(system: System, high: float, name: str = "mu") -> Thresholds:

@@ -28,9 +28,16 @@ from scipy.sparse import csc_array
 
 from squeal.errors import InputError, InputWarning
 from squeal.io.matrices import FORMATS, MatrixFile, aligned, read_matrix
-from squeal.linear.dampings import modal, rayleigh, structural, structure_stiffness
 from squeal.linear.matrices import reduce
-from squeal.linear.system import Term, TermSystem, without_supports
+from squeal.linear.system import (
+    Term,
+    TermSystem,
+    modal,
+    rayleigh,
+    structural,
+    structure_stiffness,
+    without_supports,
+)
 from squeal.numerics.differentiation import ALLOWED, Formula
 from squeal.schema.keys import Group, Key, read_document
 from squeal.schema.values import (

@@ -4,22 +4,30 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 `system(mu) -> (M, C, K)` and get sweeps, tracked modes, thresholds and the friction loop.
 """
 
-from squeal.linear.changes import CriticalPoint
-from squeal.linear.eigen import Eigenvalue, Spectrum, complex_eigenvalues, sensitivities
-from squeal.linear.events import Crossing
-from squeal.linear.invariants import VERDICTS
-from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
-from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_modes
-from squeal.linear.system import Batched, Matrices, System
-from squeal.linear.thresholds import Thresholds, critical_points, crossings, thresholds
-from squeal.linear.verdict import (
+from squeal.linear.eigen import (
     GROWING,
+    Eigenvalue,
     Judgement,
+    Spectrum,
+    complex_eigenvalues,
     damped_verdicts,
     judge,
+    sensitivities,
     sum_verdicts,
     undamped_verdicts,
     verdict,
+)
+from squeal.linear.events import Crossing
+from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
+from squeal.linear.matrices import VERDICTS
+from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_modes
+from squeal.linear.system import Batched, Matrices, System
+from squeal.linear.thresholds import (
+    CriticalPoint,
+    Thresholds,
+    critical_points,
+    crossings,
+    thresholds,
 )
 
 # fmt: off

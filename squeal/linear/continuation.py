@@ -62,13 +62,15 @@ class ContinuationOptions:
     doubt : float
         Part of its way by which the slopes may miss a root that counts as matched.
     near : float
-        Part of |z| by which they always may.
+        Part of |z| by which they always may, and of a frequency by which roots that are one may
+        differ.
     exchange : float
         Part of what two roots exchange by which the prediction of their meeting may be off.
     difference : float
         Step of a difference that stands for a derivative, of the range.
     same : float
-        Events closer than this part of the range are at one place.
+        Events closer than this part of the range are at one place; an interval narrower than this
+        part of its value has converged.
     sure : float
         Standard deviations of rounding that an interval holds.
     resolved : float
@@ -77,8 +79,14 @@ class ContinuationOptions:
         Part of the range that an interval of a certified search may take.
     aside : float
         Part of a step at which it is divided.
-    alike : float
-        Part of a frequency by which roots may differ that may be one.
+    nudge : float
+        Part of a root by which the shift of inverse iteration lies beside it.
+    rounds : int
+        Steps of Newton's method, and half of those of inverse iteration.
+    samples : int
+        Points at which the roots of a pair are looked at.
+    small : int
+        Rows up to which systems are stacked, and loading SciPy costs more than it saves.
     """
 
     steps: int = 24
@@ -93,7 +101,10 @@ class ContinuationOptions:
     resolved: float = 0.02
     wide: float = 1e-4
     aside: float = 0.4837
-    alike: float = 1e-3
+    nudge: float = 1e-7
+    rounds: int = 25
+    samples: int = 101
+    small: int = 40
 
 
 def hermite_cubic(a: Any, da: Any, b: Any, db: Any) -> Array:
@@ -289,7 +300,9 @@ class Continuation:
     def prepare(self, ps: Iterable[float]) -> None:
         """Compute the states at several values together."""
         ps = [p for p in dict.fromkeys(ps) if p not in self._states]
-        if not ps or self.size > 40:  # stacks of larger matrices take as long as one by one
+        if (
+            not ps or self.size > self.options.small
+        ):  # stacks of larger matrices take as long as one by one
             return
         each = self._standards(ps)
         values, right = np.linalg.eig(np.array([A for A, _, _ in each]))
@@ -435,10 +448,6 @@ class Meeting:
     doubtful: bool  # other roots decide over their coupling
 
 
-# of the half width of a close approach: where the pair is looked at
-LOOKS = np.concatenate([[0.0], *([-s, s] for s in np.geomspace(0.1, 8.0, 12))])
-
-
 def near_coalescences(a: State, b: State, exchange: float = 0.3) -> list[tuple[State, Meeting]]:
     """Meetings within a step, seen from both ends; steps are negative from b."""
     return [
@@ -473,7 +482,9 @@ def _meetings(state: State, way: int, span: float, exchange: float) -> Iterator[
         # of a wide window the end that lies in the step
         at = np.where(inside[2], centre, np.where(inside[0], *ends))
         width = np.abs(u * np.sqrt(w) / v**2) + 1e-6 * span  # also where both ends are one
-        x = np.clip(centre + LOOKS[:, None] * np.maximum(half, width), 0.0, span)
+        looks = 10.0 ** np.linspace(-1.0, 0.9, 12)  # of the half width of a close approach
+        looks = np.concatenate([-looks, [0.0], looks])[:, None]
+        x = np.clip(centre + looks * np.maximum(half, width), 0.0, span)
         d, error = (u + x * v) ** 2 / 4 + x**2 * w, x**2 * (third + exchange**2 * np.abs(w))
         mean, mean_slope = (z[k] + z[l]) / 2, (own[k] + own[l]) / 2
         passes = _passes(d.real, error)

@@ -30,11 +30,6 @@ from squeal.linear.continuation import (
 )
 from squeal.linear.matrices import EPS, Array, norm_of
 
-FINE = 101  # points at which a pair's roots are looked at
-ROUNDS = 25  # of Newton's method, and of inverse iteration
-SMALL = 40  # rows up to which loading SciPy costs more than it saves
-NUDGE = 1e-7  # of a shift, so that the matrix is regular
-
 
 @dataclass(frozen=True)
 class Crossing:
@@ -166,7 +161,7 @@ def _of_pair(
     step: Step, k: int, other: int, means: Array, squares: Array, form: str
 ) -> Iterator[Guess]:
     """What two roots do that coalesce or part in the step."""
-    h, t = step.b.value - step.a.value, np.linspace(0.0, 1.0, FINE)
+    h, t = step.b.value - step.a.value, np.linspace(0.0, 1.0, step.options.samples)
     m, d = (np.polyval(c[::-1].astype(complex), t) for c in (means, squares))
     on = step.a.on_line[[k, other]].all(), step.b.on_line[step.order[[k, other]]].all()
     found = list(_crosses(m, d)) if form == "damped" and not all(on) else []
@@ -241,11 +236,11 @@ class Near(NamedTuple):
 Solve = Callable[[NDArray], NDArray]
 
 
-def _solvers(A: NDArray, shift: complex) -> tuple[Solve, Solve]:
+def _solvers(A: NDArray, shift: complex, small: int) -> tuple[Solve, Solve]:
     """X -> (A - shift)^-1 X and Y -> (A - shift)^-H Y. The explicit inverse would not do: next to a
     coalescence its rounding hides the second vector."""
     P = A - shift * np.eye(len(A))
-    if len(A) <= SMALL:
+    if len(A) <= small:
         return partial(np.linalg.solve, P), partial(np.linalg.solve, P.conj().T)
     from scipy.linalg import lu_factor, lu_solve
 
@@ -259,17 +254,17 @@ def roots_near(along: Continuation, p: float, near: complex, right: NDArray, lef
     A, derivative, sizes = along.both(p)
     size, missed = norm_of(A) or 1.0, 0.0
     if right.shape[1] == 1:
-        X, Y = _vectors(A, size, near, right, left)
+        X, Y = _vectors(A, size, near, right, left, along.options.small)
     else:
-        nudge = NUDGE * max(abs(near), 1e-4 * size)
+        nudge = along.options.nudge * max(abs(near), 1e-4 * size)
         shift = near + nudge * (1 + 1j)
         if along.form == "undamped" and abs(near.imag) <= nudge:
             shift = shift.real
             # two conjugate columns have one real part
             right, left = np.asarray(right.real + right.imag), np.asarray(left.real + left.imag)
-        solve, transposed = _solvers(A, shift)
-        X = _subspace(A, size, right, solve)
-        Y = _subspace(A.conj().T, size, left, transposed)
+        solve, transposed = _solvers(A, shift, along.options.small)
+        X = _subspace(A, size, right, solve, along.options.rounds)
+        Y = _subspace(A.conj().T, size, left, transposed, along.options.rounds)
     inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
     small, slope = inverse @ (A @ X), inverse @ (derivative @ X)
     if len(small) == 2:  # what the subspaces miss, to second order
@@ -296,12 +291,12 @@ def roots_near(along: Continuation, p: float, near: complex, right: NDArray, lef
 
 
 def _vectors(
-    A: NDArray, size: float, z: complex, right: NDArray, left: NDArray
+    A: NDArray, size: float, z: complex, right: NDArray, left: NDArray, small: int
 ) -> tuple[NDArray, NDArray]:
     """Vectors of one root by inverse iteration and Rayleigh quotients."""
     x, y = right, left
     for _ in range(3):
-        solve, transposed = _solvers(A, z + 1e-14 * size * (1 + 1j))
+        solve, transposed = _solvers(A, z + 1e-14 * size * (1 + 1j), small)
         x, y = solve(x), transposed(y)
         x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
         across = np.vdot(y, x)
@@ -313,12 +308,12 @@ def _vectors(
     return x, y
 
 
-def _subspace(A: NDArray, size: float, start: NDArray, solve: Solve) -> NDArray:
+def _subspace(A: NDArray, size: float, start: NDArray, solve: Solve, rounds: int) -> NDArray:
     """The invariant subspace (N, 2) that inverse iteration turns `start` to."""
     # next to a coalescence both columns become one vector but for half the digits; what these
     # leave is lessened by Newton's steps
     X, before, step = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0], np.inf, False
-    for _ in range(2 * ROUNDS):
+    for _ in range(2 * rounds):
         image = A @ X
         rest = image - X @ (X.conj().T @ image)
         left = float(np.linalg.norm(rest))
@@ -383,7 +378,7 @@ def located(along: Continuation, guess: Guess) -> Event | None:
 
 def _located(along: Continuation, guess: Guess) -> Event | None:
     f, p = _Search(along, guess), guess.value
-    for _ in range(ROUNDS):
+    for _ in range(along.options.rounds):
         at = f(p)
         if not at.slope or not np.isfinite(at.slope):
             return None
@@ -500,7 +495,7 @@ def windows(along: Continuation, met: list[tuple[State, Meeting]], width: float)
         place, mean = pair.value + x, pair.mean + x * pair.mean_slope
         if not any(abs(place - q) <= half and abs(mean - z) <= 1e-6 * abs(z) for q, z in seen):
             seen.append((place, mean))
-            yield from _window(pair, along.form, width)
+            yield from _window(pair, along, width)
 
 
 def _closest(
@@ -524,20 +519,21 @@ def _closest(
     return pair
 
 
-def _window(pair: Near, form: str, width: float) -> Iterator[Guess]:
+def _window(pair: Near, along: Continuation, width: float) -> Iterator[Guess]:
     """Crossings of the line around the closest approach of a pair, if there are any."""
-    centre, half = pair.approach(form)
+    centre, half = pair.approach(along.form)
     if half == 0.0 or not np.isfinite(centre):
         return
     bend, slope = pair.d_bend.real, pair.d_slope.real
-    if form != "damped":  # beyond rounding d has the other sign there
+    if along.form != "damped":  # beyond rounding d has the other sign there
         if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
             return
         x = np.array([centre - half, centre + half])
         found = [(n, complex(pair.ahead(x[n])[0]), True) for n in (0, 1) if abs(x[n]) <= width]
     else:
-        x = centre + np.linspace(-8.0, 8.0, 4 * FINE) * half
-        x = np.concatenate([x[np.abs(x) < width], np.linspace(-width, width, FINE)])
+        samples = along.options.samples
+        x = centre + np.linspace(-8.0, 8.0, 4 * samples) * half
+        x = np.concatenate([x[np.abs(x) < width], np.linspace(-width, width, samples)])
         x = np.unique(x)
         found = list(_crosses(*pair.ahead(x)))
     least = min(4 * half, width)

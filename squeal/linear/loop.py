@@ -19,17 +19,15 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.errors import ComputationError
+from squeal.linear.eigen import GROWING, verdict
 from squeal.linear.events import Crossing
-from squeal.linear.matrices import Array
+from squeal.linear.matrices import EPS, Array
 from squeal.linear.system import System, Term, TermSystem, check_range, check_system, matrices_at
 from squeal.linear.thresholds import crossings
-from squeal.linear.verdict import GROWING, verdict
 from squeal.numerics.differentiation import Formula
 
 if TYPE_CHECKING:
     from control import StateSpace
-
-RANK_TOLERANCE = 1e-10  # second over first singular value of the friction term
 
 
 def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
@@ -126,9 +124,10 @@ def friction_loop(
         return LoopAnswer(None, "the stiffness matrix is not linear in mu")
     unit = 1.0 / np.sqrt(np.diag(M))  # without it the rank would depend on the units
     U, singular, rows = np.linalg.svd(unit[:, None] * K1 * unit)
-    if singular[0] <= RANK_TOLERANCE * np.linalg.norm(unit[:, None] * K0 * unit, 2) / mu_max:
+    least = EPS ** (2 / 3)  # of what counts for a rank: K1 is a difference
+    if singular[0] <= least * np.linalg.norm(unit[:, None] * K0 * unit, 2) / mu_max:
         return LoopAnswer(None, "the stiffness matrix does not depend on mu")
-    if len(singular) > 1 and singular[1] > RANK_TOLERANCE * singular[0]:
+    if len(singular) > 1 and singular[1] > least * singular[0]:
         ratio = singular[1] / singular[0]
         return LoopAnswer(
             None,

@@ -29,12 +29,10 @@ from squeal.linear.continuation import (
     State,
     Step,
 )
-from squeal.linear.eigen import hidden
+from squeal.linear.eigen import UnstableCount, hidden
 from squeal.linear.events import Event, certain, guesses_of, located, windows
-from squeal.linear.light import Slow
 from squeal.linear.matrices import checked, norm_of, reduce
-from squeal.linear.system import System, TermSystem, dense
-from squeal.linear.verdict import UnstableCount
+from squeal.linear.system import Slow, System, TermSystem, dense
 
 Counter = Callable[[Continuation, float], int | None]
 """(continuation, p) -> how many roots grow at p (two for a pair), None if it cannot tell."""
@@ -298,7 +296,7 @@ class _Walk:
     def _alike(self, omega: float, way: int, low: float, high: float) -> Event | None:
         """The located event of that frequency and direction between low and high."""
         for one in self.found:
-            apart = abs(one.omega - omega) <= self.along.options.alike * min(one.omega, omega)
+            apart = abs(one.omega - omega) <= self.along.options.near * min(one.omega, omega)
             if low <= one.value <= high and one.direction == way and apart:
                 return one
         return None
@@ -381,8 +379,7 @@ def _quiet(along: Continuation, p: float, omega: float) -> bool:
     if not omega:
         return bool(np.any(np.abs(state.roots) <= state.rounding))
     near = (
-        np.abs([along.omega(complex(z)) - omega for z in state.roots])
-        <= along.options.alike * omega
+        np.abs([along.omega(complex(z)) - omega for z in state.roots]) <= along.options.near * omega
     )
     on = near & state.on_line
     if along.form == "damped":
@@ -403,7 +400,7 @@ def fastest_first(along: Continuation, place: Sequence[Event]) -> list[Event]:
     rates = way * along.exponents(state.roots).real
 
     def rate(one: Event) -> float:
-        near = along.options.alike * max(one.omega, float(omegas.min()))
+        near = along.options.near * max(one.omega, float(omegas.min()))
         own = np.abs(omegas - one.omega) <= near
         return float(np.max(rates[own & (rates > 0)], initial=-np.inf))
 
@@ -459,7 +456,7 @@ def _hides(along: Continuation, p: float) -> bool:
     M, C, K = along.system(p)
     with suppress(InputError):  # M is not symmetric
         M, C, K = checked(dense(M), None if C is None else dense(C), dense(K))
-        return hidden(reduce(M, C, K), K)
+        return hidden(reduce(M, C, K), C, K)
     return False
 
 

@@ -2,6 +2,15 @@
 
 A system is any function of one parameter that gives M, C and K. `Parametrised` gives
 every kind one form, with dense, checked matrices and their derivatives.
+
+In eigenvectors of M and with s = -lambda^2, K21 q1 + K22 q2 = s D2 q2. On the subspace of the slow
+roots q2 = -X q1, K22 X = K21 + D2 X L and D1 L = K11 - K12 X: static condensation of what has no
+mass, and with a light one a few iterations more, each of which gains a factor of D2 L / K22.
+
+All three refer to the structure's own stiffness: the symmetric part of K at the system's own
+parameters, without friction. The friction coefficient is the parameter `mu`; in a system without
+one it is the swept parameter, if all matrices of K that it multiplies are unsymmetric. A factor of
+one changes nothing.
 """
 
 from __future__ import annotations
@@ -17,7 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError, MatrixError
-from squeal.linear.matrices import Array, checked
+from squeal.linear.matrices import EPS, SKEW, Array, checked, light_motions, unit_diagonal
 from squeal.numerics.differentiation import ONE, Formula
 
 Matrix = Any
@@ -375,3 +384,167 @@ def values_of(asked: str, mus: object) -> list[float]:
             "number"
         )
     return found
+
+
+# Slow roots where some motion has no mass, or hardly any
+
+
+REFUSED = (
+    "M: is ill conditioned, as where some motion has (nearly) no mass or coordinates nearly depend "
+    "on each other, and that motion is damped or may grow, or M varies; those thresholds can be "
+    "given that lie in a band (--band LOW:HIGH, in Hz)"
+)
+
+
+class FastMotionError(MatrixError):
+    """What has no mass, or hardly any, cannot be eliminated."""
+
+    def __init__(self) -> None:
+        super().__init__(REFUSED)
+
+
+@dataclass
+class Slow:
+    """The slow roots of `system`, which has to be like that at p, as a system of their own, M = 1.
+
+    A motion is light whose mass is below `light` times the next heavier one. Calls raise
+    FastMotionError if M varies, light motions are damped or may grow, or their stiffness has a
+    condition above `condition`, which leaves the slow roots too few digits. `growth` is by how much
+    what was eliminated so far has increased rounding.
+    """
+
+    system: System
+    p: float
+    light: float = 1e-4
+    condition: float = 1e8
+    growth: float = field(default=1.0, init=False)
+
+    def __post_init__(self) -> None:
+        self._family = Parametrised(self.system, self.p, self.p)
+        self.M, _, K = self._family.at(self.p)
+        masses, self.turn = light_motions(self.M)
+        gaps = masses[1:] / np.maximum(masses[:-1], EPS * masses[-1])
+        self.count = int(np.argmax(gaps)) + 1
+        self.fast, self.heavy = masses[: self.count], masses[self.count :]
+        if gaps.max() * self.light < 1.0 or np.count_nonzero(self.fast) > 1:
+            raise FastMotionError
+        self.sign = float(np.linalg.slogdet(self._turned(K)[0])[0])
+        if self.sign <= 0.0 and np.any(self.fast):
+            raise FastMotionError
+
+    def _turned(self, X: Array) -> tuple[Array, Array, Array, Array]:
+        """Blocks 22, 21, 12 and 11 of a matrix, 2 being the light motions."""
+        X, k = self.turn.T @ X @ self.turn, self.count
+        return X[:k, :k], X[:k, k:], X[k:, :k], X[k:, k:]
+
+    def __call__(self, p: float) -> Matrices:
+        """M, C and K of the slow motions at p."""
+        M, C, K = self._family.at(p)
+        unit = np.sqrt(np.outer(self.heavy, self.heavy))
+        if C is not None:
+            *light, C = self._turned(C)
+            least = 4 * EPS * len(M) * np.abs(C).max(initial=0.0)
+            if np.any(self.fast) or any(np.abs(X).max() > least for X in light):
+                raise FastMotionError
+            C = C / unit
+        if not np.array_equal(M, self.M):
+            raise FastMotionError
+        return np.eye(len(unit)), C, self._condensed(*self._turned(K)) / unit
+
+    def _condensed(self, K22: Array, K21: Array, K12: Array, K11: Array) -> Array:
+        """D1 L (n1, n1)."""
+        condition = float(np.linalg.cond(unit_diagonal(K22)))
+        if not condition < self.condition or np.linalg.slogdet(K22)[0] != self.sign:
+            raise FastMotionError
+        X = np.linalg.solve(K22, K21)
+        for _ in range(60):
+            inertia = self.fast[:, None] * (X @ ((K11 - K12 @ X) / self.heavy[:, None]))
+            before, X = X, np.linalg.solve(K22, K21 + inertia)
+            if np.abs(X - before).max() <= 4 * EPS * np.abs(X).max():
+                terms, rest = np.abs(K11) + np.abs(K12) @ np.abs(X), K11 - K12 @ X
+                lost = float(np.abs(terms).max() / np.abs(rest).max())
+                lost *= float(self.heavy[-1] / self.heavy[0])
+                self.growth = max(self.growth, len(self.M) * condition * lost)
+                return rest
+        raise FastMotionError
+
+
+# Damping that is not given as a matrix
+
+
+def structure_stiffness(system: TermSystem) -> tuple[Matrix, tuple[int, ...]]:
+    """The stiffness (n, n) that damping refers to, and which terms of K it is of.
+
+    Raises InputError where there is none.
+    """
+    at = frictionless(system)
+    factors = [term.factor.value(at) for term in system.K]
+    parts = [(i, f * t.matrix) for i, (f, t) in enumerate(zip(factors, system.K)) if f]  # noqa: B905
+    K = sum(part for _, part in parts).real if parts else None
+    if K is None or not abs(K).max():
+        raise InputError("damping: K has no stiffness without friction; it must have some")
+    return (K + K.T) / 2, tuple(i for i, _ in parts)
+
+
+def frictionless(system: TermSystem) -> dict[str, float]:
+    """The nominal parameters without friction, at which a structure's stiffness is taken."""
+    return dict(system.values(dict.fromkeys(_friction(system), 0.0)))
+
+
+def _friction(system: TermSystem) -> list[str]:
+    if "mu" in system.parameters:
+        return ["mu"]
+    own = [t.matrix for t in system.K if system.parameter in t.factor.names]
+    return [system.parameter] if own and not any(map(_symmetric, own)) else []
+
+
+def _symmetric(X: Matrix) -> bool:
+    return bool(abs(X - X.T).max() <= SKEW * abs(X).max())
+
+
+def rayleigh(system: TermSystem, alpha: float, beta: float) -> TermSystem:
+    """C with alpha M + beta K added (alpha in 1/s, beta in s), K the structure's stiffness."""
+    added = tuple(Term(t.matrix, Formula(f"{alpha!r} * ({t.factor.text})")) for t in system.M)
+    if not alpha:
+        added = ()
+    if beta:
+        added += (Term(beta * structure_stiffness(system)[0]),)
+    return dataclasses.replace(system, C=system.C + added)
+
+
+def structural(system: TermSystem, loss_factor: float) -> TermSystem:
+    """K with i loss_factor times the structure's stiffness added: complex matrices.
+
+    It describes oscillation exp(lambda t) with Im lambda > 0; the roots below the real axis are
+    the mirror images of those above.
+    """
+    if loss_factor == 0.0:
+        return system
+    added = Term(1j * loss_factor * structure_stiffness(system)[0])
+    return dataclasses.replace(system, K=(*system.K, added))
+
+
+def modal(system: TermSystem, ratios: Sequence[float]) -> TermSystem:
+    """C with M Phi diag(2 zeta_i omega_i) Phi' M added, of the first modes of the structure.
+
+    Phi are the modes of M and the structure's stiffness, Phi' M Phi = 1, by rising frequency.
+    Raises InputError for more than 2000 rows (the matrix is full), for more ratios than modes and
+    for an M that is not symmetric and positive definite.
+    """
+    from scipy.linalg import eigh
+
+    most = 2000
+    if system.n > most or not 1 <= len(ratios) <= system.n:
+        raise InputError(
+            f"damping.ratios: {len(ratios)} ratios of {system.n} rows are not allowed; modal "
+            f"damping takes up to one for each row of at most {most}, rayleigh takes more"
+        )
+    M, K = system.arrays()[0], dense(structure_stiffness(system)[0])
+    try:
+        squares, modes = eigh(K, M, subset_by_index=(0, len(ratios) - 1))
+    except np.linalg.LinAlgError:
+        raise InputError("damping.ratios: M must be symmetric and positive definite") from None
+    shapes = M @ modes
+    weights = 2 * np.asarray(ratios) * np.sqrt(np.maximum(squares, 0.0))
+    added = (shapes * weights) @ shapes.T
+    return dataclasses.replace(system, C=(*system.C, Term(added)))

@@ -12,9 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.linear.dampings import frictionless
 from squeal.linear.matrices import norm_of
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import Term, TermSystem, frictionless
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_roots, dense_values, roots_at
 from squeal.sparse.eigensolver import OPTIONS, enlarged, modes_in

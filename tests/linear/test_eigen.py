@@ -8,6 +8,7 @@ from squeal.analysis.systems.roots import growing, system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import ComputationError, InputError
 from squeal.linear import complex_eigenvalues, judge
+from squeal.linear.eigen import hidden
 from squeal.linear.matrices import check_regular, reduce
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
@@ -177,6 +178,19 @@ def test_a_massless_coordinate_alone_is_no_such_system(M, C, K, values):
     found = system_roots(TermSystem((Term(M),), () if C is None else (Term(C),), (Term(K),)))
     values_found = np.sort_complex([e.value for e in found.eigenvalues])
     assert values_found == pytest.approx(np.array(values, dtype=complex), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("C", "K", "expected"),
+    [
+        (np.eye(2), np.zeros((2, 2)), True),  # the root -1 beside -1e20
+        (np.eye(2), np.diag([0.0, 1e-20]), True),
+        (np.diag([0.0, 1.0]), np.zeros((2, 2)), False),  # free but for the light one's damper
+        (None, np.zeros((2, 2)), False),
+    ],
+)
+def test_a_damper_of_a_light_mass_hides_the_root_of_a_free_one(C, K, expected):
+    assert hidden(reduce(np.diag([1.0, 1e-20]), C, K), C, K) == expected
 
 
 @pytest.mark.parametrize("C", [(), (Term(np.eye(1)),)])

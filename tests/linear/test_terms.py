@@ -6,13 +6,16 @@ from scipy.sparse import csc_array
 
 from squeal.errors import InputError
 from squeal.linear import complex_eigenvalues, critical_points, track
-from squeal.linear.dampings import modal, rayleigh, structural, structure_stiffness
 from squeal.linear.system import (
     Batched,
     Parametrised,
     Term,
     TermSystem,
     dense,
+    modal,
+    rayleigh,
+    structural,
+    structure_stiffness,
     supports,
     without_supports,
 )

@@ -14,7 +14,7 @@ from squeal.linear import (
     undamped_verdicts,
     verdict,
 )
-from squeal.linear.invariants import invariants
+from squeal.linear.matrices import invariants
 from squeal.linear.paths import growing_eigenvalues
 from tests.linear.conftest import exact_squares, exact_verdict, random_pad
 

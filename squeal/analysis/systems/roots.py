@@ -17,10 +17,18 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.matrices import condition
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.linear import GROWING, UnstableMode
-from squeal.linear.eigen import STIFF, Eigenvalue, hidden, ordered, spectrum_of
+from squeal.linear.eigen import (
+    ACCEPTED,
+    STIFF,
+    Eigenvalue,
+    decide,
+    hidden,
+    judge_reduced,
+    ordered,
+    spectrum_of,
+)
 from squeal.linear.matrices import rank_of, reduce, unit_diagonal
 from squeal.linear.system import TermSystem
-from squeal.linear.verdict import ACCEPTED, decide, judge_reduced
 from squeal.schema.values import Instance, Place, Row, Whole, takes
 from squeal.sparse.argument_principle import (
     Disc,
@@ -255,7 +263,7 @@ def _of_all(
     if real:
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
             reduced = reduce(M, C, K)
-            if not hidden(reduced, K):
+            if not hidden(reduced, C, K):
                 every, verdict = spectrum_of(reduced).eigenvalues, judge_reduced(reduced)
                 words = (verdict.verdict, str(verdict))
     if words is None:

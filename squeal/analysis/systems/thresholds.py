@@ -20,12 +20,12 @@ from squeal.analysis.systems.roots import (
 )
 from squeal.errors import ComputationError, InputError
 from squeal.linear import CriticalPoint, Crossing, thresholds
-from squeal.linear.changes import TIGHT, Place, VerdictChange, Verdicts
-from squeal.linear.eigen import ComplexArray
+from squeal.linear.continuation import ContinuationOptions
+from squeal.linear.eigen import GROWING, ComplexArray, UnstableCount, unstable_count
 from squeal.linear.matrices import ILL, unit_diagonal
 from squeal.linear.search import search
 from squeal.linear.system import TermSystem, dense
-from squeal.linear.verdict import GROWING, UnstableCount, unstable_count
+from squeal.linear.thresholds import Place, VerdictChange, Verdicts
 from squeal.schema.values import takes
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import crossings_along
@@ -294,7 +294,7 @@ class _Band:
         kind = change.above if change.above in GROWING else "restabilised"
         if change.place is not None:
             c = _leads(groups[change.place], change)[0]
-            tight = c.interval[1] - c.interval[0] <= TIGHT * abs(c.mu)
+            tight = c.interval[1] - c.interval[0] <= ContinuationOptions.same * abs(c.mu)
             return CriticalPoint(c.mu, kind, c.frequency_hz, c.interval, tight, c.residual)
         hertz = 0.0
         if kind == "flutter":
