@@ -372,6 +372,16 @@ def advise(
         For a name that is no parameter.
     ComputationError
         If the pad as it is has no equilibrium without friction.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
+    >>> advice = squeal.advise(pair)  # flutter from (a - b) / 2 on
+    >>> lever, word, change = advice.best
+    >>> lever.parameter, word, round(change, 9)
+    ('a', 'raising', 0.03)
     """
     varied, named = Varied.of(subject, "advise", mu_max), dict(tolerances or {})
     for name, tolerance in named.items():
@@ -673,6 +683,15 @@ def scatter(
         For a spread that does not fit the scene or system.
     ComputationError
         If no sample has an equilibrium without friction.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
+    >>> spread = squeal.Spread("a", "within", 0.1)
+    >>> [0.45 <= q.mu <= 0.55 for q in squeal.scatter(pair, [spread]).quantiles if q.level == 0.5]
+    [True]
     """
     varied = Varied.of(subject, "scatter", mu_max)
     drawn = spreads if isinstance(spreads, Spreads) else Spreads(tuple(spreads))

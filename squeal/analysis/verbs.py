@@ -379,6 +379,13 @@ def reduce(
     ------
     InputError
         Without a band or region, and for a scene.
+
+    Examples
+    --------
+    >>> import numpy as np, squeal
+    >>> chain = squeal.System(np.eye(60), K=np.diag((2 * np.pi * np.arange(1, 61)) ** 2))
+    >>> squeal.eigenvalues(squeal.reduce(chain, band=(0.5, 3.7)), modes=3).values.imag.round(6)
+    array([ 6.283185, 12.566371, 18.849556])
     """
     if isinstance(subject, Scene):
         raise InputError("reduce: a scene is not allowed; it must be a system from matrices")

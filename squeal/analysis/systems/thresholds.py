@@ -71,8 +71,8 @@ def system_thresholds(
     """Every threshold of a system in low <= p <= high, of the band if one is wanted.
 
     Without `low` the range begins at 0, or at high / 1000 where a factor divides by the parameter.
-    Raises InputError for an
-    empty range, and for a large system or complex matrices without a band or region.
+    Raises InputError for an empty range, and for a large system or complex matrices without a band
+    or region.
     """
     wanted = wanted or Wanted()
     if not system.real and wanted.rectangle is None:
