@@ -1,12 +1,15 @@
-"""`eigenvalues` of systems from matrices, against NumPy on the same matrices."""
+"""Queries of systems from matrices: bands, verdicts, onsets and keys, against closed forms."""
+
+import re
 
 import numpy as np
 import pytest
 from scipy.io import mmwrite
-from scipy.sparse import csc_array
+from scipy.sparse import coo_array, csc_array, diags_array
 
 from tests import large
 from tests.cli.calls import answer, assert_refused
+from tests.conftest import ROOT, SCENES
 
 ROWS = 80  # more are treated as many
 
@@ -14,6 +17,16 @@ ROWS = 80  # more are treated as many
 @pytest.fixture(autouse=True)
 def _few_rows_are_many(monkeypatch):
     monkeypatch.setattr("squeal.analysis.systems.roots.ALL_ROWS", ROWS)
+
+
+def put(folder, text, **matrices):
+    """A system file and the matrices that it names; vectors are diagonals."""
+    for name, matrix in matrices.items():
+        sparse = diags_array(matrix) if np.ndim(matrix) == 1 else matrix
+        mmwrite(folder / f"{name}.mtx", coo_array(sparse))
+    path = folder / "system.yaml"
+    path.write_text(text)
+    return path
 
 
 FILE = """\
@@ -25,29 +38,27 @@ K: [{file: k.mtx}, {file: f.mtx, factor: mu}]
 """
 
 
-def _folder(path, n):
+def _blocks(folder, n):
+    """A system of n rows and its roots."""
     rng = np.random.default_rng(3)
     a, w = rng.uniform(0.5, 3.0, n), np.sort(rng.uniform(100.0, 5000.0, n))
     M, C, K = large.blocks(a, w, rng)
     F = csc_array(([2e4], ([0], [1])), shape=(n, n))
-    for name, matrix in zip("mckf", (M, C, K, F), strict=True):
-        mmwrite(path / f"{name}.mtx", matrix)
-    (path / "system.yaml").write_text(FILE)
-    mu = 0.2
-    A = np.linalg.solve(M.toarray(), np.hstack([-(K + mu * F).toarray(), -C.toarray()]))
+    put(folder, FILE, m=M, c=C, k=K, f=F)
+    A = np.linalg.solve(M.toarray(), np.hstack([-(K + 0.2 * F).toarray(), -C.toarray()]))
     return np.linalg.eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), A]))
 
 
 @pytest.fixture(scope="module")
 def small(tmp_path_factory):
     path = tmp_path_factory.mktemp("small")
-    return path, _folder(path, 30)
+    return path, _blocks(path, 30)
 
 
 @pytest.fixture(scope="module")
 def sparse(tmp_path_factory):
     path = tmp_path_factory.mktemp("sparse")
-    return path, _folder(path, ROWS + 1)
+    return path, _blocks(path, ROWS + 1)
 
 
 def _values(found):
@@ -170,3 +181,231 @@ def test_a_shape_on_coordinates(small, tmp_path, capsys):
         (file, ["--gif", tmp_path / "mode.mp4"]),
     ]:
         assert_refused(capsys, "eigenvalues", given, *options)
+
+
+N = ROWS + 20
+
+
+@pytest.fixture(scope="module")
+def wide(tmp_path_factory):
+    """Modes at 4, 8, ... Hz, unit masses; one row diverges with 1000 1/s, or two flutter."""
+    path = tmp_path_factory.mktemp("band")
+    squares = (2 * np.pi * 4.0 * np.arange(1, N + 1)) ** 2
+    diverges = squares.copy()
+    diverges[40] = -1e6
+    flutter = csc_array(([4e5, -4e5], ([30, 31], [31, 30])), shape=(N, N))
+    text = "M: {file: m.mtx}\nK: {file: d.mtx}\n"
+    put(path, text, m=np.ones(N), d=diverges, k=squares, f=flutter).rename(path / "diverges.yaml")
+    (path / "flutters.yaml").write_text(
+        "parameters: {mu: 1.0}\nM: {file: m.mtx}\nK: [{file: k.mtx}, {file: f.mtx, factor: mu}]\n"
+    )
+    pair = np.sqrt(np.linalg.eigvals(-np.diag(squares[30:32]) - flutter[30:32, 30:32].toarray()))
+    return path, max(pair, key=lambda root: root.real)
+
+
+def test_a_divergence_far_right_of_a_low_band(wide, capsys):
+    found = answer(capsys, "eigenvalues", wide[0] / "diverges.yaml", "--band", "0:50")
+    assert found["verdict"] == "divergence"
+    assert found["certified"]
+    assert found["growth_limit"] is None
+    assert found["unstable"][0]["growth_rate"] == pytest.approx(1000.0, rel=1e-9)
+    assert len(found["eigenvalues"]) == 13  # 4 to 48 Hz, and the real one
+
+
+def test_a_flutter_that_grows_faster_than_its_band_is_wide(wide, capsys):
+    root = wide[1]
+    hertz = abs(root.imag) / (2 * np.pi)
+    low, high = hertz - 10.0, hertz + 10.0
+    assert root.real > 2 * np.pi * high / 4
+    path = wide[0] / "flutters.yaml"
+    found = answer(capsys, "eigenvalues", path, "--band", f"{low}:{high}")
+    assert found["verdict"] == "flutter"
+    assert found["certified"]
+    assert found["unstable"][0]["growth_rate"] == pytest.approx(root.real, rel=1e-9)
+
+
+def test_a_factor_that_divides_by_the_parameter_starts_above_zero(tmp_path, capsys):
+    path = tmp_path / "system.yaml"
+    path.write_text(
+        "parameters: {W: 1}\nparameter: W\nM: [[1, 0], [0, 1]]\n"
+        "C: [{matrix: [[0.1, 0], [0, 0.1]], factor: 1/W}]\n"
+        "K: [{matrix: [[2, 0], [0, 3]]}, {matrix: [[0, 1], [-1, 0]], factor: W}]\n"
+    )
+    found = answer(capsys, "critical-friction", path, "--max", "5000")
+    assert found["mu_start"] == pytest.approx(5.0)
+    found = answer(capsys, "critical-friction", path, "--max", "2", "--min", "0.1")
+    # equal damping c = 0.1 / W: W^2 = 1/4 + c^2 times the mean square 5/2
+    W = np.sqrt(np.roots([1.0, -0.25, -0.01 * 2.5]).max())
+    assert [c["mu"] for c in found["crossings"]] == pytest.approx([W], rel=1e-9)
+
+
+MEETS, PASSES = (4e4 - 400) / 1.97e4, 4e4 / 1.97e4
+
+
+@pytest.fixture
+def meeting(tmp_path):
+    """s^2 - 40 s + k, k = 4e4 - 1.97e4 mu: a growing pair, two real roots, then one of them."""
+    path = tmp_path / "meeting.yaml"
+    path.write_text(
+        "M: [[1, 0], [0, 1]]\nC: [{matrix: [[-40, 0], [0, 1]]}]\nK: [{matrix: [[4.0e4, 0], [0, "
+        "1.0e+8]]}, {matrix: [[-1.97e4, 0], [0, 0]], factor: mu}]\n"
+    )
+    return path
+
+
+@pytest.mark.parametrize("options", [(), ("--band", "0:1000")])
+@pytest.mark.parametrize("high", ["2.005", "2.1", "3", "100"])
+def test_a_pair_that_meets_changes_the_verdict_and_crosses_nothing(options, high, meeting, capsys):
+    found = answer(capsys, "critical-friction", meeting, "--max", high, *options)
+    beyond = float(high) > PASSES
+    crossed = [(c["kind"], c["direction"], c["changes_verdict"]) for c in found["crossings"]]
+    assert crossed == [("divergence", "down", False)] * beyond
+    assert [p["kind"] for p in found["critical"]] == ["divergence"] * beyond
+    assert [p["mu"] for p in found["critical"]] == pytest.approx([MEETS] * beyond, rel=1e-9)
+    assert found["certified"]
+
+
+def test_verdicts_in_a_band_of_a_large_system_change_where_growth_changes_hands(tmp_path, capsys):
+    """A pair that grows at 0.05 beside r^2 + 0.3 r + 0.2 - mu = 0, and many that decay."""
+    n = ROWS + 20
+    stiffness = np.concatenate([[36.0, 0.2], np.linspace(400.0, 4000.0, n - 2)])
+    damping = np.concatenate([[-0.1, 0.3], np.full(n - 2, 0.4)])
+    falls = np.zeros(n)
+    falls[1] = -1.0
+    path = put(tmp_path, FILE, m=np.ones(n), c=damping, k=stiffness, f=falls)
+    found = answer(capsys, "critical-friction", path, "--max", "0.5", "--band", "0:1.5")
+    (crossing,), (point,) = found["crossings"], found["critical"]
+    assert crossing["mu"] == pytest.approx(0.2, rel=1e-10)
+    assert not crossing["changes_verdict"]
+    assert point["mu"] == pytest.approx(0.2 + 0.05**2 + 0.3 * 0.05, rel=1e-9)
+    assert point["kind"] == "divergence"
+    assert found["certified"]
+    assert found["left_out"] == []
+
+
+@pytest.mark.parametrize("high", ["1.05", "2"])
+def test_a_root_that_grows_beyond_the_band_is_said_to_leave(high, tmp_path, capsys):
+    """r^2 + 0.1 r + 1 - mu = 0 from mu = 1 on; r is a quarter of 2 pi 0.2 Hz at mu = 1.13."""
+    path = tmp_path / "leaves.yaml"
+    path.write_text(
+        "M: [[1, 0], [0, 0]]\nC: [{matrix: [[0.1, 0], [0, 2]]}]\n"
+        "K: [{matrix: [[1, 0], [0, 5]]}, {matrix: [[-1, 0], [0, 0]], factor: mu}]\n"
+    )
+    found = answer(capsys, "critical-friction", path, "--max", high, "--band", "0:0.2")
+    (crossing,), (point,) = found["crossings"], found["critical"]
+    assert crossing["mu"] == pytest.approx(1.0, rel=1e-12)
+    assert crossing["changes_verdict"]
+    assert (point["kind"], point["mu"]) == ("divergence", crossing["mu"])
+    assert found["unconfirmed"] == []
+    assert found["certified"]
+    assert len(found["left_out"]) == (high == "2")
+    assert "leaves.yaml" in assert_refused(capsys, "critical-friction", path, "--max", high)
+
+
+@pytest.mark.parametrize(
+    ("options", "onsets"),
+    [
+        ((), [0.5, 0.75]),
+        (("--band", "0.1:1"), [0.75]),
+        (("--band", "1:5"), [0.5]),
+        (("--band", "6:7"), []),
+        (("--modes", "1"), [0.5, 0.75]),
+        (("--region", "-1:1:1:2"), [0.75]),
+    ],
+)
+def test_a_mode_has_its_onset_however_few_roots_are_asked_for(options, onsets, tmp_path, capsys):
+    """omega^2 = 2 +- sqrt(1 - 4 mu / 3), flutter from 3/4 on, and 200 +- 100 sqrt(1 - 2 mu)."""
+    path = tmp_path / "coupled.yaml"
+    path.write_text(
+        "M: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\nparameters: {mu: 1}\nK:\n"
+        "- {matrix: [[2, -1, 0, 0], [-1, 2, 0, 0], [0, 0, 200, -100], [0, 0, -100, 200]]}\n"
+        "- {matrix: [[0, 1.3333333333333333, 0, 0], [0, 0, 0, 0], [0, 0, 0, 200], [0, 0, 0, 0]], "
+        "factor: mu}\n"
+    )
+    found = answer(capsys, "eigenvalues", path, *options)
+    assert found["warnings"] == []
+    assert sorted(mode["onset"] for mode in found["unstable"]) == pytest.approx(onsets, rel=1e-12)
+
+
+# lambda^2 = -2 +- sqrt(1 - 4/3 mu): flutter above mu = 3/4, divergence below -9/4
+SHORT = "M: [[1, 0], [0, 1]]\nK0: [[2, -1], [-1, 2]]\nK1: [[0, 1.3333333333333333], [0, 0]]\n"
+GENERAL = """parameters: {mu: 0, k: 2}
+M: [[1, 0], [0, 1]]
+K:
+  - {matrix: [[1, 0], [0, 1]], factor: k}
+  - {matrix: [[0, -1], [-1, 0]]}
+  - {matrix: [[0, 1.3333333333333333], [0, 0]], factor: mu}
+"""
+
+
+@pytest.fixture
+def forms(tmp_path):
+    paths = tmp_path / "short.yaml", tmp_path / "general.yaml"
+    for path, text in zip(paths, (SHORT, GENERAL), strict=True):
+        path.write_text(text)
+    return paths
+
+
+@pytest.mark.parametrize("option", ["--mu", "--sweep"])
+def test_a_parameter_is_swept_over_any_range(forms, capsys, option):
+    found = [answer(capsys, "eigenvalues", path, option, "-3:1e4:3")["sweep"] for path in forms]
+    assert [[row["verdict"] for row in rows] for rows in found] == [
+        ["divergence", "flutter", "flutter"]
+    ] * 2
+
+
+def test_both_names_of_the_first_verdict(forms, capsys):
+    for path in (*forms, SCENES / "b3.yaml"):
+        found = answer(capsys, "critical-friction", path)
+        assert found["verdict_at_zero"] == found["verdict_at_start"] == "marginal"
+        assert found["mu_start"] == 0.0
+        assert found["mu_end"] == 2.0
+    for path in forms:
+        found = answer(capsys, "critical-friction", path, "--min", "1")
+        assert (found["verdict_at_zero"], found["verdict_at_start"]) == (None, "flutter")
+
+
+A_ROOT = {"real", "imag", "frequency_hz", "damping_ratio", "residual"}
+CHANGE = {"mu", "kind", "frequency_hz", "interval", "residual"}
+CROSSING = {"mu", "kind", "direction", "frequency_hz", "mode", "changes_verdict"}
+
+
+def _documented():
+    text = (ROOT / "docs" / "systems.md").read_text()
+    section = text.split("## The keys of the answer")[1].split("\n## ")[0]
+    return set(re.findall(r"`(\w+)`", section))
+
+
+@pytest.mark.parametrize("text", [GENERAL, SHORT])
+@pytest.mark.parametrize(
+    ("arguments", "fixed", "rows"),
+    [
+        (
+            ("eigenvalues", "--sweep", "0:1:3", "--method", "reduced", "--band", "0:10"),
+            {"eigenvalues", "certified", "count", "basis", "sweep"},
+            {"eigenvalues": A_ROOT},
+        ),
+        (
+            ("critical-friction", "--max", "2"),
+            {"critical", "crossings"},
+            {"critical": CHANGE, "crossings": CROSSING},
+        ),
+    ],
+)
+def test_keys_are_those_of_the_documentation(text, arguments, fixed, rows, tmp_path, capsys):
+    (tmp_path / "system.yaml").write_text(text)
+    command, *options = arguments
+    if text == SHORT and command == "eigenvalues":
+        options = ["--sweep", "0:1:3"]
+        fixed = {"eigenvalues", "certified", "count", "sweep"}
+    found = answer(capsys, command, tmp_path / "system.yaml", *options)
+    assert fixed <= set(found)
+    if text == GENERAL:
+        assert set(found) <= _documented()
+    for key in rows:
+        assert found[key]
+        for row in found[key]:
+            assert rows[key] <= set(row)
+            assert text == SHORT or set(row) <= _documented()
+    if found.get("basis"):
+        assert set(found["basis"]) <= _documented()
