@@ -13,10 +13,9 @@ import time
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import sweep_mu
 from squeal.analysis.maps import NAMES, codes_at
+from squeal.analysis.pads import critical_friction, sweep_mu
 from squeal.analysis.stack import PadStack
-from squeal.analysis.thresholds import critical_friction
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.model.contact import Formulation

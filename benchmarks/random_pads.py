@@ -19,8 +19,7 @@ import mpmath as mp
 import numpy as np
 
 from squeal.analysis.answers import Thresholds
-from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.transitions import EDGE_NAMES
 from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.errors import ComputationError

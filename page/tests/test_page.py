@@ -10,8 +10,7 @@ from page.build import PAGE
 from page.tests.browser import Browser
 from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, compare, random_scene, simulated
-from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.pads import analyse, critical_friction
 from squeal.cli.main import main
 from squeal.errors import ComputationError
 from squeal.io.scene import read_scene

@@ -8,9 +8,8 @@ import pytest
 from page.export import bits
 from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, random_scene
-from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import NAMES, angle_axes, stability_map
-from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.pads import analyse, critical_friction
 from squeal.equilibrium.find import least_at_zero
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError

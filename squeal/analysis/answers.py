@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.modes import ModeShape
 from squeal.io.writing import Answer, Column, Table, columns, located, number, plain
 from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import Eigenvalue
@@ -79,6 +78,19 @@ def hertz(roots: Iterable[Eigenvalue]) -> str:
     every = sorted(root.frequency_hz for root in roots)
     more = f", {len(every) - LISTED} more" if len(every) > LISTED else ""
     return (", ".join(map(number, every[:LISTED])) or "-") + more
+
+
+@dataclass(frozen=True, eq=False)
+class ModeShape:
+    """The shape (n,) of one mode: complex, its largest entry 1 once each is times its lever.
+
+    number: by rising frequency, from 1; a pair of eigenvalues is one mode.
+    """
+
+    number: int
+    frequency_hz: float
+    growth_rate: float
+    shape: np.ndarray = field(repr=False)
 
 
 @dataclass(frozen=True, eq=False, repr=False)

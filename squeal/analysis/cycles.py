@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.pads import analyse
 from squeal.equilibrium.find import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import COORDINATES, Scene, check_simulation, takes_scene

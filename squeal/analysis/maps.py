@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.analysis.answers import Axis
+from squeal.analysis.pads import MU_MAX
 from squeal.analysis.stack import Names, PadStack, Places, parameters, verdicts
 from squeal.equilibrium.statics import LIMITS
 from squeal.errors import InputError
@@ -21,12 +22,11 @@ from squeal.linear import VERDICTS, sum_verdicts
 from squeal.model.equations import PadModel, about_origin, spring_directions
 from squeal.model.pad import PARAMETERS
 from squeal.numerics.outline import Outline, outline
-from squeal.schema.values import Instance, Number, Place, Several, takes
+from squeal.schema.values import Instance, Place, Several, takes
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
 UNKNOWN = BEYOND_FOLD + 1  # whether it does could not be decided
 NAMES = (*VERDICTS, "beyond a fold", "unknown")
-MU_MAX = Number(low=0.0, high=1000.0, high_allowed=True)
 QUANTITIES = {
     "critical-friction": ("critical friction", "1"),
     "growth": ("growth rate of the most unstable mode", "1/s"),

@@ -20,7 +20,7 @@ from squeal.analysis.answers import (
     basis_text,
     shape_rows,
 )
-from squeal.analysis.modes import mode_shapes
+from squeal.analysis.pads import mode_shapes
 from squeal.analysis.systems.matrices import matrix_list, system_checks
 from squeal.analysis.systems.roots import (
     NO_BAND,

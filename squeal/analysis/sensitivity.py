@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import Analysis
+from squeal.analysis.pads import Analysis
 from squeal.analysis.stack import parameters
 from squeal.equilibrium import Path
 from squeal.equilibrium.find import (

@@ -6,7 +6,7 @@ import control
 import numpy as np
 from control import StateSpace
 
-from squeal.analysis.eigenvalues import Analysis, analyse, held_system
+from squeal.analysis.pads import Analysis, analyse, held_system
 from squeal.errors import ComputationError, InputWarning
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear.loop import state_matrices

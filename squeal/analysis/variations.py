@@ -19,10 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.maps import MU_MAX
+from squeal.analysis.pads import MU_MAX, analyse, critical_friction, critical_parameter
 from squeal.analysis.stack import PadStack, parameters
-from squeal.analysis.thresholds import critical_friction, critical_parameter
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import mapped

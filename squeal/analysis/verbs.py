@@ -24,18 +24,19 @@ from squeal.analysis.answers import (
     root_row,
     shape_rows,
 )
-from squeal.analysis.eigenvalues import (
+from squeal.analysis.pads import (
+    PAD_COORDINATES,
     Analysis,
     analyse,
     article_linearisation,
+    critical_friction,
     growing_modes,
+    shapes_of_pad,
     sweep_mu,
 )
-from squeal.analysis.modes import PAD_COORDINATES, shapes_of_pad
 from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
 from squeal.analysis.stack import parameters
 from squeal.analysis.threshold_curve import threshold_curves
-from squeal.analysis.thresholds import critical_friction
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import number, unit_word

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.of_systems import Question
+from squeal.analysis.pads import analyse
 from squeal.analysis.systems.matrices import write_system
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import path, refuse, said, take, word

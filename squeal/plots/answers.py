@@ -13,7 +13,7 @@ from squeal.analysis import of_systems
 from squeal.analysis.answers import Eigenvalues, Map, Sweep, Thresholds
 from squeal.analysis.cycles import Cycles
 from squeal.analysis.maps import traced_map
-from squeal.analysis.modes import shapes_of_pad, sweep_modes
+from squeal.analysis.pads import shapes_of_pad, sweep_modes
 from squeal.analysis.variations import Scatter
 from squeal.errors import InputError
 from squeal.io.provenance import provenance

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from squeal.analysis.answers import Step
-from squeal.analysis.modes import ModeSweep
+from squeal.analysis.pads import ModeSweep
 from squeal.linear import GROWING
 from squeal.plots.maps import COLOUR_OF, symbol_of
 from squeal.plots.modes import NAME, RED, growing
@@ -150,7 +150,7 @@ def coupling_figure(sweep: ModeSweep, own: float | None = None) -> Figure:
     entries: Entries = []
     with style():
         at = np.repeat(mus, values.shape[1])
-        figure, upper, lower, units = _panels(sweep.parameter, at, values.ravel(), (low, high))
+        figure, upper, lower, units = _panels("mu", at, values.ravel(), (low, high))
         draw_modes(upper, lower, mus, values, LOOKS, units)
         for k in np.argsort(-best).tolist():
             if grows and best[k] > noise:
@@ -165,7 +165,7 @@ def coupling_figure(sweep: ModeSweep, own: float | None = None) -> Figure:
             look = {"color": "0.5", "linewidth": 0.8, "linestyle": "-."}
             for axes in (upper, lower):
                 axes.axvline(own, zorder=0, gid="own", **look)
-            words = f"present {symbol_of(sweep.parameter)} = {own:.4g}"
+            words = f"present {symbol_of('mu')} = {own:.4g}"
             entries.append((Line2D([], [], **look), words))
         entries += _background(sweep.spans, (upper, lower))
         if sweep.end < high:
@@ -186,7 +186,7 @@ def _words(sweep: ModeSweep, start: float, values: np.ndarray, unit: Unit) -> st
     vibrates = abs(values[int(np.argmax(values.real))].imag) > 0.0
     words = "flutter" if vibrates else "divergence"
     if near is not None and start > sweep.low:
-        words += f" from {symbol_of(sweep.parameter)} = {near.mu:.4g}"
+        words += f" from {symbol_of('mu')} = {near.mu:.4g}"
     return f"{words}, {in_unit(abs(values[0].imag), unit)}" if vibrates else words
 
 
@@ -195,7 +195,7 @@ def coupling_drawing(name: str, sweep: ModeSweep, own: float | None = None) -> D
     spans = ", ".join(f"{v} from {low:.6g} to {high:.6g}" for low, high, v in sweep.spans)
     ups = [f"{c.kind} at {c.mu:.6g} ({c.frequency_hz:.4g} Hz)" for c in sweep.crossings]
     text = (
-        f"Frequencies, growth rates and root locus of {name} over {sweep.parameter} from "
+        f"Frequencies, growth rates and root locus of {name} over {'mu'} from "
         f"{sweep.low:g} to {sweep.high:g}: {spans}."
     )
     if ups:

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from squeal.analysis.modes import ModeShape
+from squeal.analysis.answers import ModeShape
 from squeal.io.system import Coordinates
 from squeal.io.writing import write_whole
 from squeal.model.pad import Pad

@@ -7,8 +7,8 @@ import pytest
 
 import squeal
 from squeal.analysis.answers import Axis
-from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import field_of
+from squeal.analysis.pads import analyse
 from squeal.analysis.stack import PadStack
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping

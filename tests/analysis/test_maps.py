@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from squeal.analysis.answers import Axis
-from squeal.analysis.eigenvalues import analyse, sweep_mu
 from squeal.analysis.maps import NAMES, angle_axes, codes_at, stability_map
+from squeal.analysis.pads import analyse, sweep_mu
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation

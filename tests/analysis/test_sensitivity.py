@@ -6,13 +6,12 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.pads import analyse, critical_friction
 from squeal.analysis.sensitivity import (
     eigenvalue_sensitivities,
     threshold_sensitivities,
 )
 from squeal.analysis.stack import parameters
-from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium.find import modal_damping, modal_damping_slope
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene

@@ -5,9 +5,14 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.eigenvalues import analyse, branch_system, roots_and_verdict
+from squeal.analysis.pads import (
+    analyse,
+    branch_system,
+    critical_friction,
+    critical_parameter,
+    roots_and_verdict,
+)
 from squeal.analysis.systems.roots import Wanted, system_roots
-from squeal.analysis.thresholds import critical_friction, critical_parameter
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.linear.system import Term, TermSystem

@@ -4,7 +4,7 @@ import control
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import analyse, held_system
+from squeal.analysis.pads import analyse, held_system
 from squeal.analysis.state_space import friction_plant, state_space
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.scene import Damping, Scene

@@ -9,11 +9,10 @@ import numpy as np
 import pytest
 
 from squeal.analysis.answers import Axis
-from squeal.analysis.eigenvalues import analyse
 from squeal.analysis.maps import codes_at, stability_map
+from squeal.analysis.pads import analyse, critical_friction
 from squeal.analysis.stack import QUIET
 from squeal.analysis.threshold_curve import threshold_curves
-from squeal.analysis.thresholds import critical_friction
 from squeal.cli.main import main
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Damping, Scene, read_scene

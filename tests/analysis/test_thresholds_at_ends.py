@@ -3,11 +3,10 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import branch_system
+from squeal.analysis.pads import branch_system, critical_friction
 from squeal.analysis.systems import roots
 from squeal.analysis.systems.roots import Wanted
 from squeal.analysis.systems.thresholds import system_thresholds
-from squeal.analysis.thresholds import critical_friction
 from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula

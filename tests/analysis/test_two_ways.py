@@ -5,10 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import sweep_mu
 from squeal.analysis.maps import NAMES, codes_at
+from squeal.analysis.pads import critical_friction, sweep_mu
 from squeal.analysis.stack import PadStack
-from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium import Path
 from squeal.io.scene import Scene
 from squeal.model.pad import Pad

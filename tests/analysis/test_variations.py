@@ -8,9 +8,8 @@ import pytest
 from scipy.stats import norm
 
 from squeal.analysis.answers import Axis
-from squeal.analysis.eigenvalues import analyse, growing_modes
 from squeal.analysis.maps import field_of
-from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.pads import analyse, critical_friction, growing_modes
 from squeal.analysis.variations import (
     Outcome,
     Spread,

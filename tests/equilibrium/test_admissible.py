@@ -7,9 +7,8 @@ import pytest
 
 from benchmarks.literal import frictionless, literal
 from squeal.analysis.answers import Axis
-from squeal.analysis.eigenvalues import analyse, judged_equilibria, sweep_mu
 from squeal.analysis.maps import NAMES, codes_at, stability_map
-from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.pads import analyse, critical_friction, judged_equilibria, sweep_mu
 from squeal.equilibrium import find_all, sliding_equilibrium
 from squeal.equilibrium.statics import LIMITS, Excursion, Statics, excursion
 from squeal.errors import ComputationError

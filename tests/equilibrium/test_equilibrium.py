@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.random_pads import APART, examine
-from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.pads import analyse, critical_friction
 from squeal.equilibrium import Path, find_all, sliding_equilibrium
 from squeal.equilibrium.find import branch_of
 from squeal.errors import ComputationError

@@ -4,7 +4,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.pads import critical_friction
 from squeal.equilibrium import Path, branch
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.pad import Pad

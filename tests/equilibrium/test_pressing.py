@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import analyse, judged_equilibria
-from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.pads import analyse, critical_friction, judged_equilibria
 from squeal.analysis.variations import advise
 from squeal.equilibrium import find_all, rests, sliding_equilibrium
 from squeal.equilibrium.statics import Statics

@@ -4,9 +4,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import analyse, judged_equilibria
 from squeal.analysis.maps import NAMES, codes_at
-from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.pads import analyse, critical_friction, judged_equilibria
 from squeal.equilibrium import find_all, sliding_equilibrium
 from squeal.equilibrium.statics import HIDDEN, Statics
 from squeal.errors import ComputationError

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.modes import sweep_modes
+from squeal.analysis.pads import modes_along
 from squeal.plots.coupling import coupling_figure
 from tests.known import coupled
 
@@ -19,7 +19,7 @@ def words(figure):
 
 @pytest.fixture(scope="module")
 def figure():
-    return coupling_figure(sweep_modes(coupled, 0.0, 1.0), own=0.6)
+    return coupling_figure(modes_along(coupled, None, 0.0, 1.0), own=0.6)
 
 
 def test_the_background_changes_at_the_threshold(figure):
@@ -50,11 +50,13 @@ def test_units_follow_the_size(figure):
         M, C, K = coupled(mu)
         return M, C, 1e10 * K
 
-    labels = [axes.get_ylabel() for axes in coupling_figure(sweep_modes(fast, 0.0, 1.0)).axes[:2]]
+    labels = [
+        axes.get_ylabel() for axes in coupling_figure(modes_along(fast, None, 0.0, 1.0)).axes[:2]
+    ]
     assert labels == ["frequency [kHz]", "growth rate [1/ms]"]
 
 
 def test_nothing_grows():
-    figure = coupling_figure(sweep_modes(coupled, 0.0, 0.5))
+    figure = coupling_figure(modes_along(coupled, None, 0.0, 0.5))
     assert words(figure) == ["nothing grows"]
     assert not artists(figure, "flutter")

@@ -7,8 +7,7 @@ import pytest
 from PIL import Image
 
 from squeal.analysis.answers import Step
-from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.modes import shapes_of_pad
+from squeal.analysis.pads import analyse, shapes_of_pad
 from squeal.io.scene import read_scene
 from squeal.io.system import Coordinates
 from squeal.plots.coupling import sweep_drawing

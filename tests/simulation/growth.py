@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import at_equilibrium
+from squeal.analysis.pads import at_equilibrium
 from squeal.equilibrium import Equilibrium
 from squeal.equilibrium.find import damped_model
 from squeal.io.scene import Scene

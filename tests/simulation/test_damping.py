@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.linalg import expm
 
-from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.pads import analyse
 from squeal.equilibrium.find import damping_matrix
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, read_scene

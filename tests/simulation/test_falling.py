@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.pads import analyse
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene, read_scene

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.pads import analyse
 from squeal.cli.main import main
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.simulation import simulate

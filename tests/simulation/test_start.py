@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.pads import analyse
 from squeal.cli.main import main
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, read_scene

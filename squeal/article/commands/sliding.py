@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import judged_equilibria
+from squeal.analysis.pads import judged_equilibria
 from squeal.article.equations import bounds, rank, stiffness
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take_files

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.eigenvalues import analyse
+from squeal.analysis.pads import analyse
 from squeal.article.records import Missing, Record, Result
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, read_scene

@@ -3,8 +3,7 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from squeal.analysis.eigenvalues import analyse
-from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
 from squeal.article.claims import CLAIMS, judge_claims, linear_measures, measure_scenes
 from squeal.article.claims.rules import hammering_cases

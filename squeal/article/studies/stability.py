@@ -7,9 +7,13 @@ from typing import Any
 import numpy as np
 
 from squeal import linear
-from squeal.analysis.eigenvalues import analyse, branch_system
-from squeal.analysis.modes import shapes_of_pad, values_of_mu
-from squeal.analysis.thresholds import critical_friction
+from squeal.analysis.pads import (
+    analyse,
+    branch_system,
+    critical_friction,
+    shapes_of_pad,
+    values_of_mu,
+)
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes
