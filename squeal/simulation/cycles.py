@@ -307,7 +307,10 @@ class Shooting:
     ) -> list[Member]:
         """What happens within a step, in order, each located by bisection."""
         (cycle, way), met = first, list[tuple[float, Member]]()
+        linear = not last[0].changes and last[0].stable is None  # at one value, with any amplitude
         for kind, sign in SIGNS.items():
+            if linear and kind != "grazing":
+                continue
             low, before = 0.0, sign(*first)
             while before != sign(*last) and low < size:
                 high, found = size, last
