@@ -70,8 +70,11 @@ class StabilityMap:
             (part, f"exceed the limit of {name}")
             for part, name in zip(self.beyond, LIMITS._fields, strict=True)
         ]
-        told = (f"{100 * p.mean():.3g} % of the points {words}" for p, words in parts if p.any())
-        return tuple(told)
+        return tuple(
+            f"{100 * part.mean():.3g} % of the points {words}"
+            for part, words in parts
+            if part.any()
+        )
 
     @property
     def share(self) -> dict[str, float]:
@@ -90,8 +93,8 @@ def _angle_rows(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
     return sum_verdicts(contact[:, :, None] + np.einsum("in,jn->ijn", u2, u2), u1)
 
 
-class Found(NamedTuple):
-    """What is found at n points of a map, arrays over them.
+class PointVerdicts(NamedTuple):
+    """Verdicts and equilibria at n points of a map, arrays over them.
 
     `codes` are indices into `NAMES`, `contact` into the model's states (no contact beyond a
     fold), `beyond` (3, n) says which limits of `AdmissibleLimits` the equilibrium exceeds, `places`
@@ -104,7 +107,9 @@ class Found(NamedTuple):
     places: np.ndarray
 
 
-def codes_at(scene: Scene, names: Names, values: np.ndarray, places: Places | None = None) -> Found:
+def codes_at(
+    scene: Scene, names: Names, values: np.ndarray, places: Places | None = None
+) -> PointVerdicts:
     """Verdicts with some parameters of the scene replaced by the values (len(names), n).
 
     They are those of the equilibria on the branches from mu = 0 (B3: about the origin), or of
@@ -125,17 +130,17 @@ def codes_at(scene: Scene, names: Names, values: np.ndarray, places: Places | No
         contact[own] = i
     beyond = np.zeros((3, stack.n), dtype=bool)
     beyond[:, here] = stack.beyond(here, at)
-    return Found(codes, contact, beyond, places.z)
+    return PointVerdicts(codes, contact, beyond, places.z)
 
 
-def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) -> Found:
+def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) -> PointVerdicts:
     """`codes_at` on the grid of x (n1,) and y (n2,): each array (..., n1, n2)."""
     rows, parts = max(1, 20_000 // len(y)), []
     for start in range(0, len(x), rows):
         grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
-        found = codes_at(scene, names, np.array([values.ravel() for values in grid]))
-        parts.append([part.reshape(*part.shape[:-1], -1, len(y)) for part in found])
-    return Found(*(np.concatenate(part, axis=-2) for part in zip(*parts, strict=True)))
+        points = codes_at(scene, names, np.array([values.ravel() for values in grid]))
+        parts.append([part.reshape(*part.shape[:-1], -1, len(y)) for part in points])
+    return PointVerdicts(*(np.concatenate(part, axis=-2) for part in zip(*parts, strict=True)))
 
 
 def check_axes(scene: Scene, axes: tuple[Axis, Axis]) -> None:
@@ -170,8 +175,8 @@ def stability_map(scene: Scene, axes: tuple[Axis, Axis], traced: bool = False) -
         codes = _angle_rows(scene.pad_model, axes)
         beyond = np.zeros((3, *codes.shape), dtype=bool)
     else:
-        found = on_grid(scene, names, x, y)
-        codes, beyond = found.codes, found.beyond
+        points = on_grid(scene, names, x, y)
+        codes, beyond = points.codes, points.beyond
     return StabilityMap(axes, codes, beyond, traced_map(scene, axes, codes) if traced else None)
 
 
@@ -179,11 +184,11 @@ def traced_map(
     scene: Scene,
     axes: tuple[Axis, Axis],
     codes: np.ndarray,
-    told: Callable[[Found, np.ndarray], np.ndarray] = lambda found, _: found.codes,
+    code_of: Callable[[PointVerdicts, np.ndarray], np.ndarray] = lambda at, _: at.codes,
 ) -> Outline:
     """The outline of codes (n1, n2) on the points of a map.
 
-    `told` makes codes of what is found at points (2, n), for maps of more than the verdict.
+    `code_of` makes codes of the verdicts at points (2, n), for maps of more than the verdict.
     """
     names = (axes[0].name, axes[1].name)
 
@@ -192,13 +197,13 @@ def traced_map(
 
     def at(points: np.ndarray) -> np.ndarray:
         points = plain(points)
-        return told(codes_at(scene, names, points), points)
+        return code_of(codes_at(scene, names, points), points)
 
     x, y = (a.even(a.values) for a in axes)
-    found = outline((axes[0].ends, axes[1].ends), x, y, codes, at)
-    corners = (plain(np.moveaxis(part, -1, 0)) for part in (found.segments, found.polygons))
+    traced = outline((axes[0].ends, axes[1].ends), x, y, codes, at)
+    corners = (plain(np.moveaxis(part, -1, 0)) for part in (traced.segments, traced.polygons))
     segments, polygons = (np.moveaxis(part, 0, -1) for part in corners)
-    return dataclasses.replace(found, segments=segments, polygons=polygons)
+    return dataclasses.replace(traced, segments=segments, polygons=polygons)
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,10 +261,8 @@ def field_of(scene: Scene, axes: tuple[Axis, Axis], quantity: str, mu_max: float
         )
         for start in range(0, values.shape[1], FIELD_POINTS)
     ]
-    found, unknown = (
-        np.concatenate(part).reshape(grid[0].shape) for part in zip(*parts, strict=True)
-    )
-    return Field(quantity, axes, found, unknown)
+    each = (np.concatenate(part).reshape(grid[0].shape) for part in zip(*parts, strict=True))
+    return Field(quantity, axes, *each)
 
 
 def _quantity(stack: PadStack, quantity: str, mu_max: float) -> tuple[np.ndarray, np.ndarray]:

@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 
 from squeal.analysis.answers import Axis
-from squeal.analysis.maps import AXES, BEYOND_FOLD, UNKNOWN, Found, codes_at
+from squeal.analysis.maps import AXES, BEYOND_FOLD, UNKNOWN, PointVerdicts, codes_at
 from squeal.analysis.stack import QUIET, PadStack
 from squeal.io.scene import Scene, takes_scene
 from squeal.linear import VERDICTS
@@ -64,12 +64,12 @@ def threshold_curves(
     kinds, points = _kinds(one, other), plain(quiet)
     hertz = _frequencies(PadStack.of(scene, names, points), one)
     hertz[kinds != KINDS.index("flutter")] = 0.0
-    found = []
+    curves = []
     for chain in _chains(lines, kinds, codes.shape):
         line, closed = np.array(chain), len(chain) > 3 and chain[0] == chain[-1]
         kind = KINDS[kinds[chain[0]]]
-        found.append(ThresholdCurve(points[:, line].T, kind, hertz[line], closed))
-    return tuple(found)
+        curves.append(ThresholdCurve(points[:, line].T, kind, hertz[line], closed))
+    return tuple(curves)
 
 
 def _lines(codes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -90,7 +90,7 @@ def _lines(codes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     return np.concatenate(lines), (quiet + 0.5) / size, (loud + 0.5) / size
 
 
-def _kinds(one: Found, other: Found) -> np.ndarray:
+def _kinds(one: PointVerdicts, other: PointVerdicts) -> np.ndarray:
     """What happens (k,) between quiet points and others next to them, indices into `KINDS`."""
     diverges = other.codes == VERDICTS.index("divergence")
     kinds = np.where(diverges, KINDS.index("divergence"), KINDS.index("flutter"))
@@ -99,12 +99,12 @@ def _kinds(one: Found, other: Found) -> np.ndarray:
     return kinds
 
 
-def _frequencies(stack: PadStack, found: Found) -> np.ndarray:
+def _frequencies(stack: PadStack, at: PointVerdicts) -> np.ndarray:
     """Frequencies (k,) in Hz of the pairs that are next to growth."""
     states = np.array(stack.scene.pad_model.states, dtype=bool)
-    z = found.places.copy()
+    z = at.places.copy()
     z[3] = stack.mu
-    return stack.meeting(*stack.matrices(np.arange(stack.n), z, states[found.contact].T))
+    return stack.meeting(*stack.matrices(np.arange(stack.n), z, states[at.contact].T))
 
 
 def _chains(lines: np.ndarray, kinds: np.ndarray, shape: tuple[int, ...]) -> list[list[int]]:

@@ -67,19 +67,6 @@ def test_excursion_of_a_pad_at_rest(y0, load):
     assert found.admissible
 
 
-def test_many_at_once_are_as_each_alone():
-    seeds = range(0, 40, 2)
-    pads = [random_pad(1000 + seed, "B2", mu=0.3) for seed in seeds]
-    model = PadModel("B2", pads[0])
-    names = [n for n in pads[0].given() if n not in ("mu", "m", "w", "k1")]
-    values = np.array([[getattr(pad, n) for pad in pads] for n in names])
-    found = codes_at(Scene("B2", pads[0]), tuple(names), values)
-    for i, pad in enumerate(pads):
-        e, _ = sliding_equilibrium(model.replace(**{n: getattr(pad, n) for n in names}))
-        if found.codes[i] < NAMES.index("beyond a fold"):
-            assert (not found.beyond[:, i].any()) == (not e.excesses), i
-
-
 @pytest.mark.parametrize("seed", [*range(8), 40, 62, 66, 110, 198, 290, 394])
 def test_map_eigenvalues_sliding_and_sweep_agree(seed):
     scene = some_scene(seed)

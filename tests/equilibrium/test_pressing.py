@@ -11,7 +11,6 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
-from tests.conftest import random_pad
 
 # Without a load the springs lift the pad off its preload along the direction that they leave free:
 # there it hangs, whatever mu, at the border of contact, where R_n is zero.
@@ -43,33 +42,6 @@ def test_an_equilibrium_whose_reaction_is_rounding_is_none(model):
 def test_a_branch_that_would_start_without_a_reaction_is_none(ask):
     with pytest.raises(ComputationError, match=AT_REST):
         ask(Scene("B2", _pad()))
-
-
-@pytest.mark.parametrize("model", ["B1", "B2"])
-@pytest.mark.parametrize("seed", [0, 1, 2])
-def test_no_reaction_of_a_pad_without_a_load_is_rounding(model, seed):
-    found = find_all(PadModel(model, random_pad(seed, model, F_n=0.0)))
-    assert all(e.R_n > 1e-6 for e in found)
-
-
-@pytest.mark.parametrize("model", ["B1", *LINE])
-def test_a_load_may_be_small(model):
-    stiffness = {"k3": 1.1e7, "k4": 0.9e7} if model == "B1" else {"k_c": 1.9e7}
-    plain = {name: v for name, v in FREE.items() if name != "k_c"} | stiffness
-
-    def of(load):
-        scene = Scene(model, Pad(**plain, mu=0.1, F_n=load))
-        return analyse(scene), critical_friction(scene, 0.5)
-
-    large, small = of(1e-3), of(1e-9)  # both far too small for the geometry to change
-    for analysis, _ in (large, small):
-        assert analysis.on_branch
-        assert analysis.admissible
-    assert small[0].R_n == pytest.approx(1e-6 * large[0].R_n, rel=1e-6)
-    assert small[0].spectrum.values == pytest.approx(large[0].spectrum.values, rel=1e-6)
-    assert [p.mu for p in small[1].points] == pytest.approx(
-        [p.mu for p in large[1].points], rel=1e-6
-    )
 
 
 def test_many_pads_at_once_leave_the_same_ones_out():

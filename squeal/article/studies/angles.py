@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.maps import BEYOND_FOLD, NAMES, Found, angle_axes, on_grid, traced_map
+from squeal.analysis.maps import BEYOND_FOLD, NAMES, PointVerdicts, angle_axes, on_grid, traced_map
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.io.scene import Damping, Scene
@@ -43,7 +43,7 @@ class Angles(Result):
     share: Shares
 
 
-def _encoded(regions: Found, _: object = None) -> np.ndarray:
+def _encoded(regions: PointVerdicts, _: object = None) -> np.ndarray:
     stable = regions.codes <= NAMES.index("marginal")
     full = regions.contact == STATES.index(FULL)
     codes = np.where(stable, np.where(full, STABLE, PARTIAL), UNSTABLE)
