@@ -38,7 +38,7 @@ for file, name in seen:
 print(json.dumps([code, files]))
 """
 NAMES = {
-    "finds thresholds": ("thresholds", "critical_points", "critical_friction", "first_losses"),
+    "finds thresholds": ("thresholds", "critical_friction", "first_losses"),
     "judges": ("judge", "judgement", "verdict", "decided", "decide", "verdict_of", "judged"),
     "rounding of roots": ("axis_noise", "noise_of", "noise_at", "standard_noise", "slow_noise"),
     "first-order form": ("first_order", "state_matrices", "companion", "linearised"),

@@ -25,7 +25,6 @@ from squeal.linear.system import Batched, Matrices, System
 from squeal.linear.thresholds import (
     CriticalPoint,
     Thresholds,
-    critical_points,
     crossings,
     thresholds,
 )
@@ -34,7 +33,7 @@ from squeal.linear.thresholds import (
 __all__ = [
     "GROWING", "VERDICTS", "Batched", "CriticalPoint", "Crossing", "Eigenvalue", "FrictionLoop",
     "Judgement", "LoopAnswer", "Matrices", "Spectrum", "System", "Thresholds",
-    "TrackedModes", "UnstableMode", "complex_eigenvalues", "critical_points", "crossings",
+    "TrackedModes", "UnstableMode", "complex_eigenvalues", "crossings",
     "damped_verdicts", "friction_loop", "judge", "sensitivities",
     "sum_verdicts", "thresholds", "track", "undamped_verdicts", "unstable_modes",
     "verdict",

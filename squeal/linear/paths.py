@@ -107,14 +107,6 @@ class UnstableMode:
         )
 
 
-def growing_eigenvalues(system: System, mu: float) -> list[Eigenvalue]:
-    """What grows at mu by more than rounding, as the verdict counts it; of a pair Im > 0.
-
-    Sorted by falling growth rate.
-    """
-    return list(complex_eigenvalues(*matrices_at(system, mu)).unstable)
-
-
 def unstable_modes(
     system: System, mu: float, found: Thresholds | None = None
 ) -> tuple[UnstableMode, ...]:
@@ -124,7 +116,7 @@ def unstable_modes(
     read; without them the onsets are None. Raises InputError.
     """
     check_system(system, "unstable_modes")
-    grow = growing_eigenvalues(system, mu)
+    grow = complex_eigenvalues(*matrices_at(system, mu)).unstable
     ends = list(_onsets(found, mu)) if found is not None and grow else []
     modes = []
     for e in grow:

@@ -305,21 +305,14 @@ def thresholds(
         return _along(Slow(system, mu_min), mu_min, inner, mu_max, options, counter)
 
 
-def critical_points(
-    system: System, mu_max: float, breakpoints: Iterable[float] = (), mu_min: float = 0.0
-) -> list[CriticalPoint]:
-    """All changes of verdict in mu_min <= mu <= mu_max, as `thresholds` finds them."""
-    return thresholds(system, mu_max, breakpoints, mu_min).points
-
-
 def crossings(
     system: System, mu_max: float, breakpoints: Iterable[float] = (), mu_min: float = 0.0
 ) -> list[Crossing]:
     """All crossings of the imaginary axis by any pair or real root, as `thresholds` finds them.
 
-    Unlike `critical_points` it lists what happens while other modes grow. A pair without damping
-    crosses where two frequencies coalesce or part. Divergent roots that join to a growing pair, or
-    come from one, cross nothing.
+    Unlike the changes of verdict they list what happens while other modes grow. A pair without
+    damping crosses where two frequencies coalesce or part. Divergent roots that join to a growing
+    pair, or come from one, cross nothing.
     """
     return thresholds(system, mu_max, breakpoints, mu_min).crossings
 

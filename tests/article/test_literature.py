@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from squeal.io.system import read_system
-from squeal.linear import complex_eigenvalues, critical_points
+from squeal.linear import complex_eigenvalues, thresholds
 from squeal.linear.system import Term
 from tests.conftest import ROOT
 from tests.linear.conftest import exact_damped
@@ -48,7 +48,7 @@ def nearest(matrices, value):
 
 def test_two_coupled_modes():
     own = system("mode_coupling")
-    points = critical_points(own, 2.0)
+    points = thresholds(own, 2.0).points
     assert first(points, "flutter") == pytest.approx(0.75, rel=1e-12)
     frequency = math.sqrt(2) / (2 * math.pi)
     assert first(points, "flutter", "frequency_hz") == pytest.approx(frequency, rel=1e-12)
@@ -56,9 +56,9 @@ def test_two_coupled_modes():
         for sign in (1, -1):
             value = cmath.sqrt(-(2 + sign * cmath.sqrt(1 - 4 * mu / 3)))
             assert nearest(own(mu), value) == pytest.approx(value, rel=1e-12)
-    reverse = critical_points(
+    reverse = thresholds(
         replace(own, K=(own.K[0], Term(-own.K[1].matrix, own.K[1].factor))), 10.0
-    )
+    ).points
     assert first(reverse, "flutter") is None
     assert first(reverse, "divergence") == pytest.approx(2.25, rel=1e-12)
 
@@ -66,14 +66,14 @@ def test_two_coupled_modes():
 def test_the_drum_brake_with_and_without_damping():
     own = system("drum_brake")
     w1, w2 = (math.sqrt(own.K[0].matrix[i, i]) for i in (0, 1))
-    undamped = first(critical_points(own, 1.0), "flutter")
+    undamped = first(thresholds(own, 1.0).points, "flutter")
     assert undamped == pytest.approx(abs(w1**2 - w2**2) / (2 * w1 * w2), rel=1e-12)
     for e1, e2 in ((0.02, 0.02), (0.02, 0.04)):
         c1, c2 = e1 * w1, e2 * w2
         # Routh-Hurwitz conditions of the quartic
         a3, a2, a1 = c1 + c2, w1**2 + w2**2 + c1 * c2, c1 * w2**2 + c2 * w1**2
         mu = math.sqrt(a1 * (a2 * a3 - a1) / (a3 * w1 * w2) ** 2 - 1)
-        points = critical_points(replace(own, C=(Term(np.diag([c1, c2])),)), 1.0)
+        points = thresholds(replace(own, C=(Term(np.diag([c1, c2])),)), 1.0).points
         assert first(points, "flutter") == pytest.approx(mu, rel=1e-10)
         frequency = math.sqrt(a1 / a3) / (2 * math.pi)
         assert first(points, "flutter", "frequency_hz") == pytest.approx(frequency, rel=1e-10)
@@ -82,11 +82,11 @@ def test_the_drum_brake_with_and_without_damping():
 
 def test_the_follower_load_and_what_damping_does_to_it():
     own = system("ziegler")
-    undamped = first(critical_points(own, 4.0), "flutter")
+    undamped = first(thresholds(own, 4.0).points, "flutter")
     assert undamped == pytest.approx(3.5 - math.sqrt(2), rel=1e-12)
     for c in (0.01, 0.1, 1.0):
         damped = replace(own, C=(Term(c * np.array([[2.0, -1.0], [-1.0, 1.0]])),))
-        load = first(critical_points(damped, 4.0), "flutter")
+        load = first(thresholds(damped, 4.0).points, "flutter")
         assert load == pytest.approx(41 / 28 + c**2 / 2, rel=1e-10)
 
 
@@ -101,7 +101,7 @@ def test_the_wing_to_the_last_printed_digit():
 
 def test_the_bicycle():
     own = system("bicycle")
-    points = critical_points(own, 10.0)
+    points = thresholds(own, 10.0).points
     for kind, speed in SPEEDS.items():
         assert first(points, kind) == pytest.approx(speed, rel=1e-11)
     for speed, values in BICYCLE.items():

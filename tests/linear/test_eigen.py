@@ -105,15 +105,6 @@ def test_condition_grows_towards_a_coalescence(mode_coupling):
     assert complex_eigenvalues(*mode_coupling(0.75)).eigenvalues[0].condition > 1e7
 
 
-def test_single_oscillator():
-    m, c, k = 2.0, 0.3, 50.0
-    e = complex_eigenvalues([[m]], [[c]], np.array([[k + 0j]])).eigenvalues[0]
-    assert e.damping_ratio == pytest.approx(c / (2 * np.sqrt(k * m)), rel=1e-14)
-    assert abs(e.value) == pytest.approx(5.0, rel=1e-14)
-    assert e.frequency_hz == pytest.approx(abs(e.value.imag) / (2 * np.pi), rel=1e-14)
-    assert e.growth_rate == pytest.approx(-c / (2 * m), rel=1e-14)
-
-
 @pytest.mark.parametrize(
     ("M", "C", "K", "word"),
     [

@@ -109,22 +109,21 @@ def test_undamped_modes_that_coalesce_where_the_range_ends_at_zero(rows):
         assert [p.kind for p in found.points] == ["flutter"]
 
 
-@pytest.mark.parametrize("mix", [0.0, 0.3])
-def test_equal_oscillators_and_another_one_that_begin_to_grow_together(mix):
-    system = oscillators((0.4, 0.4, 0.9), at=0.5, mix=mix, omegas=(1.0, 1.0, 1.7))[1]
-    found = thresholds(system, 1.0)
-    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * 3, rel=1e-12)
-    assert sorted(omegas_of(found)) == pytest.approx([1.0, 1.0, 1.7], rel=1e-7)
-    assert found.certified is not False
-
-
-def test_one_of_two_equal_oscillators_begins_to_grow_where_the_other_ceases():
-    found = thresholds(
-        oscillators((0.4, -0.6, 0.0), 0.5, mix=0, omegas=(1.0, 1.0, 1.7), others=0.3)[1], 1.0
-    )
-    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * 2, rel=1e-12)
-    assert sorted(c.direction for c in found.crossings) == ["down", "up"]
-    assert omegas_of(found) == pytest.approx([1.0] * 2, rel=1e-9)
+@pytest.mark.parametrize(
+    ("rates", "mix", "omegas"),
+    [
+        ((0.4, 0.4, 0.9), 0.0, [1.0, 1.0, 1.7]),
+        ((0.4, 0.4, 0.9), 0.3, [1.0, 1.0, 1.7]),
+        ((0.4, -0.6, 0.0), 0.0, [1.0, 1.0]),  # one begins where the other ceases
+    ],
+)
+def test_equal_oscillators_pass_the_axis_together(rates, mix, omegas):
+    family = oscillators(rates, at=0.5, mix=mix, omegas=(1.0, 1.0, 1.7), others=0.3)
+    found = thresholds(family[1], 1.0)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * len(omegas), rel=1e-12)
+    ways = sorted("up" if rate > 0 else "down" for rate in rates if rate)
+    assert sorted(c.direction for c in found.crossings) == ways
+    assert sorted(omegas_of(found)) == pytest.approx(omegas, rel=1e-7)
     assert found.certified is not False
 
 

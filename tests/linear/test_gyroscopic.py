@@ -37,18 +37,6 @@ def test_a_rotating_shaft_diverges_between_its_critical_speeds(seed):
     assert found.certified
 
 
-@pytest.mark.parametrize("k", [1.0, 2.5])
-def test_gyroscopic_stabilisation_ends_by_a_coalescence(k):
-    """-K = k and 1.5 k: the roots leave the axis below p = (sqrt(k1) + sqrt(k2)) / 2."""
-    p = Formula("p")
-    K = Term(-np.diag([k, 1.5 * k]))
-    found = thresholds(TermSystem((Term(np.eye(2)),), (Term(TURN, p),), (K,), parameter="p"), 4.0)
-    (c,) = (c for c in found.crossings if c.mu > 0.3)
-    assert (c.kind, c.direction) == ("flutter", "down")
-    assert c.mu == pytest.approx((np.sqrt(k) + np.sqrt(1.5 * k)) / 2, rel=1e-12)
-    assert 2 * np.pi * c.frequency_hz == pytest.approx((1.5 * k * k) ** 0.25, rel=1e-7)
-
-
 @pytest.mark.parametrize("width", [1e-2, 1e-3, 1e-4, 1e-5])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_sharp_factor_is_found_or_nothing_is_certified(width, seed):

@@ -125,20 +125,3 @@ def test_growth_that_rounding_hides_is_not_certified_away(tiny):
         assert one.direction == "up"
         assert one.interval[0] <= 0.7 <= one.interval[1]
     assert found.certified == (tiny > 1e-11)
-
-
-@pytest.mark.parametrize("free", [1, 3])
-def test_free_motions_cost_no_further_eigensolutions(free):
-    """Modes that flutter in windows, beside motions that nothing acts on."""
-    rng = np.random.default_rng(1)
-    k, T = rng.uniform(1, 100, 14), np.eye(14) + 0.3 * rng.normal(size=(14, 14))
-    K1 = 0.3 * rng.normal(size=(14, 14)) + np.diag(15 * rng.normal(size=14))
-    states = []
-    for n in (14 - free, 14):
-        some = np.arange(14) < 14 - free
-        M, K0, K = np.eye(14), np.diag(k * some), K1 * np.outer(some, some)
-        M, K0, K = ((T.T @ X @ T)[:n, :n] if n == 14 else X[:n, :n] for X in (M, K0, K))
-        found = thresholds(TermSystem((Term(M),), (), (Term(K0), Term(K, Formula("mu")))), 1.0)
-        assert found.certified
-        states.append(len(found.searched[0].line.states))
-    assert states[1] <= 1.2 * states[0]

@@ -48,31 +48,6 @@ def test_a_mode_that_is_undamped_at_the_start_grows_from_there_or_not(order, sig
         assert 2 * np.pi * c.frequency_hz == pytest.approx(1.0, rel=1e-3)
 
 
-def test_two_modes_that_hardly_couple_flutter_in_a_short_window():
-    """s = 4 + mu and 5 with K12 K21 = -eps^2: flutter for |1 - mu| < 2 eps, far below a step."""
-    eps = 1e-5
-    M = np.eye(5)
-    K0 = np.diag([4.0, 5.0, 11.0, 12.0, 13.0])
-    K0[0, 1], K0[1, 0] = eps, -eps
-    K1 = np.diag([1.0, 0, 0, 0, 0])
-    found = thresholds(lambda mu: (M, None, K0 + mu * K1), 2.0)
-    assert [c.direction for c in found.crossings] == ["up", "down"]
-    assert [c.mu for c in found.crossings] == pytest.approx([1 - 2 * eps, 1 + 2 * eps], abs=1e-12)
-    K0[1, 0] = eps  # veering instead
-    assert thresholds(lambda mu: (M, None, K0 + mu * K1), 2.0).crossings == []
-
-
-def test_weak_damping_does_not_blur_the_threshold_of_coupled_modes():
-    """With equal damping c: flutter from (mu a)^2 = (e / 2)^2 + c^2 s on, s the mean square."""
-    for c in (1e-2, 1e-5, 1e-8):
-        K0, K1 = np.diag([4.5, 3.5, 20.0, 30.0]), np.zeros((4, 4))
-        K1[0, 1], K1[1, 0] = 1.0, -1.0
-        terms = (Term(K0), Term(K1, Formula("mu")))
-        found = thresholds(TermSystem((Term(np.eye(4)),), (Term(c * np.eye(4)),), terms), 2.0)
-        (crossing,) = found.crossings
-        assert crossing.mu == pytest.approx(np.sqrt(0.25 + 4 * c * c), rel=1e-10)
-
-
 def test_a_mass_matrix_without_symmetry_is_taken_and_a_singular_one_refused():
     K0, K1 = np.diag([4.5, 3.5, 20.0, 30.0]), np.zeros((4, 4))
     K1[0, 1], K1[1, 0] = 1.0, -1.0

@@ -6,6 +6,7 @@ import pytest
 
 from squeal.errors import ComputationError
 from squeal.linear import complex_eigenvalues, crossings, friction_loop
+from tests.known import coupled
 
 
 def _loop(system, reaction=None):
@@ -42,23 +43,19 @@ def _static(K0, b, c, C=None):
     return lambda mu: (np.eye(len(K0)), C, K0 + mu * np.outer(b, c))
 
 
-def test_divergence_that_friction_ends_is_no_gain_margin():
-    # s1 = 4 and s2 = mu - 1/2: divergent below one half
-    for C in (None, np.diag([0.1, 0.2])):
-        loop = _loop(_static(np.diag([4.0, -0.5]), [0, 1], [0, 1], C))
-        (one,) = loop.thresholds(2.0)
-        assert (one.kind, one.direction, one.frequency_hz) == ("divergence", "down", 0.0)
-        assert one.mu == pytest.approx(0.5, rel=1e-14)
+@pytest.mark.parametrize("C", [None, np.diag([0.1, 0.2])])
+@pytest.mark.parametrize(("k", "way"), [(0.5, "up"), (-0.5, "down")])
+def test_divergence_is_a_gain_margin_where_friction_starts_it(C, k, way):
+    """s1 = 4 and s2 = k - mu or k + mu: it passes zero at one half."""
+    loop = _loop(_static(np.diag([4.0, k]), [0, -1 if k > 0 else 1], [0, 1], C))
+    (one,) = loop.thresholds(2.0)
+    assert (one.kind, one.direction, one.frequency_hz) == ("divergence", way, 0.0)
+    assert one.mu == pytest.approx(0.5, rel=1e-14)
+    if way == "up":
+        assert loop.critical_friction(2.0) == one
+    else:
         with pytest.raises(ComputationError, match="grows from mu = 0 on"):
             loop.critical_friction(2.0)
-
-
-def test_divergence_that_friction_starts():
-    for C in (None, np.diag([0.1, 0.2])):
-        loop = _loop(_static(np.diag([4.0, 0.5]), [0, -1], [0, 1], C))
-        one = loop.critical_friction(2.0)
-        assert (one.kind, one.direction) == ("divergence", "up")
-        assert one.mu == pytest.approx(0.5, rel=1e-14)
 
 
 def test_python_control_finds_the_same_margin_with_damping(mode_coupling):
@@ -87,6 +84,7 @@ def test_static_gain_of_the_plant(mode_coupling):
 @pytest.mark.parametrize(
     ("system", "reason"),
     [
+        (coupled, "reaction"),
         (lambda mu: (np.eye(2), None, 3 * np.eye(2) + mu * np.array([[0, 1], [-1, 0]])), "rank"),
         (lambda mu: (np.eye(2), None, np.array([[2, mu**2], [1, 3]])), "not linear"),
         (lambda mu: (np.eye(2), None, np.eye(2)), "does not depend"),
@@ -95,12 +93,6 @@ def test_static_gain_of_the_plant(mode_coupling):
     ],
 )
 def test_reason_is_given_where_there_is_no_loop(system, reason):
-    answer = friction_loop(system)
+    answer = friction_loop(system, reaction=[1.0, 1.0] if reason == "reaction" else None)
     assert answer.loop is None
     assert reason in answer.reason
-
-
-def test_a_wrong_reaction_is_noticed(mode_coupling):
-    answer = friction_loop(mode_coupling, reaction=[1.0, 1.0])
-    assert answer.loop is None
-    assert "reaction" in answer.reason

@@ -65,18 +65,6 @@ def test_free_bodies_and_damped_modes_are_all_listed(rng):
         assert np.sort_complex(row.round(7)) == pytest.approx(np.sort_complex(exact), abs=1e-6)
 
 
-def test_an_empty_sweep_is_refused(mode_coupling):
-    with pytest.raises(ValueError, match="at least one"):
-        track(mode_coupling, [])
-
-
-def drum(mu, e=(0.02, 0.04)):
-    """Drum brake of Hulten's form with damping; its threshold by Routh-Hurwitz."""
-    w1, w2 = 2 * math.pi * 100, 2 * math.pi * 75
-    C = np.diag([e[0] * w1, e[1] * w2])
-    return np.eye(2), C, np.array([[w1**2, -mu * w2**2], [mu * w1**2, w2**2]])
-
-
 def of(system, mu):
     return unstable_modes(system, mu, thresholds(system, mu))
 
@@ -90,14 +78,6 @@ def test_mode_coupling():
     assert of(coupled, 0.749) == ()
     assert of(coupled, 0.751)[0].onset == pytest.approx(0.75, rel=1e-12)
     assert unstable_modes(coupled, 1.0)[0].onset is None  # nobody looked for it
-
-
-def test_a_damped_brake():
-    # a3 = c1 + c2, a2, a1 of the characteristic polynomial; 1 + mu^2 = a1 (a2 a3 - a1) / ...
-    (mode,) = of(drum, 0.3)
-    assert mode.onset == pytest.approx(0.2873094, abs=1e-7)
-    assert mode.growth_rate > 0 > mode.damping_ratio
-    assert of(drum, 0.2873) == ()
 
 
 def blocks(*parts):

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse import csc_array
 
 from squeal.errors import InputError
-from squeal.linear import complex_eigenvalues, critical_points, track
+from squeal.linear import complex_eigenvalues, thresholds, track
 from squeal.linear.system import (
     Batched,
     Parametrised,
@@ -65,7 +65,7 @@ def test_sums_and_derivatives(kind):
         lambda: modal(_system(), []),
         lambda: rayleigh(TermSystem((Term(M),), (), (Term(K0, Formula("mu")),)), 0.0, 1.0),
         lambda: track(lambda _: 3, [0.0, 1.0]),  # type: ignore[arg-type, return-value]
-        lambda: critical_points(lambda _: (1, 2), 1.0),  # type: ignore[arg-type, return-value]
+        lambda: thresholds(lambda _: (1, 2), 1.0).points,  # type: ignore[arg-type, return-value]
     ],
 )
 def test_refusals(ask):
