@@ -83,7 +83,8 @@ def _changes(
     scene: Scene, model: PadModel, q: np.ndarray, state: State, held: bool
 ) -> dict[str, Change]:
     """Derivatives by each parameter about q (3,), C with what follows from the scene's damping."""
-    changes = {name: change(model, q, state, name, held) for name in parameters(model)}
+    with np.errstate(invalid="ignore"):  # at a fold the equilibrium moves infinitely fast
+        changes = {name: change(model, q, state, name, held) for name in parameters(model)}
     damping = scene.damping
     if damping is None or damping.matrix is not None:
         return changes

@@ -153,3 +153,12 @@ def test_a_threshold_at_zero_stays_there():
     fixed = dataclasses.replace(pad, damping=Damping(matrix=((0.0,) * 3,) * 3))
     with pytest.raises(ComputationError, match="no derivatives"):
         threshold_sensitivities(fixed, found[1])
+
+
+def test_a_fold_has_derivatives_and_tells_of_no_rounding(recwarn):
+    """Warnings of NumPy reached who asked, where the balance is exactly singular."""
+    scene = scene_of("b2-c")
+    fold = critical_friction(scene).points[-1]
+    assert fold.kind == "fold"
+    assert np.isfinite(list(threshold_sensitivities(scene, fold).values())).all()
+    assert not recwarn
