@@ -57,21 +57,6 @@ def test_singular(name):
         made(name, csc_array(np.diag([1.0, 0.0, 2.0])))
 
 
-def test_which_one_is_taken(monkeypatch):
-    """MUMPS where it is installed and the matrix is large; full matrices as such."""
-    monkeypatch.setattr(factor, "MUMPS_ROWS", 20)
-    taken = []
-    monkeypatch.setattr(factor, "_contexts", lambda: "contexts")
-    monkeypatch.setattr(factor, "_Mumps", lambda matrix, contexts, like: taken.append(matrix))
-    small, many = (csc_array(np.eye(n)) for n in (19, 20))
-    assert isinstance(factor.factorise(small), factor._SuperLU)
-    factor.factorise(many)
-    assert len(taken) == 1
-    assert isinstance(factor.factorise(csc_array(np.ones((30, 30)) + np.eye(30))), factor._Full)
-    monkeypatch.setattr(factor, "_contexts", lambda: None)
-    assert isinstance(factor.factorise(many), factor._SuperLU)
-
-
 def test_an_ordering_serves_again(rng):
     """A factor that is no longer needed lends its context to one of its pattern and type."""
     contexts = factor._contexts()

@@ -9,8 +9,7 @@ from scipy.sparse import csc_array, diags_array
 from squeal.sparse import argument_principle
 from squeal.sparse.argument_principle import Rectangle, band, growth_bound
 from squeal.sparse.eigensolver import modes_in
-from squeal.sparse.quadratic import ScaledSystem, quadratic
-from tests import large
+from squeal.sparse.quadratic import quadratic
 
 
 def chain(n=60, **changed):
@@ -80,12 +79,3 @@ def test_a_count_beyond_the_region_sends_the_search_there():
     assert found.certified
     assert np.any(np.abs(found.values - 20.0) < 1e-9)
     assert not np.any(modes_in(problem, region).values.real > 1.0)
-
-
-def test_a_brake_has_a_bound_near_its_band():
-    problem = ScaledSystem(large.disc_and_pad(3)).at({"mu": 0.6})
-    region = band(500.0, 5000.0)
-    bound = growth_bound(problem, region)
-    assert region.high_real < bound <= 8 * region.high_real
-    found = modes_in(problem, replace(region, high_real=bound))
-    assert found.certified
