@@ -24,7 +24,7 @@ _OF_NUMBERS = re.compile("overflow|underflow|divide by zero|invalid value")  # o
 
 @dataclass(frozen=True)
 class Reply:
-    """What a command found: an object for --json and a text for people, made only when wanted.
+    """What a command answers: an object for --json and a text for people, made only when wanted.
 
     inputs: the files behind it, whose provenance joins the object; None: the scene's, if any.
     warnings: reasons why the equilibria behind it are none that the model means; None where there
@@ -45,21 +45,20 @@ class Reply:
         """
 
         def data() -> dict[str, Any]:
-            found: dict[str, Any] = {}
+            joined: dict[str, Any] = {}
             for answer in answers:  # what an answer does not know another may have said
                 own = answer.to_dict().items()
-                found |= {key: v for key, v in own if v is not None or key not in found}
-            return found | more
+                joined |= {key: v for key, v in own if v is not None or key not in joined}
+            return joined | more
 
-        told = [words for answer in answers for words in answer.warnings]
-        if not judged:
-            for words in told:
-                warnings.warn(words, InputWarning, stacklevel=2)
+        reasons = [words for answer in answers for words in answer.warnings]
+        for words in [] if judged else reasons:
+            warnings.warn(words, InputWarning, stacklevel=2)
 
         def text() -> str:
             return "\n\n".join(answer.text() for answer in answers)
 
-        return Reply(data, text, inputs, told if judged else None)
+        return Reply(data, text, inputs, reasons if judged else None)
 
 
 class Parser(argparse.ArgumentParser):
@@ -115,17 +114,18 @@ class Command:
         return parser
 
     def _reply(self, options: argparse.Namespace) -> Reply:
-        if self.scene:
-            named = [] if options.scene == STANDARD_INPUT else [Path(options.scene)]
-            scatter = getattr(options, "scatter", None)
-            check_outputs(options, named if scatter is None else [*named, scatter])
-            options.source = read_source(options.scene, options.set)
-            check_outputs(options, options.source.named_files())
-        try:
+        if not self.scene:
             reply: Reply = self.module.run(options)
+            return reply
+        inputs = [] if options.scene == STANDARD_INPUT else [Path(options.scene)]
+        if scatter := getattr(options, "scatter", None):
+            inputs.append(scatter)
+        check_outputs(options, inputs)
+        options.source = read_source(options.scene, options.set)
+        check_outputs(options, options.source.named_files())
+        try:
+            reply = self.module.run(options)
         except MatrixError as error:
-            if not self.scene:
-                raise
             raise InputError(f"{options.source.name}: {error}") from None
         for words in reply.warnings or ():
             warnings.warn(words, InputWarning, stacklevel=2)
@@ -133,32 +133,31 @@ class Command:
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Run from arguments; the exit code 0, or 1 where the answer cannot be printed."""
-        options, told = self.parser().parse_args(arguments), list[str]()
+        options, shown = self.parser().parse_args(arguments), list[str]()
 
-        def tell(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
+        def show(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
             words = str(message)
             if issubclass(category, RuntimeWarning) and _OF_NUMBERS.search(words):
                 words += f"; {BEYOND}"
-            if words not in told:
-                told.append(words)
+            if words not in shown:
+                shown.append(words)
                 say(f"squeal: warning: {words}")
 
         with warnings.catch_warnings():
             for kind in (RuntimeWarning, InputWarning):
                 warnings.simplefilter("always", kind)
-            warnings.showwarning = tell
+            warnings.showwarning = show
             reply = self._reply(options)
             if not options.json:
                 return printed(str(reply.text()))
-            found = reply.data()
-        first: dict[str, Any] = {"warnings": told}
-        if reply.warnings is not None:
-            first = {"admissible": not reply.warnings} | first
+            answer = reply.data()
+        first: dict[str, Any] = {} if reply.warnings is None else {"admissible": not reply.warnings}
+        joined = first | {"warnings": shown} | answer | {"warnings": shown}
         inputs = reply.inputs
         if self.scene and inputs is None:
             inputs = [options.source.file]
-        made = {}
         if inputs is not None:
-            made = {"provenance": provenance(inputs, self.module.__name__).to_dict()}
-        changes = {"set": options.source.changes} if self.scene and options.set else {}
-        return printed(to_json(first | found | {"warnings": told} | made | changes))
+            joined["provenance"] = provenance(inputs, self.module.__name__).to_dict()
+        if self.scene and options.set:
+            joined["set"] = options.source.changes
+        return printed(to_json(joined))

@@ -58,7 +58,7 @@ def _axis(given: argparse.Namespace, option: str, scene: Scene | None, n: int) -
 
 
 def run(given: argparse.Namespace) -> Reply:
-    """Read the scene or system, compute the map, write what is asked."""
+    """Read the scene or system, compute the map, write the requested files."""
     source = given.source
     subject, inputs = source.subject()
     scene = subject if isinstance(subject, Scene) else None

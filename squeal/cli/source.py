@@ -64,7 +64,7 @@ class Source:
             raise InputError(f"{said}: --set gives {name} too; one of both is allowed")
 
     def warn_if_constant(self, file: SystemFile) -> None:
-        """Warn where a range of the parameter was asked for and nothing depends on it."""
+        """Warn where a range of the parameter is requested and nothing depends on it."""
         name = file.system.parameter
         if name not in file.system.names:
             warnings.warn(f"no matrix depends on {name}", InputWarning, stacklevel=2)

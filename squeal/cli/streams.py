@@ -23,11 +23,11 @@ def visible(text: str) -> str:
     >>> print(visible("a\x1b[2Jb"))
     a\x1b[2Jb
     """
-    return _CONTROL.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+    return _CONTROL.sub(lambda match: f"\\x{ord(match[0]):02x}", text)
 
 
 def exit_code(name: str, work: Callable[[], int]) -> int:
-    """The exit code of some work: its own, or of what stops it, told in a line after the name.
+    """The exit code of some work: its own, or of what stops it, said in a line after the name.
 
     2: the input is refused; 1: the computation could not be completed; 130: an interrupt.
     """

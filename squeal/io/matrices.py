@@ -428,7 +428,7 @@ def fingerprint(matrix: Any) -> str:
 
 
 def write_matrix(path: Path | str, matrix: Any, key: str = "A") -> None:
-    """Write a real matrix in the format of the suffix, every digit kept; `key` names it inside.
+    """Write a real matrix in the format of the suffix, with every digit; `key` names it inside.
 
     Raises InputError for a suffix that is not written, and for what its format does not hold.
     """

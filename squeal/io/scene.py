@@ -153,7 +153,7 @@ class Scene:
 
     It counts from `start`: the origin, or the sliding equilibrium. `tolerance` is the relative
     error tolerance of a step; `stop` (s) and `samples` are None in a scene that names no time.
-    Raises InputError, with the sentence that the same scene file would meet, for whatever is not
+    Raises InputError, with the sentence that the same scene file would meet, for what is not
     allowed.
     """
 

@@ -57,7 +57,7 @@ from squeal.schema.values import (
 PARTS = ("M", "C", "K")
 OWN = ("parameters", "C", "K", "damping", "coordinates")  # keys that the short form has not
 MOST_ROWS = 2000  # of a matrix written into the file
-FULL = 0.2  # share of entries above which a matrix from a file is kept dense
+FULL = 0.2  # share of entries above which a matrix from a file becomes dense
 POWER = 9  # of the parameter in the short form
 SUFFIXES = ", ".join(suffix for one in FORMATS for suffix in one.suffixes)
 COLUMNS = ("node", "dof", "x", "y", "z")
