@@ -139,8 +139,8 @@ class Spectrum:
     @property
     def unstable(self) -> tuple[Eigenvalue, ...]:
         """What grows by more than rounding, the fastest first; of a pair Im > 0."""
-        found = [e for e in self.eigenvalues if e.grows and e.value.imag >= -e.rounding]
-        return tuple(sorted(found, key=lambda e: -e.growth_rate))
+        growing = [e for e in self.eigenvalues if e.grows and e.value.imag >= -e.rounding]
+        return tuple(sorted(growing, key=lambda e: -e.growth_rate))
 
     def __len__(self) -> int:
         return len(self.eigenvalues)

@@ -164,9 +164,9 @@ def _of_pair(
     h, t = step.b.value - step.a.value, np.linspace(0.0, 1.0, step.options.samples)
     m, d = (np.polyval(c[::-1].astype(complex), t) for c in (means, squares))
     on = step.a.on_line[[k, other]].all(), step.b.on_line[step.order[[k, other]]].all()
-    found = list(_crosses(m, d)) if form == "damped" and not all(on) else []
-    found += list(_meets(m, d)) if form != "damped" or any(on) else []
-    for i, z, coalesces in found:
+    places = list(_crosses(m, d)) if form == "damped" and not all(on) else []
+    places += list(_meets(m, d)) if form != "damped" or any(on) else []
+    for i, z, coalesces in places:
         vectors = step.vectors(t[i], [k, other])
         yield Guess(step.a.value + t[i] * h, z, *vectors, coalesces, h)
     if form == "undamped":
@@ -362,18 +362,18 @@ def located(along: Continuation, guess: Guess) -> Event | None:
     """The event next to a guess, None if there is none that is known to within its width."""
     guess = replace(guess, value=min(max(guess.value, along.low), along.high))
     try:
-        found = _located(along, guess)
+        event = _located(along, guess)
         aside = 1e-5 * guess.width
-        if found is not None and guess.coalesces and found.width > 2 * aside:
+        if event is not None and guess.coalesces and event.width > 2 * aside:
             # the subspaces are those of other roots: from beside they may be the right ones
-            again = _located(along, replace(guess, value=found.value + aside))
-            found = min(filter(None, (found, again)), key=lambda one: one.width)
+            again = _located(along, replace(guess, value=event.value + aside))
+            event = min(filter(None, (event, again)), key=lambda one: one.width)
     except (np.linalg.LinAlgError, ValueError):
         return None
-    if found is None or found.width > guess.width:
+    if event is None or event.width > guess.width:
         return None
-    low, high = found.interval
-    return replace(found, interval=(max(low, along.low), high))
+    low, high = event.interval
+    return replace(event, interval=(max(low, along.low), high))
 
 
 def _located(along: Continuation, guess: Guess) -> Event | None:
@@ -399,10 +399,10 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
     half = 2 * at.noise / abs(at.slope) + abs(move) + 2 * EPS * abs(p)
     if guess.coalesces and half > guess.width:
         return None
-    told = _told(f, move, at)
-    if told is None:
+    known = _details(f, move, at)
+    if known is None:
         return None
-    omega, direction, residual = told
+    omega, direction, residual = known
     interval = p - half, p + half
     if half > 1e-9 * guess.width:  # the slope may change within
         ends = certain(lambda x: _sign(f(x)), (p, p), half, along.low, along.high)
@@ -414,8 +414,8 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
     return Event(p, omega, direction, interval, residual, guess.coalesces)
 
 
-def _told(f: _Search, move: float, at: Smooth) -> tuple[float, int, float] | None:
-    """Frequency, direction and residual of what is found by a last step `move`."""
+def _details(f: _Search, move: float, at: Smooth) -> tuple[float, int, float] | None:
+    """Frequency, direction and residual of the event that a last step `move` leads to."""
     along, near = f.along, f.last
     assert near is not None
     A, derivative, _ = along.both(near.value)
@@ -466,15 +466,15 @@ def certain(
     for p, way, last in ((at[0], -1, low), (at[1], 1, high)):
         room = way * (last - p)
         step = max(min(half, room / 2), least)
-        found = sign(p + way * step) if step < room else 0
-        if found:
-            while step > least and sign(p + way * step / 2) == found:
+        here = sign(p + way * step) if step < room else 0
+        if here:
+            while step > least and sign(p + way * step / 2) == here:
                 step /= 2
-        while not found and step < room:
+        while not here and step < room:
             step *= 2
-            found = sign(p + way * step) if step < room else 0
-        ends.append(float(p + way * step if found else last))
-        signs.append(found)
+            here = sign(p + way * step) if step < room else 0
+        ends.append(float(p + way * step if here else last))
+        signs.append(here)
     if signs[0] * signs[1] > 0:
         return None
     return ends[0], ends[1], signs[1] or -signs[0]
@@ -529,13 +529,13 @@ def _window(pair: Near, along: Continuation, width: float) -> Iterator[Guess]:
         if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
             return
         x = np.array([centre - half, centre + half])
-        found = [(n, complex(pair.ahead(x[n])[0]), True) for n in (0, 1) if abs(x[n]) <= width]
+        places = [(n, complex(pair.ahead(x[n])[0]), True) for n in (0, 1) if abs(x[n]) <= width]
     else:
         samples = along.options.samples
         x = centre + np.linspace(-8.0, 8.0, 4 * samples) * half
         x = np.concatenate([x[np.abs(x) < width], np.linspace(-width, width, samples)])
         x = np.unique(x)
-        found = list(_crosses(*pair.ahead(x)))
+        places = list(_crosses(*pair.ahead(x)))
     least = min(4 * half, width)
-    for n, z, coalesces in found:
+    for n, z, coalesces in places:
         yield Guess(pair.value + x[n], z, pair.right, pair.left, coalesces, least)

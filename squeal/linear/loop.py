@@ -67,8 +67,8 @@ class FrictionLoop:
         """All mu in (0, mu_max] at which a pole enters or leaves the right half plane, sorted."""
         terms = (Term(self.K0), Term(np.outer(self.b, self.c), Formula("mu")))
         damping = (Term(self.C),) if self.C.any() else ()
-        found = crossings(TermSystem((Term(self.M),), damping, terms), mu_max)
-        return [c for c in found if c.mu]
+        points = crossings(TermSystem((Term(self.M),), damping, terms), mu_max)
+        return [c for c in points if c.mu]
 
     def critical_friction(self, mu_max: float = 2.0) -> Crossing | None:
         """The gain margin: the first threshold in (0, mu_max] at which a pole starts to grow.
@@ -76,14 +76,14 @@ class FrictionLoop:
         None if there is none. Raises ComputationError where the loop grows from mu = 0 on, so
         that it has no gain margin.
         """
-        found = self.thresholds(mu_max)
-        first = found[0].mu if found else mu_max
+        points = self.thresholds(mu_max)
+        first = points[0].mu if points else mu_max
         start = verdict(self.M, self.C, self.K0 + first / 2 * np.outer(self.b, self.c))
         if start in GROWING:
             raise ComputationError(
                 f"the loop has no gain margin: it grows from mu = 0 on ({start})"
             )
-        return next((point for point in found if point.direction == "up"), None)
+        return next((point for point in points if point.direction == "up"), None)
 
 
 @dataclass(frozen=True)

@@ -56,10 +56,10 @@ class Reduced:
 
 def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
     try:
-        found = np.asarray(value)
-        if np.iscomplexobj(found) and found.imag.any():
+        given = np.asarray(value)
+        if np.iscomplexobj(given) and given.imag.any():
             raise ValueError
-        matrix = np.asarray(found.real, dtype=float)
+        matrix = np.asarray(given.real, dtype=float)
     except (TypeError, ValueError):
         raise InputError(f"{name}: a square matrix of real numbers is required") from None
     if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
@@ -237,11 +237,11 @@ def zero_roots(A: Any, noise: float, M: Any = None) -> int:
         if not null.shape[1]:
             break
         count += null.shape[1]
-        kept = rest
+        images = rest
         if M is not None:
-            kept = np.linalg.qr(M @ null, mode="complete")[0][:, null.shape[1] :]
-            M = kept.conj().T @ M @ rest
-        A = kept.conj().T @ A @ rest
+            images = np.linalg.qr(M @ null, mode="complete")[0][:, null.shape[1] :]
+            M = images.conj().T @ M @ rest
+        A = images.conj().T @ A @ rest
     return count
 
 

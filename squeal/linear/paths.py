@@ -66,10 +66,12 @@ def track(system: System, mus: Iterable[float], halvings: int = 7) -> TrackedMod
     goal = next(wanted, None)
     for step in pairwise_steps(along, steps):
         here = step.order[here]
-        found = along.exponents(step.b.roots)[here]
+        exponents = along.exponents(step.b.roots)[here]
         if along.form == "undamped":  # of both square roots that which goes on
-            found = np.where(np.abs(found - upper) <= np.abs(found + upper), found, -found)
-        upper = found
+            exponents = np.where(
+                np.abs(exponents - upper) <= np.abs(exponents + upper), exponents, -exponents
+            )
+        upper = exponents
         if step.b.value == goal:
             rows.append(upper)
             goal = next(wanted, None)
@@ -125,13 +127,13 @@ def unstable_modes(
     return tuple(modes)
 
 
-def _onsets(found: Thresholds, mu: float) -> Iterator[tuple[complex, float | None]]:
+def _onsets(result: Thresholds, mu: float) -> Iterator[tuple[complex, float | None]]:
     """Each eigenvalue that grows at mu, with Im >= 0, and where it began to."""
-    low = found.searched[0].line.low
-    began = [c for c in found.crossings if c.direction == "up"]
+    low = result.searched[0].line.low
+    began = [c for c in result.crossings if c.direction == "up"]
     z, grew, onset = np.zeros(0, dtype=complex), np.zeros(0, dtype=bool), np.zeros(0)
     before: tuple[Continuation, State] | None = None
-    for line, state in _looked_at(found, mu):
+    for line, state in _looked_at(result, mu):
         old, z, now = z, line.exponents(state.roots), grows(state)
         if before is None:
             grew, onset = now, np.full(len(now), np.nan)
@@ -152,13 +154,15 @@ def _onsets(found: Thresholds, mu: float) -> Iterator[tuple[complex, float | Non
         yield complex(z[k].real, abs(z[k].imag)), None if np.isnan(onset[k]) else float(onset[k])
 
 
-def _looked_at(found: Thresholds, mu: float) -> Iterator[tuple[Continuation, State]]:
+def _looked_at(result: Thresholds, mu: float) -> Iterator[tuple[Continuation, State]]:
     """The states up to mu, without those next to a crossing, and that at mu."""
-    margin = 1e-6 * (mu - found.searched[0].line.low)  # rounding may hide what grows there
-    for part in found.searched:
+    margin = 1e-6 * (mu - result.searched[0].line.low)  # rounding may hide what grows there
+    for part in result.searched:
         line = part.line
         for p in [s.value for s in line.states if line.low <= s.value < min(mu, line.high)]:
-            if all(abs(p - c.mu) > margin + c.interval[1] - c.interval[0] for c in found.crossings):
+            if all(
+                abs(p - c.mu) > margin + c.interval[1] - c.interval[0] for c in result.crossings
+            ):
                 yield line, line.at(p)
         if line.low < mu <= line.high:
             yield line, line.at(mu)

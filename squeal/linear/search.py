@@ -175,14 +175,14 @@ def search(
 
 
 class _Walk:
-    """Steps along a continuation with a budget of values, the events `found` so far, and steps
+    """Steps along a continuation with a budget of values, the events `events` so far, and steps
     that the budget left `unresolved`: with roots unmatched or a factor too bent."""
 
     def __init__(self, along: Continuation, budget: int) -> None:
         self.along, self.budget = along, budget
         self.wide = along.high - along.low
         self.guesses: list[Guess] = []
-        self.found: list[Event] = []
+        self.events: list[Event] = []
         self.unresolved: list[tuple[float, float]] = []
         self.factors = _factors(along.system, along.low, along.high)
 
@@ -190,10 +190,10 @@ class _Walk:
         """Match all roots from low to high and collect what may cross the line."""
         along = self.along
         step = Step.of(along.at(low), along.at(high), along.options)
-        found, share = guesses_of(step, along.form, (low == along.low, high == along.high))
+        guesses, share = guesses_of(step, along.form, (low == along.low, high == along.high))
         most = 8 * along.options.resolved / (high - low) ** 2
         bent = any(not bend(low, high) <= most * size for bend, size in self.factors)
-        # half the budget is kept for matches
+        # half the budget is left for matches
         several = any(one.doubtful for _, one in step.meetings)
         divide = share
         if bent or (several and len(along.states) < self.budget / 2):
@@ -206,7 +206,7 @@ class _Walk:
                 return
         if bent or (share is not None and len(along.states) >= self.budget):
             self.unresolved.append((low, high))
-        self.guesses += found
+        self.guesses += guesses
         self.guesses += windows(along, step.meetings, high - low)
 
     def locate(self) -> None:
@@ -215,10 +215,10 @@ class _Walk:
             one = located(self.along, guess)
             if one is not None and one.value - self.along.low <= 1e-6 * self.wide:
                 one = self.from_start(one)
-            if one is not None and not any(self._same(one, other) for other in self.found):
-                self.found.append(one)
+            if one is not None and not any(self._same(one, other) for other in self.events):
+                self.events.append(one)
         self.guesses.clear()
-        self.found.sort(key=lambda c: c.value)
+        self.events.sort(key=lambda c: c.value)
 
     def _same(self, one: Event, other: Event) -> bool:
         near = self.along.options.same * self.wide + one.width
@@ -237,7 +237,7 @@ class _Walk:
     def places(self) -> list[tuple[Event, ...]]:
         """Events that add up to what grows between them, as far as can be, by places."""
         along, near = self.along, 4 * self.along.options.same * self.wide
-        middles = _middles(along, together(self.found, near))
+        middles = _middles(along, together(self.events, near))
         edges = [along.low, *middles[1:-1], max(middles[-1], along.high)]
         settled = [one for a, b in itertools.pairwise(edges) for one in self._settled(a, b, (a, b))]
         settled.sort(key=lambda c: c.value)
@@ -248,7 +248,7 @@ class _Walk:
     def _settled(self, a: float, b: float, ends: tuple[float, float]) -> list[Event]:
         """Events from a to b that add up to the change of what grows, intervals within `ends`."""
         along, wide = self.along, self.wide
-        inside = [one for one in self.found if a <= one.value <= b]
+        inside = [one for one in self.events if a <= one.value <= b]
         before, after = growth_at(along, a), growth_at(along, b)
         done, coarse = explained(inside, before, after), b - a > wide / 64
         if b == along.high:  # what crosses there is not seen beyond it
@@ -263,7 +263,7 @@ class _Walk:
                 return [one for one in several if one]
         middle = self._middle(a, b, inside)
         if len(along.states) > 2 * self.budget or (done and middle is None):
-            return inside  # what is located is told, and the search is not certified
+            return inside  # and the search is not certified
         if middle is None:
             at = [
                 self._alike(*change, a - near, b + near) or self._by_count(*change, a, b, ends)
@@ -295,7 +295,7 @@ class _Walk:
 
     def _alike(self, omega: float, way: int, low: float, high: float) -> Event | None:
         """The located event of that frequency and direction between low and high."""
-        for one in self.found:
+        for one in self.events:
             apart = abs(one.omega - omega) <= self.along.options.near * min(one.omega, omega)
             if low <= one.value <= high and one.direction == way and apart:
                 return one
@@ -315,10 +315,10 @@ class _Walk:
 
         sides = certain(sign, (a, b), 1e-7 * self.wide, *ends) or ends
         one = Event((a + b) / 2, omega, way, (sides[0], sides[1]), converged=False)
-        found = self.from_start(one)
-        if found is not None and found.value == along.low:
-            return self._alike(omega, way, along.low, along.low) or found
-        return found
+        event = self.from_start(one)
+        if event is not None and event.value == along.low:
+            return self._alike(omega, way, along.low, along.low) or event
+        return event
 
 
 def _factors(
@@ -329,13 +329,13 @@ def _factors(
         return []
     name, values = system.parameter, system.values()
     formulas = {t.factor.text: t.factor for part in (system.M, system.C, system.K) for t in part}
-    found: list[tuple[Callable[[float, float], float], float]] = []
+    bounds: list[tuple[Callable[[float, float], float], float]] = []
     for formula in formulas.values():
         if name in formula.names:
             at = np.linspace(low, high, 33).tolist()
             size = max(abs(formula.value(values | {name: p})) for p in at)
-            found.append((partial(formula.curvature, values, name), size))
-    return found
+            bounds.append((partial(formula.curvature, values, name), size))
+    return bounds
 
 
 def together(items: Sequence[Event], near: float) -> list[list[Event]]:

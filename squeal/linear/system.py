@@ -295,10 +295,14 @@ class Parametrised:
         step = self.difference * (self.high - self.low)
         inside = np.clip(ps, self.low, self.high)
         before, after = np.maximum(self.low, inside - step), np.minimum(self.high, inside + step)
-        found = self.at_many([*ps, *before.tolist(), *after.tolist()])
+        matrices = self.at_many([*ps, *before.tolist(), *after.tolist()])
         result, k = [], len(ps)
         for i, width in enumerate(after - before):
-            at, first, last = found[i], _filled(found[i], found[k + i]), found[2 * k + i]
+            at, first, last = (
+                matrices[i],
+                _filled(matrices[i], matrices[k + i]),
+                matrices[2 * k + i],
+            )
             M, C, K = ((y - x) / width for x, y in zip(first, _filled(at, last), strict=True))
             result.append((at, (M, C, K)))
         return result
@@ -345,45 +349,45 @@ def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
     return system.restricted(np.setdiff1d(np.arange(system.n), rows)), rows
 
 
-def check_system(system: object, asked: str, other: str = "") -> None:
+def check_system(system: object, verb: str, other: str = "") -> None:
     """Refuse what is no function of one parameter, nor `other`, such as "a Scene or "."""
     if not callable(system):
         raise InputError(
-            f"{asked}: {type(system).__name__} is not allowed; it must be {other}a system, a "
+            f"{verb}: {type(system).__name__} is not allowed; it must be {other}a system, a "
             "function of one parameter that gives M, C and K"
         )
 
 
 def matrices_at(system: System, p: float) -> Matrices:
     """What a system gives at p. Raises InputError if that is not M, C and K."""
-    found = system(p)
-    if not isinstance(found, tuple | list) or len(found) != 3:
-        raise InputError(f"system: gives {type(found).__name__}; it must give M, C (or None) and K")
-    return found
+    given = system(p)
+    if not isinstance(given, tuple | list) or len(given) != 3:
+        raise InputError(f"system: gives {type(given).__name__}; it must give M, C (or None) and K")
+    return given
 
 
-def check_range(asked: str, low: object, high: object) -> None:
+def check_range(verb: str, low: object, high: object) -> None:
     """Refuse a range whose ends are no finite numbers, or the upper not above the lower."""
     real = [v for v in (low, high) if isinstance(v, Real) and not isinstance(v, bool)]
     if len(real) < 2 or not all(map(math.isfinite, real)) or not real[0] < real[1]:
         raise InputError(
-            f"{asked}: mu_min = {low!r} to mu_max = {high!r} is not allowed; it must be a range of "
+            f"{verb}: mu_min = {low!r} to mu_max = {high!r} is not allowed; it must be a range of "
             "finite numbers"
         )
 
 
-def values_of(asked: str, mus: object) -> list[float]:
+def values_of(verb: str, mus: object) -> list[float]:
     """Finite numbers, one at least, from a sequence. Raises InputError."""
     try:
-        found = [] if isinstance(mus, str) else [float(mu) for mu in mus]  # type: ignore[attr-defined]
+        values = [] if isinstance(mus, str) else [float(mu) for mu in mus]  # type: ignore[attr-defined]
     except (TypeError, ValueError):
-        found = []
-    if not found or not all(map(math.isfinite, found)):
+        values = []
+    if not values or not all(map(math.isfinite, values)):
         raise InputError(
-            f"{asked}: mus = {mus!r} is not allowed; it must be a sequence of at least one finite "
+            f"{verb}: mus = {mus!r} is not allowed; it must be a sequence of at least one finite "
             "number"
         )
-    return found
+    return values
 
 
 # Slow roots where some motion has no mass, or hardly any

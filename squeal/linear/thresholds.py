@@ -131,15 +131,15 @@ class Verdicts:
         the rising `values` it is looked up. Next to rest the verdict is that of what crosses.
         Everywhere else it changes only where the faster growth changes hands.
         """
-        found: list[VerdictChange] = []
+        changes: list[VerdictChange] = []
         before: _Mark | None = None
         for k, growth in enumerate(stretches):
             for n, mark in enumerate(self._marks(edges[k], edges[k + 1], growth, values)):
                 if before is not None:
                     place = places[k - 1] if k and not n else None
-                    found += self._between_marks(before, mark, place, k - 1)
+                    changes += self._between_marks(before, mark, place, k - 1)
                 before = mark
-        return found
+        return changes
 
     def _at(self, p: float) -> _Mark:
         growth = self.count(p)
@@ -292,8 +292,8 @@ def thresholds(
     --------
     >>> import numpy as np
     >>> K = lambda mu: np.array([[2.0, -1.0 + 4 * mu / 3], [-1.0, 2.0]])
-    >>> found = thresholds(lambda mu: (np.eye(2), None, K(mu)), 2.0)
-    >>> print(*found.points)
+    >>> result = thresholds(lambda mu: (np.eye(2), None, K(mu)), 2.0)
+    >>> print(*result.points)
     flutter at mu = 0.75, 0.225079 Hz
     """
     check_system(system, "thresholds")
@@ -332,16 +332,16 @@ def _along(
     for a, b in itertools.pairwise(edges):
         low = float(np.nextafter(a, b)) if a in inner else a
         high = float(np.nextafter(b, a)) if b in inner else b
-        found = search(system, low, high, options, counter)
+        part = search(system, low, high, options, counter)
         if searched:
-            point, rows = _jump(a, searched[-1], found)
+            point, rows = _jump(a, searched[-1], part)
             points += point
             crossed += rows
-        changes = list(_changes(found))
-        points += [_point(found, c) for c in changes]
-        crossed += _crossings(found, {c.place: c for c in changes})
-        searched.append(found)
-    answers = [found.certified for found in searched]
+        changes = list(_changes(part))
+        points += [_point(part, c) for c in changes]
+        crossed += _crossings(part, {c.place: c for c in changes})
+        searched.append(part)
+    answers = [part.certified for part in searched]
     certified = None if None in answers else all(answers)
     return Thresholds(points, crossed, certified, tuple(searched))
 
@@ -349,12 +349,12 @@ def _along(
 # Changes of verdict
 
 
-def _changes(found: Searched) -> Iterator[VerdictChange]:
+def _changes(part: Searched) -> Iterator[VerdictChange]:
     """Changes of verdict; an exchange at a place of crossings belongs to that."""
-    line = found.line
+    line = part.line
     places = [
         Place(p[0].value, *(frozenset(c.kind for c in p if c.direction == way) for way in (1, -1)))
-        for p in found.places
+        for p in part.places
     ]
     verdicts = Verdicts(
         lambda p: growth_at(line, p), lambda p: _lead(line, p), lambda a, b: _meeting(line, a, b)
@@ -362,7 +362,7 @@ def _changes(found: Searched) -> Iterator[VerdictChange]:
     edges = [line.low, *(p.value for p in places), line.high]
     values = [s.value for s in line.states]
     near = 4 * line.options.same * (line.high - line.low)
-    for change in verdicts.changes(edges, [s.growth for s in found.stretches], places, values):
+    for change in verdicts.changes(edges, [s.growth for s in part.stretches], places, values):
         at = [
             replace(change, value=p.value, place=k)
             for k, p in enumerate(places)
@@ -399,18 +399,18 @@ def _meeting(line: Continuation, low: float, high: float) -> tuple[float, float]
     k = int(np.argmax(np.where(~state.real, z.real, -np.inf)))
     both = [k, int(np.argmin(np.abs(z - z[k].conj())))]
     vectors = state.right[:, both], state.left[:, both]
-    found = located(line, Guess((low + high) / 2, complex(z[k].real), *vectors, True, high - low))
-    if found is None or not low - found.width <= found.value <= high + found.width:
+    event = located(line, Guess((low + high) / 2, complex(z[k].real), *vectors, True, high - low))
+    if event is None or not low - event.width <= event.value <= high + event.width:
         return None
-    met = line.at(float(np.clip(found.value, low, high)))
+    met = line.at(float(np.clip(event.value, low, high)))
     k = int(np.argmax(met.roots.real))
     if abs(met.roots[k].imag) > 2 * met.rounding[k]:  # one that meets while another pair leads
         return None
-    return found.value, found.width / 2
+    return event.value, event.width / 2
 
 
-def _point(found: Searched, change: VerdictChange) -> CriticalPoint:
-    line, at = found.line, () if change.place is None else found.places[change.place]
+def _point(part: Searched, change: VerdictChange) -> CriticalPoint:
+    line, at = part.line, () if change.place is None else part.places[change.place]
     grows = change.above in GROWING
     concerned = change.above if grows else change.below
     lead = _leads(line, at, change)[concerned]
@@ -437,11 +437,11 @@ def _leads(
 ) -> dict[str, Event | None]:
     """The fastest of the events at a place that begin what grows above or end what grew below, if
     there are such."""
-    found = {}
+    leads = {}
     for kind, way in ((change.below, -1), (change.above, 1)):
         alike = [c for c in at if c.kind == kind and c.direction == way]
-        found[kind] = next(iter(fastest_first(line, alike)), None)
-    return found
+        leads[kind] = next(iter(fastest_first(line, alike)), None)
+    return leads
 
 
 def _interval(at: Sequence[Event]) -> tuple[float, float] | None:
@@ -465,13 +465,13 @@ def _beside(line: Continuation, interval: tuple[float, float], above: bool) -> f
 # Crossings
 
 
-def _crossings(found: Searched, changes: Mapping[int | None, VerdictChange]) -> Iterator[Crossing]:
-    for k, place in enumerate(found.places):
+def _crossings(part: Searched, changes: Mapping[int | None, VerdictChange]) -> Iterator[Crossing]:
+    for k, place in enumerate(part.places):
         change = changes.get(k)
-        leads = tuple(_leads(found.line, place, change).values()) if change else ()
+        leads = tuple(_leads(part.line, place, change).values()) if change else ()
         for c in place:
             changing = change is not None and (c in leads or not any(leads))
-            yield c.crossing(_mode(found.line, c), changing, _residual(c))
+            yield c.crossing(_mode(part.line, c), changing, _residual(c))
 
 
 def _jump(
