@@ -30,7 +30,7 @@ from squeal.sparse.quadratic import (
 )
 
 DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
-NODES = (8, 16, 32, 64)  # on a circle, until two numbers of them foresee the same phases
+NODES = (6, 12, 24, 48)  # on a circle, until two numbers of them foresee the same phases
 BOUND_ROWS = 20_000  # of larger systems no bound is sought: it costs as much as the roots
 ROUNDING = 1e-13  # of a matrix: a semidefinite one passes, and a mass that is nearly symmetric
 
@@ -118,7 +118,7 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
 def count_roots(
     problem: Quadratic, disc: Disc, known: ComplexArray, progress: Progress = quiet
 ) -> int | None:
-    """The number of roots of P inside a disc, multiple ones counted as often; None if 64
+    """The number of roots of P inside a disc, multiple ones counted as often; None if 48
     determinants do not settle it.
 
     `known` (m,) are roots in and around it, of real matrices with their conjugates. A root that is
