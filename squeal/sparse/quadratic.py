@@ -84,7 +84,8 @@ class Quadratic:
     def backward_errors(self, values: ComplexArray, vectors: ComplexArray) -> Array:
         """|P x| / ((|v|^2 |M| + |v| |C| + |K|) |x|) for each column x of vectors (n, m)."""
         rest = np.linalg.norm(self.apply(values, vectors), axis=0)
-        return np.asarray(rest / (self.size(values) * np.linalg.norm(vectors, axis=0)))
+        size = self.size(values) * np.linalg.norm(vectors, axis=0)
+        return np.divide(rest, size, out=np.zeros_like(rest), where=size > 0)  # K = 0: root 0
 
     def size(self, values: ComplexArray) -> Array:
         """|v|^2 |M| + |v| |C| + |K| for each value, a bound of |P(v)|."""
@@ -275,8 +276,9 @@ def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
     np.divide(problem.size(values) * lengths, across, out=condition, where=across != 0)
     error = np.maximum(residuals, ROUNDING)
     root, slow = np.sqrt(error), np.maximum(size, np.sqrt(error) * problem.rate)
-    scale = np.maximum(size, root * problem.rate * (problem.rate / slow))
-    own = np.minimum(condition, 1 / EPS) * size / scale
+    with np.errstate(invalid="ignore"):  # K = 0: the root is 0
+        scale = np.fmax(size, root * problem.rate * (problem.rate / slow))
+        own = np.minimum(condition, 1 / EPS) * size / scale
     rounding = np.where(size > 0, root_rounding(values, own, error, scale), 0.0)
     x, y = _physical(problem, right), _physical(problem, left)
     told = residuals, condition, rounding
