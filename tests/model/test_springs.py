@@ -6,7 +6,6 @@ import pytest
 
 from squeal.model.contact import CONSISTENT, Formulation, states
 from squeal.model.equations import PadModel, about_origin
-from squeal.model.pad import pose
 from tests.conftest import random_pad
 from tests.naive import spring_loads
 
@@ -77,16 +76,3 @@ def test_partial_contact_converges_to_the_line_with_order_two():
     orders = np.log2(errors[:-1] / errors[1:])
     assert np.all(np.abs(orders - 2.0) < 0.4)
     assert np.mean(orders) == pytest.approx(2.0, abs=0.1)
-
-
-def test_place_of_the_reaction_lies_between_the_springs_that_touch():
-    p = random_pad(3, theta0=0.0, mu=0.0)
-    model = springs(p, 5)
-    for tilt in (-0.1, 0.1):
-        q = np.array([0.0, -p.y0 + 0.02, tilt])
-        state = model.state_at(q)
-        assert 0 < sum(state) < 5
-        arms = [model.law.springs[i].place * p.w for i in range(5) if state[i]]
-        at = pose(np, tuple(q))
-        delta = model.law.resultant(model.c, at, state)[1] - p.h * np.sin(tilt)
-        assert min(arms) < delta / np.cos(tilt) < max(arms)

@@ -7,11 +7,7 @@ import pytest
 
 from squeal.article.transitions import conditions, transitions
 from squeal.model.contact import (
-    FULL,
-    LEAD,
     LEADING,
-    NONE,
-    TRAIL,
     TRAILING,
     State,
     contact_law,
@@ -44,12 +40,6 @@ def test_conditions_are_table_1():
     }
     assert found == TABLE_1
     assert sorted(c.codimension for c in conditions()) == [1] * 8 + [2] * 2
-
-
-def test_names():
-    b1, b2 = contact_law("B1"), contact_law("B2")
-    assert [b1.state_name(s) for s in (FULL, NONE, LEAD, TRAIL)] == ["1", "2", "3", "4"]
-    assert [b2.state_name(s) for s in (NONE, LEAD, TRAIL, FULL)] == ["SS", "PC", "PC", "FC"]
 
 
 def test_states_of_many_points_are_those_of_a_straight_face():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import InputError
-from squeal.model.equations import PadModel, Units, natural_units
+from squeal.model.equations import PadModel, natural_units
 from squeal.simulation.ensemble import stack
 from tests.conftest import random_pad
 
@@ -22,16 +22,6 @@ def test_units_follow_stiffness_mass_and_size():
         assert natural_units(model, (0.0,) * 6).length == pytest.approx(rest)
         assert natural_units(model, (0, 0, 0, 3.0, 4.0, 0)).length == pytest.approx(5.0 / 3.0)
     assert natural_units(PadModel("B1", pad.replace(F_n=0.0)), (0.0,) * 6).length == 0.1
-
-
-def test_derived_units():
-    units = Units(2.0, 3.0, 5.0, 7.0)
-    derived = units.velocity, units.force, units.energy
-    assert derived == pytest.approx((3.0 / 5.0, 2.0 * 3.0 / 25.0, 2.0 * 9.0 / 25.0))
-    model = PadModel("B2", random_pad(2))
-    scaled = units.scaled(model).pad
-    assert scaled.F_n * units.force == pytest.approx(model.pad.F_n)
-    assert scaled.k_c * units.energy == pytest.approx(model.pad.k_c * units.length**2)
 
 
 @pytest.mark.parametrize("name", ["B1", "B2"])

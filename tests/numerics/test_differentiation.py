@@ -1,10 +1,13 @@
-"""Derivatives by the complex step and by dual numbers against closed forms."""
+"""Derivatives by the complex step, by dual numbers and of formulas against closed forms."""
+
+import math
 
 import numpy as np
 import pytest
 
+from squeal.errors import InputError
 from squeal.numerics import differentiation
-from squeal.numerics.differentiation import Dual, complex_step
+from squeal.numerics.differentiation import Dual, Formula, complex_step
 
 
 def curve(x):
@@ -35,3 +38,84 @@ def test_dual_numbers_and_the_complex_step_agree(ops):
     assert complex_step(
         lambda x: np.exp(2.0 - x) / np.sqrt(x) - 3.0 * np.sin(x) ** 3 + (1.0 + np.cos(x)) / x, [at]
     )[0, 0] == pytest.approx(expected, rel=1e-14)
+
+
+AT = {"Omega": 4 * math.pi, "mu": 0.3, "a_1": -2.0}
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "slope"),
+    [
+        ("1/Omega - 1", 1 / (4 * math.pi) - 1, -1 / (4 * math.pi) ** 2),
+        ("Omega**2 - 1", (4 * math.pi) ** 2 - 1, 8 * math.pi),
+        ("-Omega * (mu + 2) / 3", -4 * math.pi * 2.3 / 3, -2.3 / 3),
+        ("Omega**0", 1.0, 0.0),
+        ("Omega**-0.5", (4 * math.pi) ** -0.5, -0.5 * (4 * math.pi) ** -1.5),
+        ("1e-3", 1e-3, 0.0),
+        ("mu ** 2 ** 3", 0.3**8, 0.0),
+    ],
+)
+def test_value_and_slope(text, value, slope):
+    formula = Formula(text)
+    assert formula.value(AT) == pytest.approx(value, rel=1e-15, abs=1e-15)
+    assert formula.slope(AT, "Omega") == pytest.approx(slope, rel=1e-14, abs=1e-15)
+    assert formula.names == {name for name in AT if name in text}
+
+
+@pytest.mark.parametrize(
+    ("text", "low", "high", "most"),
+    [
+        ("3 - 2*x", 0.0, 2.0, 0.0),
+        ("(x - 1)**2 / 2", 0.0, 2.0, 1.0),
+        ("a_1 / x", 1.0, 2.0, 4.0),
+        ("x**3 * mu", -1.0, 2.0, 3.6),
+        ("1/(1 + 1e4*(x - 1)**2)", 0.0, 2.0, 2e4),
+        ("x**0.5", 0.0, 1.0, math.inf),
+        ("1/(x - 1)", 0.0, 2.0, math.inf),
+    ],
+)
+def test_curvature_is_a_bound_of_the_second_derivative(text, low, high, most):
+    bound = Formula(text).curvature(AT, "x", low, high)
+    assert bound >= most * (1 - 1e-12)
+    if math.isfinite(most):
+        x = np.linspace(low, high, 5001)
+        values = [Formula(text).slope(AT | {"x": v}, "x") for v in x]
+        assert np.abs(np.diff(values) / np.diff(x)).max() <= bound + 1e-6
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "__import__('os')",
+        "mu.real",
+        "mu[0]",
+        "mu > 1",
+        "True",
+        "1j",
+        "mu +",
+        "",
+        "mu**mu",
+        "mu // 2",
+    ],
+)
+def test_anything_else_is_refused(text):
+    with pytest.raises(InputError):
+        Formula(text)
+
+
+@pytest.mark.parametrize("text", ["1/(mu - 0.3)", "a_1**0.5", "10.0**400", "nu", "9**9**9**9"])
+def test_places_without_a_value_are_refused(text):
+    with pytest.raises(InputError):
+        Formula(text).value(AT)
+    with pytest.raises(InputError):
+        Formula("+".join(["1"] * 300))
+
+
+def test_a_slope_without_bound_is_refused_only_where_it_is_asked_for():
+    root = Formula("mu**0.5", "s.yaml: K.factor")
+    assert root.value({"mu": 0.0}) == 0.0
+    assert root.slope({"mu": 0.25}, "mu") == 1.0
+    with pytest.raises(InputError, match=r"s\.yaml: K\.factor: mu.* finite derivative at mu = 0"):
+        root.slope({"mu": 0.0}, "mu")
+    with pytest.raises(InputError, match=r"s\.yaml: K\.factor: mu.* finite number at mu = -1"):
+        root.value({"mu": -1.0})

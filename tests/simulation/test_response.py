@@ -1,7 +1,6 @@
 """What a motion comes to, against eigenvalues and closed forms."""
 
 import dataclasses
-import json
 import math
 from typing import Any
 
@@ -9,7 +8,6 @@ import numpy as np
 import pytest
 
 from squeal.analysis.pads import analyse
-from squeal.cli.main import main
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.simulation import simulate
 from squeal.simulation.observers import Response
@@ -107,18 +105,3 @@ def test_a_pad_at_rest_has_settled():
     assert found.frequency_hz is None
     assert found.growth_rate is None
     assert found.amplitude == pytest.approx({"x": 0.0, "y": 0.0, "theta": 0.0}, abs=1e-12)
-
-
-def test_the_command_tells_it(capsys):
-    scene = str(SCENES / "b2-d.yaml")
-    changes = ["--set", "initial=equilibrium", "--set", "y_dot=1e-3", "--set", "outputs=[response]"]
-    assert main(["simulate", scene, "--json", *changes]) == 0
-    found = json.loads(capsys.readouterr().out)["response"]
-    assert set(found) == {f.name for f in dataclasses.fields(Response)}
-    assert set(found["amplitude"] or {"x": 0, "y": 0, "theta": 0}) == {"x", "y", "theta"}
-    assert main(["simulate", scene, *changes]) == 0
-    out = capsys.readouterr().out
-    for words in ("dominant frequency", "amplitude", "growth at the start", "settled"):
-        assert words in out
-    assert main(["simulate", scene, "--json", "--set", "stop=1e-5", *changes]) == 0
-    assert set(json.loads(capsys.readouterr().out)["response"].values()) == {None}

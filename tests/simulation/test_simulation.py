@@ -11,7 +11,7 @@ from squeal.model.contact import FULL, NONE, Formulation
 from squeal.simulation import simulate
 from squeal.simulation.hybrid import Observer, first_state, integrate, state_of
 from squeal.simulation.run import in_natural_units
-from tests.conftest import HEYOKA, SCENES, needs_heyoka
+from tests.conftest import BACKENDS, HEYOKA, SCENES, needs_heyoka
 from tests.simulation.closed import bouncing, upright
 
 if HEYOKA:
@@ -26,22 +26,27 @@ def bounce(pad, height, stop, **more):
     return Scene("B1", pad, initial=(0, height, 0, 0, 0, 0), stop=stop, samples=101, **more)
 
 
-def test_bouncing_pad_in_closed_form():
-    pad, height = upright(), 1e-3
+@pytest.mark.parametrize("backend", BACKENDS)
+@pytest.mark.parametrize("k", [1e-3, 3e5])  # as good as free flight, and a fall on springs
+def test_bouncing_pad_in_closed_form(backend, k):
+    pad, height = upright(k1=k, k2=k), 1e-3
     touch, back, lowest = bouncing(pad, height)
     period = 2 * touch + back
-    result = simulate(bounce(pad, height, 3 * period, outputs=("events", "shares", "extrema")))
+    wanted = ("events", "shares", "extrema")
+    result = simulate(bounce(pad, height, 3 * period, outputs=wanted), backend)
     times = [e.t for e in result.events]
     expected = [
         n * period + t for n in range(3) for t in (touch, touch, touch + back, touch + back)
     ]
-    assert np.allclose(times, expected, rtol=1e-12)
+    close = 1e-11 if k > 1.0 else 1e-6  # the closed form is a small difference there
+    assert times == pytest.approx(expected, rel=close)
     assert [e.source for e in result.events[::4]] == ["2"] * 3
     assert [e.target for e in result.events[1::4]] == ["1"] * 3
-    assert result.final[1:4] == pytest.approx((0.0, height, 0.0), abs=1e-11 * height)
-    assert result.shares["1"] == pytest.approx(back / period, rel=1e-11)
-    assert result.shares["2"] == pytest.approx(2 * touch / period, rel=1e-11)
-    assert result.extrema["F3"] == pytest.approx((0.0, pad.k3 * lowest / pad.F_n), abs=1e-12)
+    assert result.final[1:4] == pytest.approx((0.0, height, 0.0), abs=close * height)
+    assert result.shares["1"] == pytest.approx(back / period, rel=close)
+    assert result.shares["2"] == pytest.approx(2 * touch / period, rel=close)
+    assert sum(result.shares.values()) == pytest.approx(1.0, abs=1e-14)
+    assert result.extrema["F3"] == pytest.approx((0.0, pad.k3 * lowest / pad.F_n), rel=1e-9)
 
 
 def test_history_in_closed_form_without_contact_change():
@@ -58,16 +63,6 @@ def test_history_in_closed_form_without_contact_change():
     assert set(result.history["state"]) == {"1"}
     limits = sorted(-pad.k3 * np.array([y0, -2 * pad.F_n / K - y0]) / pad.F_n)
     assert result.extrema["F3"] == pytest.approx(limits, rel=1e-12)
-
-
-def test_start_on_the_switching_surface_is_no_event():
-    pad = upright()
-    K = pad.k1 + pad.k2 + pad.k3 + pad.k4
-    stop = 2.5 * 2 * math.pi / math.sqrt(K / pad.m)
-    result = simulate(bounce(pad, 0.0, stop, outputs=("events", "shares")))
-    # from rest at zero the pad dips and comes back to touch zero without leaving
-    assert result.shares["1"] == pytest.approx(1.0, abs=1e-6)
-    assert all(e.t > 0 for e in result.events)
 
 
 def test_first_state_follows_the_first_motion():

@@ -5,15 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from squeal.article.claims.motions import measures
-from squeal.article.studies._reference import reference
-from squeal.errors import InputError
 from squeal.io.scene import Scene, read_scene
 from squeal.model import contact
 from squeal.model.contact import CONSISTENT, ContactModel, Formulation, PointContact, Spring
 from squeal.model.equations import PadModel
 from squeal.simulation import simulate
-from squeal.simulation.ensemble import simulate_many, stack
 from squeal.simulation.hybrid import integrate
 from squeal.simulation.observers import Events
 from squeal.simulation.run import in_natural_units, make_integrator
@@ -91,32 +87,3 @@ def test_a_level_pad_touches_with_all_springs_in_the_same_instant():
     assert run.events[count - 1].target == "FC"
     assert run.shares["FC"] == pytest.approx(back / scene.stop, rel=1e-10)
     assert run.shares["PC"] == pytest.approx(0.0, abs=1e-12)
-
-
-@needs_heyoka
-def test_quad_precision_and_batches_tell_the_same_motion():
-    scene = on_springs(line("a", 0.25), 5, outputs=("events",))
-    exact, run = reference(scene), simulate(scene)
-    units, *_ = in_natural_units(scene)
-    assert len(exact.times) == run.contact_changes > 4
-    assert [e.t for e in run.events] == pytest.approx(exact.times * units.time, rel=1e-11)
-    many = simulate_many(
-        "BN",
-        stack([scene.pad] * 3),
-        np.tile(scene.initial, (3, 1)),
-        scene.stop,
-        1e-13,
-        scene.formulation,
-        events=True,
-    )
-    for i in range(3):
-        assert many["events"][i][:, 0] == pytest.approx(exact.times * units.time, rel=1e-9)
-        assert many["final"][i] == pytest.approx(run.final[1:], rel=1e-8)
-
-
-@needs_heyoka
-def test_measures_of_edges_are_refused():
-    with pytest.raises(InputError, match="two edges"):
-        simulate_many(
-            "BN", stack([upright(**SPRUNG)]), np.full((1, 6), -1e-3), 1e-3, measure=measures
-        )

@@ -1,14 +1,12 @@
 """Simulations that start at the sliding equilibrium, with or without a kick."""
 
 import dataclasses
-import json
 from typing import Any
 
 import numpy as np
 import pytest
 
 from squeal.analysis.pads import analyse
-from squeal.cli.main import main
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import Formulation
@@ -53,23 +51,6 @@ def test_where_there_is_no_equilibrium_one_sentence_says_so():
     turned = scene("b2-a", initial=(0.0, 0.0, 2.0, 0.0, 0.0, 0.0))
     with pytest.raises(ComputationError, match="initial: theta: 2 turns the pad past 90 degrees"):
         simulate(turned)
-
-
-def test_set_changes_the_start_and_keeps_it(tmp_path, capsys):
-    path = tmp_path / "scene.yaml"
-    path.write_text((SCENES / "b2-c.yaml").read_text() + "initial: equilibrium\n")
-    finals = []
-    for file, changes in (
-        (SCENES / "b2-c.yaml", ["initial.from=equilibrium", "y_dot=0.01"]),
-        (SCENES / "b2-c.yaml", ["initial=equilibrium", "y_dot=0.01"]),
-        (path, ["initial.y_dot=0.01"]),
-    ):
-        more = [word for change in ("stop=1e-4", *changes) for word in ("--set", change)]
-        assert main(["simulate", str(file), "--json", *more]) == 0
-        finals.append(json.loads(capsys.readouterr().out)["final"])
-    assert finals[0] == finals[1] == finals[2]
-    assert main(["simulate", str(path), "--set", "initial=rest"]) == 2
-    assert "one of origin, equilibrium" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("rate", [5.0, -5.0])
