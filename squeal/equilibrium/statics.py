@@ -265,6 +265,11 @@ class Excursion(NamedTuple):
         """A sentence for each limit that one equilibrium exceeds."""
         values = (np.degrees(self.tilt), self.travel, self.reaction)
         bounds = (np.degrees(LIMITS.tilt), LIMITS.travel, LIMITS.reaction)
+        if np.isinf(self.reaction):
+            return (
+                *self._replace(reaction=0.0).warnings(),
+                "the equilibrium presses without a load",
+            )
         return tuple(
             f"the equilibrium {words.format(value=value)}; the model means at most {bound:.3g}"
             for words, value, bound, beyond in zip(
