@@ -88,3 +88,11 @@ def test_intervals_of_growth():
     points = [(0.2, "flutter"), (0.4, "restabilised"), (0.6, "divergence")]
     assert onset._unstable(points) == ((0.2, 0.4), (0.6, onset.GREATEST))
     assert onset._unstable([]) == ()
+
+
+@pytest.mark.parametrize(("stem", "threshold"), [("b1-d", 0.1111), ("b2-d", 0.1121)])
+def test_damping_of_the_normal_force_against_motions_written_out(stem, threshold):
+    """benchmarks/contact_damping.c differentiates the article's equations by differences."""
+    found = onset.contact_damping(scene(stem))
+    assert found.threshold == pytest.approx(threshold, abs=1e-4)
+    assert min(found.growth.values()) > 0.0

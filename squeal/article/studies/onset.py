@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Annotated, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from squeal.analysis.cycles import Orbit
 from squeal.analysis.cycles import cycles as periodic_motions
@@ -27,6 +28,7 @@ from squeal.equilibrium.find import damped_model
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Damping, Scene
+from squeal.linear import complex_eigenvalues
 from squeal.model.equations import PadModel
 from squeal.simulation.cycles import CLOSED_CURVE, Cycle, Shooting
 from squeal.simulation.ensemble import DONE, Arrays, simulate_many, stack
@@ -41,6 +43,7 @@ CYCLES = ("b2-c-integral", "b1-d", "b2-d-integral")
 GREATEST = 0.8  # largest mu on it
 NEAR = 1e-6  # of their size: returns this near are the same
 ROUNDING = 1e-4  # of a multiplier
+CONTACT = (1e-3, 1e-2, 1e-1, 1.0)  # s/m, of Hunt and Crossley's law
 Share = Annotated[float, ".1%"]
 
 
@@ -126,13 +129,26 @@ class Cycles(Record):
     unstable: tuple[tuple[float, float], ...]
 
 
+class ContactDamping(Record):
+    """Sliding in case (d) under Hunt and Crossley's law, with no other damping.
+
+    growth: greatest growth rate (1/s) by size of the damping (s/m); threshold: the least friction
+    from which sliding flutters, of all sizes.
+    """
+
+    growth: dict[str, float]
+    threshold: float
+
+
 class Onset(Result):
     """after: by motion (b1-a, b2-a-mean, b2-a-integral), for each of `ratios`; cycles: by motion;
-    other_damping: by motion and kind of damping, what the lively motion comes to."""
+    other_damping: by motion and kind of damping, what the lively motion comes to;
+    contact_damping: by motion, sliding with damping of the normal force alone."""
 
     after: dict[str, tuple[After, ...]]
     cycles: dict[str, Cycles | Missing]
     other_damping: dict[str, dict[str, Settled | None]]
+    contact_damping: dict[str, ContactDamping]
     ratio: Share = RATIO
     ratios: tuple[float, ...] = RATIOS
     windows: int = LATE
@@ -359,12 +375,43 @@ def other_damping(scene: Scene, state: np.ndarray) -> dict[str, Settled | None]:
     return found
 
 
+def contact_growth(scene: Scene, a: float) -> float:
+    """Greatest growth rate (1/s) about sliding where each contact point bears k p (1 + a p').
+
+    p is its penetration; the damping matrix about rest is a times the sum over the points of k p,
+    the load of a unit force, and the derivative of the gap by the coordinates.
+    """
+    found, pad = analyse(scene), scene.pad
+    (_, y, theta), line = found.q, scene.model == "B2"
+    points, weights = np.polynomial.legendre.leggauss(8) if line else (np.array([-1.0, 1.0]), 0.0)
+    k = (pad.k_c or 0.0) * weights / 2 if line else np.array([pad.k3, pad.k4])
+    cosine, sine = np.cos(theta), np.sin(theta)
+    side, drop = pad.w * cosine * points + pad.h * sine, pad.h * cosine - pad.w * sine * points
+    depth = np.maximum(drop - pad.h - (pad.y0 or 0.0) - y, 0.0)
+    arm = pad.h if line else drop  # of friction, as Eqs. (6) and (10) have it
+    one = np.ones(len(points))
+    loads = np.array([pad.mu * one, one, side + pad.mu * arm])
+    C = a * (loads * k * depth) @ np.array([0.0 * one, one, side]).T
+    spectrum = complex_eigenvalues(found.matrices.M, C, found.matrices.K)
+    return spectrum.dominant.growth_rate
+
+
+def contact_damping(scene: Scene) -> ContactDamping:
+    """Of a scene of case (d)."""
+
+    def threshold(a: float) -> float:
+        return float(brentq(lambda mu: contact_growth(scene.replace(mu=mu), a), 0.05, scene.pad.mu))
+
+    growths = {str(a): contact_growth(scene, a) for a in CONTACT}
+    return ContactDamping(growths, min(map(threshold, CONTACT)))
+
+
 def study(files: Sequence[Path]) -> Onset:
     """What lasts of the eight scenes of models B1 and B2, line contact under both laws."""
     scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
     if version("heyoka") == NOT_INSTALLED:
         why = f"{WITHOUT_HEYOKA} nothing else simulates ensembles."
-        return Onset(after={}, cycles={}, other_damping={}, left_out=why)
+        return Onset(after={}, cycles={}, other_damping={}, contact_damping={}, left_out=why)
     motions = under_both_laws(scenes)
     rows: dict[str, list[After]] = {}
     states: dict[str, np.ndarray] = {}
@@ -384,6 +431,7 @@ def study(files: Sequence[Path]) -> Onset:
             for name in CYCLES
         },
         other_damping={name: other_damping(motions[name], states[name]) for name in lasting},
+        contact_damping={name: contact_damping(motions[name]) for name in CYCLES[1:]},
     )
 
 
@@ -441,5 +489,8 @@ def sentences(found: Onset) -> Mapping[str, bool]:
             bool(row.liveliest and row.liveliest.hammers) for row in beside
         ]
         == [True, False],
+        "d-flutters-with-damping-of-the-normal-force": all(
+            growth > 0.0 for one in found.contact_damping.values() for growth in one.growth.values()
+        ),
         "d-survives-other-damping": all(one is not None and one.goes_on for one in others),
     }

@@ -20,8 +20,7 @@ NAMES = {
     "y0": r"$y_0\,k_1/F_n$, B2",
 }
 # fmt: on
-EDGES = {"L": (0.5, 1.0, 10.0), "mu": (0.1, 0.6), "F_n": (1e-4, 2e-4, 3e-2)}
-"""Ends of the searched ranges, of both searches."""
+EDGES = {"L": (0.5, 1.0, 10.0), "mu": (0.1, 0.6), "F_n": (1e-4, 2e-4, 3e-2)}  # of the searches
 
 
 def _cases(cases: tuple[str, ...]) -> str:
@@ -40,7 +39,7 @@ def _lasting(one: ParameterSet, model: str) -> str:
 
 def table(sets: Sets) -> str:
     """A column a set."""
-    every = list(sets.sets.values())
+    every = [*sets.sets.values()]
     ratios = [[name, *(_ratio(k, one.numbers[k]) for one in every)] for k, name in NAMES.items()]
     satisfied = (f"{one.satisfied} of {sets.statements}" for one in every)
     shown: dict[str, Callable[[ParameterSet, str], str]] = {
@@ -56,6 +55,6 @@ def table(sets: Sets) -> str:
         for name, show in shown.items()
         for model in ("B1", "B2")
     ]
+    rows.insert(0, ["independent statements satisfied", *satisfied])
     head = ["", *(name.replace("-", " ") for name in sets.sets)]
-    groups = [ratios, [["independent statements satisfied", *satisfied], *rows]]
-    return tabular("l" + "r" * len(every), head, groups)
+    return tabular("l" + "r" * len(every), head, [ratios, rows])
