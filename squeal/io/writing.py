@@ -380,4 +380,4 @@ class Answer(ABC):
         Raises InputError for an answer that has no figure.
         """
         path = None if path is None else Path(path)
-        return importlib.import_module("squeal.plots").draw(self, path, **more)
+        return importlib.import_module("squeal.plots.answers").draw(self, path, **more)
