@@ -185,6 +185,7 @@ def sentences(record: Hammering) -> Mapping[str, bool]:
     by = record.hammering
     at = {w: by[f"{LEVEL}, {w}"] for w in WINDOWS}
     first = {name: one["1"] for name, one in record.motions.items()}
+    lost = {name: one.lost or 0.0 for name, one in first.items()}
     return {
         "points-separate-in-all-cases-the-line-in-c": all(
             one.apart > 0.0 if name < "b2" else (one.separated > 0.0) == (name == "b2-c")
@@ -197,6 +198,9 @@ def sentences(record: Hammering) -> Mapping[str, bool]:
         and not any(by[f"0.5, {w}"]["B1"] for w in WINDOWS),
         "b2-c-at-every-level": all("c" in one["B2"] for one in by.values()),
         "b1-loses-more": record.mean_lost["B1"] > record.mean_lost["B2"],
+        "the-line-loses-more-in-c": (lost["b2-c"] > lost["b1-c"] + 0.05)
+        and abs(lost["b2-d"] - lost["b1-d"]) < 0.01
+        and all(lost[f"b1-{case}"] > lost[f"b2-{case}"] + 0.2 for case in "ab"),
         "equal-stiffness-and-load-widen-it": all(
             (one.lost or 0.0) > (record.motions[stem("B2", case)]["1"].lost or 0.0)
             for case, one in record.alike.items()
