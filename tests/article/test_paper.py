@@ -32,8 +32,8 @@ def one_set(
         without={"B1": (), "B2": ("c",) if ends else ()},
         critical=0.2,
         ends=ends,
-        lost={"B1": 0.3, "B2": 0.1},
-        apart={"B1": 0.3, "B2": 0.4},
+        lost={"B1": 0.3, "B2": 0.1, sets.STIFF: 0.6},
+        apart={"B1": 0.3, "B2": 0.4, sets.STIFF: 0.6},
         lasting={"B1": lasting, "B2": lasting},
         growth={"B1": growth, "B2": growth},
     )
@@ -53,6 +53,7 @@ def four_sets(**changes):
 
 
 ONCE = {"B1": 0.5, "B2": 0.5}
+WIDE = {"B1": 0.3, "B2": 0.4, sets.STIFF: 0.6}
 BROKEN = [
     ("three-flat-sets", {"set_2": {"numbers": NUMBERS}}),
     ("one-set-satisfies-all-that-can-hold", {"set_4": {"satisfied": 13}}),
@@ -62,8 +63,9 @@ BROKEN = [
         {"set_3": {"hammering": {"B1": ("d",), "B2": ("d",)}}},
     ),
     ("cases-differ-in-each-set", {"set_2": {"hammering": {"B1": (), "B2": ("c",)}}}),
-    ("points-lose-more-in-every-set", {"set_4": {"lost": {"B1": 0.1, "B2": 0.2}}}),
-    ("loss-from-full-contact-turns-the-order", {"set_4": {"apart": {"B1": 0.9, "B2": 0.2}}}),
+    ("points-lose-more-in-every-set", {"set_4": {"lost": {"B1": 0.1, "B2": 0.2, sets.STIFF: 0.6}}}),
+    ("points-as-stiff-lose-more-in-every-set", {"set_3": {"apart": WIDE | {sets.STIFF: 0.4}}}),
+    ("loss-from-full-contact-turns-the-order", {"set_4": {"apart": WIDE | {"B2": 0.2}}}),
     ("only-c-of-the-line-flutters", {"reference": {"flutters": POINTS_A}}),
     ("flat-sets-flutter-on-points-alone", {"set_2": {"flutters": LINE_C}}),
     ("c-of-set-2-alone-has-no-equilibrium", {"set_4": {"without": {"B1": (), "B2": ("d",)}}}),

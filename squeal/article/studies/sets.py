@@ -6,15 +6,17 @@ from pathlib import Path
 from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
 from squeal.article.claims import CLAIMS, judge_claims, linear_measures, measure_scenes
+from squeal.article.claims.measures import measure
 from squeal.article.claims.rules import hammering_cases
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
-from squeal.article.studies.hammering import contact, motion
+from squeal.article.studies.hammering import alike, contact, motion
 from squeal.article.studies.onset import RATIO, After, after
 from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
 
 REFERENCE = "reference"
+STIFF = "B1 as stiff as B2"  # and with the load of B2
 FLATTEST = 0.296  # h/w below which delta can be positive in case (d), by Eq. (8)
 
 
@@ -28,8 +30,9 @@ class ParameterSet(Record):
     have no sliding equilibrium; critical: the friction at which B2 (c) begins to flutter, ends: at
     which its branch of equilibria ends; lost: share of time in which an edge is separated that
     touches in the equilibrium, mean over the cases in which both models have one, apart: in which
-    any is; lasting: share of the initial conditions with sustained loss of contact in case (d) with
-    damping, growth: greatest real part of the eigenvalues there, 1/ms, by model.
+    any is, both also of B1 with the stiffness and load of B2 (STIFF); lasting: share of the initial
+    conditions with sustained loss of contact in case (d) with damping, growth: greatest real part
+    of the eigenvalues there, 1/ms, by model.
     """
 
     numbers: dict[str, float]
@@ -111,6 +114,8 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     independent = {claim.id for claim in CLAIMS if claim.informative}
     rests = {name: contact(scenes[name]) for name in cases}
     motions = {name: motion(case, rests[name]) for name, case in cases.items()}
+    stiff = {case: alike(b2[case], b1[case]) for case in CASES}
+    motions |= {STIFF + case: motion(measure(one), contact(one)) for case, one in stiff.items()}
     verdicts = {
         name: analyse(scenes[name]).judgement.verdict if rest is not None else None
         for name, rest in rests.items()
@@ -133,9 +138,11 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
 
     def mean(key: str) -> dict[str, float]:
         """Over the cases in which both models have an equilibrium, by model."""
+        names = {model: [stem(model, case) for case in both] for model in ("B1", "B2")}
+        names[STIFF] = [STIFF + case for case in both]
         return {
-            model: sum(getattr(motions[stem(model, case)], key) for case in both) / len(both)
-            for model in ("B1", "B2")
+            model: sum(getattr(motions[name], key) for name in own) / len(both)
+            for model, own in names.items()
         }
 
     return ParameterSet(
@@ -181,6 +188,9 @@ def sentences(record: Sets) -> Mapping[str, bool]:
         "points-hammer-in-d-in-every-set": all("d" in one["B1"] for one in hammering),
         "cases-differ-in-each-set": all(0 < len(one["B1"]) < len(CASES) for one in hammering),
         "points-lose-more-in-every-set": all(one.lost["B1"] > one.lost["B2"] for one in every),
+        "points-as-stiff-lose-more-in-every-set": all(
+            share[STIFF] > 1.2 * share["B2"] for one in every for share in (one.lost, one.apart)
+        ),
         "loss-from-full-contact-turns-the-order": all(
             one.apart["B1"] < one.apart["B2"] for one in every
         ),
