@@ -37,9 +37,9 @@ def test_thresholds_as_text_json_and_table(scene):
     found = ask("critical-friction", file, "--csv", table)
     _, text, _ = run("critical-friction", file)
     listed = rows(table)
-    changes = [row for row in listed if row["changes_verdict"] == "1"]
-    assert [float(row["mu"]) for row in changes] == [c["mu"] for c in found["critical"]]
-    assert [row["verdict"] for row in changes] == [c["kind"] for c in found["critical"]]
+    # where the contact changes two modes may diverge at once: two crossings, one change
+    pairs = [(float(r["mu"]), r["verdict"]) for r in listed if r["changes_verdict"] == "1"]
+    assert [*dict.fromkeys(pairs)] == [(c["mu"], c["kind"]) for c in found["critical"]]
     assert_printed([c["mu"] for c in found["critical"]], text)
     for c in found["critical"]:
         low, high = c["interval"]
