@@ -97,11 +97,12 @@ def motion(case: Case, rest: State | None) -> Motion:
 
 
 def alike(line: Scene, points: Scene) -> Scene:
-    """Model B1 with the stiffness of the line at its edges, from the load that the line carries."""
+    """Model B1 with the stiffness of the line at its edges, from the place and load of the line."""
     assert line.pad.k_c is not None
     depth = line.initial[1] + (line.pad.y0 or 0.0)
     half = line.pad.k_c / 2.0
-    return points.replace(k3=half, k4=half, initial=(0.0, depth, 0.0, 0.0, 0.0, 0.0))
+    x = line.initial[0]
+    return points.replace(k3=half, k4=half, initial=(x, depth, 0.0, 0.0, 0.0, 0.0))
 
 
 def _amplitude(scene: Scene) -> float | None:
