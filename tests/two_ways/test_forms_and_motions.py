@@ -30,6 +30,11 @@ def assert_printed(values, text):
         assert np.isclose(shown, value, rtol=1e-4, atol=1e-300).any(), value
 
 
+def growing_modes(scene, mu):
+    changed = scene | {"parameters": scene["parameters"] | {"mu": mu}}
+    return len(ask("eigenvalues", written(changed))["unstable"])
+
+
 @cases(6, 0.05)
 @given(pads())
 def test_thresholds_as_text_json_and_table(scene):
@@ -38,6 +43,11 @@ def test_thresholds_as_text_json_and_table(scene):
     _, text, _ = run("critical-friction", file)
     listed = rows(table)
     # where the contact changes two modes may diverge at once: two crossings, one change
+    values = [float(row["mu"]) for row in listed]
+    for mu in {mu for mu in values if values.count(mu) > 1}:
+        ways = [row["direction"] for row in listed if float(row["mu"]) == mu]
+        below, above = (growing_modes(scene, mu * (1 + side)) for side in (-1e-6, 1e-6))
+        assert ways.count("up") - ways.count("down") == above - below
     pairs = [(float(r["mu"]), r["verdict"]) for r in listed if r["changes_verdict"] == "1"]
     assert [*dict.fromkeys(pairs)] == [(c["mu"], c["kind"]) for c in found["critical"]]
     assert_printed([c["mu"] for c in found["critical"]], text)
