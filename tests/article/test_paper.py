@@ -17,10 +17,19 @@ NUMBERS = {"h": 0.59, "mu": 0.32}
 FLAT = {"h": 0.2, "mu": 0.59}
 LINE_C = {"B1": (), "B2": ("c",)}
 POINTS_A = {"B1": ("a",), "B2": ()}
+LESS = {"B1": 0.3, "B2": 0.1, sets.TWO: 0.05}
+WIDE = {"B1": 0.3, "B2": 0.4, sets.TWO: 0.3}
 
 
 def one_set(
-    numbers=FLAT, satisfied=14, line=("c",), flutters=POINTS_A, lasting=0.0, growth=-1.0, ends=None
+    numbers=FLAT,
+    satisfied=14,
+    line=("c",),
+    flutters=POINTS_A,
+    lasting=0.0,
+    growth=-1.0,
+    ends=None,
+    two=None,
 ):
     return sets.ParameterSet(
         numbers=numbers,
@@ -32,8 +41,8 @@ def one_set(
         without={"B1": (), "B2": ("c",) if ends else ()},
         critical=0.2,
         ends=ends,
-        lost={"B1": 0.3, "B2": 0.1, sets.STIFF: 0.6},
-        apart={"B1": 0.3, "B2": 0.4, sets.STIFF: 0.6},
+        lost=LESS if two is None else LESS | {sets.TWO: two},
+        apart=WIDE,
         lasting={"B1": lasting, "B2": lasting},
         growth={"B1": growth, "B2": growth},
     )
@@ -41,10 +50,10 @@ def one_set(
 
 def four_sets(**changes):
     made = {
-        "reference": one_set(NUMBERS, flutters=LINE_C, lasting=0.8),
+        "reference": one_set(NUMBERS, flutters=LINE_C, lasting=0.8, two=0.2),
         "set-2": one_set(ends=0.54),
         "set-3": one_set(line=(), lasting=1.0, growth=1.0),
-        "set-4": one_set(satisfied=15),
+        "set-4": one_set(satisfied=15, two=0.2),
     }
     for name, change in changes.items():
         key = name.replace("_", "-")
@@ -53,7 +62,6 @@ def four_sets(**changes):
 
 
 ONCE = {"B1": 0.5, "B2": 0.5}
-WIDE = {"B1": 0.3, "B2": 0.4, sets.STIFF: 0.6}
 BROKEN = [
     ("three-flat-sets", {"set_2": {"numbers": NUMBERS}}),
     ("one-set-satisfies-all-that-can-hold", {"set_4": {"satisfied": 13}}),
@@ -63,8 +71,12 @@ BROKEN = [
         {"set_3": {"hammering": {"B1": ("d",), "B2": ("d",)}}},
     ),
     ("cases-differ-in-each-set", {"set_2": {"hammering": {"B1": (), "B2": ("c",)}}}),
-    ("points-lose-more-in-every-set", {"set_4": {"lost": {"B1": 0.1, "B2": 0.2, sets.STIFF: 0.6}}}),
-    ("points-as-stiff-lose-more-in-every-set", {"set_3": {"apart": WIDE | {sets.STIFF: 0.4}}}),
+    ("points-lose-more-in-every-set", {"set_4": {"lost": LESS | {"B1": 0.05, sets.TWO: 0.2}}}),
+    ("two-points-lose-less-from-full-contact", {"set_3": {"apart": WIDE | {sets.TWO: 0.4}}}),
+    (
+        "two-points-lose-more-from-equilibrium-in-two-sets",
+        {"set_3": {"lost": LESS | {sets.TWO: 0.2}}},
+    ),
     ("loss-from-full-contact-turns-the-order", {"set_4": {"apart": WIDE | {"B2": 0.2}}}),
     ("only-c-of-the-line-flutters", {"reference": {"flutters": POINTS_A}}),
     ("flat-sets-flutter-on-points-alone", {"set_2": {"flutters": LINE_C}}),

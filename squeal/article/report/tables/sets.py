@@ -3,13 +3,13 @@
 from collections.abc import Callable
 
 from squeal.article.report.latex import number, percent, tabular
-from squeal.article.studies.sets import STIFF, ParameterSet, Sets
+from squeal.article.studies.sets import TWO, ParameterSet, Sets
 
 CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed; level, at rest, the
 same in all cases) and verdicts under each. Ratios on an edge of the searched range are marked
 $\dagger$. Contact lost: share of time in which an edge is separated that touches in the sliding
 equilibrium (from equilibrium), or any edge (from full contact), mean over the cases in which both
-models have an equilibrium; as stiff: with the stiffness and load of the line. Lasting: share of
+models have an equilibrium; two points: with the line's stiffness and load. Lasting: share of
 initial conditions from which the loss of contact in case (d) is sustained, at
 $\zeta = {}$\val[p1]{onset.ratio}."""
 # fmt: off
@@ -53,7 +53,7 @@ def table(sets: Sets) -> str:
     rows = [
         [name.format(model), *(show(one, model) for one in every)]
         for name, show in shown.items()
-        for model in ("B1", "B2", *[STIFF] * name.startswith("contact"))
+        for model in ("B1", "B2", *[TWO] * name.startswith("contact"))
     ]
     rows.insert(0, ["independent statements satisfied", *satisfied])
     head = ["", *(name.replace("-", " ") for name in sets.sets)]
