@@ -29,7 +29,7 @@ def springs_figure(record: LineSprings) -> Figure:
         guide = np.array([8.0, 32.0])
         off.plot(guide, 2.0 / guide**2, color="0.5", lw=0.7)
         off.text(3.0, 2e-4, r"grey: $\propto N^{-2}$", color="0.4", ha="center")
-        lost.set_ylabel("share of time, an edge separated")
+        lost.set_ylabel("share of time, some spring separated")
         apart.set_ylabel("share of time, surfaces separated")
         off.set_ylabel("distance from the line's motion")
         off.set_yscale("log")
@@ -65,6 +65,6 @@ def draw(record: LineSprings) -> Drawing:
     return Drawing(springs_figure(record), text, "Springs along the face against the line", made)
 
 
-CAPTION = r"""$N$ springs in place of the line: share of time in which an edge is separated (a) and
-in which both are (b), dashed on the line; greatest distance from the motion on the line over its
-range (c)."""
+CAPTION = r"""$N$ springs in place of the line: share of time in which some spring is separated (a)
+and in which all are (b), dashed for the edges of the line; greatest distance from the motion on the
+line over its range (c)."""

@@ -3,10 +3,11 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+import numpy as np
+
 from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
 from squeal.article.claims import CLAIMS, judge_claims, linear_measures, measure_scenes
-from squeal.article.claims.measures import measure
 from squeal.article.claims.rules import hammering_cases
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
@@ -15,9 +16,11 @@ from squeal.article.studies.line_springs import on_springs
 from squeal.article.studies.onset import RATIO, After, after
 from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
+from squeal.simulation import simulate
 
 REFERENCE = "reference"
-TWO = "two points"  # in place of the line, with its stiffness, load and start
+TWO = "two points"  # springs in place of the line, with its stiffness, F_n, y0 and start
+SAMPLES = 20001  # of the motion on these
 FLATTEST = 0.296  # h/w below which delta can be positive in case (d), by Eq. (8)
 
 
@@ -31,7 +34,7 @@ class ParameterSet(Record):
     have no sliding equilibrium; critical: the friction at which B2 (c) begins to flutter, ends: at
     which its branch of equilibria ends; lost: share of time in which an edge is separated that
     touches in the equilibrium, mean over the cases in which both models have one, apart: in which
-    any is, both also of two points in place of the line (TWO); lasting: share of the initial
+    any is, also of two points (TWO); lasting: share of the initial
     conditions with sustained loss of contact in case (d) with damping, growth: greatest real part
     of the eigenvalues there, 1/ms, by model.
     """
@@ -106,6 +109,17 @@ def parameters(points: Scene, line: Scene) -> dict[str, float]:
     }
 
 
+def edges_apart(line: Scene) -> float:
+    """Share of time in which an edge of the face is separated, on two springs for the line.
+
+    The springs lie inside the edges, and separate for less time than these.
+    """
+    run = simulate(on_springs(line, 2).replace(V=None, outputs=("history",), samples=SAMPLES))
+    assert run.history is not None
+    q = np.array([run.history[name] for name in ("x", "y", "theta")])
+    return float(np.mean(np.any(line.pad_model.gaps(q) > 0.0, axis=0)))
+
+
 def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     """A set from its eight scenes."""
     b1, b2 = ({c: scenes[stem(m, c)] for c in CASES} for m in ("B1", "B2"))
@@ -115,8 +129,6 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
     independent = {claim.id for claim in CLAIMS if claim.informative}
     rests = {name: contact(scenes[name]) for name in cases}
     motions = {name: motion(case, rests[name]) for name, case in cases.items()}
-    pairs = {case: on_springs(scene, 2) for case, scene in b2.items()}
-    motions |= {TWO + case: motion(measure(one), contact(one)) for case, one in pairs.items()}
     verdicts = {
         name: analyse(scenes[name]).judgement.verdict if rest is not None else None
         for name, rest in rests.items()
@@ -139,11 +151,9 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
 
     def mean(key: str) -> dict[str, float]:
         """Over the cases in which both models have an equilibrium, by model."""
-        names = {model: [stem(model, case) for case in both] for model in ("B1", "B2")}
-        names[TWO] = [TWO + case for case in both]
         return {
-            model: sum(getattr(motions[name], key) for name in own) / len(both)
-            for model, own in names.items()
+            model: sum(getattr(motions[stem(model, case)], key) for case in both) / len(both)
+            for model in ("B1", "B2")
         }
 
     return ParameterSet(
@@ -157,7 +167,7 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
         critical=next((point.mu for point in losses if point.kind == "flutter"), None),
         ends=ends[0] if ends else None,
         lost=mean("lost"),
-        apart=mean("apart"),
+        apart=mean("apart") | {TWO: sum(edges_apart(b2[case]) for case in both) / len(both)},
         lasting={model: row.lasting / row.starts for model, row in late.items()},
         growth={model: row.growth for model, row in late.items()},
     )
@@ -189,13 +199,9 @@ def sentences(record: Sets) -> Mapping[str, bool]:
         "points-hammer-in-d-in-every-set": all("d" in one["B1"] for one in hammering),
         "cases-differ-in-each-set": all(0 < len(one["B1"]) < len(CASES) for one in hammering),
         "points-lose-more-in-every-set": all(one.lost["B1"] > one.lost["B2"] for one in every),
-        "two-points-lose-less-from-full-contact": all(
-            one.apart[TWO] < 0.9 * one.apart["B2"] for one in every
+        "edges-part-as-long-on-two-points": all(
+            abs(one.apart[TWO] - one.apart["B2"]) < 0.06 for one in every
         ),
-        "two-points-lose-more-from-equilibrium-in-two-sets": [
-            one.lost[TWO] > one.lost["B2"] for one in every
-        ]
-        == [True, False, False, True],
         "loss-from-full-contact-turns-the-order": all(
             one.apart["B1"] < one.apart["B2"] for one in every
         ),

@@ -9,8 +9,8 @@ CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed;
 same in all cases) and verdicts under each. Ratios on an edge of the searched range are marked
 $\dagger$. Contact lost: share of time in which an edge is separated that touches in the sliding
 equilibrium (from equilibrium), or any edge (from full contact), mean over the cases in which both
-models have an equilibrium; two points: with the line's stiffness and load. Lasting: share of
-initial conditions from which the loss of contact in case (d) is sustained, at
+models have an equilibrium; two points: edges of a pad on two springs for the line. Lasting: share
+of initial conditions from which the loss of contact in case (d) is sustained, at
 $\zeta = {}$\val[p1]{onset.ratio}."""
 # fmt: off
 NAMES = {
@@ -53,7 +53,7 @@ def table(sets: Sets) -> str:
     rows = [
         [name.format(model), *(show(one, model) for one in every)]
         for name, show in shown.items()
-        for model in ("B1", "B2", *[TWO] * name.startswith("contact"))
+        for model in ("B1", "B2", *[TWO] * ("full contact" in name))
     ]
     rows.insert(0, ["independent statements satisfied", *satisfied])
     head = ["", *(name.replace("-", " ") for name in sets.sets)]
