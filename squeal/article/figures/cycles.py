@@ -18,8 +18,9 @@ LOOKS: dict[bool, dict[str, Any]] = {
 """Of stable and unstable motions."""
 CAPTION = r"""Periodic motions at $\zeta = {}$\val[p1]{onset.ratio} over friction: peak of the
 contact force (B1: at the leading edge). Solid: stable; dashed: unstable. Bar below: the sliding
-equilibrium is stable (grey) or flutters (black). Ring: the friction of the reference set. In (c)
-the curve ends where the lower face becomes as fast as the surface."""
+equilibrium is stable (grey) or flutters (black). Ring: the friction of the reference set. The
+curve of (c) begins where contact begins to change, and ends where the lower face becomes as fast
+as the surface."""
 
 
 def _panel(axes: Axes, cycles: Cycles) -> None:
