@@ -58,7 +58,6 @@ html_theme = "pydata_sphinx_theme"
 html_title = "squeal"
 html_math_renderer = "mathml"
 html_static_path = ["_static"]
-html_extra_path = ["scene.schema.json", "system.schema.json"]
 html_css_files = ["site.css"]
 html_copy_source = False
 html_show_sphinx = False

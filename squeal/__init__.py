@@ -43,7 +43,6 @@ if TYPE_CHECKING:
     from squeal.io.scene import Damping, Scene, read_scene
     from squeal.io.system import SystemFile, read_system
     from squeal.io.writing import Answer, Column, Table
-    from squeal.linear.loop import FrictionLoop, friction_loop
     from squeal.linear.system import Term, TermSystem
     from squeal.model.contact import Formulation
     from squeal.model.pad import Pad
@@ -59,7 +58,6 @@ _HOMES = {
     "errors": "ComputationError InputError",
     "io.scene": "Damping Scene read_scene",
     "io.system": "SystemFile read_system",
-    "linear.loop": "FrictionLoop friction_loop",
     "linear.system": "Term TermSystem",
     "model.contact": "Formulation",
     "model.pad": "Pad",
@@ -69,9 +67,9 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
     "Advice", "Answer", "Axis", "Column", "ComputationError", "Cycles", "Damping", "Eigenvalues",
-    "Formulation", "FrictionLoop", "InputError", "Map", "Pad", "Scatter", "Scene", "Sensitivity",
+    "Formulation", "InputError", "Map", "Pad", "Scatter", "Scene", "Sensitivity",
     "Simulation", "Spread", "Spreads", "Sweep", "System", "SystemFile", "Table", "Term",
-    "TermSystem", "Thresholds", "Tolerance", "advise", "cycles", "eigenvalues", "friction_loop",
+    "TermSystem", "Thresholds", "Tolerance", "advise", "cycles", "eigenvalues",
     "friction_plant", "map", "read_scene", "read_spreads", "read_system", "reduce", "scatter",
     "sensitivity", "simulate", "state_space", "sweep", "thresholds",
 ]

@@ -125,14 +125,9 @@ class Eigenvalues(Answer):
         """The eigenvalues (m,) in rad/s."""
         return np.array([root.value for root in self.eigenvalues], dtype=complex)
 
-    def filtered(self, low: float, high: float, least: float) -> Eigenvalues:
-        """The same with the unstable modes alone that have a frequency (Hz) from low to high and
-        grow by at least `least` (1/s)."""
-        modes = tuple(
-            mode
-            for mode in self.unstable
-            if low <= mode.frequency_hz <= high and mode.growth_rate >= least
-        )
+    def filtered(self, low: float, high: float) -> Eigenvalues:
+        """The same with the unstable modes alone that have a frequency (Hz) from low to high."""
+        modes = tuple(mode for mode in self.unstable if low <= mode.frequency_hz <= high)
         left = len(self.unstable) - len(modes)
         note = (f"{left} more unstable modes are not asked for",) * bool(left)
         return replace(self, unstable=modes, notes=self.notes + note)

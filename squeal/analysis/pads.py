@@ -101,15 +101,6 @@ def analyse(scene: Scene) -> Analysis:
     return _about(model, equilibrium, how)
 
 
-@takes_scene
-def article_linearisation(scene: Scene) -> Analysis:
-    """What the article analyses instead of the equilibrium: full contact about the origin.
-
-    For model B1, of which the article has no linearisation, both edges touch at the origin.
-    """
-    return _about_origin(damped_model(scene))
-
-
 def _about_origin(model: PadModel) -> Analysis:
     at, how = about_origin(model), "about the origin, full contact"
     return Analysis(model.name, (0.0,) * 3, None, model.full, how, at, *roots_and_verdict(*at))

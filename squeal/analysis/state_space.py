@@ -9,7 +9,7 @@ from control import StateSpace
 from squeal.analysis.pads import Analysis, analyse, held_system
 from squeal.errors import ComputationError, InputWarning
 from squeal.io.scene import Scene, takes_scene
-from squeal.linear.loop import state_matrices
+from squeal.linear.matrices import state_matrices
 
 STATES = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
 

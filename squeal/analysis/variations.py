@@ -8,7 +8,6 @@ cannot decide is a query of its own, which decides it or says why it cannot.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
@@ -19,14 +18,14 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads import MU_MAX, analyse, critical_friction, critical_parameter
+from squeal.analysis.pads import MU_MAX, critical_friction, critical_parameter
 from squeal.analysis.stack import PadStack, parameters
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Table, columns, number, unit_word
-from squeal.linear import GROWING, Spectrum, complex_eigenvalues
+from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
 from squeal.schema.keys import Group, Key, read_document
@@ -50,9 +49,8 @@ class Outcome:
 
     critical: the friction up to which it slides steadily and stably, None if no threshold lies in
     the range; kind, frequency_hz: of what happens there; change: of the critical friction, at least
-    so much where it leaves the range; frequency_gap: the least relative distance of two frequencies
-    and its change, where that was looked at. reason: why nothing is known; no_pad: because there is
-    no such pad, or it rests nowhere without friction.
+    so much where it leaves the range. reason: why nothing is known; no_pad: because there is no
+    such pad, or it rests nowhere without friction.
     """
 
     value: float | None = None
@@ -60,9 +58,7 @@ class Outcome:
     kind: str | None = None
     frequency_hz: float | None = None
     reason: str | None = None
-    frequency_gap: float | None = None
     change: float | None = None
-    frequency_gap_change: float | None = None
     no_pad: bool = False
 
     @staticmethod
@@ -129,17 +125,6 @@ class Varied:
         """The subject with other values of some parameters. Raises InputError."""
         subject = self.subject
         return subject.replace(**values) if isinstance(subject, Scene) else subject.replace(values)
-
-    def gap(self, values: dict[str, float]) -> float | None:
-        """The least relative distance of two frequencies at the subject's own friction."""
-        changed = self.changed(values)
-        spectrum: Spectrum
-        if isinstance(changed, Scene):
-            spectrum = analyse(changed).spectrum
-        else:
-            spectrum = complex_eigenvalues(*changed.arrays({}))
-        hertz = sorted(root.frequency_hz for root in spectrum.eigenvalues[::2])
-        return min(((b - a) / b if b else 1.0 for a, b in itertools.pairwise(hertz)), default=None)
 
     def outcome(self, values: dict[str, float], high: float) -> Outcome:
         """What a query says of the critical friction up to `high`. Raises what it raises."""
@@ -237,15 +222,9 @@ class Lever:
         return self.lowered.change, self.raised.change
 
     @property
-    def gap_changes(self) -> tuple[float | None, float | None]:
-        """The same of the distance of the closest frequencies."""
-        return self.lowered.frequency_gap_change, self.raised.frequency_gap_change
-
-    @property
-    def size(self) -> list[float]:
-        """By what levers are ranked: the larger change, then that of the gap."""
-        pairs = self.changes, self.gap_changes
-        return [max((abs(x) for x in pair if x is not None), default=0.0) for pair in pairs]
+    def size(self) -> float:
+        """By what levers are ranked: the larger change."""
+        return max((abs(change) for change in self.changes if change is not None), default=0.0)
 
     def to_dict(self) -> dict[str, Any]:
         """The lever as a JSON row."""
@@ -260,7 +239,7 @@ class Advice(Answer):
     """Levers by effect, the strongest first, on the critical friction in 0 to mu_max.
 
     name: of the free parameter; nominal: the pad as it is. Where that has no threshold in the
-    range, the frequency gaps are known, and rank the levers that bring none into it.
+    range, levers that bring one into it come first.
     """
 
     name: str
@@ -272,25 +251,22 @@ class Advice(Answer):
 
     @property
     def best(self) -> tuple[Lever, str, float] | None:
-        """The change that helps most: lever, lowering or raising, by how much.
-
-        It raises the critical friction most, or parts the closest frequencies most.
-        """
-        changes = self._changes("gap_changes" if self.nominal.critical is None else "changes")
-        best = max(changes, key=lambda entry: entry[2], default=None)
+        """The change that raises the critical friction most: lever, lowering or raising, by how
+        much."""
+        best = max(self._changes(), key=lambda entry: entry[2], default=None)
         return best if best is not None and best[2] > 0.0 else None
 
     @property
     def worst(self) -> tuple[Lever, str, float] | None:
         """The change that lowers the critical friction most, None if none does."""
-        worst = min(self._changes("changes"), key=lambda entry: entry[2], default=None)
+        worst = min(self._changes(), key=lambda entry: entry[2], default=None)
         return worst if worst is not None and worst[2] < 0.0 else None
 
-    def _changes(self, of: str) -> list[tuple[Lever, str, float]]:
+    def _changes(self) -> list[tuple[Lever, str, float]]:
         return [
             (lever, word, change)
             for lever in self.levers
-            for word, change in zip(("lowering", "raising"), getattr(lever, of), strict=True)
+            for word, change in zip(("lowering", "raising"), lever.changes, strict=True)
             if change is not None
         ]
 
@@ -306,11 +282,9 @@ class Advice(Answer):
             critical: Any = attrgetter(f"{side}.critical")
             cell, words = partial(shown, side=side), f"{self.name} if {side}"
             table.append(Column(f"critical_{side}", "", critical, cell, words=words))
-        for name, key in (("change", "change"), ("gap_change", "frequency_gap_change")):
-            hidden = name == "gap_change" and self.nominal.frequency_gap is None
-            for side in SIDES:
-                value: Any = attrgetter(f"{side}.{key}")
-                table.append(Column(f"{name}_{side}", "", value, hidden=hidden))
+        for side in SIDES:
+            change: Any = attrgetter(f"{side}.change")
+            table.append(Column(f"change_{side}", "", change))
         return Table(table, self.levers)
 
     def line(self) -> str:
@@ -321,8 +295,7 @@ class Advice(Answer):
             text = f"{nominal.kind} from {at}"
         if self.best is not None:
             lever, word, change = self.best
-            what = "frequency gap" if nominal.critical is None else self.name
-            text += f"; best: {word} {lever.parameter} ({what} {change:+.2g})"
+            text += f"; best: {word} {lever.parameter} ({self.name} {change:+.2g})"
         if self.worst is not None:
             lever, word, change = self.worst
             text += f"; worst: {word} {lever.parameter} ({self.name} {change:+.2g})"
@@ -334,7 +307,7 @@ class Advice(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         head = {"parameter": self.name, "value": self.mu, "mu": self.mu, "mu_max": self.mu_max}
-        names = ("critical", "kind", "frequency_hz", "frequency_gap")
+        names = ("critical", "kind", "frequency_hz")
         head |= {name: getattr(self.nominal, name) for name in names}
         levers = [lever.to_dict() for lever in self.levers]
         return head | {"levers": levers, "advice": self.line()}
@@ -386,9 +359,6 @@ def advise(
         varied.check(name, "tolerance", tolerance.relative)
     values = {name: v for name, v in varied.values.items() if v or name in named}
     nominal, scene = varied.outcome({}, mu_max), varied.subject
-    if nominal.critical is None:
-        nominal = replace(nominal, frequency_gap=varied.gap({}))
-
     chosen = {name: named.get(name, Tolerance(STEP, name not in varied.angles)) for name in values}
     steps = {name: chosen[name].step(value) for name, value in values.items()}
     levers: dict[str, list[Outcome]] = {}
@@ -401,7 +371,7 @@ def advise(
         for k, name in enumerate(names):
             ends = zip(outcomes[k :: len(names)], (-1, 1), strict=True)
             sides = (replace(o, value=values[name] + way * steps[name]) for o, way in ends)
-            levers[name] = [_compared(varied, name, one, nominal, mu_max) for one in sides]
+            levers[name] = [_compared(one, nominal, mu_max) for one in sides]
         if progress is not None and names:
             progress(len(levers), len(values))
     units = {name: unit_word(PARAMETERS[name].unit) for name in values if isinstance(scene, Scene)}
@@ -417,22 +387,13 @@ def advise(
     return Advice(varied.free, varied.at, mu_max, nominal, tuple(ranked), warnings)
 
 
-def _compared(
-    varied: Varied, name: str, outcome: Outcome, nominal: Outcome, mu_max: float
-) -> Outcome:
-    """The outcome beside that of the pad as it is; where that has no threshold, with the gap."""
-    if outcome.reason is not None or outcome.value is None:
+def _compared(outcome: Outcome, nominal: Outcome, mu_max: float) -> Outcome:
+    """The outcome with the change from the pad as it is."""
+    if outcome.reason is not None:
         return outcome
     before, after = (mu_max if one.critical is None else one.critical for one in (nominal, outcome))
     change = 0.0 if abs(after - before) <= ROUNDING * before else after - before
-    if nominal.frequency_gap is None:
-        return replace(outcome, change=change)
-    try:
-        gap = varied.gap({name: outcome.value})
-    except (InputError, ComputationError) as error:
-        return Outcome(outcome.value, reason=str(error))
-    moved = None if gap is None else gap - nominal.frequency_gap
-    return replace(outcome, change=change, frequency_gap=gap, frequency_gap_change=moved)
+    return replace(outcome, change=change)
 
 
 _ABOVE = Number(low=0.0)
@@ -486,9 +447,6 @@ class _Spreads(Kind):
             raise at.must_be(value, self.allowed())
         pairs = ((name, *SPREAD.read(one, at / name).items()) for name, one in value.items())
         return tuple(Spread(str(name), kind, size) for name, (kind, size) in pairs)
-
-    def schema(self) -> dict[str, Any]:
-        return {"type": "object", "minProperties": 1, "additionalProperties": SPREAD.schema()}
 
 
 SPREADS = Group(

@@ -21,14 +21,12 @@ from squeal.analysis.answers import (
     Step,
     Sweep,
     Thresholds,
-    root_row,
     shape_rows,
 )
 from squeal.analysis.pads import (
     PAD_COORDINATES,
     Analysis,
     analyse,
-    article_linearisation,
     critical_friction,
     growing_modes,
     shapes_of_pad,
@@ -398,7 +396,7 @@ def reduce(
 
 
 def _eigenvalues(scene: Scene, at: float | None) -> Eigenvalues:
-    """The sliding equilibrium's eigenvalues, beside those of the article's linearisation."""
+    """The sliding equilibrium's eigenvalues."""
     scene = scene if at is None else scene.replace(mu=at)
     analysis = analyse(scene)
     details: dict[str, Any] = {
@@ -416,18 +414,6 @@ def _eigenvalues(scene: Scene, at: float | None) -> Eigenvalues:
     reaction = "" if analysis.R_n is None else f", R_n = {number(analysis.R_n)} N"
     contact = f"contact {analysis.contact}{reaction}\n({analysis.how})"
     notes = [f"model {analysis.model}: {place}, {contact}"]
-    if not scene.pad_model.linear:
-        origin = article_linearisation(scene)
-        details["origin"] = {
-            "K": origin.matrices.K.tolist(),
-            "eigenvalues": [root_row(root) for root in origin.spectrum.eigenvalues],
-            "verdict": origin.judgement.verdict,
-        }
-        hertz = ", ".join(number(f) for f in origin.frequencies_hz)
-        notes.append(
-            "beside it, about the origin in full contact (the article's linearisation): "
-            f"{origin.judgement.verdict}, {hertz} Hz"
-        )
     rule = "largest of x, y, w theta 1 m"
     return Eigenvalues(
         scene.model,

@@ -14,7 +14,7 @@ from squeal.io.scene import Scene
 
 def options(parser: Parser) -> None:
     """Options of `squeal eigenvalues`."""
-    take(parser, "sweep band min_growth")
+    take(parser, "sweep band")
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
     take(parser, "at modes region method memory shape")
@@ -45,7 +45,7 @@ def run(given: argparse.Namespace) -> Reply:
             source.warn_if_constant(subject)
     spectrum = squeal.eigenvalues(subject, given.at, **options)
     low, high = given.band or (0.0, math.inf)
-    answers: list[Any] = [spectrum.filtered(low, high, given.min_growth or 0.0)]
+    answers: list[Any] = [spectrum.filtered(low, high)]
     if given.sweep:
         if options:
             options["method"] = given.method

@@ -21,7 +21,7 @@ from squeal.io.scene import Scene
 from squeal.io.writing import aligned
 from squeal.linear.system import Term, TermSystem
 
-FORMATS = ("mtx", "mat", "npz", "hb", "rua", "inp", "txt")
+FORMATS = ("mtx", "mat", "npz")
 
 
 def options(parser: Parser) -> None:

@@ -105,10 +105,6 @@ FILES = "files"
 OPTIONS = {
     "sweep": Option("--sweep --mu", "A:B:N", "values of mu or of the free parameter", spaced),
     "high": Option("--max --mu-max", "MU", "upper end of the range", one("a finite number")),
-    "min_growth": Option(
-        "--min-growth", "RATE", "list unstable modes that grow so fast only, 1/s",
-        one("a finite number of at least 0, in 1/s", lambda rate: rate >= 0.0),
-    ),
     "n": Option("--n", "N", "points a side (200; of a system 41)", whole(2, 4000)),
     "first": Option("--first", "NAME:LOW:HIGH[:log]", "first parameter and range (alpha1:0:pi)"),
     "second": Option("--second", "NAME:LOW:HIGH[:log]", "second parameter and range (alpha2:0:pi)"),
@@ -135,15 +131,14 @@ OPTIONS = {
 
 # names of an option and ends of a file's name, each of a format, in the order of the help
 FILE_OPTIONS = {
-    "table": ("--table --csv --nc", (".csv", ".json", ".nc")),
+    "table": ("--table --csv", (".csv", ".json")),
     "curve": ("--curve --threshold-curve", (".csv", ".json")),
     "figure": ("--figure --pdf --svg --png", (".pdf", ".svg", ".png")),
     "animation": ("--animation --gif", (".gif",)),
-    "sound": ("--sound --wav", (".wav",)),
 }
 _BEGINS = {
     ".pdf": (b"%PDF",), ".png": (b"\x89PNG",), ".svg": (b"<?xml", b"<svg"), ".gif": (b"GIF8",),
-    ".nc": (b"CDF",), ".wav": (b"RIFF",), ".json": (b"{", b"["),
+    ".json": (b"{", b"["),
 }  # fmt: skip
 
 

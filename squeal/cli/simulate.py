@@ -3,15 +3,12 @@
 import argparse
 import dataclasses
 import math
-import warnings
 from typing import Any
 
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import said, take_files
 from squeal.cli.streams import progress_line
-from squeal.errors import InputWarning
 from squeal.io.scene import Scene
-from squeal.io.writing import number
 from squeal.simulation import Simulation, simulate
 
 DRAWN = ("events", "shares", "extrema", "response", "history")
@@ -24,7 +21,6 @@ def options(parser: Parser) -> None:
         parser,
         table="the history",
         figure="a picture of forces, position of the reaction, contact states and spectrum",
-        sound="one second of the pad's normal velocity",
     )
     parser.add_argument(
         "--integrator",
@@ -46,20 +42,8 @@ def run(given: argparse.Namespace) -> Reply:
     if given.figure is not None:
         name = given.source.name.removesuffix(".yaml")
         whole.plot(given.figure, name=name, scene=scene, inputs=[given.source.file])
-    result, words = _requested(scene, whole, every), ""
-    more: dict[str, Any] = {}
-    if given.sound is not None:
-        heard = _sound(given, scene)
-        more["sound"] = heard
-        words = (
-            f"\n\nsound: {heard['signal']} from {number(heard['start'])} s for "
-            f"{number(heard['duration'])} s at {heard['rate_hz']} samples a second, full scale "
-            f"{number(heard['full_scale'])} m/s"
-        )
-    reply = Reply.of(result, **more)
-    return dataclasses.replace(
-        reply, text=lambda: result.text() + words, warnings=_start_warnings(scene)
-    )
+    result = _requested(scene, whole, every)
+    return dataclasses.replace(Reply.of(result), warnings=_start_warnings(scene))
 
 
 def _task(given: argparse.Namespace, scene: Scene) -> tuple[Scene, int]:
@@ -96,19 +80,6 @@ def _requested(scene: Scene, result: Simulation, every: int) -> Simulation:
         history = {name: values[::every] for name, values in history.items()}
     fields: dict[str, Any] = {name: None for name in DRAWN if not scene.wants(name)}
     return dataclasses.replace(result, **({"history": history} | fields))
-
-
-def _sound(given: argparse.Namespace, scene: Scene) -> dict[str, Any]:
-    """Write the sound; what the JSON object says of it."""
-    from squeal.simulation.sound import LENGTH, RATE, sound
-
-    heard = sound(scene, given.integrator)
-    heard.write(given.sound)
-    length = len(heard.samples) / RATE
-    if length < LENGTH:
-        words = f"the sound lasts {length:.3g} s: the model ends before one of {LENGTH:g} s does"
-        warnings.warn(words, InputWarning, stacklevel=2)
-    return heard.to_dict()
 
 
 def _start_warnings(scene: Scene) -> tuple[str, ...] | None:

@@ -430,9 +430,9 @@ def fingerprint(matrix: Any) -> str:
 def write_matrix(path: Path | str, matrix: Any, key: str = "A") -> None:
     """Write a real matrix in the format of the suffix, with every digit; `key` names it inside.
 
-    Raises InputError for a suffix that is not written, and for what its format does not hold.
+    Raises InputError for a suffix that is not written.
     """
-    from scipy.io import hb_write, mmwrite, savemat
+    from scipy.io import mmwrite, savemat
     from scipy.sparse import save_npz
 
     path, sparse = Path(path), csc_array(matrix)
@@ -441,25 +441,7 @@ def write_matrix(path: Path | str, matrix: Any, key: str = "A") -> None:
         ".mtx": lambda stream: mmwrite(stream, sparse),
         ".mat": lambda stream: savemat(stream, {key: sparse}),
         ".npz": lambda stream: save_npz(stream, sparse),
-        **dict.fromkeys((".hb", ".rua"), lambda stream: hb_write(stream, sparse)),
-        **dict.fromkeys((".inp", ".txt"), lambda stream: _write_entries(stream, sparse)),
     }
     if suffix not in writers:
         raise InputError(f"{path.name}: the suffix must be one of {', '.join(writers)} to write")
-    size = np.abs(sparse.data[sparse.data != 0.0])
-    narrow = suffix in (".hb", ".rua")
-    if narrow and not (len(size) and size.min() >= 1e-99 and size.max() < 1e100):
-        raise InputError(
-            f"{path.name}: {suffix} holds matrices with entries of 1e-99 to 1e99; .mtx holds all"
-        )
-    write_whole(path, writers[suffix], binary=suffix in (".mtx", ".mat", ".npz"))
-
-
-def _write_entries(stream: Any, matrix: Any) -> None:
-    entries = matrix.tocoo()
-    stream.write("** row, column, value; TYPE=UNSYMMETRIC\n")
-    table = np.column_stack([entries.row + 1, entries.col + 1, entries.data])
-    np.savetxt(stream, table, fmt="%d %d %.17g")
-    n = matrix.shape[0]
-    if not matrix[n - 1, n - 1]:  # the last row tells how many there are
-        stream.write(f"{n} {n} 0.0\n")
+    write_whole(path, writers[suffix], binary=True)

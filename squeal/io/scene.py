@@ -1,6 +1,6 @@
 """The scene: one validated, immutable request, and every key of its file in one table.
 
-Files are read, records checked, and the documentation and the JSON schema written from the table;
+Files are read, records checked and the documentation written from the table;
 keys of the pad and the formulation stand in the model.
 """
 

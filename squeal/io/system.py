@@ -105,13 +105,6 @@ class Part(Kind):
                 raise (at / name).unused(term[name], "a matrix without a file")
         return term
 
-    def schema(self) -> dict[str, Any]:
-        one = TERM.schema()
-        one["properties"]["factor"]["type"] = ["string", "number"]
-        one["oneOf"] = [{"required": ["file"]}, {"required": ["matrix"]}]
-        terms = {"type": "array", "items": one, "minItems": 1}
-        return {"anyOf": [Square(most=MOST_ROWS).schema(), one, terms]}
-
 
 class Ratios(Kind):
     """One damping ratio for all modes, or a list of them for the first ones."""
@@ -125,10 +118,6 @@ class Ratios(Kind):
         if not value:
             raise at.must_be(value, self.allowed())
         return tuple(NOT_NEGATIVE.read(one, at / str(i)) for i, one in enumerate(value, 1))
-
-    def schema(self) -> dict[str, Any]:
-        each = NOT_NEGATIVE.schema()
-        return {"anyOf": [each, {"type": "array", "items": each, "minItems": 1}]}
 
 
 # fmt: off

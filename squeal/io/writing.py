@@ -20,8 +20,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
-import numpy as np
-
 from squeal.errors import BEYOND, ComputationError, InputError
 
 SHOWN = 40  # rows that the command line prints; of a longer table both ends
@@ -104,54 +102,15 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) 
 
 
 def write_table(path: Path, columns: Mapping[str, str], rows: Iterable[Sequence[Any]]) -> None:
-    """A table whose columns have units ("" for none), as CSV, JSON or netCDF by the name's end.
+    """A table whose columns have units ("" for none), as CSV or JSON by the name's end.
 
     The CSV head reads "name [unit]"; the JSON holds `units` and a mapping for each of the `rows`.
     """
-    if path.suffix == ".nc":
-        write_whole(path, lambda stream: _write_netcdf(stream, columns, list(rows)), binary=True)
-    elif path.suffix == ".json":
+    if path.suffix == ".json":
         records = [dict(zip(columns, map(plain, row), strict=True)) for row in rows]
         write_text(path, to_json({"units": dict(columns), "rows": records}) + "\n")
     else:
         write_csv(path, [f"{n} [{u}]" if u else n for n, u in columns.items()], rows)
-
-
-def _write_netcdf(
-    stream: IO[Any], columns: Mapping[str, str], rows: Sequence[Sequence[Any]]
-) -> None:
-    """A variable a column in a classic netCDF file: doubles, None as NaN, or characters.
-
-    The dimension bears the name of the first column if that rises throughout, so that it is the
-    coordinate of the others, else it is `row`.
-    """
-    from scipy.io import netcdf_file
-
-    values = list(zip(*rows, strict=True)) or [()] * len(columns)
-    arrays = dict(zip(columns, map(_array, values), strict=True))
-    first, lead = next(iter(arrays.items()))
-    dimension = first if lead.dtype == float and bool((np.diff(lead) > 0.0).all()) else "row"
-    file = netcdf_file(stream, "w")
-    file.source = "squeal"
-    file.createDimension(dimension, len(rows))
-    for name, column in arrays.items():
-        kind, places = "f8", [dimension]
-        if column.dtype != float:  # text, as rows of characters
-            kind, places = "c", [dimension, f"{name}_length"]
-            length = max(column.dtype.itemsize, 1)
-            file.createDimension(places[1], length)
-            column = column.astype(f"S{length}").view("S1").reshape(-1, length)
-        variable = file.createVariable(name, kind, places)
-        variable[:] = column
-        if columns[name]:
-            variable.units = columns[name]
-    file.close()
-
-
-def _array(values: Sequence[Any]) -> np.ndarray:
-    if any(isinstance(value, str) for value in values):
-        return np.array([("" if v is None else str(v)).encode() for v in values], dtype=bytes)
-    return np.array([np.nan if value is None else value for value in values], dtype=float)
 
 
 def column_name(head: str) -> str:
@@ -316,10 +275,10 @@ class Table:
         ]
 
     def save(self, path: Path | str) -> None:
-        """Write the table as CSV, JSON or netCDF, by the end of the name. Raises InputError."""
+        """Write the table as CSV or JSON, by the end of the name. Raises InputError."""
         path = Path(path)
-        if path.suffix not in (".csv", ".json", ".nc"):
-            raise InputError(f"{path}: the name must end in .csv, .json or .nc")
+        if path.suffix not in (".csv", ".json"):
+            raise InputError(f"{path}: the name must end in .csv or .json")
         units = {column.name: column.unit for column in self.columns}
         write_table(path, units, ([column.of(row) for column in self.columns] for row in self.rows))
 
@@ -371,7 +330,7 @@ class Answer(ABC):
         return pandas.DataFrame.from_records(self.to_records(), columns=names)
 
     def save(self, path: Path | str) -> None:
-        """Write the table as CSV, JSON or netCDF, by the end of the name. Raises InputError."""
+        """Write the table as CSV or JSON, by the end of the name. Raises InputError."""
         self.table().save(path)
 
     def plot(self, path: Path | str | None = None, **more: Any) -> Any:

@@ -18,7 +18,6 @@ from squeal.linear.eigen import (
     verdict,
 )
 from squeal.linear.events import Crossing
-from squeal.linear.loop import FrictionLoop, LoopAnswer, friction_loop
 from squeal.linear.matrices import VERDICTS
 from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_modes
 from squeal.linear.system import Batched, Matrices, System
@@ -31,10 +30,10 @@ from squeal.linear.thresholds import (
 
 # fmt: off
 __all__ = [
-    "GROWING", "VERDICTS", "Batched", "CriticalPoint", "Crossing", "Eigenvalue", "FrictionLoop",
-    "Judgement", "LoopAnswer", "Matrices", "Spectrum", "System", "Thresholds",
+    "GROWING", "VERDICTS", "Batched", "CriticalPoint", "Crossing", "Eigenvalue",
+    "Judgement", "Matrices", "Spectrum", "System", "Thresholds",
     "TrackedModes", "UnstableMode", "complex_eigenvalues", "crossings",
-    "damped_verdicts", "friction_loop", "judge", "sensitivities",
+    "damped_verdicts", "judge", "sensitivities",
     "sum_verdicts", "thresholds", "track", "undamped_verdicts", "unstable_modes",
     "verdict",
 ]

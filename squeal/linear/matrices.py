@@ -204,6 +204,13 @@ def first_order(A: Any, B: Any, rate: ArrayLike | None = None) -> tuple[Any, Arr
     return state, rate
 
 
+def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
+    """A (2n, 2n) of the states (q, q') of M q'' + C q' + K q = f, and B (2n, n) of the forces f."""
+    n, eye, zero = len(M), np.eye(len(M)), np.zeros(np.shape(M))
+    lower = np.linalg.solve(M, np.hstack([-K, -C, eye]))
+    return np.block([[zero, eye], [lower[:, : 2 * n]]]), np.vstack([zero, lower[:, 2 * n :]])
+
+
 def norm_of(A: Any) -> float:
     """sqrt(|A|_1 |A|_inf), which bounds the 2-norm, of an array or sparse array."""
     size = abs(A)

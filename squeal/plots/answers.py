@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from squeal.analysis import of_systems
@@ -57,9 +56,7 @@ def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Dr
     if not isinstance(subject, Scene):
         return modes.modes_drawing(name, answer.values)
     shapes = shapes_of_pad(analysis, subject.pad.w)
-    origin = answer.details.get("origin", {}).get("eigenvalues", [])
-    beside = np.array([complex(row["real"], row["imag"]) for row in origin]) if origin else None
-    figure = modes.pad_figure(subject.pad, analysis.q, shapes, answer.values, beside)
+    figure = modes.pad_figure(subject.pad, analysis.q, shapes, answer.values)
     return modes.modes_drawing(name, answer.values, figure)
 
 

@@ -100,34 +100,25 @@ def growing(values: np.ndarray) -> np.ndarray:
     return np.asarray(values.real > 1e-9 * np.abs(values))
 
 
-def draw_eigenvalues(axes: Axes, values: np.ndarray, beside: np.ndarray | None = None) -> None:
-    """Eigenvalues (rad/s) of the upper half plane, those that grow as red squares.
-
-    beside: of a pad those about the origin, as crosses.
-    """
-    everything = values if beside is None else np.concatenate([values, beside])
-    units = units_of(everything)
+def draw_eigenvalues(axes: Axes, values: np.ndarray) -> None:
+    """Eigenvalues (rad/s) of the upper half plane, those that grow as red squares."""
+    units = units_of(values)
     axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
     upper = values[values.imag >= -1e-9 * np.abs(values)]
     grows = growing(upper)
     sets: list[tuple[np.ndarray, dict[str, Any]]] = [
-        (upper[~grows], {"marker": "o", "fc": "none", "ec": RING, "label": "equilibrium"}),
+        (upper[~grows], {"marker": "o", "fc": "none", "ec": RING}),
         (upper[grows], {"marker": "s", "fc": "none", "ec": RED}),
     ]
-    if beside is not None:
-        shown = beside[beside.imag >= 0.0]
-        sets.append((shown, {"marker": "x", "fc": RED, "label": "origin, full contact"}))
     for points, look in sets:
         axes.scatter(points.real / units[1].factor, points.imag / units[0].factor, s=26, **look)
-    reach = max(1.0, 1.2 * float(np.abs(everything.real).max(initial=0.0))) / units[1].factor
-    axes.set(xlim=(-reach, reach), ylim=frequency_limits(everything, units[0]))
+    reach = max(1.0, 1.2 * float(np.abs(values.real).max(initial=0.0))) / units[1].factor
+    axes.set(xlim=(-reach, reach), ylim=frequency_limits(values, units[0]))
     axes.set(xlabel=f"growth rate [{units[1].name}]", ylabel=f"frequency [{units[0].name}]")
     for root in sorted(upper[grows & (upper.imag > 0.0)], key=lambda r: -r.real)[:6]:
         place = (root.real / units[1].factor, root.imag / units[0].factor)
         words = in_unit(root.imag, units[0])
         axes.annotate(words, place, (-5, 0), ha="right", va="center", **NAME)
-    if beside is not None:
-        axes.legend(loc="lower right", borderaxespad=0.4)
 
 
 def pad_figure(
@@ -135,7 +126,6 @@ def pad_figure(
     q: Sequence[float],
     shapes: Sequence[ModeShape],
     values: np.ndarray,
-    beside: np.ndarray | None = None,
 ) -> Figure:
     """Eigenvalues of a pad about its equilibrium q (x, y, theta), and the shape of each mode."""
     slender = pad.h / pad.w
@@ -150,7 +140,7 @@ def pad_figure(
     with style():
         figure = Figure(figsize=(DOUBLE, 0.5 + 1.3 * len(shapes)))
         grid = figure.add_gridspec(len(shapes), 2, width_ratios=[1.5, 1.0])
-        draw_eigenvalues(figure.add_subplot(grid[:, 0]), values, beside)
+        draw_eigenvalues(figure.add_subplot(grid[:, 0]), values)
         for k, (one, three) in enumerate(zip(shapes, lines, strict=True)):
             axes = figure.add_subplot(grid[k, 1])
             draw_surface(axes, -slender, left, right, bottom)

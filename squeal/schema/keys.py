@@ -241,24 +241,6 @@ class Group(Kind):
             if isinstance(key.kind, Group):
                 yield from key.kind.paths((*before, name))
 
-    def schema(self, model: str = "") -> dict[str, Any]:
-        """An object that holds no other keys than those that the model uses."""
-        used = {name: key for name, key in self.keys.items() if key.used_by(model)}
-        described = {name: _described(key, model) for name, key in used.items()}
-        needed = {name: key.unless for name, key in used.items() if key.required}
-        always = [name for name, other in needed.items() if other not in used]
-        either = [[name, other] for name, other in needed.items() if other in used]
-        parts: dict[str, Any] = {
-            "required": always,
-            "allOf": [{"anyOf": [{"required": [name]} for name in pair]} for pair in either],
-            "dependentRequired": {n: list(key.needs) for n, key in used.items() if key.needs},
-        }
-        form: dict[str, Any] = {"type": "object", "additionalProperties": False}
-        form |= {"properties": described} | {word: part for word, part in parts.items() if part}
-        if self.only_one:
-            form |= {"minProperties": 1, "maxProperties": 1}
-        return {"anyOf": [form, self.keys[self.short].kind.schema()]} if self.short else form
-
 
 def check_needs(keys: Mapping[str, Key], given: Mapping[str, Any], at: Place) -> None:
     """Refuse a key that is given without another one that it needs. Raises InputError."""
@@ -266,13 +248,6 @@ def check_needs(keys: Mapping[str, Key], given: Mapping[str, Any], at: Place) ->
         for other in key.needs if given.get(name) is not None else ():
             if given.get(other) is None:
                 raise keys[other].missing(at / other, name)
-
-
-def _described(key: Key, model: str) -> dict[str, Any]:
-    kind = key.kind
-    schema = kind.schema(model) if isinstance(kind, Group) else kind.schema()
-    unit = f", {key.unit}" if key.unit else ""
-    return schema | {"description": f"{key.meaning}{unit}"}
 
 
 def listed(names: Iterable[str]) -> str:

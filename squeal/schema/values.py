@@ -1,4 +1,4 @@
-"""What a value may be: one record a kind that reads, checks, words and describes it.
+"""What a value may be: one record a kind that reads, checks and words it.
 
 The same record serves a file (`read`: from YAML to the value) and a Python record (`check`: the
 value as it stands), so both refuse with the same sentence.
@@ -12,7 +12,7 @@ import os
 import re
 import reprlib
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import wraps
@@ -76,14 +76,10 @@ def shown(value: Any) -> str:
 
 
 class Kind:
-    """What all kinds of values offer: each says what it allows, describes and reads it."""
+    """What all kinds of values offer: each says what it allows and reads it."""
 
     def allowed(self) -> str:
         """What is allowed, to follow "it must be"."""
-        raise NotImplementedError
-
-    def schema(self) -> dict[str, Any]:
-        """The JSON schema of the value in a file."""
         raise NotImplementedError
 
     def convert(self, value: Any) -> Any:
@@ -157,13 +153,6 @@ class Number(Kind):
     def convert(self, value: Any) -> float | None:
         return float(value) if isinstance(value, _PLAIN) and self.admits(value) else None
 
-    def schema(self) -> dict[str, Any]:
-        ends = {
-            "minimum" if self.low_allowed else "exclusiveMinimum": self.low,
-            "maximum" if self.high_allowed else "exclusiveMaximum": self.high,
-        }
-        return {"type": "number"} | {word: end for word, end in ends.items() if math.isfinite(end)}
-
 
 NOT_NEGATIVE = Number(low=0.0, low_allowed=True)
 
@@ -184,10 +173,6 @@ class Angle(Number):
 
     def allowed(self) -> str:
         return f"{super().allowed()} (radians) or a multiple of pi such as 0.75*pi"
-
-    def schema(self) -> dict[str, Any]:
-        text = {"type": "string", "pattern": f"^{_ANGLE.pattern}$"}
-        return {"anyOf": [super().schema(), text]}
 
 
 def warn_of_degrees(value: Any, at: Place) -> None:
@@ -211,9 +196,6 @@ class Whole(Kind):
         whole = isinstance(value, Integral) and not isinstance(value, bool)
         return int(value) if whole and self.low <= int(value) <= self.high else None
 
-    def schema(self) -> dict[str, Any]:
-        return {"type": "integer", "minimum": self.low, "maximum": self.high}
-
 
 @dataclass(frozen=True)
 class Word(Kind):
@@ -229,9 +211,6 @@ class Word(Kind):
             value = "-"
         return value if isinstance(value, str) and value in self.choices else None
 
-    def schema(self) -> dict[str, Any]:
-        return {"enum": list(self.choices)}
-
 
 @dataclass(frozen=True)
 class Words(Word):
@@ -246,23 +225,16 @@ class Words(Word):
         given = [Word(self.choices).read(entry, at) for entry in value]
         return tuple(name for name in self.choices if name in given)
 
-    def schema(self) -> dict[str, Any]:
-        return {"type": "array", "items": super().schema()}
-
 
 @dataclass(frozen=True)
 class Instance(Kind):
-    """An object of a class, or of one of several; `named` says which, `form` is its schema."""
+    """An object of a class, or of one of several; `named` says which."""
 
     kind: type | tuple[type, ...]
     named: str
-    form: Mapping[str, Any] = field(default_factory=dict)
 
     def allowed(self) -> str:
         return self.named
-
-    def schema(self) -> dict[str, Any]:
-        return dict(self.form)
 
     def read(self, value: Any, at: Place, model: str = "") -> Any:
         if not isinstance(value, self.kind):
@@ -270,8 +242,8 @@ class Instance(Kind):
         return value
 
 
-TEXT = Instance(str, "text", {"type": "string"})
-FLAG = Instance(bool, "true or false", {"type": "boolean"})
+TEXT = Instance(str, "text")
+FLAG = Instance(bool, "true or false")
 FILE = Instance((str, os.PathLike), "the path of a file")
 
 
@@ -284,9 +256,6 @@ class Name(Kind):
     def convert(self, value: Any) -> str | None:
         return value if isinstance(value, str) and _NAME.fullmatch(value) else None
 
-    def schema(self) -> dict[str, Any]:
-        return {"type": "string", "pattern": f"^{_NAME.pattern}$"}
-
 
 class Numbers(Kind):
     """A mapping of names to finite numbers."""
@@ -298,11 +267,6 @@ class Numbers(Kind):
         if not isinstance(value, dict):
             raise at.must_be(value, self.allowed())
         return {Name().read(name, at): Number().read(v, at / name) for name, v in value.items()}
-
-    def schema(self) -> dict[str, Any]:
-        names = {"pattern": f"^{_NAME.pattern}$"}
-        each = Number().schema()
-        return {"type": "object", "propertyNames": names, "additionalProperties": each}
 
 
 @dataclass(frozen=True)
@@ -320,9 +284,6 @@ class Row(Kind):
             return None
         entries = tuple(self.each.convert(entry) for entry in value)
         return None if None in entries else entries  # type: ignore[return-value]
-
-    def schema(self) -> dict[str, Any]:
-        return _array(self.each.schema(), self.count, self.count)
 
 
 @dataclass(frozen=True)
@@ -350,14 +311,6 @@ class Square(Kind):
                 words = f"{name}, {shown(row)}, is not allowed"
                 raise at.refuse(f"{words}; it must be {self.allowed()}")
         return tuple(tuple(Number().read(v, at / n) for v in row) for n, row in rows.items())
-
-    def schema(self) -> dict[str, Any]:
-        low, high = (self.count, self.count) if self.count else (1, self.most)
-        return _array(_array(Number().schema(), low, high), low, high)
-
-
-def _array(items: dict[str, Any], low: int, high: int) -> dict[str, Any]:
-    return {"type": "array", "items": items, "minItems": low, "maxItems": high}
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ def _values(found):
     return np.array(sorted(values, key=lambda v: (v.imag, v.real)))
 
 
-@pytest.mark.parametrize("suffix", ["mtx", "mat", "npz", "hb", "inp"])
+@pytest.mark.parametrize("suffix", ["mtx", "mat", "npz"])
 def test_a_pad_comes_back(suffix, tmp_path, capsys):
     folder = tmp_path / "out"
     answer(capsys, "export", SCENES / "b1-c.yaml", "--output", folder, "--format", suffix)

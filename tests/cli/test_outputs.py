@@ -145,7 +145,7 @@ parameter: real
 """
 
 
-@pytest.mark.parametrize("ending", ["csv", "json", "nc"])
+@pytest.mark.parametrize("ending", ["csv", "json"])
 def test_parameters_named_like_columns(ending, tmp_path, capsys):
     path, table = tmp_path / "system.yaml", tmp_path / f"table.{ending}"
     path.write_text(NAMED_LIKE_COLUMNS)

@@ -64,8 +64,6 @@ def folder(tmp_path, monkeypatch):
         (f"eigenvalues {B1} --band 1:0", "--band 1:0"),
         (f"eigenvalues {B1} --band=-1:2", "--band -1:2"),
         (f"eigenvalues {B1} --band 0:inf", "--band 0:inf"),
-        (f"eigenvalues {B1} --min-growth x", "--min-growth x"),
-        (f"eigenvalues {B1} --min-growth=-1", "--min-growth -1"),
         (f"eigenvalues {B1} --memory -3", "--memory -3"),
         (f"eigenvalues {B1} --pdf none/e.pdf", "none"),
         (f"eigenvalues {B1} --csv a.csv --table b.csv", "--csv a.csv"),

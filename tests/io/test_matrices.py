@@ -7,14 +7,26 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.io import mmwrite, savemat
+from scipy.io import hb_write, mmwrite, savemat
 from scipy.sparse import coo_array, csc_array, random_array, save_npz
 
 from squeal.errors import InputError, InputWarning
 from squeal.io.matrices import aligned, fingerprint, read_matrix, write_matrix
 
-WRITTEN = (".mtx", ".mat", ".npz", ".hb", ".rua", ".txt", ".inp")
+WRITTEN = (".mtx", ".mat", ".npz", ".hb", ".txt")
 BANNER = "%%MatrixMarket matrix coordinate real"
+
+
+def put(path, matrix):
+    """Write a matrix; SciPy writes Harwell-Boeing, and text is that of Abaqus."""
+    if path.suffix == ".hb":
+        hb_write(path, csc_array(matrix))
+    elif path.suffix == ".txt":
+        dense = csc_array(matrix).toarray()
+        table = [(i + 1, j + 1, value) for (i, j), value in np.ndenumerate(dense)]
+        np.savetxt(path, table, fmt="%d %d %.17g", header="* TYPE=UNSYMMETRIC", comments="*")
+    else:
+        write_matrix(path, matrix)
 
 
 @pytest.fixture
@@ -38,7 +50,7 @@ def read(tmp_path):
 @pytest.mark.parametrize("suffix", WRITTEN)
 def test_round_trip_to_the_last_bit_whatever_the_suffix_says(tmp_path, matrix, suffix, hint):
     path = tmp_path / f"K{suffix}"
-    write_matrix(path, matrix)
+    put(path, matrix)
     path = path.rename(tmp_path / f"K{hint or suffix}")
     found = read_matrix(path).matrix
     assert np.array_equal(found.toarray(), matrix.toarray())
@@ -51,16 +63,14 @@ def test_every_double_comes_back_from_text(tmp_path_factory, values):
     matrix = np.array(values).reshape(3, 3)
     for suffix in (".mtx", ".txt"):
         path = tmp_path_factory.mktemp("text") / f"K{suffix}"
-        write_matrix(path, matrix)
+        put(path, matrix)
         assert np.array_equal(read_matrix(path).matrix.toarray(), matrix)
 
 
-@pytest.mark.parametrize("suffix", [".txt", ".mtx"])
-def test_rows_without_entries_come_back(suffix, tmp_path):
+def test_rows_without_entries_come_back(tmp_path):
     for matrix in (csc_array(([2.0], ([0], [1])), shape=(3, 3)), csc_array((3, 3))):
-        write_matrix(tmp_path / f"K{suffix}", matrix)
-        found = read_matrix(tmp_path / f"K{suffix}").matrix
-        assert np.array_equal(found.toarray(), matrix.toarray())
+        write_matrix(tmp_path / "K.mtx", matrix)
+        assert np.array_equal(read_matrix(tmp_path / "K.mtx").matrix.toarray(), matrix.toarray())
 
 
 def test_keys_pick_one_of_several_in_the_case_written(tmp_path, matrix):
@@ -268,14 +278,3 @@ def test_what_scipy_writes_is_read(tmp_path, entry, kind, form):
     square = (square != 0).astype(int) if entry == "pattern" else square
     mmwrite(tmp_path / "K.mtx", form(square), field=entry, symmetry=kind)
     assert np.array_equal(read_matrix(tmp_path / "K.mtx").matrix.toarray(), square)
-
-
-@pytest.mark.parametrize("suffix", [".hb", ".rua"])
-@pytest.mark.parametrize("entry", [0.0, 1e-101, 1e100])
-def test_what_harwell_boeing_does_not_hold_is_refused(suffix, entry, tmp_path):
-    path = tmp_path / f"K{suffix}"
-    with pytest.raises(InputError, match="1e-99 to 1e99"):
-        write_matrix(path, np.diag([entry, entry and 1.0]))
-    assert not list(tmp_path.iterdir())
-    write_matrix(path, np.diag([1e-99, 9e99]))
-    assert read_matrix(path).matrix.diagonal().tolist() == [1e-99, 9e99]

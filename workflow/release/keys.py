@@ -1,26 +1,21 @@
-"""The table of keys as a page for people and as JSON schemas for editors.
+"""The table of keys as a page: `python -m workflow.release.keys docs` writes it.
 
-`python -m workflow.release.keys docs` writes them anew; a test says whether they are current.
+A test says whether it is current.
 """
 
 import sys
-from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 from squeal.io.scene import SCENE
 from squeal.io.system import DAMPING, POWER, SYSTEM, TERM, short_keys
-from squeal.io.writing import to_json, write_text
+from squeal.io.writing import write_text
 from squeal.model.contact import MODELS
 from squeal.schema.keys import Group, Key
 
-_DIALECT = "https://json-schema.org/draft/2020-12/schema"
 _INTRODUCTION = """\
 # Scene and system files
 
-Written by `python -m workflow.release.keys docs` from the table that also reads the files;
-`scene.schema.json` and `system.schema.json` beside it are the same for editors that complete and
-check YAML while you type.
+Written by `python -m workflow.release.keys docs` from the table that also reads the files.
 
 A scene is one YAML file in UTF-8: a model, its pad, and what is wanted. Numbers are finite and in
 SI units; an angle is a number of radians or a multiple of pi such as `0.75*pi` or `pi/2`. A key
@@ -115,33 +110,9 @@ def _row(name: str, key: Key) -> list[str]:
     return [f"`{name}`", key.meaning, key.unit or "-", key.kind.allowed(), left_out, models]
 
 
-def scene_schema() -> dict[str, Any]:
-    """The JSON schema of scene files: one alternative a model."""
-    alternatives = []
-    for model in MODELS:
-        one = SCENE.schema(model)
-        one["properties"]["model"] = {"const": model, "description": MODELS[model].words}
-        alternatives.append(one)
-    return {"$schema": _DIALECT, "title": "squeal scene", "oneOf": alternatives}
-
-
-def system_schema() -> dict[str, Any]:
-    """The JSON schema of system files: the general form or the short one."""
-    forms = [SYSTEM.schema(), short_keys(None).schema()]
-    return {"$schema": _DIALECT, "title": "squeal system", "anyOf": forms}
-
-
-def documents() -> Iterator[tuple[str, str]]:
-    """Name and content of each file."""
-    yield "scene.md", page()
-    yield "scene.schema.json", to_json(scene_schema()) + "\n"
-    yield "system.schema.json", to_json(system_schema()) + "\n"
-
-
 def main() -> int:
-    """Write the files into the folder that is named."""
-    for name, content in documents():
-        write_text(Path(sys.argv[1]) / name, content)
+    """Write the page into the folder that is named."""
+    write_text(Path(sys.argv[1]) / "scene.md", page())
     return 0
 
 

@@ -10,7 +10,7 @@ from squeal.analysis.pads import analyse
 from squeal.article.records import Missing, Record, Result
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, read_scene
-from squeal.linear.loop import state_matrices
+from squeal.linear.matrices import state_matrices
 from squeal.model.equations import Linearisation
 
 ROUNDING = 1e-9  # real parts below this share of |s| are rounding
