@@ -17,12 +17,12 @@ pad = squeal.Pad(
     alpha1=0.5 * np.pi, alpha2=np.pi, mu=0.4, F_n=4500.0,
 )
 
-axes = squeal.Axis("alpha1", 0.0, np.pi, 20), squeal.Axis("alpha2", 0.0, np.pi, 20)
+axes = squeal.Axis("alpha1", 0.0, np.pi, 60), squeal.Axis("alpha2", 0.0, np.pi, 60)
 found = squeal.map(squeal.Scene("B1", pad), axes)
 print({name: round(share, 3) for name, share in found.share.items() if share > 0.0})
 
 # %%
-# Boundaries are traced between the points of the grid, not drawn along its cells. White would be
+# Each cell is a pad. White would be
 # stable, light blue is marginal (undamped, nothing grows), red flutters; grey has no equilibrium on
 # the branch from the frictionless pad.
 

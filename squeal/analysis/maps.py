@@ -4,9 +4,7 @@ B3 maps linearise about the origin. The others find the sliding equilibrium of e
 the branch from mu = 0 that a query follows; see `squeal.analysis.stack`.
 """
 
-import dataclasses
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -21,7 +19,6 @@ from squeal.io.scene import Scene, takes_scene
 from squeal.linear import VERDICTS, sum_verdicts
 from squeal.model.equations import PadModel, about_origin, spring_directions
 from squeal.model.pad import PARAMETERS
-from squeal.numerics.outline import Outline, outline
 from squeal.schema.values import Instance, Place, Several, takes
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
@@ -45,14 +42,12 @@ def angle_axes(n: int) -> tuple[Axis, Axis]:
 class StabilityMap:
     """codes (n1, n2) are indices into `NAMES`; the first axis runs along the rows.
 
-    beyond (3, n1, n2) says which of the limits on tilt, travel and reaction an equilibrium exceeds;
-    `outline` holds the boundaries between the codes, if the map was asked to trace them.
+    beyond (3, n1, n2) says which of the limits on tilt, travel and reaction an equilibrium exceeds.
     """
 
     axes: tuple[Axis, Axis]
     codes: np.ndarray = field(repr=False)
     beyond: np.ndarray = field(repr=False)
-    outline: Outline | None = field(default=None, repr=False)
 
     @property
     def admissible(self) -> np.ndarray:
@@ -162,11 +157,10 @@ AXES = Several(Instance(Axis, "an Axis"), "two of Axis, such as angle_axes(200) 
 
 @takes_scene
 @takes(axes=AXES)
-def stability_map(scene: Scene, axes: tuple[Axis, Axis], traced: bool = False) -> StabilityMap:
+def stability_map(scene: Scene, axes: tuple[Axis, Axis]) -> StabilityMap:
     """Verdict over two parameters of a scene's pad; the mapped ones replace the scene's.
 
-    `traced` finds the boundaries between the points by bisection, for drawing. Raises InputError
-    for a parameter that the scene does not use, or the same one twice.
+    Raises InputError for a parameter that the scene does not use, or the same one twice.
     """
     names = (axes[0].name, axes[1].name)
     check_axes(scene, axes)
@@ -177,33 +171,7 @@ def stability_map(scene: Scene, axes: tuple[Axis, Axis], traced: bool = False) -
     else:
         points = on_grid(scene, names, x, y)
         codes, beyond = points.codes, points.beyond
-    return StabilityMap(axes, codes, beyond, traced_map(scene, axes, codes) if traced else None)
-
-
-def traced_map(
-    scene: Scene,
-    axes: tuple[Axis, Axis],
-    codes: np.ndarray,
-    code_of: Callable[[PointVerdicts, np.ndarray], np.ndarray] = lambda at, _: at.codes,
-) -> Outline:
-    """The outline of codes (n1, n2) on the points of a map.
-
-    `code_of` makes codes of the verdicts at points (2, n), for maps of more than the verdict.
-    """
-    names = (axes[0].name, axes[1].name)
-
-    def plain(points: np.ndarray) -> np.ndarray:
-        return np.array([a.uneven(row) for a, row in zip(axes, points, strict=True)])
-
-    def at(points: np.ndarray) -> np.ndarray:
-        points = plain(points)
-        return code_of(codes_at(scene, names, points), points)
-
-    x, y = (a.even(a.values) for a in axes)
-    traced = outline((axes[0].ends, axes[1].ends), x, y, codes, at)
-    corners = (plain(np.moveaxis(part, -1, 0)) for part in (traced.segments, traced.polygons))
-    segments, polygons = (np.moveaxis(part, 0, -1) for part in corners)
-    return dataclasses.replace(traced, segments=segments, polygons=polygons)
+    return StabilityMap(axes, codes, beyond)
 
 
 @dataclass(frozen=True, eq=False)

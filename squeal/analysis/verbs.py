@@ -483,7 +483,7 @@ def _map(scene: Scene, axes: tuple[Axis, Axis] | None, quantity: str | None, cur
         verdicts.warnings + (() if field is None else field.warnings),
         details,
         notes,
-        (scene, verdicts, field, lines),
+        (scene, field, lines),
     )
 
 

@@ -11,7 +11,6 @@ from matplotlib.figure import Figure
 from squeal.analysis import of_systems
 from squeal.analysis.answers import Eigenvalues, Map, Sweep, Thresholds
 from squeal.analysis.cycles import Cycles
-from squeal.analysis.maps import traced_map
 from squeal.analysis.pads import shapes_of_pad, sweep_modes
 from squeal.analysis.variations import Scatter
 from squeal.errors import InputError
@@ -80,13 +79,12 @@ def _thresholds(answer: Thresholds, name: str, high: float | None = None) -> Dra
 def _map(answer: Map, name: str) -> Drawing:
     if not isinstance(answer.source[0], Scene):
         return maps.map_drawing(name, answer)
-    scene, stability, shown, curves = answer.source
+    scene, shown, curves = answer.source
     own = tuple(getattr(scene.pad, axis.name) for axis in answer.axes)
     if shown is not None:
         level = scene.pad.mu if shown.quantity == "critical-friction" else None
         return maps.contour_drawing(name, answer, own, level, curves or ())
-    areas = stability.outline or traced_map(scene, answer.axes, answer.codes)
-    return maps.map_drawing(name, answer, own, areas, curves or ())
+    return maps.map_drawing(name, answer, own, curves or ())
 
 
 def _scatter(answer: Scatter, name: str) -> Drawing:

@@ -1,24 +1,21 @@
-"""Maps over two parameters: verdicts as areas with the curves between them, and contours."""
+"""Maps over two parameters: verdicts as cells, and contours."""
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch, PathPatch
-from matplotlib.path import Path
+from matplotlib.patches import Patch
 
 from squeal.analysis.answers import Map
 from squeal.analysis.maps import NAMES, QUANTITIES
 from squeal.analysis.threshold_curve import ThresholdCurve
 from squeal.model.pad import PARAMETERS
-from squeal.numerics.outline import Outline
 from squeal.plots.style import SINGLE, Drawing, literal, origin, style
 
 VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#E0B040")
@@ -30,50 +27,6 @@ THRESHOLD, OWN_LEVEL = "#E69F00", "#C8380E"  # curves: continued, and where the 
 GREEK = {"alpha": r"\alpha", "theta": r"\theta", "mu": r"\mu"}
 
 Own = tuple[float, float] | None
-
-
-def angle_axes_of_pi(axes: Axes) -> None:
-    """Axes of the two spring angles, drawn over pi."""
-    axes.set_xticks(*QUARTERS)
-    axes.set_yticks(*QUARTERS)
-    axes.set(aspect="equal", xlim=(0.0, 1.0), ylim=(0.0, 1.0))
-    axes.set_xlabel(r"spring angle $\alpha_1$ [rad]")
-    axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
-
-
-def mark(
-    axes: Axes,
-    marks: Mapping[str, tuple[float, float]],
-    unit: float = 1.0,
-    size: float = 7,
-    **ring: Any,
-) -> None:
-    """Names in rings at their places, coordinates over `unit`; `ring`: how it looks otherwise."""
-    box = {"boxstyle": "circle,pad=0.15", "fc": "w", "ec": "k", "lw": 0.6} | ring
-    for name, (x, y) in marks.items():
-        look: Any = {"ha": "center", "va": "center", "clip_on": False, "zorder": 5}
-        axes.text(x / unit, y / unit, name, fontsize=size, bbox=box, **look)
-
-
-def draw(axes: Axes, areas: Outline, colours: Sequence[str], unit: Any = 1.0) -> None:
-    """Areas in the colours of their codes and the curves between them, coordinates over `unit`.
-
-    unit: a number, or one for each axis.
-    """
-    unit = np.asarray(unit)
-    for k in np.unique(areas.codes):
-        boxes = areas.polygons[areas.codes == k] / unit
-        closed = np.concatenate([boxes, boxes[:, :1]], axis=1)
-        ways = [Path.MOVETO, *[Path.LINETO] * (boxes.shape[1] - 1), Path.CLOSEPOLY]
-        # one path, which is drawn faster than many; a stroke of its own colour hides the hairlines
-        # that viewers leave between polygons
-        area = Path(closed.reshape(-1, 2), np.tile(ways, len(boxes)))
-        patch = PathPatch(area, color=colours[k], lw=0.4, joinstyle="round", zorder=1)
-        axes.add_artist(patch)  # add_patch would look for the limits of each line
-        axes.update_datalim(area.vertices)
-    lines = [curve / unit for curve, _ in areas.curves]
-    look: Any = {"colors": "black", "linewidths": 0.6, "capstyle": "round"}
-    axes.add_collection(LineCollection(lines, zorder=2, **look))
 
 
 def symbol(name: str) -> str:
@@ -144,10 +97,9 @@ def map_drawing(
     name: str,
     answer: Map,
     own: Own = None,
-    areas: Outline | None = None,
     curves: Sequence[ThresholdCurve] = (),
 ) -> Drawing:
-    """Verdict over two parameters: traced areas, or a cell for each point.
+    """Verdict over two parameters, a cell for each point.
 
     own: the numbers of a pad, which is marked; curves: continued thresholds.
     """
@@ -157,11 +109,8 @@ def map_drawing(
     with style():
         figure = Figure(figsize=(SINGLE, 3.6))
         axes = figure.add_subplot()
-        if areas is None:
-            look: Any = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
-            axes.pcolormesh(x, y, answer.codes.T, shading="nearest", rasterized=True, **look)
-        else:
-            draw(axes, areas, colours, units)
+        look: Any = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
+        axes.pcolormesh(x, y, answer.codes.T, shading="nearest", rasterized=True, **look)
         handles: list[Any] = [
             Patch(fc=colour, ec="k", lw=0.5, label=f"{verdict} ({100 * share:.1f} %)")
             for verdict, colour in zip(answer.verdicts, colours, strict=True)

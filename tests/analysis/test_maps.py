@@ -109,22 +109,6 @@ def test_without_a_matrix_or_ratio_above_zero_nothing_is_damped():
         assert np.array_equal(stability_map(scene_of("b3", zero), axes).codes, plain)
 
 
-def test_traced_damped_map_has_the_boundary_of_the_eigenvalues():
-    scene, axes = scene_of("b2-c", RATIOS), angle_axes(5)
-    outline = stability_map(scene, axes, traced=True).outline
-    checked = 0
-    for (alpha1, alpha2), sides in zip(outline.segments[:, 0], outline.sides, strict=True):
-        on_edge = np.abs(axes[1].values - alpha2).min() < 1e-9  # of the grid: there it is bisected
-        if on_edge and sorted(NAMES[c] for c in sides) == ["flutter", "stable"]:
-            pads = [
-                scene.pad.replace(alpha1=float(alpha1 + d), alpha2=float(alpha2))
-                for d in (-1e-5, 1e-5)
-            ]
-            assert {verdict_at(scene, pad) for pad in pads} == {"flutter", "stable"}
-            checked += 1
-    assert checked > 3
-
-
 def test_ratios_of_an_unstable_mode_are_refused_with_the_place():
     # Eq. (21) as printed turns the contact's moment round: rotation falls off without friction
     scene = dataclasses.replace(scene_of("b3", RATIOS), formulation=Formulation(delta_moment="-"))
@@ -149,26 +133,17 @@ def test_a_moment_of_inertia_that_was_left_out_follows(stem, n):
     assert not np.array_equal(codes, held)
 
 
-def test_a_logarithmic_axis_has_equal_ratios_and_traces_its_curves():
+def test_a_logarithmic_axis_has_equal_ratios():
     scene = read_scene(SCENES / "b3.yaml")
     axis = Axis("k1", 1e6, 1e10, 40, log=True)
     assert axis.values[1:] / axis.values[:-1] == pytest.approx(1e4 ** (1 / 40))
     assert math.sqrt(axis.values[0] * axis.values[-1]) == pytest.approx(1e8)
     other = Axis("k_c", 1e6, 1e10, 40, log=True)
-    found = stability_map(scene, (axis, other), traced=True)
+    found = stability_map(scene, (axis, other))
     for i, j in ((0, 0), (20, 20), (21, 30), (39, 5)):
         changed = scene.replace(k1=float(axis.values[i]), k_c=float(other.values[j]))
         assert NAMES[found.codes[i, j]] == analyse(changed).judgement.verdict
     assert found.share["flutter"] > 0.05
-    # each traced place divides flutter from none a thousandth to both sides
-    curve = np.concatenate([points for points, _ in found.outline.curves])
-    inside = curve[(curve[:, 0] < 9e9) & (curve[:, 1] < 9e9)]
-    for k1, k_c in inside[:: len(inside) // 12]:
-        verdicts = {
-            analyse(scene.replace(k1=a, k_c=b)).judgement.verdict
-            for a, b in ((k1 * 1.02, k_c / 1.02), (k1 / 1.02, k_c * 1.02))
-        }
-        assert len(verdicts) == 2
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-1.0, 1.0)])

@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from squeal.article.cases import CASES
+from squeal.article.outline import angle_axes_of_pi, mark
 from squeal.article.studies.map_ranges import MapRanges
-from squeal.plots import maps
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 LOOKS = (("#3498DB", "--"), ("#000000", "-"), ("#C8380E", ":"))
@@ -24,9 +24,9 @@ def map_ranges_figure(record: MapRanges) -> Figure:
                 for line in curves:
                     shape.plot(*(np.array(line).T / np.pi), dash, color=colour, label=label, lw=0.9)
                     label = "_"
-            maps.mark(shape, CASES, np.pi, 8)
+            mark(shape, CASES, np.pi, 8)
             shape.set_title(f"({'abc'[column]})", loc="left", pad=3.0)
-            maps.angle_axes_of_pi(shape)
+            angle_axes_of_pi(shape)
             if column:
                 shape.set_ylabel("")
             shape.legend(loc="lower left", fontsize=8)

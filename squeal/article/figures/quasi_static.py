@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from squeal.article.cases import CASES
+from squeal.article.outline import angle_axes_of_pi, draw_areas, mark
 from squeal.article.studies.angles import PARTIAL, Angles
 from squeal.article.studies.quasi_static import QuasiStatic
-from squeal.plots import maps
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 Marks = Mapping[str, tuple[float, float]]
@@ -33,10 +33,10 @@ def quasi_static_figure(record: QuasiStatic, angles: Angles, marks: Marks) -> Fi
         figure = Figure(figsize=(DOUBLE, 2.75))
         axes = figure.subplots(1, 3, sharey=True)
         for one, (title, outline) in zip(axes, panels.items(), strict=True):
-            maps.draw(one, outline, ("white", "black"), np.pi)
-            maps.mark(one, marks, np.pi, 8, **ring)
+            draw_areas(one, outline, ("white", "black"), np.pi)
+            mark(one, marks, np.pi, 8, **ring)
             one.set_title(title, pad=8.0)
-            maps.angle_axes_of_pi(one)
+            angle_axes_of_pi(one)
         for one in axes[1:]:
             one.set_ylabel("")
     return figure

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.maps import BEYOND_FOLD, NAMES, PointVerdicts, angle_axes, on_grid, traced_map
+from squeal.analysis.maps import BEYOND_FOLD, NAMES, PointVerdicts, angle_axes, codes_at, on_grid
+from squeal.article.outline import Outline, outline
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.io.scene import Damping, Scene
 from squeal.model.contact import FULL, STATES
-from squeal.numerics.outline import Outline
 
 CELLS = 90  # a side of the map
 COARSE = 40  # a side of the maps with damping
@@ -43,7 +43,7 @@ class Angles(Result):
     share: Shares
 
 
-def _encoded(regions: PointVerdicts, _: object = None) -> np.ndarray:
+def _encoded(regions: PointVerdicts) -> np.ndarray:
     stable = regions.codes <= NAMES.index("marginal")
     full = regions.contact == STATES.index(FULL)
     codes = np.where(stable, np.where(full, STABLE, PARTIAL), UNSTABLE)
@@ -52,10 +52,14 @@ def _encoded(regions: PointVerdicts, _: object = None) -> np.ndarray:
 
 def equilibria(scene: Scene) -> Outline:
     """The map for a scene of model B2."""
-    axes = angle_axes(CELLS)
+    axes, names = angle_axes(CELLS), ("alpha1", "alpha2")
     angles = axes[0].values
-    codes = _encoded(on_grid(scene, ("alpha1", "alpha2"), angles, angles))
-    return traced_map(scene, axes, codes, _encoded)
+    codes = _encoded(on_grid(scene, names, angles, angles))
+
+    def at(points: np.ndarray) -> np.ndarray:
+        return _encoded(codes_at(scene, names, points))
+
+    return outline((axes[0].ends, axes[1].ends), angles, angles, codes, at)
 
 
 def damped(scene: Scene, mode: int) -> float:

@@ -9,13 +9,13 @@ import numpy as np
 
 from squeal.analysis.maps import BEYOND_FOLD, angle_axes, codes_at
 from squeal.article.equations import bounds
+from squeal.article.outline import outline
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.io.scene import Scene
 from squeal.linear import VERDICTS
 from squeal.model.contact import FULL, STATES
 from squeal.model.pad import Pad
-from squeal.numerics.outline import outline
 
 VALUES = {
     "h/w": np.linspace(0.1, 1.0, 10),

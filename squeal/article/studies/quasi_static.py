@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from squeal.article.equations import Readings, bounds, quasi_static_map
+from squeal.article.outline import Outline, outline
 from squeal.article.records import Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.model.pad import Pad
-from squeal.numerics.outline import Outline, outline
 
 CELLS = 240  # a side
 ENDS = ((0.0, math.pi), (0.0, math.pi))

@@ -8,11 +8,17 @@ Marching squares then connect the places.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.patches import PathPatch
+from matplotlib.path import Path
+
+from squeal.plots.maps import QUARTERS
 
 Codes = Callable[[np.ndarray], np.ndarray]
 """Codes (n,) at points (2, n)."""
@@ -163,3 +169,47 @@ def _runs(x: np.ndarray, y: np.ndarray, codes: np.ndarray) -> tuple[np.ndarray, 
                 boxes.append([[x[i], y[a]], [x[i + 1], y[a]], [x[i + 1], y[b]], [x[i], y[b]]])
                 codes_of.append(column[a])
     return np.array(boxes).reshape(-1, 4, 2), np.array(codes_of, dtype=int)
+
+
+def angle_axes_of_pi(axes: Axes) -> None:
+    """Axes of the two spring angles, drawn over pi."""
+    axes.set_xticks(*QUARTERS)
+    axes.set_yticks(*QUARTERS)
+    axes.set(aspect="equal", xlim=(0.0, 1.0), ylim=(0.0, 1.0))
+    axes.set_xlabel(r"spring angle $\alpha_1$ [rad]")
+    axes.set_ylabel(r"spring angle $\alpha_2$ [rad]")
+
+
+def mark(
+    axes: Axes,
+    marks: Mapping[str, tuple[float, float]],
+    unit: float = 1.0,
+    size: float = 7,
+    **ring: Any,
+) -> None:
+    """Names in rings at their places, coordinates over `unit`; `ring`: how it looks otherwise."""
+    box = {"boxstyle": "circle,pad=0.15", "fc": "w", "ec": "k", "lw": 0.6} | ring
+    for name, (x, y) in marks.items():
+        look: Any = {"ha": "center", "va": "center", "clip_on": False, "zorder": 5}
+        axes.text(x / unit, y / unit, name, fontsize=size, bbox=box, **look)
+
+
+def draw_areas(axes: Axes, areas: Outline, colours: Sequence[str], unit: Any = 1.0) -> None:
+    """Areas in the colours of their codes and the curves between them, coordinates over `unit`.
+
+    unit: a number, or one for each axis.
+    """
+    unit = np.asarray(unit)
+    for k in np.unique(areas.codes):
+        boxes = areas.polygons[areas.codes == k] / unit
+        closed = np.concatenate([boxes, boxes[:, :1]], axis=1)
+        ways = [Path.MOVETO, *[Path.LINETO] * (boxes.shape[1] - 1), Path.CLOSEPOLY]
+        # one path, which is drawn faster than many; a stroke of its own colour hides the hairlines
+        # that viewers leave between polygons
+        area = Path(closed.reshape(-1, 2), np.tile(ways, len(boxes)))
+        patch = PathPatch(area, color=colours[k], lw=0.4, joinstyle="round", zorder=1)
+        axes.add_artist(patch)  # add_patch would look for the limits of each line
+        axes.update_datalim(area.vertices)
+    lines = [curve / unit for curve, _ in areas.curves]
+    look: Any = {"colors": "black", "linewidths": 0.6, "capstyle": "round"}
+    axes.add_collection(LineCollection(lines, zorder=2, **look))

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.answers import Axis
-from squeal.analysis.maps import angle_axes, stability_map
-from squeal.io.scene import read_scene
-from squeal.linear import verdict
-from squeal.model.equations import about_origin
-from squeal.numerics.outline import Outline, outline
-from tests.conftest import SCENES
+from squeal.article.outline import Outline, outline
 
 X = np.linspace(-1.0, 1.0, 61)
 
@@ -53,19 +47,3 @@ def test_an_outline_keeps_through_a_file_and_regroups():
     two = found.regrouped(np.array([0, 0, 1]))
     assert two.area[0] == pytest.approx(np.pi * 0.8**2, rel=2e-3)
     assert {sides for _, sides in two.curves} == {(0, 1)}
-
-
-def test_undamped_flutter_of_b3_starts_where_the_discriminant_vanishes():
-    # along mu alone the boundary is the critical friction of the same pad
-    scene = read_scene(SCENES / "b3.yaml")
-    axes = (Axis("mu", 0.05, 1.0, 40), Axis("alpha1", 0.1, 3.0, 50))
-    found = stability_map(scene, axes, traced=True).outline
-    on_line = np.abs(found.segments[:, 0, 1:] - axes[1].values).min(axis=1) < 1e-12
-    assert on_line.sum() > 10
-    for mu, alpha1 in found.segments[on_line, 0]:
-        beside = [
-            verdict(*about_origin(scene.pad_model.replace(mu=mu + d, alpha1=alpha1)))
-            for d in (-1e-6, 1e-6)
-        ]
-        assert beside[0] != beside[1]
-    assert stability_map(scene, angle_axes(5)).outline is None
