@@ -1,5 +1,5 @@
-"""Parameters varied and everything recomputed: what moves the critical friction (advise), and what
-tolerances make of it (scatter).
+"""Parameters varied and everything computed again: what moves the critical friction (advise), and
+what tolerances make of it (scatter).
 
 Variations of a pad are followed together as a stack over values of friction, not by the
 certified search of a query: a window of growth narrower than a step may be missed. One that a stack
@@ -11,8 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
-from operator import attrgetter
+from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +23,7 @@ from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Column, Table, columns, number, unit_word
+from squeal.io.writing import Answer, Column, Table, columns, number, picked, unit_word
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
@@ -38,9 +37,7 @@ STEP = 0.02  # of a parameter, in rad of an angle
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 CONFIDENCE = 0.95
 CHUNK = 64  # samples that are followed together
-LEVER, SIDES = ("parameter", "unit", "value", "step"), ("lowered", "raised")
-
-Progress = Callable[[int, int], None]
+SIDES = ("lowered", "raised")
 
 
 @dataclass(frozen=True)
@@ -62,11 +59,11 @@ class Outcome:
     no_pad: bool = False
 
     @staticmethod
-    def at(mu: float, kind: str, hertz: float | None) -> Outcome:
+    def at(mu: float, kind: str, hertz: float) -> Outcome:
         """Stability that is lost at mu; what grows from the start has no frequency of its own."""
         if mu <= AT_ONCE:
             return Outcome(critical=0.0, kind=kind)
-        return Outcome(None, mu, kind, None if hertz is None or math.isnan(hertz) else hertz)
+        return Outcome(None, mu, kind, None if math.isnan(hertz) else hertz)
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,40 +83,44 @@ class Varied:
     def of(argument: object, verb: str, high: float) -> Varied:
         """What may be varied. Raises InputError naming the verb."""
         subject: Any = getattr(argument, "system", argument)  # of a system file
+        at = Place(verb)
         if isinstance(subject, Scene):
             MU_MAX.read(high, Place(verb, "mu_max"))
             names = [name for name in parameters(subject.pad_model) if name != "mu"]
-            values = {name: getattr(subject.pad, name) for name in names}
             angles = frozenset(name for name in names if PARAMETERS[name].angle)
-            return Varied(subject, "mu", subject.pad.mu, values, angles)
+            return Varied(
+                subject, "mu", subject.pad.mu, picked(subject.pad, " ".join(names)), angles
+            )
         if not isinstance(subject, TermSystem):
             allowed = "it must be a Scene or a system with named parameters"
-            raise InputError(f"{verb}: {type(subject).__name__} is not allowed; {allowed}")
+            raise at.refuse(f"{type(subject).__name__} is not allowed; {allowed}")
         if subject.n > LARGEST:
-            raise InputError(
-                f"{verb}: {subject.n} degrees of freedom are not allowed; at most {LARGEST} are, "
-                "so reduce the system first"
+            raise at.refuse(
+                f"{subject.n} degrees of freedom are not allowed; at most {LARGEST} are, so reduce "
+                "the system first"
             )
-        values, free = dict(subject.parameters), subject.parameter
-        at = float(values.pop(free))
+        values = dict(subject.parameters)
+        own = float(values.pop(subject.parameter))
         if not values:
-            raise InputError(
-                f"{verb}: {subject.name or 'the system'} has no named parameter but {free}; it "
-                "must have one under its key parameters"
+            raise at.refuse(
+                f"{subject.name} has no named parameter but {subject.parameter}; it must have one "
+                "under its key parameters"
             )
-        Number(low=0.0).read(high, Place(verb, "mu_max"))
-        return Varied(subject, free, at, values)
+        Number(low=0.0).read(high, at / "mu_max")
+        return Varied(subject, subject.parameter, own, values)
 
-    def check(self, name: str, owner: str, share: bool) -> None:
-        """Refuse what is no parameter, and a share of an angle or of zero. Raises InputError."""
-        at = Place(owner)
+    def step(self, name: str, size: float, share: bool, at: Place) -> float:
+        """A share of a parameter's value, or a number in its unit, as a change in its unit.
+
+        Raises InputError for what is no parameter, and for a share of an angle or of zero.
+        """
         if name not in self.values:
-            allowed = ", ".join(self.values)
-            raise at.refuse(f"{name} is no parameter here; allowed are {allowed}")
+            raise at.refuse(f"{name} is no parameter here; allowed are {', '.join(self.values)}")
         if share and name in self.angles:
             raise at.refuse(f"{name} is an angle and has no share; it must be given in rad")
         if share and not self.values[name]:
             raise at.refuse(f"{name} is 0 and has no share; it must be given in its unit")
+        return size * abs(self.values[name]) if share else size
 
     def changed(self, values: dict[str, float]) -> Scene | TermSystem:
         """The subject with other values of some parameters. Raises InputError."""
@@ -133,38 +134,34 @@ class Varied:
             answer = critical_friction(changed, high)
         else:
             answer = critical_parameter(changed.plain, high, changed.parameter)
-        mu, first = answer.stable_to(high), answer.first
-        if mu is None:
-            return Outcome()
         if answer.verdict in GROWING:
             return Outcome(critical=0.0, kind=answer.verdict)
-        if first is None:
-            return Outcome(critical=mu, kind="end of the branch")
-        return Outcome.at(mu, first.kind, first.frequency_hz)
+        if answer.first is not None:
+            return Outcome.at(answer.first.mu, answer.first.kind, answer.first.frequency_hz)
+        if answer.high < high:
+            return Outcome(critical=answer.high, kind="end of the branch")
+        return Outcome()
 
     def outcomes(self, names: Sequence[str], values: np.ndarray, high: float) -> list[Outcome]:
         """The outcome of each variation, values (len(names), n)."""
-        every = [dict(zip(names, row, strict=True)) for row in values.T.tolist()]
-        known: dict[int, Outcome] = {}
-        for i, one in enumerate(every):
+        each = [dict(zip(names, row, strict=True)) for row in values.T.tolist()]
+        outcomes: dict[int, Outcome] = {}
+        for i, one in enumerate(each):
             try:
                 self.changed(one)
             except InputError as error:
-                known[i] = Outcome(reason=str(error), no_pad=True)
-        rest = [i for i in range(len(every)) if i not in known]
-        if isinstance(self.subject, Scene) and rest:
-            together = _together(self.subject, names, values[:, rest], high)
-            known |= {rest[k]: outcome for k, outcome in together.items()}
-        return [known[i] if i in known else self._alone(one, high) for i, one in enumerate(every)]
-
-    def _alone(self, values: dict[str, float], high: float) -> Outcome:
-        try:
-            return self.outcome(values, high)
-        except (InputError, ComputationError) as error:
-            changed, rests = self.changed(values), True
-            if isinstance(changed, Scene) and not changed.pad_model.linear:
-                rests = sliding_equilibrium(changed.pad_model.replace(mu=0.0))[0] is not None
-            return Outcome(reason=str(error), no_pad=not rests)
+                outcomes[i] = Outcome(reason=str(error), no_pad=True)
+        possible = [i for i in range(len(each)) if i not in outcomes]
+        if isinstance(self.subject, Scene) and possible:
+            together = _together(self.subject, names, values[:, possible], high)
+            outcomes |= {possible[k]: outcome for k, outcome in together.items()}
+        for i in possible:
+            if i not in outcomes:
+                try:
+                    outcomes[i] = self.outcome(each[i], high)
+                except (InputError, ComputationError) as error:
+                    outcomes[i] = Outcome(reason=str(error))
+        return [outcomes[i] for i in range(len(each))]
 
 
 def _together(
@@ -173,36 +170,18 @@ def _together(
     """Outcomes of pads that are followed together, but of those that need a query of their own."""
     try:
         stack = PadStack.of(scene, tuple(names), values)
-        losses = stack.first_losses(high)
-        decided = ~(losses.unknown | losses.nowhere | stack.stiff)
+        losses, stiff = stack.first_losses(high), stack.stiff
     except ComputationError:  # for one of them; each says why
         return {}
     outcomes = {}
-    for k in np.flatnonzero(decided).tolist():
-        mu, hertz = float(losses.mu[k]), float(losses.hertz[k])
-        outcomes[k] = Outcome() if math.isnan(mu) else Outcome.at(mu, losses.kinds[k], hertz)
+    for k, mu in enumerate(losses.mu.tolist()):
+        if losses.nowhere[k] and not losses.unknown[k]:
+            words = "there is no equilibrium in contact without friction"
+            outcomes[k] = Outcome(reason=words, no_pad=True)
+        elif not (losses.unknown[k] or stiff[k]):
+            lost = not math.isnan(mu)
+            outcomes[k] = Outcome.at(mu, losses.kinds[k], losses.hertz[k]) if lost else Outcome()
     return outcomes
-
-
-@dataclass(frozen=True)
-class Tolerance:
-    """How far a parameter may be off: a share of its value if `relative`, else in its unit.
-
-    Raises InputError unless it is a finite number above 0.
-    """
-
-    size: float
-    relative: bool = True
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.size) and self.size > 0.0):
-            raise InputError(
-                f"tolerance: {self.size:g} is not allowed; it must be a finite number above 0"
-            )
-
-    def step(self, value: float) -> float:
-        """The change of a parameter of that value."""
-        return self.size * abs(value) if self.relative else self.size
 
 
 @dataclass(frozen=True)
@@ -251,41 +230,39 @@ class Advice(Answer):
 
     @property
     def best(self) -> tuple[Lever, str, float] | None:
-        """The change that raises the critical friction most: lever, lowering or raising, by how
-        much."""
-        best = max(self._changes(), key=lambda entry: entry[2], default=None)
-        return best if best is not None and best[2] > 0.0 else None
+        """What raises the critical friction most: lever, lowering or raising, by how much."""
+        return self._extreme(1.0)
 
     @property
     def worst(self) -> tuple[Lever, str, float] | None:
-        """The change that lowers the critical friction most, None if none does."""
-        worst = min(self._changes(), key=lambda entry: entry[2], default=None)
-        return worst if worst is not None and worst[2] < 0.0 else None
+        """What lowers the critical friction most, None if nothing does."""
+        return self._extreme(-1.0)
 
-    def _changes(self) -> list[tuple[Lever, str, float]]:
-        return [
+    def _extreme(self, sign: float) -> tuple[Lever, str, float] | None:
+        changes = (
             (lever, word, change)
             for lever in self.levers
             for word, change in zip(("lowering", "raising"), lever.changes, strict=True)
-            if change is not None
-        ]
+            if change is not None and sign * change > 0.0
+        )
+        return max(changes, key=lambda entry: sign * entry[2], default=None)
 
     def table(self) -> Table:
-        def shown(lever: Lever, side: str) -> str:
-            outcome = getattr(lever, side)
-            if outcome.reason is not None:
-                return "no such pad"
-            return f"> {self.mu_max:g}" if outcome.critical is None else number(outcome.critical)
+        def critical(side: str) -> Column:
+            def shown(lever: Lever) -> str:
+                outcome: Outcome = getattr(lever, side)
+                if outcome.reason is not None:
+                    return "no such pad"
+                mu = outcome.critical
+                return f"> {self.mu_max:g}" if mu is None else number(mu)
 
-        table = list(columns(" ".join(LEVER)))
-        for side in SIDES:
-            critical: Any = attrgetter(f"{side}.critical")
-            cell, words = partial(shown, side=side), f"{self.name} if {side}"
-            table.append(Column(f"critical_{side}", "", critical, cell, words=words))
-        for side in SIDES:
-            change: Any = attrgetter(f"{side}.change")
-            table.append(Column(f"change_{side}", "", change))
-        return Table(table, self.levers)
+            words = f"{self.name} if {side}"
+            value: Any = attrgetter(f"{side}.critical")
+            return Column(f"critical_{side}", "", value, shown, words=words)
+
+        head, moved = columns("parameter unit value step"), map(critical, SIDES)
+        changes = (Column(f"change_{k}", value=attrgetter(f"{k}.change")) for k in SIDES)
+        return Table((*head, *moved, *changes), self.levers)
 
     def line(self) -> str:
         """Where stability is lost, and the change that moves this most, in a line."""
@@ -293,12 +270,10 @@ class Advice(Answer):
         if nominal.critical is not None:
             at = f"{self.name} = {nominal.critical:.3g} (own {self.mu:.3g})"
             text = f"{nominal.kind} from {at}"
-        if self.best is not None:
-            lever, word, change = self.best
-            text += f"; best: {word} {lever.parameter} ({self.name} {change:+.2g})"
-        if self.worst is not None:
-            lever, word, change = self.worst
-            text += f"; worst: {word} {lever.parameter} ({self.name} {change:+.2g})"
+        for what, extreme in (("best", self.best), ("worst", self.worst)):
+            if extreme is not None:
+                lever, word, change = extreme
+                text += f"; {what}: {word} {lever.parameter} ({self.name} {change:+.2g})"
         return text
 
     def parts(self) -> Sequence[str | Table]:
@@ -307,17 +282,12 @@ class Advice(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         head = {"parameter": self.name, "value": self.mu, "mu": self.mu, "mu_max": self.mu_max}
-        names = ("critical", "kind", "frequency_hz")
-        head |= {name: getattr(self.nominal, name) for name in names}
-        levers = [lever.to_dict() for lever in self.levers]
-        return head | {"levers": levers, "advice": self.line()}
+        head |= picked(self.nominal, "critical kind frequency_hz")
+        return head | {"levers": [one.to_dict() for one in self.levers], "advice": self.line()}
 
 
 def advise(
-    subject: object,
-    tolerances: Mapping[str, Tolerance] | None = None,
-    mu_max: float = 2.0,
-    progress: Progress | None = None,
+    subject: object, tolerances: Mapping[str, float | str] | None = None, mu_max: float = 2.0
 ) -> Advice:
     """Lower and raise each parameter by its tolerance, and compute the critical friction again.
 
@@ -325,12 +295,11 @@ def advise(
     ----------
     subject : Scene or TermSystem
         A scene, or a system with named parameters of at most 100 rows.
-    tolerances : mapping of str to Tolerance, optional
-        Left out, a parameter changes by 2 per cent, an angle by 0.02 rad, and what is 0 stays.
+    tolerances : mapping of str to float or str, optional
+        In the parameter's unit, or a share of its value such as "5%". Left out, a parameter
+        changes by 2 per cent, an angle by 0.02 rad, and what is 0 stays.
     mu_max : float
         Upper end of the range that is searched for the critical friction.
-    progress : callable, optional
-        Called with (done, count) after some of the parameters.
 
     Returns
     -------
@@ -354,41 +323,56 @@ def advise(
     >>> lever.parameter, word, round(change, 9)
     ('a', 'raising', 0.03)
     """
-    varied, named = Varied.of(subject, "advise", mu_max), dict(tolerances or {})
-    for name, tolerance in named.items():
-        varied.check(name, "tolerance", tolerance.relative)
-    values = {name: v for name, v in varied.values.items() if v or name in named}
+    varied, sizes = Varied.of(subject, "advise", mu_max), dict[str, float | str]()
+    for name, value in varied.values.items():
+        if value:
+            sizes[name] = STEP if name in varied.angles else f"{100 * STEP}%"
+    steps = {n: _tolerance(varied, n, size) for n, size in (sizes | dict(tolerances or {})).items()}
+    steps = {name: steps[name] for name in varied.values if name in steps}
     nominal, scene = varied.outcome({}, mu_max), varied.subject
-    chosen = {name: named.get(name, Tolerance(STEP, name not in varied.angles)) for name in values}
-    steps = {name: chosen[name].step(value) for name, value in values.items()}
-    levers: dict[str, list[Outcome]] = {}
+    outcomes: dict[str, list[Outcome]] = {}
     # an inertia that follows m, w and h stands alone
     alone = {"I"} if isinstance(scene, Scene) and scene.pad.uniform else set[str]()
-    for names in ([n for n in values if n not in alone], [n for n in values if n in alone]):
-        own = np.array([values[name] for name in names])[:, None]
+    for names in ([n for n in steps if n not in alone], [n for n in steps if n in alone]):
+        own = np.array([varied.values[name] for name in names])[:, None]
         change = np.diag([steps[name] for name in names])
-        outcomes = varied.outcomes(names, np.hstack([own - change, own + change]), mu_max)
+        sides = varied.outcomes(names, np.hstack([own - change, own + change]), mu_max)
         for k, name in enumerate(names):
-            ends = zip(outcomes[k :: len(names)], (-1, 1), strict=True)
-            sides = (replace(o, value=values[name] + way * steps[name]) for o, way in ends)
-            levers[name] = [_compared(one, nominal, mu_max) for one in sides]
-        if progress is not None and names:
-            progress(len(levers), len(values))
-    units = {name: unit_word(PARAMETERS[name].unit) for name in values if isinstance(scene, Scene)}
-    every = (
-        Lever(name, units.get(name, ""), value, steps[name], *levers[name])
-        for name, value in values.items()
-    )
-    ranked = sorted(every, key=lambda lever: lever.size, reverse=True)
-    equilibrium = None
+            outcomes[name] = sides[k :: len(names)]
+    levers = []
+    for name, step in steps.items():
+        unit = unit_word(PARAMETERS[name].unit) if isinstance(scene, Scene) else ""
+        value, (lowered, raised) = varied.values[name], outcomes[name]
+        ends = (
+            _compared(replace(side, value=value + way * step), nominal, mu_max)
+            for side, way in ((lowered, -1), (raised, 1))
+        )
+        levers.append(Lever(name, unit, value, step, *ends))
+    ranked = sorted(levers, key=lambda lever: lever.size, reverse=True)
+    warnings: tuple[str, ...] = ()
     if isinstance(scene, Scene) and not scene.pad_model.linear:
         equilibrium = sliding_equilibrium(scene.pad_model)[0]
-    warnings = () if equilibrium is None else equilibrium.warnings
+        warnings = () if equilibrium is None else equilibrium.warnings
     return Advice(varied.free, varied.at, mu_max, nominal, tuple(ranked), warnings)
 
 
+def _tolerance(varied: Varied, name: str, size: float | str) -> float:
+    """A tolerance in the parameter's unit. Raises InputError."""
+    at, text = Place(f"tolerance {name}={size}"), str(size)
+    try:
+        value = float(text.removesuffix("%"))
+    except ValueError:
+        value = math.nan
+    if not 0.0 < value < math.inf:
+        raise at.refuse(
+            "it must be a finite number above 0, in the parameter's unit or as a share such as 5%"
+        )
+    share = text.endswith("%")
+    return varied.step(name, value / 100 if share else value, share, at)
+
+
 def _compared(outcome: Outcome, nominal: Outcome, mu_max: float) -> Outcome:
-    """The outcome with the change from the pad as it is."""
+    """The outcome with its change from that of the pad as it is."""
     if outcome.reason is not None:
         return outcome
     before, after = (mu_max if one.critical is None else one.critical for one in (nominal, outcome))
@@ -421,30 +405,15 @@ class Spread:
     size: float
 
     def __post_init__(self) -> None:
-        at = Place(f"spread {self.name}")
-        if self.kind not in SPREAD.keys:
-            raise at.must_be(self.kind, f"one of {', '.join(SPREAD.keys)}")
-        if not (math.isfinite(self.size) and self.size > 0.0):
-            raise at.must_be(self.size, "a finite number above 0")
-
-    def values(self, nominal: float, random: np.random.Generator, count: int) -> np.ndarray:
-        """Values (count,) of the parameter."""
-        if self.kind == "within":
-            return nominal + self.size * random.uniform(-1.0, 1.0, count)
-        deviation = self.size * (abs(nominal) if self.kind == "relative" else 1.0)
-        return nominal + deviation * random.standard_normal(count)
+        SPREAD.read({self.kind: self.size}, Place(f"spread {self.name}"))
 
 
-@dataclass(frozen=True)
 class _Spreads(Kind):
     """A mapping of parameters to how each scatters."""
 
-    def allowed(self) -> str:
-        return "a mapping of parameters to spreads such as {relative: 0.05}"
-
     def read(self, value: Any, at: Place, model: str = "") -> tuple[Spread, ...]:
         if not isinstance(value, dict) or not value:
-            raise at.must_be(value, self.allowed())
+            raise at.must_be(value, "a mapping of parameters to spreads such as {relative: 0.05}")
         pairs = ((name, *SPREAD.read(one, at / name).items()) for name, one in value.items())
         return tuple(Spread(str(name), kind, size) for name, (kind, size) in pairs)
 
@@ -461,17 +430,8 @@ SPREADS = Group(
 
 @dataclass(frozen=True)
 class Spreads:
-    """What a file of spreads asks for.
-
-    ```yaml
-    samples: 400              # optional: how many pads are drawn
-    seed: 1                   # optional: the same seed draws the same pads
-    spreads:                  # each parameter scatters on its own
-      k1: {relative: 0.05}    # normal, standard deviation over the value
-      alpha1: {absolute: 0.01} # normal, standard deviation in the parameter's unit
-      h: {within: 1.0e-4}     # even, between the value minus and plus this
-    ```
-    """
+    """What a file of spreads holds; each parameter scatters on its own, and the same seed draws the
+    same pads."""
 
     spreads: tuple[Spread, ...]
     samples: int = 400
@@ -479,16 +439,17 @@ class Spreads:
 
     def drawn(self, varied: Varied) -> np.ndarray:
         """Values (spreads, samples) of each sample. Raises InputError for what does not fit."""
+        at, random, rows = Place("spreads"), np.random.default_rng(self.seed), []
         names = [spread.name for spread in self.spreads]
-        at = Place("spreads")
-        if not names:
-            raise at.refuse("missing; how at least one parameter scatters is required")
-        for spread in self.spreads:
-            varied.check(spread.name, "spreads", spread.kind == "relative")
-            if names.count(spread.name) > 1:
-                raise at.refuse(f"{spread.name} is named twice; once is allowed")
-        random, own = np.random.default_rng(self.seed), varied.values
-        return np.array([s.values(own[s.name], random, self.samples) for s in self.spreads])
+        if not names or len(set(names)) < len(names):
+            raise at.must_be(", ".join(names) or "nothing", "one parameter or several, each once")
+        for one in self.spreads:
+            step = varied.step(one.name, one.size, one.kind == "relative", at)
+            even = one.kind == "within"
+            count = self.samples
+            unit = random.uniform(-1.0, 1.0, count) if even else random.standard_normal(count)
+            rows.append(varied.values[one.name] + step * unit)
+        return np.array(rows)
 
 
 @takes(path=FILE)
@@ -544,20 +505,15 @@ class Scatter(Answer):
         """Quantiles with order-statistics intervals free of any distribution."""
         from scipy.stats import binom  # slow to load, and no figure of another answer needs it
 
-        n, every = len(self.critical), len(self.critical) + self.failed
-
-        def at(rank: int) -> float | None:
-            value = float(self.critical[rank])
-            return None if math.isnan(value) else value
-
+        n, count = len(self.critical), len(self.critical) + self.failed
+        critical = [None if math.isnan(mu) else mu for mu in self.critical.tolist()]
         quantiles = []
         for level in QUANTILES:
-            rank = max(math.ceil(level * n) - 1, 0)
-            low = int(binom.ppf((1 - CONFIDENCE) / 2, every, level)) - 1 - self.failed
-            high = int(binom.ppf((1 + CONFIDENCE) / 2, every, level))
+            low = int(binom.ppf((1 - CONFIDENCE) / 2, count, level)) - 1 - self.failed
+            high = int(binom.ppf((1 + CONFIDENCE) / 2, count, level))
             # beyond the samples the interval is open: 0 below, nothing known above
-            bounds = 0.0 if low < 0 else at(low), None if high >= n else at(high)
-            quantiles.append(Quantile(level, at(rank), *bounds))
+            bounds = 0.0 if low < 0 else critical[low], None if high >= n else critical[high]
+            quantiles.append(Quantile(level, critical[max(math.ceil(level * n) - 1, 0)], *bounds))
         return tuple(quantiles)
 
     @property
@@ -567,8 +523,8 @@ class Scatter(Answer):
 
     def table(self) -> Table:
         pairs = [(mu, (i + 1) / len(self.critical)) for i, mu in enumerate(self.critical.tolist())]
-        mu = Column(self.name, value=lambda pair: pair[0])
-        return Table((mu, Column("share", value=lambda pair: pair[1])), pairs)
+        mu, share = Column(self.name, value=itemgetter(0)), Column("share", value=itemgetter(1))
+        return Table((mu, share), pairs)
 
     def parts(self) -> Sequence[str | Table]:
         def bound(name: str, words: str) -> Column:
@@ -595,8 +551,7 @@ class Scatter(Answer):
     def to_dict(self) -> dict[str, Any]:
         scatter: dict[str, Any] = {"parameter": self.name, "value": self.mu, "mu": self.mu}
         scatter |= {"mu_max": self.mu_max} | asdict(self.drawn)
-        names = ("failed", "no_pad", "beyond", "stable")
-        scatter |= {name: getattr(self, name) for name in names}
+        scatter |= picked(self, "failed no_pad beyond stable")
         scatter |= {"interval": list(self.interval), "confidence": CONFIDENCE}
         return {"scatter": scatter | {"quantiles": [asdict(q) for q in self.quantiles]}}
 
@@ -611,7 +566,7 @@ def scatter(
     spreads: Spreads | Sequence[Spread],
     mu_max: float = 2.0,
     workers: int = 1,
-    progress: Progress | None = None,
+    progress: Callable[[int, int], None] | None = None,
 ) -> Scatter:
     """Draw pads whose parameters scatter, and compute the critical friction of each.
 
@@ -649,6 +604,11 @@ def scatter(
     >>> [0.45 <= q.mu <= 0.55 for q in squeal.scatter(pair, [spread]).quantiles if q.level == 0.5]
     [True]
     """
+    from scipy.stats import binomtest
+
+    def share(count: int, total: int) -> Any:  # Wilson's interval
+        return binomtest(count, total).proportion_ci(CONFIDENCE, "wilson")
+
     varied = Varied.of(subject, "scatter", mu_max)
     drawn = spreads if isinstance(spreads, Spreads) else Spreads(tuple(spreads))
     values, names = drawn.drawn(varied), [spread.name for spread in drawn.spreads]
@@ -666,14 +626,7 @@ def scatter(
     made, failed = len(computed), len(outcomes) - len(computed) - no_pad
     critical = np.sort([math.nan if o.critical is None else o.critical for o in computed])
     above = int(np.sum(~(critical <= varied.at)))  # NaN comes last, and lies above
-    interval = _share(above, made + failed)[0], _share(above + failed, made + failed)[1]
+    ends = share(above, made + failed).low, share(above + failed, made + failed).high
+    interval = float(ends[0]), float(ends[1])
     counts = (no_pad, failed, above / made, interval, drawn)
     return Scatter(varied.free, varied.at, mu_max, critical, *counts)
-
-
-def _share(count: int, total: int) -> tuple[float, float]:
-    """Wilson's interval for a share."""
-    from scipy.stats import binomtest
-
-    interval = binomtest(count, total).proportion_ci(CONFIDENCE, "wilson")
-    return float(interval.low), float(interval.high)
