@@ -14,8 +14,9 @@ import time
 import numpy as np
 
 from squeal.analysis.maps import NAMES, codes_at
-from squeal.analysis.pads import critical_friction, sweep_mu
+from squeal.analysis.pads import sweep_mu
 from squeal.analysis.stack import PadStack
+from squeal.analysis.variations import Varied
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.model.contact import Formulation
@@ -46,7 +47,7 @@ def differences(scene: Scene, places: np.ndarray) -> list[str]:
         at = f"{scene.model}{', damped' if scene.damping else ''} {place}"
         try:
             ((_, found),) = sweep_mu(one, [place[2]])
-            first = critical_friction(one, MU_MAX).stable_to(MU_MAX)
+            first = Varied.of(one, "map_query", MU_MAX).outcome({}, MU_MAX).critical
         except ComputationError as error:
             rows.append(f"{at}: {error}")
             continue

@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
-from functools import partial
-from operator import itemgetter
+from operator import attrgetter, itemgetter
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.io.writing import Answer, Column, Table, columns, located, number, plain
-from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
+from squeal.io.writing import Answer, Column, Table, columns, located, number, picked, plain
+from squeal.linear import CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import Eigenvalue
 from squeal.schema.values import Number, Place, Whole
 
@@ -36,7 +35,7 @@ def root_row(root: Eigenvalue) -> dict[str, Any]:
     return {column.name: column.of(root) for column in ROOT}
 
 
-def of_second(column: Column) -> Column:
+def _of_second(column: Column) -> Column:
     """The column in rows whose second entry is its record, or None."""
     return replace(
         column,
@@ -48,7 +47,8 @@ def of_second(column: Column) -> Column:
 def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
     """Mode shapes as a JSON object."""
     rows = [
-        {"mode": one.number, "frequency_hz": one.frequency_hz, "growth_rate": one.growth_rate}
+        {"mode": one.number}
+        | picked(one, "frequency_hz growth_rate")
         | {"real": one.shape.real.tolist(), "imag": one.shape.imag.tolist()}
         for one in shapes
     ]
@@ -60,24 +60,10 @@ def valued(parameter: str, value: float | None) -> dict[str, Any]:
     return {"parameter": parameter, "value": value, "mu": value}
 
 
-def led(
-    leads: Iterable[tuple[str, str]], others: Sequence[Column], rows: Sequence[Any], at: Any
-) -> Table:
-    """A table led by columns of parameters (name, unit), of which at(k, row) is the value; one
-    whose name another column has is called parameter.NAME."""
-    taken = {column.name for column in others}
-    columns = [
-        Column(f"parameter.{name}" if name in taken else name, unit, partial(at, k))
-        for k, (name, unit) in enumerate(leads)
-    ]
-    return Table([*columns, *others], rows)
-
-
-def hertz(roots: Iterable[Eigenvalue]) -> str:
-    """Frequencies in a line."""
-    every = sorted(root.frequency_hz for root in roots)
-    more = f", {len(every) - LISTED} more" if len(every) > LISTED else ""
-    return (", ".join(map(number, every[:LISTED])) or "-") + more
+def _led(name: str, unit: str, value: Any, others: Sequence[Column]) -> Column:
+    """The column of a parameter, called parameter.NAME if another column has its name."""
+    taken = name in {column.name for column in others}
+    return Column(f"parameter.{name}" if taken else name, unit, value)
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,40 +115,31 @@ class Eigenvalues(Answer):
         """The same with the unstable modes alone that have a frequency (Hz) from low to high."""
         modes = tuple(mode for mode in self.unstable if low <= mode.frequency_hz <= high)
         left = len(self.unstable) - len(modes)
-        note = (f"{left} more unstable modes are not asked for",) * bool(left)
+        note = (f"{left} more unstable modes lie outside of the band",) * bool(left)
         return replace(self, unstable=modes, notes=self.notes + note)
 
     def table(self) -> Table:
         """A row for each eigenvalue."""
-        number_column = Column("mode", value=itemgetter(0))
+        mode = Column("mode", value=itemgetter(0))
         rows = list(enumerate(self.eigenvalues, 1))
-        return Table((number_column, *map(of_second, ROOT)), rows, nothing="no root")
-
-    def growing(self) -> Table:
-        """A row for each unstable mode."""
-        table = (
-            *columns("kind frequency_hz"),
-            Column("growth_rate", "1/s"),
-            Column("damping_ratio"),
-            Column(f"onset, {self.parameter}", value=lambda mode: mode.onset),
-        )
-        return Table(table, self.unstable, "unstable modes", "no unstable mode is listed")
+        return Table((mode, *map(_of_second, ROOT)), rows, nothing="no root")
 
     def parts(self) -> Sequence[str | Table]:
         head = f"{self.name}, {self.parameter} = {number(self.value)}"
         where = f" on {self.extent}" if self.extent else ""
         proof = "none is missing (count)" if self.certified else "the list may be incomplete"
         verdict = f"verdict{where}: {self.criterion}\n{len(self.eigenvalues)} roots, {proof}"
-        return [head, *self.notes[:1], self.table(), verdict, self.growing(), *self.notes[1:]]
+        rate, onset = Column("growth_rate", "1/s"), f"onset, {self.parameter}"
+        table = (*columns("kind frequency_hz"), rate, Column("damping_ratio"))
+        table += (Column(onset, value=attrgetter("onset")),)
+        unstable = Table(table, self.unstable, "unstable modes", "no unstable mode is listed")
+        return [head, *self.notes[:1], self.table(), verdict, unstable, *self.notes[1:]]
 
     def to_dict(self) -> dict[str, Any]:
         head = {"name": self.name} | valued(self.parameter, self.value) | dict(self.details)
         return head | {
             "eigenvalues": [root_row(root) for root in self.eigenvalues],
-            "verdict": self.verdict,
-            "criterion": self.criterion,
-            "certified": self.certified,
-            "count": self.count,
+            **picked(self, "verdict criterion certified count"),
             "unstable": [asdict(mode) for mode in self.unstable],
             "mode_shapes": self.shapes,
         }
@@ -192,11 +169,6 @@ class Step:
         pairs = zip(self.roots.tolist(), self.residuals.tolist(), strict=True)
         return tuple(Eigenvalue(root, none, none, error, math.nan) for root, error in pairs)
 
-    def growing(self) -> tuple[Eigenvalue, ...]:
-        """The roots that grow, of pairs the upper one."""
-        upper = (root for root in self.eigenvalues if root.value.imag >= 0.0)
-        return tuple(root for root in upper if root.growth_rate > 1e-9 * abs(root.value))
-
     def to_dict(self, parameter: str) -> dict[str, Any]:
         """The step as a JSON row."""
         rows = [
@@ -204,10 +176,8 @@ class Step:
             for root in self.eigenvalues
         ]
         row = valued(parameter, self.value) | {"eigenvalues": None if self.roots is None else rows}
-        row |= {"verdict": self.verdict, "spurious": self.spurious}
-        if self.admissible is not None:
-            row |= {"contact": self.contact, "admissible": self.admissible}
-        return row
+        row |= picked(self, "verdict spurious")
+        return row if self.admissible is None else row | picked(self, "contact admissible")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -233,20 +203,15 @@ class Sweep(Answer):
 
     def table(self) -> Table:
         """A row for each root at each value; one without numbers where there is none."""
-        root = {column.name: of_second(column) for column in ROOT}
-        table = (
-            Column("contact", value=lambda row: row[0].contact),
-            *(root[name] for name in ("real", "imag", "frequency_hz", "residual")),
-            Column("verdict", value=lambda row: row[0].verdict),
-        )
-        pairs = [(step, root) for step in self.steps for root in step.eigenvalues or [None]]
-        return led([(self.parameter, "")], table, pairs, lambda _, row: row[0].value)
+        others = [Column("contact", value=lambda row: row[0].contact)]
+        others += [_of_second(c) for c in ROOT if c.name not in ("damping_ratio", "condition")]
+        others.append(Column("verdict", value=lambda row: row[0].verdict))
+        rows = [(step, root) for step in self.steps for root in step.eigenvalues or [None]]
+        lead = _led(self.parameter, "", lambda row: row[0].value, others)
+        return Table([lead, *others], rows)
 
     def parts(self) -> Sequence[str | Table]:
         """A row for each value: frequencies, what grows of them, how fast, and the verdict."""
-
-        def upper(step: Step) -> str:
-            return hertz(root for root in step.eigenvalues if root.value.imag > 0.0)
 
         def verdict(step: Step) -> str:
             return step.verdict or ("no equilibrium on the branch" if step.roots is None else "-")
@@ -256,10 +221,10 @@ class Sweep(Answer):
 
         contact = (Column("contact"),) * any(step.contact is not None for step in self.steps)
         table = (
-            Column(self.parameter, value=lambda step: step.value),
+            Column(self.parameter, value=attrgetter("value")),
             *contact,
-            Column("frequencies, Hz", value=upper),
-            Column("growing, Hz", value=lambda step: hertz(step.growing())),
+            Column("frequencies, Hz", value=lambda step: _hertz(step, growing=False)),
+            Column("growing, Hz", value=lambda step: _hertz(step, growing=True)),
             Column("largest real, 1/s", value=largest),
             Column("verdict", value=verdict),
         )
@@ -269,6 +234,15 @@ class Sweep(Answer):
     def to_dict(self) -> dict[str, Any]:
         rows = [step.to_dict(self.parameter) for step in self.steps]
         return {"parameter": self.parameter, "sweep": rows, "basis": self.basis}
+
+
+def _hertz(step: Step, growing: bool) -> str:
+    """Frequencies of the upper roots, or of those that grow, in a line."""
+    roots = np.empty(0) if step.roots is None else step.roots
+    grow = (roots.imag >= 0.0) & (roots.real > 1e-9 * np.abs(roots))
+    each = np.sort(roots[grow if growing else roots.imag > 0.0].imag) / math.tau
+    more = f", {len(each) - LISTED} more" if len(each) > LISTED else ""
+    return (", ".join(map(number, each[:LISTED].tolist())) or "-") + more
 
 
 def basis_text(basis: Mapping[str, Any]) -> str:
@@ -314,56 +288,37 @@ class Thresholds(Answer):
         """The first threshold at which stability or the equilibrium is lost."""
         return next((point for point in self.points if point.kind != "restabilised"), None)
 
-    def stable_to(self, most: float) -> float | None:
-        """The least value from 0 to `most` without a stable equilibrium; None if there is none.
-
-        0 if it grows there; also where the branch of a pad ends without a threshold.
-        """
-        if self.verdict in GROWING:
-            return 0.0
-        if self.first is not None:
-            return self.first.mu
-        return self.high if self.high < most else None
-
     def table(self) -> Table:
         """A row for each crossing, and for each change of verdict where nothing crosses."""
         changes = {point.mu: point.kind for point in self.points}
         crossed = {c.mu for c in self.crossings if c.changes_verdict}
-        every: list[CriticalPoint | Crossing] = [*self.crossings]
-        every += [point for point in self.points if point.mu not in crossed]
-
-        def verdict(row: CriticalPoint | Crossing) -> str | None:
-            return changes.get(row.mu) if getattr(row, "changes_verdict", True) else None
-
-        def half(row: CriticalPoint | Crossing) -> str:
-            return number((row.interval[1] - row.interval[0]) / 2, 2)
-
-        def place(row: CriticalPoint | Crossing) -> str:
-            return located(row.mu, *row.interval)
-
+        rows = [*self.crossings, *(point for point in self.points if point.mu not in crossed)]
         table = (
-            Column("mu", shown=place, words=self.parameter),
+            Column("mu", shown=lambda row: located(row.mu, *row.interval), words=self.parameter),
             Column("kind"),
             Column("direction", value=lambda row: getattr(row, "direction", None)),
             Column("frequency_hz"),
             Column("mode", value=lambda row: getattr(row, "mode", None)),
-            Column("verdict", value=verdict),
+            Column(
+                "verdict",
+                value=lambda row: (
+                    changes.get(row.mu) if getattr(row, "changes_verdict", True) else None
+                ),
+            ),
             Column("low", value=lambda row: row.interval[0], hidden=True),
             Column("high", value=lambda row: row.interval[1], hidden=True),
-            Column("error", value=half),
-            Column("changes_verdict", value=lambda row: int(verdict(row) is not None), hidden=True),
+            Column("error", value=lambda row: number((row.interval[1] - row.interval[0]) / 2, 2)),
         )
-        return Table(table, sorted(every, key=lambda row: row.mu), nothing="no change of stability")
+        return Table(table, sorted(rows, key=attrgetter("mu")), nothing="no change of stability")
 
     def parts(self) -> Sequence[str | Table]:
-        count = {
-            True: ["a count of growing roots between the crossings agrees"],
-            False: ["a count of growing roots between the crossings does NOT agree"],
-            None: [],
-        }[self.certified]
+        lines = list(self.notes)
+        if self.certified is not None:
+            agrees = "agrees" if self.certified else "does NOT agree"
+            lines.append(f"a count of growing roots between the crossings {agrees}")
+        lines.append(f"followed up to {self.parameter} = {self.high:.9g}: {self.end}")
         head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict}"
-        tail = f"followed up to {self.parameter} = {self.high:.9g}: {self.end}"
-        return [head, self.table(), "\n".join([*self.notes, *count, tail])]
+        return [head, self.table(), "\n".join(lines)]
 
     def to_dict(self) -> dict[str, Any]:
         points, crossings = (
@@ -409,26 +364,14 @@ class Axis:
     @property
     def values(self) -> NDArray[np.float64]:
         """The n values."""
-        low, high = self.ends
-        return np.asarray(self.uneven(low + (high - low) * (np.arange(self.n) + 0.5) / self.n))
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """Both ends as the cells are equal in them."""
-        return self.even(self.low), self.even(self.high)
+        return np.asarray(self.at((np.arange(self.n) + 0.5) / self.n))
 
     def at(self, share: Any) -> Any:
         """Values at shares of the way from low to high."""
-        low, high = self.ends
-        return self.uneven(low + (high - low) * share)
-
-    def even(self, value: Any) -> Any:
-        """Values as the cells are equal in them: themselves or their logarithms."""
-        return np.log10(value) if self.log else value
-
-    def uneven(self, value: Any) -> Any:
-        """What `even` was made from."""
-        return 10.0**value if self.log else value
+        if self.log:
+            low, high = np.log10(self.low), np.log10(self.high)
+            return 10.0 ** (low + (high - low) * share)
+        return self.low + (self.high - self.low) * share
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -460,41 +403,43 @@ class Map(Answer):
 
     def table(self) -> Table:
         """A row for each point: parameters, verdict, quantity, admissible (1 or 0)."""
-        x, y = np.meshgrid(*(axis.values for axis in self.axes), indexing="ij")
-        parts: dict[tuple[str, str], Any] = {("verdict", ""): np.array(self.verdicts)[self.codes]}
+        values = list(np.meshgrid(*(axis.values for axis in self.axes), indexing="ij"))
+        values.append(np.array(self.verdicts)[self.codes])
+        others = [Column("verdict", value=itemgetter(2))]
         if self.quantity is not None:
-            parts[self.quantity[:2]] = self.quantity[2]
+            others.append(Column(*self.quantity[:2], itemgetter(len(values))))
+            values.append(self.quantity[2])
         if self.admissible is not None:
-            parts["admissible", ""] = self.admissible.astype(int)
-        others = [Column(*head, itemgetter(k)) for k, head in enumerate(parts, 2)]
-        rows = zip(*(part.ravel().tolist() for part in (x, y, *parts.values())), strict=True)
-        leads = [(axis.name, unit) for axis, unit in zip(self.axes, self.units, strict=True)]
-        return led(leads, others, list(rows), lambda k, row: row[k])
+            others.append(Column("admissible", value=itemgetter(len(values))))
+            values.append(self.admissible.astype(int))
+        leads = (
+            _led(axis.name, unit, itemgetter(k), others)
+            for k, (axis, unit) in enumerate(zip(self.axes, self.units, strict=True))
+        )
+        rows = zip(*(part.ravel().tolist() for part in values), strict=True)
+        return Table([*leads, *others], list(rows))
 
     def parts(self) -> Sequence[str | Table]:
         (a, b), shape = self.axes, self.codes.shape
         title = f"share of the area: {a.name} x {b.name}, {shape[0]} x {shape[1]} points"
-        shares = (
-            Column("verdict", value=itemgetter(0)),
-            Column("share, %", value=lambda pair: f"{100 * pair[1]:.3f}"),
-        )
+        share = Column("share, %", value=lambda pair: f"{100 * pair[1]:.3f}")
+        shares = (Column("verdict", value=itemgetter(0)), share)
         return [Table(shares, list(self.share.items()), title), *self.notes]
 
     def curves(self) -> Table:
         """A row for each point of each curve on which stability is lost."""
-        names = ["curve", *(axis.name for axis in self.axes), "kind", "frequency_hz"]
         rows = [
             (k, *point, curve["kind"], hertz)
             for k, curve in enumerate(self.details["threshold_curve"], 1)
             for point, hertz in zip(curve["points"], curve["frequency_hz"], strict=True)
         ]
+        names = ["curve", *(axis.name for axis in self.axes), "kind", "frequency_hz"]
         heads = enumerate(zip(names, ["", *self.units, "", ""], strict=True))
         return Table([Column(name, unit, itemgetter(k)) for k, (name, unit) in heads], rows)
 
     def to_dict(self) -> dict[str, Any]:
         axes = [
-            {"name": axis.name, "low": axis.low, "high": axis.high}
-            | {"scale": "log" if axis.log else "linear"}
+            picked(axis, "name low high") | {"scale": "log" if axis.log else "linear"}
             for axis in self.axes
         ]
         answer = {"share": self.share, "n": int(self.codes.shape[0]), "axes": axes}
@@ -525,48 +470,33 @@ class Sensitivity(Answer):
     units: Mapping[str, str]
     angles: frozenset[str] = frozenset()
 
-    def step(self, name: str) -> float:
-        """The change of a parameter that the text shows: 1 per cent, of an angle one degree."""
-        return DEGREE if name in self.angles else 0.01 * self.values[name]
-
     def table(self) -> Table:
-        """A row for each parameter: its unit, and the derivative of each eigenvalue or the loss."""
+        """A row for each parameter: what 1 per cent of it, of an angle one degree, moves."""
 
-        def part(i: int, name: str, row: str) -> float:
-            return float(getattr(self.slopes[row][i], name))
+        def moved(i: int, factor: complex) -> Any:
+            def change(name: str) -> float:
+                step = DEGREE if name in self.angles else 0.01 * self.values[name]
+                slope = complex(self.slopes[name][i])
+                return (slope * factor).real * step if cmath.isfinite(slope) else math.nan
 
-        table = [Column("parameter", value=str), Column("unit", value=self.units.__getitem__)]
-        if self.what == "threshold":
-            table.append(Column("slope", value=partial(part, 0, "real")))
-        else:
-            for i in range(len(next(iter(self.slopes.values()), ()))):
-                for name in ("real", "imag"):
-                    table.append(Column(f"{name}_{i + 1}", value=partial(part, i, name)))
-        return Table(table, list(self.slopes))
-
-    def parts(self) -> Sequence[str | Table]:
-        """What a small change of each parameter does."""
-        if self.what == "threshold" and not self.slopes:
-            return ["stability is not lost, so nothing moves its loss"]
-
-        def moved(i: int, factor: complex, row: str) -> str:
-            slope = complex(self.slopes[row][i])
-            change = (slope * factor).real * self.step(row)
-            return f"{change + 0.0:+.3g}" if cmath.isfinite(slope) else "-"
+            return change
 
         table = [
             Column("parameter", value=str),
-            Column("change", value=lambda row: "1 degree" if row in self.angles else "1 %"),
+            Column("change", value=lambda name: "1 degree" if name in self.angles else "1 %"),
         ]
+        shown = [name for name in self.slopes if name in self.angles or self.values[name]]
         if self.what == "threshold":
-            title = f"what moves the first loss ({self.kind} at {self.parameter} = {self.at:.6g})"
-            table.append(Column(f"d {self.parameter}", value=partial(moved, 0, 1.0)))
-        else:
-            title = "what a small change of a parameter does to each mode"
-            for i in np.flatnonzero(np.imag(self.at) >= 0.0).tolist():
-                for words, factor in (("df, Hz", -1j / math.tau), ("dRe, 1/s", 1.0)):
-                    table.append(Column(f"{i + 1}: {words}", value=partial(moved, i, factor)))
-        return [Table(table, [name for name in self.slopes if self.step(name)], title)]
+            title = (
+                f"what moves the first loss ({self.kind} at {self.parameter} = {self.at or 0:.6g})"
+            )
+            table.append(Column(f"d {self.parameter}", value=moved(0, 1.0)))
+            nothing = "stability is not lost, so nothing moves its loss"
+            return Table(table, shown, title, nothing)
+        for i in np.flatnonzero(np.imag(self.at) >= 0.0).tolist():
+            table.append(Column(f"{i + 1}: df", "Hz", moved(i, -1j / math.tau)))
+            table.append(Column(f"{i + 1}: dRe", "1/s", moved(i, 1.0)))
+        return Table(table, shown, "what a small change of a parameter does to each mode")
 
     def to_dict(self) -> dict[str, Any]:
         """Null where nothing is lost or two eigenvalues coincide."""

@@ -48,7 +48,7 @@ def test_thresholds_as_text_json_and_table(scene):
         ways = [row["direction"] for row in listed if float(row["mu"]) == mu]
         below, above = (growing_modes(scene, mu * (1 + side)) for side in (-1e-6, 1e-6))
         assert ways.count("up") - ways.count("down") == above - below
-    pairs = [(float(r["mu"]), r["verdict"]) for r in listed if r["changes_verdict"] == "1"]
+    pairs = [(float(r["mu"]), r["verdict"]) for r in listed if r["verdict"]]
     assert [*dict.fromkeys(pairs)] == [(c["mu"], c["kind"]) for c in found["critical"]]
     assert_printed([c["mu"] for c in found["critical"]], text)
     for c in found["critical"]:

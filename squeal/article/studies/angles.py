@@ -1,6 +1,7 @@
 """The map over the spring angles on which model B2 has a sliding equilibrium, and a stable one."""
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -59,7 +60,7 @@ def equilibria(scene: Scene) -> Outline:
     def at(points: np.ndarray) -> np.ndarray:
         return _encoded(codes_at(scene, names, points))
 
-    return outline((axes[0].ends, axes[1].ends), angles, angles, codes, at)
+    return outline(((0.0, math.pi), (0.0, math.pi)), angles, angles, codes, at)
 
 
 def damped(scene: Scene, mode: int) -> float:
