@@ -28,7 +28,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.errors import ComputationError, InputError, MatrixError
+from squeal.errors import InputError, MatrixError
 from squeal.linear.matrices import (
     EPS,
     ILL,
@@ -39,7 +39,7 @@ from squeal.linear.matrices import (
     reduce,
     unit_diagonal,
 )
-from squeal.linear.system import Batched, Dense, Parametrised, System, TermSystem
+from squeal.linear.system import Dense, Parametrised, System, TermSystem
 
 ComplexArray = NDArray[np.complex128]
 Bools = NDArray[np.bool_]
@@ -604,48 +604,3 @@ def _halved(continuation: Continuation, a: float, b: float, depth: int) -> Itera
         return
     yield from _halved(continuation, a, middle, depth - 1)
     yield from _halved(continuation, middle, b, depth - 1)
-
-
-def divided(system: System, low: float, high: float) -> list[float]:
-    """Rising values from low to high between which a system is searched.
-
-    The ends alone, unless the range is thousands of times longer than the system's own scale of the
-    parameter: all thresholds then lie near zero, below what tolerances of the range resolve.
-    """
-    origin = min(max(0.0, low), high)
-    inner = [x for end in (low, high) if end != origin for x in _inner(system, origin, end)]
-    return [low, *sorted({*inner, *([origin] if inner and low < origin < high else [])}), high]
-
-
-def _inner(system: System, origin: float, end: float) -> list[float]:
-    """Values towards the origin, by steps of 100, as long as the parameter matters 3000 times as
-    much there as all that there is without it."""
-    if isinstance(system, Batched):  # a branch, which ends where it has to
-        return []
-    beside = origin + 1e-12 * (end - origin)  # the system's own units are those there
-    ends = min(origin, beside), max(origin, beside)
-    try:
-        along = Continuation(system, *ends, ContinuationOptions(difference=1.0))
-        state = along.at(origin)
-    except (InputError, ComputationError):  # a factor divides by the parameter
-        return []
-    moves = np.abs(state.roots) > 8 * state.rounding  # what is free has no scale
-    across = np.sum(state.left.conj() * state.right, axis=0)
-    if np.abs(across).min() < 1e-6:  # vectors that nearly coalesce tell no scale
-        return []
-    first = along.both(origin)[0]
-
-    def share(p: float) -> float:
-        """The greatest sqrt(|W_kl W_lk / (z_k z_l)|) of the change W in the eigenvectors."""
-        with np.errstate(all="ignore"):
-            W = state.left.conj().T @ ((along.both(p)[0] - first) @ state.right)
-            W = np.abs(W / across[:, None] / state.roots[:, None])[np.ix_(moves, moves)]
-            greatest = float(np.max(np.sqrt(W) * np.sqrt(W.T), initial=0.0))
-        return greatest if np.isfinite(greatest) else np.inf
-
-    inner: list[float] = []
-    step = end - origin
-    while share(origin + step) > 3e3 and len(inner) < 10:
-        step /= 100.0
-        inner.append(origin + step)
-    return inner

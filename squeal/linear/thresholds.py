@@ -20,7 +20,6 @@ from squeal.linear.continuation import (
     Continuation,
     ContinuationOptions,
     Guess,
-    divided,
     hermite_cubic,
 )
 from squeal.linear.eigen import GROWING, UnstableCount
@@ -328,7 +327,7 @@ def _along(
     points: list[CriticalPoint] = []
     crossed: list[Crossing] = []
     searched: list[Searched] = []
-    edges = [mu_min, *inner, mu_max] if inner else divided(system, mu_min, mu_max)
+    edges = [mu_min, *inner, mu_max]
     for a, b in itertools.pairwise(edges):
         low = float(np.nextafter(a, b)) if a in inner else a
         high = float(np.nextafter(b, a)) if b in inner else b
