@@ -305,7 +305,7 @@ class PadStack:
 
 
 def _on_branch(branches: Branches, pad: np.ndarray, mu: np.ndarray) -> Places:
-    z, touching, _, there = branches.at(pad, mu)
+    z, touching, there = branches.at(pad, mu)
     return Places(z, touching, there)
 
 

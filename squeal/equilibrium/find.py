@@ -368,7 +368,7 @@ class Path:
         Raises ComputationError beyond the path.
         """
         mu = np.asarray(mus, dtype=float)
-        z, touching, _, there = self.branch.at(np.zeros(mu.size, dtype=int), mu)
+        z, touching, there = self.branch.at(np.zeros(mu.size, dtype=int), mu)
         if not there.all():
             lost = mu[np.argmin(there)]
             if not 0.0 <= lost <= self.mu_end:
