@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.analysis.answers import (
     Axis,
@@ -55,20 +54,19 @@ SHOWN_ROWS = 100  # matrices and mode shapes of larger systems are not printed
 CHECKED = 25  # values of a sweep at which its basis is checked
 SERVED = 9  # values at which a reduced system has to be good
 SHOWN = 121  # values of the parameter in a figure of thresholds
+CORNERS = 5  # values a side of a chart at which a reduced system has to be good
 SAME = 1e-6  # of |lambda|: one root, computed in two ways
 
 METHODS = ("full", "reduced", "modal")
 NAMES = (*VERDICTS, NO_ROOT)
-CORNERS = 5  # values a side of a chart at which a reduced system has to be good
 
 Band = tuple[float, float]
 
 
-def few(values: Sequence[float], most: int) -> list[float]:
+def _some(values: Sequence[float], most: int) -> list[float]:
     """At most so many of the values, both ends included."""
-    if len(values) <= most:
-        return list(values)
-    return [values[round(k * (len(values) - 1) / (most - 1))] for k in range(most)]
+    index = np.linspace(0, len(values) - 1, min(most, len(values)))
+    return [values[round(k)] for k in index.tolist()]
 
 
 def _basis(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | None:
@@ -106,17 +104,14 @@ class Question:
         progress: Progress | None = None,
     ) -> Question:
         """Raises InputError, and ComputationError for what does not fit into the memory."""
-        if isinstance(subject, TermSystem):
-            subject = SystemFile(subject)
-        if not isinstance(subject, SystemFile):
-            raise InputError(
-                f"{type(subject).__name__} is not allowed; it must be a Scene, a System or what "
-                "read_system gives"
-            )
+        file = SystemFile(subject) if isinstance(subject, TermSystem) else subject
+        if not isinstance(file, SystemFile):
+            allowed = "it must be a Scene, a System or what read_system gives"
+            raise InputError(f"{type(subject).__name__} is not allowed; {allowed}")
         wanted = Wanted(band, None if region is None else Rectangle(*region), modes)
-        if not is_small(subject.system):
-            check_memory(subject.system, memory)
-        return Question(subject, wanted, progress or quiet)
+        if not is_small(file.system):
+            check_memory(file.system, memory)
+        return Question(file, wanted, progress or quiet)
 
     @property
     def system(self) -> TermSystem:
@@ -125,50 +120,47 @@ class Question:
 
     def eigenvalues(self, at: float | None = None) -> Eigenvalues:
         """The roots that are wanted, with what proves them complete."""
-        file = self.file
+        file, free = self.file, self.system.parameter
         if at is not None:
-            file = replace(file, system=self.system.replace({self.system.parameter: at}))
+            file = replace(file, system=self.system.replace({free: at}))
         system = file.system
         roots = system_roots(system, self.wanted, None, self.progress)
-        listed, checks = matrix_list(file), system_checks(system)
-        printed, shapes = {}, None
-        if system.n <= SHOWN_ROWS:
-            modes = mode_shapes(Spectrum(roots.eigenvalues))
-            names = [f"q{i + 1}" for i in range(system.n)] if modes else []
-            shapes = shape_rows(modes, names, "largest entry 1")
-            if system.real:
-                zero = np.zeros((system.n, system.n))
-                matrices = (zero if X is None else plain_matrix(X) for X in system.at())
-                printed = {name: X.tolist() for name, X in zip("MCK", matrices, strict=True)}
+        matrices, checks = matrix_list(file), system_checks(system)
         details: dict[str, Any] = {
             "rows": system.n,
             "parameters": dict(system.parameters),
-            "matrices": listed,
+            "matrices": matrices,
             "checks": checks,
-            **printed,
             "region": extent(roots.region),
             "growth_limit": roots.growth_limit,
             "growing_outside": roots.growing_outside,
             "basis": None,
         }
+        shapes = None
+        if system.n <= SHOWN_ROWS:
+            modes = mode_shapes(Spectrum(roots.eigenvalues))
+            names = [f"q{i + 1}" for i in range(system.n)] if modes else []
+            shapes = shape_rows(modes, names, "largest entry 1")
+            for name, X in zip("MCK" if system.real else "", system.at(), strict=False):
+                zero = np.zeros((system.n, system.n))
+                details[name] = (zero if X is None else plain_matrix(X)).tolist()
         freedom = "degree" if system.n == 1 else "degrees"
         own = ", ".join(f"{name} = {value:g}" for name, value in system.parameters.items())
         lines = [f"{system.n} {freedom} of freedom, {own}"]
         lines += [
             f"  {m['part']}: {m['file'] or 'rows'}, factor {m['factor']}, {m['nonzeros']} non-zeros"
-            for m in listed
+            for m in matrices
         ]
-        lines += [f"  {name}: {text}" for name, text in checks.items()]
-        notes = ["\n".join(lines)]
+        notes = ["\n".join(lines + [f"  {name}: {text}" for name, text in checks.items()])]
         if roots.growing_outside:
-            notes.append(f"{roots.growing_outside} modes grow outside of what was asked for")
+            notes.append(f"{roots.growing_outside} modes grow outside of the band or region")
         words = "" if roots.region is None else self.wanted.words()
         if roots.growth_limit is not None:
             words += f" with growth below {roots.growth_limit:.4g} 1/s"
         return Eigenvalues(
             system.name,
-            system.parameter,
-            system.parameters[system.parameter],
+            free,
+            system.parameters[free],
             roots.eigenvalues,
             roots.verdict,
             roots.criterion,
@@ -184,19 +176,55 @@ class Question:
 
     def sweep(self, values: Sequence[float], method: str | None = None) -> Sweep:
         """The roots at values of the parameter, on the system itself or on a reduced one."""
-        system, name, reduction = self.system, self.system.parameter, None
-        if method is None:
-            method = "full" if is_small(system) else "reduced"
-        elif method not in METHODS:
+        system, free, basis = self.system, self.system.parameter, None
+        if method is not None and method not in METHODS:
             allowed = f"it must be one of {', '.join(METHODS)}"
             raise InputError(f"method: {method} is not allowed; {allowed}")
-        if method == "full":
-            rows = list(full_rows(system, self.wanted, values, self.progress))
+        if method == "full" or (method is None and is_small(system)):
+            steps = tuple(self._full(values))
         else:
-            changes = [{name: value} for value in few(values, CHECKED)]
+            changes = [{free: value} for value in _some(values, CHECKED)]
+            method = method or "reduced"
             reduction, region = reduced_for(system, self.wanted, changes, method, self.progress)
-            rows = list(reduced_rows(reduction, region, name, values, self.wanted.modes))
-        return Sweep(system.name, name, tuple(rows), _basis(reduction, self.wanted), self.file)
+            steps = tuple(self._reduced(values, reduction, region))
+            basis = _basis(reduction, self.wanted)
+        return Sweep(system.name, free, steps, basis, self.file)
+
+    def _reduced(
+        self, values: Sequence[float], reduction: Reduction, region: Rectangle
+    ) -> Iterator[Step]:
+        """The sweep on a reduced system."""
+        noise = noise_of(reduction.system)
+        for value in values:
+            solution = reduction.modes(region, {self.system.parameter: value})
+            verdict = growth_of(solution.values, noise)  # of all of them, however few are listed
+            order = ordered(solution.values)[: self.wanted.modes]
+            residuals = solution.residuals[order]
+            yield Step(
+                value, solution.values[order], residuals, verdict, spurious=solution.spurious
+            )
+
+    def _full(self, values: Sequence[float]) -> Iterator[Step]:
+        """The sweep on the system itself."""
+        system, wanted, noise = self.system, self.wanted, noise_of(self.system)
+        small = is_small(system)
+        if not small and wanted.rectangle is None and wanted.modes is None:
+            raise InputError(NO_BAND)
+        for value in values:
+            changes = {system.parameter: value}
+            if not small:
+                self.progress(f"{system.parameter} = {value:g}")
+                answer = system_roots(system, wanted, changes, self.progress)
+                roots = np.array([e.value for e in answer.eigenvalues], dtype=complex)
+                residuals = np.array([e.residual for e in answer.eigenvalues])
+                yield Step(value, roots, residuals, answer.verdict)
+                continue
+            roots = roots_of_all(system, wanted, changes)
+            # on all of them, however few are listed
+            verdict = (verdict_of if wanted.rectangle is None else growth_of)(roots, noise)
+            if wanted.modes is not None:
+                roots = roots[roots.imag >= 0.0][: wanted.modes]
+            yield Step(value, roots, np.full(len(roots), np.nan), verdict)
 
     def thresholds(self, high: float, low: float | None = None) -> Thresholds:
         """Every threshold of the wanted roots from low to high."""
@@ -208,8 +236,10 @@ class Question:
         if located.crossings_outside:
             notes.append(f"crossings outside {wanted.words()}: {located.crossings_outside}")
         if located.certified is not None:
-            foreseen = "foreseen, not excluded by proof" if system.real else "not sought"
-            notes.append(f"windows between the values looked at are {foreseen}")
+            foreseen = "foreseen, not excluded by proof" if system.real else "not foreseen"
+            notes.append(f"windows between the computed values are {foreseen}")
+        if basis:
+            notes.append(basis_text(basis))
         details = {
             "parameters": dict(system.parameters),
             "admissible_to": located.high,
@@ -228,15 +258,15 @@ class Question:
             located.crossings,
             f"{system.parameter} = {located.high:g} is reached",
             located.certified,
-            notes=tuple(notes + ([basis_text(basis)] if basis else [])),
+            notes=tuple(notes),
             details=details,
             source=(self.file, located, wanted),
         )
 
     def map(self, axes: tuple[Axis, Axis] | None) -> Map:
         """The verdict on the wanted roots over two named parameters."""
-        system = self.system
-        if axes is None or len(system.parameters) < 2:
+        system, wanted, reduction = self.system, self.wanted, None
+        if axes is None or axes[0].name == axes[1].name:
             raise InputError(f"{system.name}: a map needs two named parameters and their ranges")
         for axis in axes:
             system.values({axis.name: 0.0})
@@ -245,11 +275,24 @@ class Question:
                 raise InputError(
                     f"{axis.name}: is not allowed in a chart, no matrix depends on it; {used} does"
                 )
-        first, second = axes
-        if first.name == second.name:
-            raise InputError(f"{first.name}: is not allowed twice; a chart has two parameters")
-        codes, growth, reduction = self._chart(first, second)
-        basis = _basis(reduction, self.wanted)
+        names = axes[0].name, axes[1].name
+        if not is_small(system):
+            first, second = (np.linspace(a.low, a.high, CORNERS).tolist() for a in axes)
+            corners = [{names[0]: a, names[1]: b} for a in first for b in second]
+            reduction, region = reduced_for(system, wanted, corners, progress=self.progress)
+        codes, noise = np.zeros((axes[0].n, axes[1].n), dtype=np.int8), noise_of(system)
+        growth = np.full(codes.shape, np.nan)
+        for i, a in enumerate(axes[0].values.tolist()):
+            self.progress(f"{names[0]} = {a:.6g}")
+            for j, b in enumerate(axes[1].values.tolist()):
+                changes = {names[0]: a, names[1]: b}
+                if reduction is None:
+                    roots = roots_of_all(system, wanted, changes)
+                else:
+                    roots = reduction.values(region, changes)
+                codes[i, j] = NAMES.index(verdict_of(roots, noise))
+                growth[i, j] = roots.real.max() if len(roots) else np.nan
+        basis = _basis(reduction, wanted)
         return Map(
             system.name,
             axes,
@@ -262,33 +305,6 @@ class Question:
             source=(self.file,),
         )
 
-    def _chart(
-        self, first: Axis, second: Axis
-    ) -> tuple[NDArray[np.int8], NDArray[np.float64], Reduction | None]:
-        """Codes, largest real parts (NaN without a root), and the reduced system of a large one."""
-        system, wanted, reduction = self.system, self.wanted, None
-        if not is_small(system):
-            corners = [
-                {first.name: float(a), second.name: float(b)}
-                for a in np.linspace(first.low, first.high, CORNERS)
-                for b in np.linspace(second.low, second.high, CORNERS)
-            ]
-            reduction, region = reduced_for(system, wanted, corners, progress=self.progress)
-        codes = np.zeros((first.n, second.n), dtype=np.int8)
-        growth = np.zeros(codes.shape)
-        noise = noise_of(system)
-        for i, a in enumerate(first.values.tolist()):
-            self.progress(f"{first.name} = {a:.6g}")
-            for j, b in enumerate(second.values.tolist()):
-                changes = {first.name: a, second.name: b}
-                if reduction is None:
-                    roots = roots_of_all(system, wanted, changes)
-                else:
-                    roots = reduction.values(region, changes)
-                codes[i, j] = NAMES.index(verdict_of(roots, noise))
-                growth[i, j] = roots.real.max() if len(roots) else np.nan
-        return codes, growth, reduction
-
     def reduced(
         self, values: Sequence[float] | None, method: str = "reduced"
     ) -> tuple[Reduction, dict[str, Any] | None]:
@@ -296,7 +312,7 @@ class Question:
         own), and what a JSON object says of that."""
         system, free = self.system, self.system.parameter
         own = [system.parameters[free]] if values is None else values
-        changes = [{free: value} for value in few(own, SERVED)]
+        changes = [{free: value} for value in _some(own, SERVED)]
         reduction, _ = reduced_for(system, self.wanted, changes, method, self.progress)
         return reduction, _basis(reduction, self.wanted)
 
@@ -326,47 +342,6 @@ class Question:
         )
 
 
-def reduced_rows(
-    reduction: Reduction,
-    region: Rectangle,
-    name: str,
-    values: Sequence[float],
-    modes: int | None = None,
-) -> Iterator[Step]:
-    """The sweep on a reduced system; of the region's roots all, or the lowest `modes`."""
-    noise = noise_of(reduction.system)
-    for value in values:
-        solution = reduction.modes(region, {name: value})
-        verdict = growth_of(solution.values, noise)  # of all of them, however few are listed
-        order = ordered(solution.values)[:modes]
-        residuals = solution.residuals[order]
-        yield Step(value, solution.values[order], residuals, verdict, spurious=solution.spurious)
-
-
-def full_rows(
-    system: TermSystem, wanted: Wanted, values: Sequence[float], progress: Progress = quiet
-) -> Iterator[Step]:
-    """The sweep on the system itself, one value after the other."""
-    noise = noise_of(system)
-    if not is_small(system) and wanted.rectangle is None and wanted.modes is None:
-        raise InputError(NO_BAND)
-    for value in values:
-        changes = {system.parameter: value}
-        if not is_small(system):
-            progress(f"{system.parameter} = {value:g}")
-            answer = system_roots(system, wanted, changes, progress)
-            roots = np.array([e.value for e in answer.eigenvalues], dtype=complex)
-            residuals = np.array([e.residual for e in answer.eigenvalues])
-            yield Step(value, roots, residuals, answer.verdict)
-            continue
-        roots = roots_of_all(system, wanted, changes)
-        # on all of them, however few are listed
-        verdict = (verdict_of if wanted.rectangle is None else growth_of)(roots, noise)
-        if wanted.modes is not None:
-            roots = roots[roots.imag >= 0.0][: wanted.modes]
-        yield Step(value, roots, np.full(len(roots), np.nan), verdict)
-
-
 def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]:
     """What grows among the roots; of a small system with the onset of each."""
     at = system.parameters[system.parameter]
@@ -374,27 +349,29 @@ def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]
     if not (grow and system.real and at > 0.0 and system.n <= ONSET_ROWS):
         return grow
     try:
-        every = unstable_modes(system.plain, at, linear_thresholds(system.plain, at))
+        known = unstable_modes(system.plain, at, linear_thresholds(system.plain, at))
     except InputError:  # no way from zero: a factor divides by the parameter, M has no factor
         return grow
 
-    def root(mode: UnstableMode) -> complex:
-        return complex(mode.growth_rate, 2 * np.pi * mode.frequency_hz)
+    def apart(one: UnstableMode, other: UnstableMode) -> float:
+        hertz = 2 * np.pi * (one.frequency_hz - other.frequency_hz)
+        size = np.hypot(one.growth_rate, 2 * np.pi * one.frequency_hz)
+        return float(np.hypot(one.growth_rate - other.growth_rate, hertz) / size)
 
-    def onset(mode: UnstableMode) -> float | None:
-        near = [o for o in every if abs(root(o) - root(mode)) <= SAME * abs(root(mode))]
-        return min(near, key=lambda o: abs(root(o) - root(mode))).onset if near else None
-
-    return tuple(replace(mode, onset=onset(mode)) for mode in grow)
+    modes = []
+    for mode in grow:
+        same = min(known, key=lambda other: apart(mode, other), default=None)
+        onset = same.onset if same is not None and apart(mode, same) <= SAME else None
+        modes.append(replace(mode, onset=onset))
+    return tuple(modes)
 
 
 def along(answer: Thresholds) -> Sweep:
     """The eigenvalue paths over the range of thresholds, for a figure."""
     file, located, wanted = answer.source
-    system, values = file.system, np.linspace(answer.low, answer.high, SHOWN).tolist()
-    basis, region = located.reduction, wanted.rectangle
-    if basis is None:
-        rows = list(full_rows(system, wanted, values))
+    question, values = Question(file, wanted), np.linspace(answer.low, answer.high, SHOWN).tolist()
+    if located.reduction is None:
+        steps = question._full(values)
     else:
-        rows = list(reduced_rows(basis, region, system.parameter, values))
-    return Sweep(system.name, system.parameter, tuple(rows), source=file)
+        steps = question._reduced(values, located.reduction, wanted.rectangle)
+    return Sweep(answer.name, answer.parameter, tuple(steps), source=file)

@@ -6,7 +6,6 @@ from scipy import sparse
 
 import squeal
 from squeal.analysis.answers import Axis
-from squeal.analysis.of_systems import reduced_rows
 from squeal.analysis.systems import roots
 from squeal.analysis.systems.roots import Wanted, reduced_for, system_roots
 from squeal.errors import InputError, InputWarning
@@ -37,9 +36,8 @@ def test_a_contact_with_a_factor_keeps_its_stiffness_in_a_modal_sweep():
     swept = []
     for kc in ("plain", "named"):
         system = disc_and_pad(kc)
-        wanted, values = Wanted(band=(1.0, 40.0)), [0.0, 0.2]
-        reduction, region = reduced_for(system, wanted, [{"mu": v} for v in values], "modal")
-        swept.append([row.roots for row in reduced_rows(reduction, region, "mu", values)])
+        sweep = squeal.sweep(system, [0.0, 0.2], band=(1.0, 40.0), method="modal")
+        swept.append([step.roots for step in sweep.steps])
     assert len(swept[0][0]) > 5
     for plain, named in zip(*swept, strict=True):
         assert np.allclose(plain, named, rtol=1e-9, atol=1e-6)

@@ -8,8 +8,8 @@ from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
 from squeal.analysis.answers import Axis
-from squeal.analysis.of_systems import NAMES, full_rows, reduced_rows
-from squeal.analysis.systems.roots import Wanted, reduced_for, system_roots
+from squeal.analysis.of_systems import NAMES
+from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
@@ -68,9 +68,11 @@ def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(chains, mass, 
 def test_sweeps_of_a_damped_free_chain_are_marginal_on_reduced_systems_too(chains, top):
     stiffness = _system(chains).K[0].matrix
     system = _system(chains, damping=(Term(1e-7 * stiffness),))
-    wanted, values = Wanted(band=(0.0, top)), [0.0, 0.5, 1.0]
-    reduction, region = reduced_for(system, wanted, [{"mu": v} for v in values])
-    rows = [*reduced_rows(reduction, region, "mu", values), *full_rows(system, wanted, values)]
+    rows = [
+        step
+        for method in ("reduced", "full")
+        for step in squeal.sweep(system, [0.0, 0.5, 1.0], (0.0, top), method=method).steps
+    ]
     assert [row.verdict for row in rows] == [None] * 6  # of some of the roots
     assert {int(np.sum(row.roots == 0)) for row in rows} == {2 * chains}
     assert len({len(row.roots) for row in rows}) == 1
