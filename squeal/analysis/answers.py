@@ -111,13 +111,6 @@ class Eigenvalues(Answer):
         """The eigenvalues (m,) in rad/s."""
         return np.array([root.value for root in self.eigenvalues], dtype=complex)
 
-    def filtered(self, low: float, high: float) -> Eigenvalues:
-        """The same with the unstable modes alone that have a frequency (Hz) from low to high."""
-        modes = tuple(mode for mode in self.unstable if low <= mode.frequency_hz <= high)
-        left = len(self.unstable) - len(modes)
-        note = (f"{left} more unstable modes lie outside of the band",) * bool(left)
-        return replace(self, unstable=modes, notes=self.notes + note)
-
     def table(self) -> Table:
         """A row for each eigenvalue."""
         mode = Column("mode", value=itemgetter(0))

@@ -47,9 +47,9 @@ Progress = Callable[[str], None]
 Band = tuple[float, float]
 Region = tuple[float, float, float, float]
 VALUES = Several(Number(), "a sequence of finite numbers")
-OF_SYSTEMS = ("band", "region", "modes", "memory", "method", "low")
-OF_SCENES = ("quantity", "curves")
 QUESTION = ("band", "region", "modes", "memory", "progress")
+OF_SYSTEMS = (*QUESTION[:-1], "method", "low")
+OF_SCENES = ("quantity", "curves")
 
 
 def _answer(pads: Callable[..., Any], subject: object, **options: Any) -> Any:
@@ -59,11 +59,9 @@ def _answer(pads: Callable[..., Any], subject: object, **options: Any) -> Any:
     """
     scene = isinstance(subject, Scene)
     for name in OF_SYSTEMS if scene else OF_SCENES:
-        value = options.pop(name, None)
-        if value is not None and value is not False:
-            other = "a scene, which has six roots; a system from matrices is allowed"
-            owner = other if scene else "a system of matrices; a scene is allowed"
-            raise InputError(f"{name}: {value} is not allowed with {owner}")
+        if options.pop(name, None) not in (None, False):
+            kind, other = ("a scene", "a system") if scene else ("a system", "a scene")
+            raise InputError(f"{name}: is not allowed with {kind}; {other} takes it")
     if scene:  # a pad is answered at once
         return pads(subject, **{n: v for n, v in options.items() if n != "progress"})
     question = _question(subject, **{n: options.pop(n) for n in QUESTION if n in options})
@@ -91,15 +89,8 @@ def System(
         ``{"1": K0, "mu": K1}``. C may be left out.
     parameters : mapping of str to float
         Named numbers; the free parameter is 0 if it is not among them.
-    parameter : str
-        The free parameter, in which thresholds lie.
-    name : str
-        What the system is called.
-
-    Raises
-    ------
-    InputError
-        For a matrix that is not square or finite, and a formula with unknown names.
+    parameter, name : str
+        The free parameter, in which thresholds lie; what the system is called.
 
     Examples
     --------
@@ -145,7 +136,7 @@ def eigenvalues(
     region : (float, float, float, float), optional
         Real parts (1/s) from, to, imaginary parts (rad/s) from, to, instead of a band.
     modes : int, optional
-        The lowest so many, of systems. Of more than 400 rows 20 if nothing else is wanted.
+        The lowest so many, of systems. Of more than 400 rows 20 if nothing else is given.
     memory : float, optional
         Bytes that may be used; left out, what is free.
     progress : callable, optional
@@ -159,7 +150,7 @@ def eigenvalues(
     Raises
     ------
     InputError
-        For what does not fit the subject.
+        For what does not fit the subject, as the other verbs do.
     ComputationError
         If no steady sliding exists, or the system does not fit into the memory.
 
@@ -201,11 +192,6 @@ def sweep(
     Sweep
         A step for each value, in their order.
 
-    Raises
-    ------
-    InputError, ComputationError
-        As `eigenvalues`.
-
     Examples
     --------
     >>> import squeal
@@ -245,13 +231,6 @@ def thresholds(
     Thresholds
         Changes of the verdict, and all crossings of the imaginary axis, by rising value.
 
-    Raises
-    ------
-    InputError
-        For an empty range.
-    ComputationError
-        If there is no equilibrium without friction.
-
     Examples
     --------
     >>> import squeal
@@ -284,17 +263,12 @@ def map(
     quantity : {"critical-friction", "growth", "frequency"}, optional
         A number beside the verdict, of scenes.
     curves : bool
-        Whether the curves on which stability is lost are continued too, of scenes.
+        Whether the curves on which stability is lost are located too, of scenes.
 
     Returns
     -------
     Map
         Codes (n1, n2) of verdicts, and shares of the area.
-
-    Raises
-    ------
-    InputError
-        For a parameter that the subject does not use.
 
     Examples
     --------
@@ -305,7 +279,6 @@ def map(
     >>> squeal.map(pair, axes).share["flutter"]
     0.4444444444444444
     """
-    quantity, curves = quantity or None, curves or None  # type: ignore[assignment]
     answer: Map = _answer(_map, **locals())
     return answer
 
@@ -320,7 +293,7 @@ def sensitivity(
     subject : Scene, SystemFile or TermSystem
         Of a scene the equilibrium moves with its parameters.
     of : {"eigenvalues", "threshold"}
-        What is differentiated; thresholds of scenes alone.
+        What is differentiated; thresholds of scenes alone, for others `advise` answers.
     high : float
         Upper end of the range that is searched for the loss.
     known : Eigenvalues or Thresholds, optional
@@ -330,11 +303,6 @@ def sensitivity(
     -------
     Sensitivity
         Derivatives per unit of each parameter, exact to rounding.
-
-    Raises
-    ------
-    InputError
-        For a threshold of a system, for which `advise` answers.
 
     Examples
     --------
@@ -374,11 +342,6 @@ def reduce(
     TermSystem
         The reduced system, dense.
 
-    Raises
-    ------
-    InputError
-        Without a band or region, and for a scene.
-
     Examples
     --------
     >>> import numpy as np, squeal
@@ -386,8 +349,6 @@ def reduce(
     >>> squeal.eigenvalues(squeal.reduce(chain, band=(0.5, 3.7)), modes=3).values.imag.round(6)
     array([ 6.283185, 12.566371, 18.849556])
     """
-    if isinstance(subject, Scene):
-        raise InputError("reduce: a scene is not allowed; it must be a system from matrices")
     if values is not None:
         values = VALUES.read(values, Place("reduce", "values"))
     options = {"band": band, "region": region, "memory": memory, "progress": progress}
@@ -399,21 +360,18 @@ def _eigenvalues(scene: Scene, at: float | None) -> Eigenvalues:
     """The sliding equilibrium's eigenvalues."""
     scene = scene if at is None else scene.replace(mu=at)
     analysis = analyse(scene)
-    details: dict[str, Any] = {
+    place = dict(zip(PAD_COORDINATES, analysis.q, strict=True))
+    details = {
         "model": analysis.model,
-        "equilibrium": dict(zip(PAD_COORDINATES, analysis.q, strict=True))
-        | {"R_n": analysis.R_n, "contact": analysis.contact},
+        "equilibrium": place | {"R_n": analysis.R_n, "contact": analysis.contact},
         "how": analysis.how,
-        **{name: getattr(analysis.matrices, name).tolist() for name in ("M", "C", "K")},
+        **{name: X.tolist() for name, X in zip("MCK", analysis.matrices, strict=True)},
         "basis": None,
     }
-    place = ", ".join(
-        f"{name} = {number(value)} {unit}"
-        for name, value, unit in zip(PAD_COORDINATES, analysis.q, ("m", "m", "rad"), strict=True)
-    )
+    units = zip(place.items(), ("m", "m", "rad"), strict=True)
+    where = ", ".join(f"{name} = {number(value)} {unit}" for (name, value), unit in units)
     reaction = "" if analysis.R_n is None else f", R_n = {number(analysis.R_n)} N"
-    contact = f"contact {analysis.contact}{reaction}\n({analysis.how})"
-    notes = [f"model {analysis.model}: {place}, {contact}"]
+    note = f"model {analysis.model}: {where}, contact {analysis.contact}{reaction}"
     rule = "largest of x, y, w theta 1 m"
     return Eigenvalues(
         scene.model,
@@ -427,7 +385,7 @@ def _eigenvalues(scene: Scene, at: float | None) -> Eigenvalues:
         count=len(analysis.spectrum),
         shapes=shape_rows(shapes_of_pad(analysis, scene.pad.w), PAD_COORDINATES, rule),
         details=details,
-        notes=tuple(notes),
+        notes=(f"{note}\n({analysis.how})",),
         warnings=analysis.warnings,
         source=(scene, analysis),
     )
@@ -454,35 +412,35 @@ def _thresholds(scene: Scene, high: float) -> Thresholds:
 def _map(scene: Scene, axes: tuple[Axis, Axis] | None, quantity: str | None, curves: bool) -> Map:
     """The verdict over two parameters of the scene, both spring angles if left out."""
     axes = maps.angle_axes(200) if axes is None else axes
-    verdicts = maps.stability_map(scene, axes)
-    lines = threshold_curves(scene, axes, verdicts.codes) if curves else None
+    verdicts, field, lines = maps.stability_map(scene, axes), None, None
     details: dict[str, Any] = {"admissible_share": float(verdicts.admissible.mean())}
     details["admissible"] = not verdicts.warnings  # those of a quantity say nothing of equilibria
-    if lines is not None:
+    if curves:
+        lines = threshold_curves(scene, axes, verdicts.codes)
         details["threshold_curve"] = [
             {"kind": line.kind, "closed": line.closed}
             | {"points": line.points.tolist(), "frequency_hz": line.frequency_hz.tolist()}
             for line in lines
         ]
-    values, field = None, None
-    notes: tuple[str, ...] = ()
+    values, notes, warnings = None, list[str](), verdicts.warnings
     if quantity is not None:
         field = maps.field_of(scene, axes, quantity)
         values = (field.quantity, unit_word(field.unit), field.values)
         known = field.values[np.isfinite(field.values)]
         span = f"{known.min():.6g} to {known.max():.6g} {values[1]}" if known.size else "nowhere"
-        notes = (f"{maps.QUANTITIES[quantity][0]}: {span}",)
+        notes, warnings = [f"{maps.QUANTITIES[quantity][0]}: {span}"], warnings + field.warnings
+    first, second = (unit_word(PARAMETERS[axis.name].unit) for axis in axes)
     return Map(
         scene.model,
         axes,
-        (unit_word(PARAMETERS[axes[0].name].unit), unit_word(PARAMETERS[axes[1].name].unit)),
+        (first, second),
         maps.NAMES,
         verdicts.codes,
         values,
         None if scene.pad_model.linear else verdicts.admissible,
-        verdicts.warnings + (() if field is None else field.warnings),
+        warnings,
         details,
-        notes,
+        tuple(notes),
         (scene, field, lines),
     )
 

@@ -1,7 +1,6 @@
 """`squeal eigenvalues`: complex eigenvalue analysis of a pad or of a system from matrices."""
 
 import argparse
-import math
 from typing import Any
 
 import squeal
@@ -32,7 +31,7 @@ def run(given: argparse.Namespace) -> Reply:
     subject, inputs = source.subject()
     options: dict[str, Any] = {}
     if isinstance(subject, Scene):
-        refuse(given, "modes region method shape animation at", f"{source.name}, a scene")
+        refuse(given, "band modes region method shape animation at", f"{source.name}, a scene")
         if given.sweep is not None and not 0.0 <= given.sweep[0] < given.sweep[-1] <= 1e3:
             raise not_allowed(said(given, "sweep"), "A:B:N with 0 <= A < B <= 1000")
     else:
@@ -44,8 +43,7 @@ def run(given: argparse.Namespace) -> Reply:
         if given.sweep:
             source.warn_if_constant(subject)
     spectrum = squeal.eigenvalues(subject, given.at, **options)
-    low, high = given.band or (0.0, math.inf)
-    answers: list[Any] = [spectrum.filtered(low, high)]
+    answers: list[Any] = [spectrum]
     if given.sweep:
         if options:
             options["method"] = given.method

@@ -1,14 +1,11 @@
-"""The table of unstable modes, its filters, and what a healthy pad is called."""
+"""The table of unstable modes."""
 
 import json
 
 import pytest
 
 from squeal.cli.main import main
-from squeal.io.provenance import ROOT as PACKAGE
-from tests.cli.calls import answer, run
-
-SYSTEMS = PACKAGE / "article" / "literature" / "systems"
+from tests.cli.calls import run
 
 
 def unstable(capsys, *arguments):
@@ -29,10 +26,3 @@ def test_a_pad_says_what_grows_and_since_when(capsys, pad):
     critical = json.loads(capsys.readouterr().out)["critical"]
     assert mode["onset"] == pytest.approx(critical[0]["mu"], rel=1e-9)
     assert mode["kind"] == "flutter"
-
-
-def test_filters(capsys, pad):
-    assert unstable(capsys, pad, "--band", "2000:4000") == []
-    assert len(unstable(capsys, pad, "--band", "1000:2000")) == 1
-    # the eigenvalues themselves stay complete
-    assert len(answer(capsys, "eigenvalues", pad, "--band", "2000:4000")["eigenvalues"]) == 6
