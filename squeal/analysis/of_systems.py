@@ -267,8 +267,8 @@ class Question:
         """The verdict on the wanted roots over two named parameters."""
         system, wanted, reduction = self.system, self.wanted, None
         if axes is None or axes[0].name == axes[1].name:
-            names = "none" if axes is None else f"{axes[0].name} twice"
-            raise InputError(f"axes: {names} is not allowed; it must be two named parameters")
+            given = "none" if axes is None else f"{axes[0].name} twice"
+            raise InputError(f"axes: {given} is not allowed; it must be two named parameters")
         for axis in axes:
             system.values({axis.name: 0.0})
             if axis.name not in system.names:
