@@ -268,7 +268,8 @@ class Question:
         system, wanted, reduction = self.system, self.wanted, None
         if axes is None or axes[0].name == axes[1].name:
             given = "none" if axes is None else f"{axes[0].name} twice"
-            raise InputError(f"axes: {given} is not allowed; it must be two named parameters")
+            allowed = "it must be two named parameters"
+            raise InputError(f"{system.name}: axes: {given} is not allowed; {allowed}")
         for axis in axes:
             system.values({axis.name: 0.0})
             if axis.name not in system.names:
