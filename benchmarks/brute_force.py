@@ -105,7 +105,7 @@ def map_differences(scene: Scene, axes: tuple[Axis, Axis]) -> tuple[int, int, li
     values = spectra(part(eqs, there), path[-1][:, there], end[there])
     names[there], _ = judged(values, scene.damping is not None)
     ours = np.array(NAMES, dtype=object)[found.codes.ravel()]
-    warned = choice & ~found.admissible.ravel()
+    warned = choice & (found.admissible is not None and ~found.admissible.ravel())
     rows = [
         f"{axes[0].name} = {grid[0].flat[i]:.6g}, {axes[1].name} = {grid[1].flat[i]:.6g}: "
         f"map {ours[i]}, brute force {names[i]}"

@@ -27,7 +27,7 @@ needs_heyoka = pytest.mark.skipif(not HEYOKA, reason="needs heyoka, which is not
 # files that take long: a worker runs a file whole, and none of these should be the last
 LONG = (
     *("simulation/test_ensemble", "article/test_stability", "analysis/test_sensitivity"),
-    *("simulation/test_falling", "analysis/test_threshold_curve", "cli/test_cli"),
+    *("simulation/test_falling", "cli/test_cli"),
     *("cli/test_installed", "analysis/test_maps", "analysis/test_slow_roots"),
     *("workflow/test_workflow", "simulation/test_simulation"),
     "equilibrium/test_admissible",

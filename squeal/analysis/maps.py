@@ -1,21 +1,25 @@
-"""Maps over two parameters of a scene: verdicts, critical friction and growth.
+"""Maps over two parameters of a scene: verdicts, critical friction, growth, and the curves on which
+stability is lost.
 
 B3 maps linearise about the origin. The others find the sliding equilibrium of every point first, on
-the branch from mu = 0 that a query follows; see `squeal.analysis.stack`.
+the branch from mu = 0 that a query follows; see `squeal.analysis.stack`. The curves cross the lines
+between neighbouring points of which one is quiet and the other is not. Each crossing is located by
+halving that line with the verdicts of the map, and those on the sides of one square are joined.
 """
 
 import math
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from squeal.analysis.answers import Axis
+from squeal.analysis.answers import Axis, Map
 from squeal.analysis.pads import MU_MAX
-from squeal.analysis.stack import Names, PadStack, Places, parameters, verdicts
+from squeal.analysis.stack import QUIET, Names, PadStack, Places, parameters, verdicts
 from squeal.equilibrium.statics import LIMITS
 from squeal.errors import InputError
 from squeal.io.scene import Scene, takes_scene
+from squeal.io.writing import unit_word
 from squeal.linear import VERDICTS, sum_verdicts
 from squeal.model.equations import PadModel, about_origin, spring_directions
 from squeal.model.pad import PARAMETERS
@@ -29,63 +33,16 @@ QUANTITIES = {
     "growth": ("growth rate of the most unstable mode", "1/s"),
     "frequency": ("frequency of the most unstable mode", "Hz"),
 }
-"""What a field may show: its name in words, and its unit."""
-FIELD_POINTS = 2_000  # that are followed together
+"""What may stand beside the verdicts: its name in words, and its unit."""
+QUANTITY_POINTS = 2_000  # that are followed together
+HALVINGS = 40  # of the distance of two neighbouring points of the map
+Kind = Literal["flutter", "divergence", "fold", "contact"]
+KINDS: tuple[Kind, ...] = ("flutter", "divergence", "fold", "contact")
 
 
 def angle_axes(n: int) -> tuple[Axis, Axis]:
     """The axes of Fig. 13: alpha1 and alpha2 between 0 and pi."""
     return Axis("alpha1", 0.0, math.pi, n), Axis("alpha2", 0.0, math.pi, n)
-
-
-@dataclass(frozen=True)
-class StabilityMap:
-    """codes (n1, n2) are indices into `NAMES`; the first axis runs along the rows.
-
-    beyond (3, n1, n2) says which of the limits on tilt, travel and reaction an equilibrium exceeds.
-    """
-
-    axes: tuple[Axis, Axis]
-    codes: np.ndarray = field(repr=False)
-    beyond: np.ndarray = field(repr=False)
-
-    @property
-    def admissible(self) -> np.ndarray:
-        """Where there is an equilibrium that the model means (B3: everywhere), shape (n1, n2)."""
-        return (self.codes < BEYOND_FOLD) & ~self.beyond.any(axis=0)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """A sentence for each reason why some of the points are not admissible."""
-        parts = [
-            (self.codes == BEYOND_FOLD, "lie beyond a fold or the end of the branch"),
-            (self.codes == UNKNOWN, "could not be decided"),
-        ]
-        parts += [
-            (part, f"exceed the limit of {name}")
-            for part, name in zip(self.beyond, LIMITS._fields, strict=True)
-        ]
-        return tuple(
-            f"{100 * part.mean():.3g} % of the points {words}"
-            for part, words in parts
-            if part.any()
-        )
-
-    @property
-    def share(self) -> dict[str, float]:
-        """Share of the area for each verdict that occurs, and for those that could."""
-        counts = np.bincount(self.codes.ravel(), minlength=len(NAMES))
-        return {name: float(c) / self.codes.size for name, c in zip(NAMES, counts, strict=True)}
-
-
-def _angle_rows(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
-    """Codes of a B3 map over the angles: K is the contact's plus one rank-one term a spring."""
-    pad = model.pad
-    a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
-    unit = 1.0 / np.sqrt([pad.m, pad.m, pad.I])  # makes the mass matrix one
-    u1, u2 = (unit[:, None] * np.sqrt(k) * a for k, a in ((pad.k1, a1), (pad.k2, a2)))
-    contact = unit[:, None] * about_origin(model.replace(k1=0.0, k2=0.0)).K * unit
-    return sum_verdicts(contact[:, :, None] + np.einsum("in,jn->ijn", u2, u2), u1)
 
 
 class PointVerdicts(NamedTuple):
@@ -138,9 +95,19 @@ def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) 
     return PointVerdicts(*(np.concatenate(part, axis=-2) for part in zip(*parts, strict=True)))
 
 
-def check_axes(scene: Scene, axes: tuple[Axis, Axis]) -> None:
-    """Refuse to map what the scene does not use, values that a parameter may not take, or one
-    parameter twice. Raises InputError."""
+def _angle_codes(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
+    """Codes of a B3 map over the angles: K is the contact's plus one rank-one term a spring."""
+    pad = model.pad
+    a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
+    unit = 1.0 / np.sqrt([pad.m, pad.m, pad.I])  # makes the mass matrix one
+    u1, u2 = (unit[:, None] * np.sqrt(k) * a for k, a in ((pad.k1, a1), (pad.k2, a2)))
+    contact = unit[:, None] * about_origin(model.replace(k1=0.0, k2=0.0)).K * unit
+    return sum_verdicts(contact[:, :, None] + np.einsum("in,jn->ijn", u2, u2), u1)
+
+
+def _checked(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> tuple[str, str]:
+    """The names of the parameters. Raises InputError for what the scene does not use, values that
+    a parameter may not take, one parameter twice, and a quantity that is none."""
     allowed, at = parameters(scene.pad_model), Place("Axis")
     for axis in axes:
         if axis.name not in allowed:
@@ -148,98 +115,200 @@ def check_axes(scene: Scene, axes: tuple[Axis, Axis]) -> None:
             raise (at / "name").must_be(axis.name, used)
         for end in axis.values[[0, -1]].tolist():
             PARAMETERS[axis.name].kind.check(end, at / axis.name)
-    if axes[0].name == axes[1].name:
-        raise (at / "name").refuse(f"{axes[1].name} is the first parameter too; take another one")
+    names = axes[0].name, axes[1].name
+    if names[0] == names[1]:
+        raise (at / "name").refuse(f"{names[1]} is the first parameter too; take another one")
+    if quantity is not None and quantity not in QUANTITIES:
+        raise Place("quantity").must_be(quantity, f"one of {', '.join(QUANTITIES)}")
+    if quantity == "critical-friction" and "mu" in names:
+        raise InputError(f"quantity: {quantity} is not allowed over mu; take another parameter")
+    return names
 
 
 AXES = Several(Instance(Axis, "an Axis"), "two of Axis, such as angle_axes(200) gives", 2)
 
 
 @takes_scene
-@takes(axes=AXES)
-def stability_map(scene: Scene, axes: tuple[Axis, Axis]) -> StabilityMap:
+@takes(axes=AXES, mu_max=MU_MAX)
+def stability_map(
+    scene: Scene,
+    axes: tuple[Axis, Axis],
+    quantity: str | None = None,
+    curves: bool = False,
+    mu_max: float = 2.0,
+) -> Map:
     """Verdict over two parameters of a scene's pad; the mapped ones replace the scene's.
 
-    Raises InputError for a parameter that the scene does not use, or the same one twice.
+    Beside it one of `QUANTITIES`, NaN where there is none or where it could not be decided, and the
+    curves on which stability is lost. Growth and frequency are taken at the scene's mu (or that of
+    the axis), the critical friction is the first loss of stability, or of the equilibrium, on the
+    way from mu = 0 up to mu_max. Raises InputError.
     """
-    names = (axes[0].name, axes[1].name)
-    check_axes(scene, axes)
-    x, y = axes[0].values, axes[1].values
-    if scene.pad_model.linear and names == ("alpha1", "alpha2") and scene.damping is None:
-        codes = _angle_rows(scene.pad_model, axes)
+    names = _checked(scene, axes, quantity)
+    linear = scene.pad_model.linear
+    if linear and names == ("alpha1", "alpha2") and scene.damping is None:
+        codes = _angle_codes(scene.pad_model, axes)
         beyond = np.zeros((3, *codes.shape), dtype=bool)
     else:
-        points = on_grid(scene, names, x, y)
-        codes, beyond = points.codes, points.beyond
-    return StabilityMap(axes, codes, beyond)
+        codes, _, beyond, _ = on_grid(scene, names, axes[0].values, axes[1].values)
+    admissible = (codes < BEYOND_FOLD) & ~beyond.any(axis=0)
+    reasons = {
+        "lie beyond a fold or the end of the branch": codes == BEYOND_FOLD,
+        "could not be decided": codes == UNKNOWN,
+    }
+    for name, part in zip(LIMITS._fields, beyond, strict=True):
+        reasons[f"exceed the limit of {name}"] = part
+    warnings = [
+        f"{100 * part.mean():.3g} % of the points {words}"
+        for words, part in reasons.items()
+        if part.any()
+    ]
+    details: dict[str, Any] = {"admissible_share": float(admissible.mean())}
+    details["admissible"] = not warnings  # those of a quantity say nothing of equilibria
+    located = threshold_curves(scene, axes, codes) if curves else ()
+    if curves:
+        details["threshold_curve"] = [
+            {"kind": one.kind, "closed": one.closed}
+            | {"points": one.points.tolist(), "frequency_hz": one.frequency_hz.tolist()}
+            for one in located
+        ]
+    beside, notes = None, list[str]()
+    if quantity is not None:
+        words, unit = QUANTITIES[quantity]
+        values, unknown = _quantity(scene, axes, quantity, mu_max)
+        beside, known = (quantity, unit_word(unit), values), values[np.isfinite(values)]
+        span = f"{known.min():.6g} to {known.max():.6g} {beside[1]}" if known.size else "nowhere"
+        notes.append(f"{words}: {span}")
+        if unknown.any():
+            share = f"{100 * unknown.mean():.3g} % of the points"
+            warnings.append(f"{words} could not be decided at {share}")
+    first, second = (unit_word(PARAMETERS[name].unit) for name in names)
+    return Map(
+        scene.model,
+        axes,
+        (first, second),
+        NAMES,
+        codes,
+        beside,
+        None if linear else admissible,
+        tuple(warnings),
+        details,
+        tuple(notes),
+        (scene, located),
+    )
+
+
+def _quantity(
+    scene: Scene, axes: tuple[Axis, Axis], quantity: str, mu_max: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Values (n1, n2) of a quantity, and where they are unknown."""
+    grid = np.meshgrid(axes[0].values, axes[1].values, indexing="ij")
+    points = np.array([part.ravel() for part in grid])
+    values, unknown = np.empty(grid[0].size), np.empty(grid[0].size, dtype=bool)
+    for start in range(0, values.size, QUANTITY_POINTS):
+        part = slice(start, start + QUANTITY_POINTS)
+        stack = PadStack.of(scene, (axes[0].name, axes[1].name), points[:, part])
+        if quantity == "critical-friction":
+            lost = stack.first_losses(mu_max)
+            values[part], unknown[part] = lost.mu, lost.unknown
+            continue
+        fastest, unknown[part] = stack.fastest()
+        hertz = np.where(fastest.real > 0.0, np.abs(fastest.imag) / math.tau, np.nan)
+        values[part] = fastest.real if quantity == "growth" else hertz
+    return values.reshape(grid[0].shape), unknown.reshape(grid[0].shape)
 
 
 @dataclass(frozen=True, eq=False)
-class Field:
-    """A quantity over two parameters; values (n1, n2), NaN where there is none.
+class ThresholdCurve:
+    """points (n, 2): the two parameters along the curve; kind: what happens there; frequency_hz
+    (n,) of the mode that starts to grow, 0 where none vibrates; closed: it returns to its start."""
 
-    There is no critical friction where stability lasts up to mu_max, no growth rate where there
-    is no equilibrium, and no frequency where nothing grows. unknown (n1, n2): where the value could
-    not be decided, NaN too.
+    points: np.ndarray
+    kind: Kind
+    frequency_hz: np.ndarray
+    closed: bool
+
+
+def threshold_curves(
+    scene: Scene, axes: tuple[Axis, Axis], codes: np.ndarray
+) -> tuple[ThresholdCurve, ...]:
+    """The curves between stable or marginal points of a map with `codes` (n1, n2) and the others.
+
+    They end beside points that are unknown, at the outermost points, and where something else
+    happens.
     """
-
-    quantity: str
-    axes: tuple[Axis, Axis]
-    values: np.ndarray = field(repr=False)
-    unknown: np.ndarray = field(repr=False)
-
-    @property
-    def warnings(self) -> tuple[str, ...]:
-        """A sentence if some values could not be decided."""
-        share = 100 * self.unknown.mean()
-        name, _ = QUANTITIES[self.quantity]
-        return (f"{name} could not be decided at {share:.3g} % of the points",) if share else ()
-
-    @property
-    def unit(self) -> str:
-        """Unit of the values."""
-        return QUANTITIES[self.quantity][1]
-
-
-@takes_scene
-@takes(axes=AXES, mu_max=MU_MAX)
-def field_of(scene: Scene, axes: tuple[Axis, Axis], quantity: str, mu_max: float = 2.0) -> Field:
-    """One of `QUANTITIES` over two parameters, which replace the scene's.
-
-    Growth and frequency are taken at the scene's mu (or that of the axis), the critical friction
-    is the first loss of stability, or of the equilibrium, on the way from mu = 0 up to mu_max.
-    Raises InputError for another quantity, and for a critical friction over mu itself.
-    """
-    if quantity not in QUANTITIES:
-        raise InputError(
-            f"quantity: {quantity} is not allowed; it must be one of {', '.join(QUANTITIES)}"
-        )
-    check_axes(scene, axes)
+    lines, quiet, loud = _lines(codes)
+    if not len(lines):
+        return ()
     names = (axes[0].name, axes[1].name)
-    if quantity == "critical-friction" and "mu" in names:
-        raise InputError(
-            "quantity: critical-friction is not allowed over mu; take another parameter, or the "
-            "map of verdicts"
-        )
-    grid = np.meshgrid(axes[0].values, axes[1].values, indexing="ij")
-    values = np.array([part.ravel() for part in grid])
-    parts = [
-        _quantity(
-            PadStack.of(scene, names, values[:, start : start + FIELD_POINTS]), quantity, mu_max
-        )
-        for start in range(0, values.shape[1], FIELD_POINTS)
-    ]
-    each = (np.concatenate(part).reshape(grid[0].shape) for part in zip(*parts, strict=True))
-    return Field(quantity, axes, *each)
+
+    def plain(shares: np.ndarray) -> np.ndarray:
+        return np.array([axis.at(row) for axis, row in zip(axes, shares, strict=True)])
+
+    for _ in range(HALVINGS):
+        middle = (quiet + loud) / 2
+        calm = np.isin(codes_at(scene, names, plain(middle)).codes, QUIET)
+        quiet[:, calm], loud[:, ~calm] = middle[:, calm], middle[:, ~calm]
+    one, other = (codes_at(scene, names, plain(end)) for end in (quiet, loud))
+    diverges = other.codes == VERDICTS.index("divergence")
+    kinds = np.where(diverges, KINDS.index("divergence"), KINDS.index("flutter"))
+    kinds[one.contact != other.contact] = KINDS.index("contact")
+    kinds[other.codes == BEYOND_FOLD] = KINDS.index("fold")
+    points = plain(quiet)
+    stack, states = PadStack.of(scene, names, points), np.array(scene.pad_model.states, dtype=bool)
+    places = np.vstack([one.places[:3], stack.mu])
+    hertz = stack.meeting(*stack.matrices(np.arange(stack.n), places, states[one.contact].T))
+    hertz[kinds != KINDS.index("flutter")] = 0.0
+    curves = []
+    for chain in _chains(lines, kinds, codes.shape):
+        line, closed = np.array(chain), len(chain) > 3 and chain[0] == chain[-1]
+        kind = KINDS[kinds[chain[0]]]
+        curves.append(ThresholdCurve(points[:, line].T, kind, hertz[line], closed))
+    return tuple(curves)
 
 
-def _quantity(stack: PadStack, quantity: str, mu_max: float) -> tuple[np.ndarray, np.ndarray]:
-    """Values (n,) of a quantity, and where they are unknown."""
-    if quantity == "critical-friction":
-        lost = stack.first_losses(mu_max)
-        return lost.mu, lost.unknown
-    fastest, unknown = stack.fastest()
-    if quantity == "growth":
-        return fastest.real, unknown
-    grows = fastest.real > 0.0
-    return np.where(grows, np.abs(fastest.imag) / (2 * math.pi), np.nan), unknown
+def _lines(codes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Lines (k, 3) = (axis, i, j) from a point of the map to the next one along an axis of which
+    one is quiet, and shares (2, k) of the quiet one and the other on the axes."""
+    calm, known = np.isin(codes, QUIET), codes != UNKNOWN
+    lines, ends = [], []
+    for axis in range(2):
+        a, b = (np.moveaxis(part, axis, 0) for part in (calm, known))
+        index = np.argwhere((a[1:] != a[:-1]) & b[1:] & b[:-1])
+        low = index if axis == 0 else index[:, ::-1]
+        high = low + np.eye(2, dtype=int)[axis]
+        first = calm[tuple(low.T)][:, None]
+        lines.append(np.insert(low, 0, axis, axis=1))
+        ends.append((np.where(first, low, high).T, np.where(first, high, low).T))
+    size = np.array(codes.shape)[:, None]
+    quiet, loud = (np.concatenate([pair[k] for pair in ends], axis=1) for k in range(2))
+    return np.concatenate(lines), (quiet + 0.5) / size, (loud + 0.5) / size
+
+
+def _chains(lines: np.ndarray, kinds: np.ndarray, shape: tuple[int, ...]) -> list[list[int]]:
+    """Crossings that are joined across squares of the map, as numbers of lines: open chains from
+    end to end, then closed ones, whose first and last are the same."""
+    number = {tuple(line): k for k, line in enumerate(lines.tolist())}
+    near: list[list[int]] = [[] for _ in lines]
+    for i in range(shape[0] - 1):
+        for j in range(shape[1] - 1):
+            around = [(0, i, j), (1, i + 1, j), (0, i, j + 1), (1, i, j)]
+            met = [number[side] for side in around if side in number]
+            for a, b in zip(met[::2], met[1::2], strict=False):
+                if kinds[a] == kinds[b]:
+                    near[a].append(b)
+                    near[b].append(a)
+    chains, seen = [], set[int]()
+    for start in sorted(range(len(lines)), key=lambda k: len(near[k]) == 2):
+        if start in seen:
+            continue
+        chain = [start]
+        while ahead := [k for k in near[chain[-1]] if k not in seen and k not in chain[-2:]]:
+            seen.add(chain[-1])
+            chain.append(ahead[0])
+        seen.add(chain[-1])
+        if len(chain) > 2 and start in near[chain[-1]]:
+            chain.append(start)
+        if len(chain) > 1:
+            chains.append(chain)
+    return chains

@@ -12,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis import maps
 from squeal.analysis.answers import (
     Axis,
     Eigenvalues,
@@ -23,6 +22,7 @@ from squeal.analysis.answers import (
     Thresholds,
     shape_rows,
 )
+from squeal.analysis.maps import angle_axes, stability_map
 from squeal.analysis.pads import (
     PAD_COORDINATES,
     Analysis,
@@ -34,10 +34,9 @@ from squeal.analysis.pads import (
 )
 from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
 from squeal.analysis.stack import parameters
-from squeal.analysis.threshold_curve import threshold_curves
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.io.writing import number, unit_word
+from squeal.io.writing import number
 from squeal.linear.system import Term, TermSystem
 from squeal.model.pad import PARAMETERS
 from squeal.numerics.differentiation import Formula
@@ -411,38 +410,7 @@ def _thresholds(scene: Scene, high: float) -> Thresholds:
 
 def _map(scene: Scene, axes: tuple[Axis, Axis] | None, quantity: str | None, curves: bool) -> Map:
     """The verdict over two parameters of the scene, both spring angles if left out."""
-    axes = maps.angle_axes(200) if axes is None else axes
-    verdicts, field, lines = maps.stability_map(scene, axes), None, None
-    details: dict[str, Any] = {"admissible_share": float(verdicts.admissible.mean())}
-    details["admissible"] = not verdicts.warnings  # those of a quantity say nothing of equilibria
-    if curves:
-        lines = threshold_curves(scene, axes, verdicts.codes)
-        details["threshold_curve"] = [
-            {"kind": line.kind, "closed": line.closed}
-            | {"points": line.points.tolist(), "frequency_hz": line.frequency_hz.tolist()}
-            for line in lines
-        ]
-    values, notes, warnings = None, list[str](), verdicts.warnings
-    if quantity is not None:
-        field = maps.field_of(scene, axes, quantity)
-        values = (field.quantity, unit_word(field.unit), field.values)
-        known = field.values[np.isfinite(field.values)]
-        span = f"{known.min():.6g} to {known.max():.6g} {values[1]}" if known.size else "nowhere"
-        notes, warnings = [f"{maps.QUANTITIES[quantity][0]}: {span}"], warnings + field.warnings
-    first, second = (unit_word(PARAMETERS[axis.name].unit) for axis in axes)
-    return Map(
-        scene.model,
-        axes,
-        (first, second),
-        maps.NAMES,
-        verdicts.codes,
-        values,
-        None if scene.pad_model.linear else verdicts.admissible,
-        warnings,
-        details,
-        tuple(notes),
-        (scene, field, lines),
-    )
+    return stability_map(scene, angle_axes(200) if axes is None else axes, quantity, curves)
 
 
 def _sensitivity(scene: Scene, of: str, high: float, known: Any) -> Sensitivity:

@@ -79,12 +79,12 @@ def _thresholds(answer: Thresholds, name: str, high: float | None = None) -> Dra
 def _map(answer: Map, name: str) -> Drawing:
     if not isinstance(answer.source[0], Scene):
         return maps.map_drawing(name, answer)
-    scene, shown, curves = answer.source
+    scene, curves = answer.source
     own = tuple(getattr(scene.pad, axis.name) for axis in answer.axes)
-    if shown is not None:
-        level = scene.pad.mu if shown.quantity == "critical-friction" else None
-        return maps.contour_drawing(name, answer, own, level, curves or ())
-    return maps.map_drawing(name, answer, own, curves or ())
+    if answer.quantity is not None:
+        level = scene.pad.mu if answer.quantity[0] == "critical-friction" else None
+        return maps.contour_drawing(name, answer, own, level, curves)
+    return maps.map_drawing(name, answer, own, curves)
 
 
 def _scatter(answer: Scatter, name: str) -> Drawing:

@@ -13,8 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from squeal.analysis.answers import Map
-from squeal.analysis.maps import NAMES, QUANTITIES
-from squeal.analysis.threshold_curve import ThresholdCurve
+from squeal.analysis.maps import NAMES, QUANTITIES, ThresholdCurve
 from squeal.model.pad import PARAMETERS
 from squeal.plots.style import SINGLE, Drawing, literal, origin, style
 

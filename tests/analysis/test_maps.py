@@ -1,88 +1,87 @@
-"""Maps of damped scenes point by point against the verdict that `eigenvalues` gives there."""
+"""Maps point by point against the queries of single pads; curves between verdicts, closed forms."""
 
+import csv
 import dataclasses
+import json
 import math
 
 import numpy as np
 import pytest
 
+import squeal
 from squeal.analysis.answers import Axis
-from squeal.analysis.maps import NAMES, angle_axes, codes_at, stability_map
-from squeal.analysis.pads import analyse, sweep_mu
+from squeal.analysis.maps import (
+    NAMES,
+    angle_axes,
+    codes_at,
+    stability_map,
+    threshold_curves,
+)
+from squeal.analysis.pads import analyse, critical_friction, sweep_mu
+from squeal.analysis.stack import QUIET, PadStack
+from squeal.cli.main import main
+from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
 from squeal.schema.values import Place
-from tests.conftest import ROOT, SCENES
+from tests.conftest import HAMMERING, ROOT, SCENES, scene_of
 
 MATRIX = Damping(matrix=((60.0, 10.0, 0.2), (10.0, 90.0, -0.1), (0.2, -0.1, 0.08)))
 RATIOS = Damping(ratios=(0.004, 0.03, 0.001))
+# springs upright but for SLANT, which holds the pad along x and else changes the rest in some 1e-6:
+# y and theta are two coupled modes
+SLANT = 1e-6
+UPRIGHT = Scene(
+    "B3",
+    Pad(m=1.3, w=0.05, h=0.04, k1=3e6, k2=1e6, k_c=8e6, alpha1=math.pi / 2 + SLANT,
+        alpha2=math.pi / 2 - SLANT, mu=0.3),
+)  # fmt: skip
 
 
-def scene_of(stem, damping):
-    return dataclasses.replace(read_scene(SCENES / f"{stem}.yaml"), damping=damping)
-
-
-def verdict_at(scene, pad):
-    """What `eigenvalues --mu` tells of this pad, and 'beyond a fold' where its branch ends."""
+def verdict_at(scene, **changes):
+    """What a sweep says of this pad, and 'beyond a fold' where its branch ends."""
+    pad = scene.pad.replace(**changes)
     ((_, one),) = sweep_mu(dataclasses.replace(scene, pad=pad), [pad.mu])
     return "beyond a fold" if one is None else one.judgement.verdict
 
 
-@pytest.mark.parametrize("damping", [MATRIX, RATIOS], ids=["matrix", "ratios"])
-@pytest.mark.parametrize(("stem", "n"), [("b1-c", 4), ("b2-c", 4), ("b3", 16)])
-def test_damped_maps_are_the_eigenvalues_point_by_point(stem, n, damping):
-    scene, axes = scene_of(stem, damping), angle_axes(n)
+def assert_point_by_point(scene, axes, verdict=verdict_at):
+    """The verdicts of a map, which are those of the queries."""
     codes, met = stability_map(scene, axes).codes, set()
-    for i, alpha1 in enumerate(axes[0].values):
-        for j, alpha2 in enumerate(axes[1].values):
-            pad = scene.pad.replace(alpha1=float(alpha1), alpha2=float(alpha2))
-            expected = verdict_at(scene, pad)
-            assert NAMES[codes[i, j]] == expected, (alpha1, alpha2)
+    for i, a in enumerate(axes[0].values.tolist()):
+        for j, b in enumerate(axes[1].values.tolist()):
+            expected = verdict(scene, **{axes[0].name: a, axes[1].name: b})
+            assert NAMES[codes[i, j]] == expected, (a, b)
             met.add(expected)
-    assert met >= {"stable", "flutter"}
+    return met
 
 
 @pytest.mark.parametrize("damping", [MATRIX, RATIOS], ids=["matrix", "ratios"])
-def test_masses_and_friction_that_vary(damping):
-    # the damping ratios are those of each point's own pad
-    scene = scene_of("b2-b", damping)
-    axes = (Axis("mu", 0.0, 0.6, 6), Axis("m", 0.05, 0.5, 5))
-    codes = stability_map(scene, axes).codes
-    for i, mu in enumerate(axes[0].values):
-        for j, m in enumerate(axes[1].values):
-            pad = scene.pad.replace(mu=float(mu), m=float(m))
-            assert NAMES[codes[i, j]] == verdict_at(scene, pad), (mu, m)
+@pytest.mark.parametrize(
+    ("stem", "axes"),
+    [
+        *((stem, angle_axes(n)) for stem, n in (("b1-c", 4), ("b2-c", 4), ("b3", 16))),
+        # the damping ratios are those of each point's own pad
+        ("b2-b", (Axis("mu", 0.0, 0.6, 6), Axis("m", 0.05, 0.5, 5))),
+    ],
+)
+def test_damped_maps_are_the_queries_point_by_point(stem, axes, damping):
+    met = assert_point_by_point(scene_of(stem, damping=damping), axes)
+    assert met >= {"stable"} | ({"flutter"} if stem != "b2-b" else set())
 
 
-def test_a_branch_that_is_steep_beside_a_fold_does_not_turn_back():
-    # beside these angles branches fold; here they come close to it and go on
-    scene = read_scene(ROOT / "workflow" / "scenes" / "b2-d.yaml")
-    places = [
-        (1.4807, 1.0734),
-        (1.4812, 1.1083),
-        (1.4816, 1.1271),
-        (1.4827, 1.213),
-        (1.485, 1.3011),
-    ]
-    codes = codes_at(scene, ("alpha1", "alpha2"), np.array(places).T).codes
-    for (alpha1, alpha2), code in zip(places, codes, strict=True):
-        pad = scene.pad.replace(alpha1=alpha1, alpha2=alpha2)
-        assert NAMES[code] == verdict_at(scene, pad) == "marginal", (alpha1, alpha2)
+@pytest.mark.parametrize(("stem", "n"), [("b1-c", 7), ("b3", 16)])
+def test_a_moment_of_inertia_that_was_left_out_follows(stem, n):
+    def edited(scene, **changes):  # the scene file with the mapped numbers written into it
+        document = scene.to_dict()
+        document["parameters"] |= changes
+        return verdict_at(Scene.from_dict(document, Place("edited")))
 
-
-def test_a_branch_that_bends_where_a_stiff_face_tilts_does_not_turn_back():
-    numbers = {"h": 0.2689816314417701, "I": 0.3026823240875288, "k2": 1.438826587096588}
-    numbers |= {"k_c": 320045.6330011822, "L1": 7.468306790577523, "L2": 12.353271181464967}
-    numbers |= {"alpha1": 1.4922565104551517, "alpha2": 2.149442007353456, "mu": 1.4625}
-    numbers |= {"F_n": 0.0022663027845558946, "x0": 0.0725781542340169, "y0": -0.012209485629771793}
-    pad = Pad(m=1.0, w=1.0, k1=1.0, theta0=0.004143949912545275, **numbers)
-    scene = Scene("B2", pad, Formulation("mean", "frame", "-"))
-    alone = analyse(scene)
-    assert alone.on_branch
-    code = codes_at(scene, ("mu", "alpha1"), np.array([[pad.mu], [pad.alpha1]])).codes[0]
-    assert NAMES[code] == alone.judgement.verdict
+    scene = scene_of(stem, I=None)
+    axes = Axis("w", 0.3 * scene.pad.w, 3 * scene.pad.w, n), Axis("alpha1", 0.3, 2.9, n)
+    assert_point_by_point(scene, axes, edited)
 
 
 def test_pads_that_rest_far_from_where_they_are_put():
@@ -92,62 +91,232 @@ def test_pads_that_rest_far_from_where_they_are_put():
         alpha2=2.15, mu=0.67, F_n=164.0, x0=-0.05, y0=1.4e-5, k_c=1.37e8,
     )  # fmt: skip
     scene = Scene("B2", pad, Formulation("mean", "frame"))
-    found = stability_map(scene, (Axis("mu", 0.0, 0.8, 3), Axis("k2", 6.3e6, 6.5e6, 2)))
-    expected = [
-        [verdict_at(scene, pad.replace(mu=float(mu), k2=float(k2))) for k2 in (6.35e6, 6.45e6)]
-        for mu in found.axes[0].values
-    ]
-    assert [[NAMES[code] for code in row] for row in found.codes] == expected
-    assert {name for row in expected for name in row} == {"flutter"}
-    assert not found.admissible.any()
+    axes = Axis("mu", 0.0, 0.8, 3), Axis("k2", 6.3e6, 6.5e6, 2)
+    assert assert_point_by_point(scene, axes) == {"flutter"}
+    assert not stability_map(scene, axes).admissible.any()
+
+
+@pytest.mark.parametrize(
+    ("alpha1", "alpha2"),
+    [(1.4807, 1.0734), (1.4812, 1.1083), (1.4816, 1.1271), (1.4827, 1.213), (1.485, 1.3011)],
+)
+def test_a_branch_that_is_steep_beside_a_fold_does_not_turn_back(alpha1, alpha2):
+    # beside these angles branches fold; here they come close to it and go on
+    scene = read_scene(ROOT / "workflow" / "scenes" / "b2-d.yaml")
+    code = codes_at(scene, ("alpha1", "alpha2"), np.array([[alpha1], [alpha2]])).codes[0]
+    assert NAMES[code] == verdict_at(scene, alpha1=alpha1, alpha2=alpha2) == "marginal"
+
+
+def test_a_branch_that_bends_where_a_stiff_face_tilts_does_not_turn_back():
+    pad = Pad(
+        m=1.0, w=1.0, k1=1.0, h=0.2689816314417701, I=0.3026823240875288, k2=1.438826587096588,
+        k_c=320045.6330011822, L1=7.468306790577523, L2=12.353271181464967,
+        alpha1=1.4922565104551517, alpha2=2.149442007353456, mu=1.4625, F_n=0.0022663027845558946,
+        x0=0.0725781542340169, y0=-0.012209485629771793, theta0=0.004143949912545275,
+    )  # fmt: skip
+    scene = Scene("B2", pad, Formulation("mean", "frame", "-"))
+    assert analyse(scene).on_branch
+    code = codes_at(scene, ("mu",), np.array([[pad.mu]])).codes[0]
+    assert NAMES[code] == verdict_at(scene)
+
+
+def test_a_contour_takes_the_fold_that_the_query_finds():
+    """Once a grid value, 1.34375; and around it the map changed between marginal and beyond."""
+    pad = Pad(
+        m=0.2, w=0.04, h=0.014, k1=2.0e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8, L2=0.8,
+        alpha1=0.32798, alpha2=0.42706, mu=0.4, F_n=4500.0,
+    )  # fmt: skip
+    scene = Scene("B1", pad)
+    fold = critical_friction(scene).points[-1]
+    assert fold.kind == "fold"
+    loss = PadStack.of(scene, ("h",), np.array([[pad.h]])).first_losses(2.0).mu[0]
+    assert loss == pytest.approx(fold.mu, rel=1e-9)
+    mus = np.linspace(1.33, 1.36, 61)
+    names = [NAMES[code] for code in codes_at(scene, ("mu",), mus[None]).codes]
+    assert names == ["marginal" if mu < fold.mu else "beyond a fold" for mu in mus]
 
 
 def test_without_a_matrix_or_ratio_above_zero_nothing_is_damped():
-    scene, axes = scene_of("b3", None), angle_axes(9)
+    scene, axes = scene_of("b3"), angle_axes(9)
     plain = stability_map(scene, axes).codes
     for zero in (Damping(ratios=(0.0,) * 3), Damping(matrix=((0.0,) * 3,) * 3)):
-        assert np.array_equal(stability_map(scene_of("b3", zero), axes).codes, plain)
+        assert np.array_equal(stability_map(scene_of("b3", damping=zero), axes).codes, plain)
+
+
+def test_a_logarithmic_axis_has_equal_ratios():
+    axis = Axis("k1", 1e6, 1e10, 40, log=True)
+    assert axis.values[1:] / axis.values[:-1] == pytest.approx(1e4 ** (1 / 40))
+    assert math.sqrt(axis.values[0] * axis.values[-1]) == pytest.approx(1e8)
+    with pytest.raises(InputError, match="above 0 on a logarithmic axis"):
+        Axis("x0", 0.0, 1.0, 10, log=True)
+
+
+@pytest.mark.parametrize("damping", [None, Damping(ratios=(0.01, 0.02, 0.03))])
+@pytest.mark.parametrize("stem", ["b1-c", "b2-c", "b3"])
+def test_growth_and_frequency_are_those_of_the_dominant_eigenvalue(stem, damping):
+    scene = scene_of(stem, damping=damping)
+    k2 = scene.pad.k2
+    axes = Axis("alpha1", 0.3, 2.9, 3), Axis("k2", 0.4 * k2, 2.5 * k2, 3)
+    growth, frequency = (
+        stability_map(scene, axes, name).quantity[2] for name in ("growth", "frequency")
+    )
+    for i, j in np.ndindex(3, 3):
+        one = scene.replace(alpha1=float(axes[0].values[i]), k2=float(axes[1].values[j]))
+        try:
+            analysis = analyse(one)
+        except ComputationError:
+            assert np.isnan(growth[i, j])
+            continue
+        if "on the branch" not in analysis.how and stem != "b3":
+            continue  # another equilibrium than the map's
+        top = analysis.spectrum.dominant
+        radius = np.abs(analysis.spectrum.values).max()
+        assert growth[i, j] == pytest.approx(top.growth_rate, abs=1e-7 * radius)
+        if top.growth_rate > 1e-6 * radius:
+            assert frequency[i, j] == pytest.approx(top.frequency_hz, rel=1e-6)
+        else:
+            assert np.isnan(frequency[i, j])
+
+
+def test_values_that_could_not_be_decided_are_named_in_the_record(monkeypatch, recwarn):
+    """They stood in a warning alone, which spoke of no equilibrium."""
+    losses = PadStack.first_losses
+    unknown = np.array([True, False, False, False])
+    monkeypatch.setattr(
+        PadStack, "first_losses", lambda *given: losses(*given)._replace(unknown=unknown)
+    )
+    axes = Axis("k1", 1e8, 2e8, 2), Axis("k2", 1e8, 2e8, 2)
+    answer = squeal.map(scene_of("b3"), axes, "critical-friction")
+    assert answer.warnings == ("critical friction could not be decided at 25 % of the points",)
+    assert answer.to_dict()["admissible"] is True
+    assert not recwarn
+
+
+@pytest.mark.parametrize(("quantity", "words"), [("colour", "one of"), ("critical-friction", "mu")])
+def test_quantities_that_are_none(quantity, words):
+    axes = Axis("mu", 0.0, 1.0, 3), Axis("h", 0.01, 0.02, 3)
+    with pytest.raises(InputError, match=words):
+        stability_map(scene_of("b3"), axes, quantity)
 
 
 def test_ratios_of_an_unstable_mode_are_refused_with_the_place():
     # Eq. (21) as printed turns the contact's moment round: rotation falls off without friction
-    scene = dataclasses.replace(scene_of("b3", RATIOS), formulation=Formulation(delta_moment="-"))
+    scene = scene_of("b3", damping=RATIOS, formulation=Formulation(delta_moment="-"))
     with pytest.raises(ComputationError, match="unstable without friction at k_c = "):
         stability_map(scene, (Axis("k_c", 1e5, 1e9, 4), Axis("mu", 0.0, 0.1, 2)))
 
 
-@pytest.mark.parametrize(("stem", "n"), [("b1-c", 7), ("b3", 16)])
-def test_a_moment_of_inertia_that_was_left_out_follows(stem, n):
-    # against the scene file with the mapped numbers written into it
-    scene = read_scene(SCENES / f"{stem}.yaml").replace(I=None)
-    pad = scene.pad
-    axes = (Axis("w", 0.3 * pad.w, 3 * pad.w, n), Axis("alpha1", 0.3, 2.9, n))
-    codes = stability_map(scene, axes).codes
-    for i, w in enumerate(axes[0].values.tolist()):
-        for j, alpha1 in enumerate(axes[1].values.tolist()):
-            document = scene.to_dict()
-            document["parameters"] |= {"w": w, "alpha1": alpha1}
-            edited = Scene.from_dict(document, Place("edited"))
-            assert NAMES[codes[i, j]] == verdict_at(edited, edited.pad), (w, alpha1)
-    held = stability_map(scene.replace(I=pad.I), axes).codes
-    assert not np.array_equal(codes, held)
+def curves_of(scene, axes):
+    return threshold_curves(scene, axes, stability_map(scene, axes).codes)
 
 
-def test_a_logarithmic_axis_has_equal_ratios():
-    scene = read_scene(SCENES / "b3.yaml")
-    axis = Axis("k1", 1e6, 1e10, 40, log=True)
-    assert axis.values[1:] / axis.values[:-1] == pytest.approx(1e4 ** (1 / 40))
-    assert math.sqrt(axis.values[0] * axis.values[-1]) == pytest.approx(1e8)
-    other = Axis("k_c", 1e6, 1e10, 40, log=True)
-    found = stability_map(scene, (axis, other))
-    for i, j in ((0, 0), (20, 20), (21, 30), (39, 5)):
-        changed = scene.replace(k1=float(axis.values[i]), k_c=float(other.values[j]))
-        assert NAMES[found.codes[i, j]] == analyse(changed).judgement.verdict
-    assert found.share["flutter"] > 0.05
+def mode_coupling(pad, k1):
+    """The critical friction of UPRIGHT's two modes, from K written out by hand.
+
+    K = [[k1 + k2 + k_c, b], [b + h mu k_c, w^2 (k1 + k2 + k_c/3)]] with b = w (k2 - k1): a double
+    root where the frequencies' distance is what friction closes.
+    """
+    a = (k1 + pad.k2 + pad.k_c) / pad.m
+    d = pad.w**2 * (k1 + pad.k2 + pad.k_c / 3) / pad.I
+    b = pad.w * (pad.k2 - k1)
+    return -(b + pad.m * pad.I * (a - d) ** 2 / (4 * b)) / (pad.h * pad.k_c), (a + d) / 2
 
 
-@pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-1.0, 1.0)])
-def test_a_logarithmic_axis_lies_above_zero(low, high):
-    Axis("x0", low, high, 10)
-    with pytest.raises(InputError, match="above 0 on a logarithmic axis"):
-        Axis("x0", low, high, 10, log=True)
+@pytest.mark.parametrize("log", [False, True])
+def test_curves_of_mode_coupling_in_closed_form(log):
+    axes = Axis("k1", 1.5e6, 6e6, 16, log), Axis("mu", 0.0, 3.0, 16)
+    curves = [c for c in curves_of(UPRIGHT, axes) if c.kind == "flutter"]
+    assert curves
+    for curve in curves:
+        assert len(curve.points) > 10
+        for (k1, mu), rate in zip(curve.points, curve.frequency_hz, strict=True):
+            exact, s = mode_coupling(UPRIGHT.pad, k1)
+            assert mu == pytest.approx(exact, rel=1e-5)
+            assert rate == pytest.approx(math.sqrt(s) / (2 * math.pi), rel=1e-5)
+    # and every value of k1 at which the closed form lies in the map has its place on a curve
+    for k1 in axes[0].values:
+        mu, _ = mode_coupling(UPRIGHT.pad, float(k1))
+        if 0.1 < mu < 2.9:
+            met = [np.interp(k1, *c.points[np.argsort(c.points[:, 0])].T) for c in curves]
+            assert min(abs(m - mu) for m in met) < 0.02
+    assert curves_of(UPRIGHT, (Axis("mu", 0.0, 0.01, 6), Axis("h", 0.01, 0.02, 6))) == ()
+
+
+def assert_divides(scene, axes, curve):
+    """Close to a curve there are pads that grow, or have no equilibrium, and pads that do not."""
+    low, high = np.array([(axis.low, axis.high) for axis in axes]).T
+    spans, points = high - low, curve.points[1 : -1 : max(1, len(curve.points) // 4)]
+    inside = ((points > low + 1e-3 * spans) & (points < high - 1e-3 * spans)).all(axis=1)
+    assert inside.any()
+    for point in points[inside]:
+        turns = 2 * np.pi * np.arange(8) / 8
+        near = point[:, None] + 1e-4 * spans[:, None] * np.array([np.cos(turns), np.sin(turns)])
+        calm = np.isin(codes_at(scene, tuple(axis.name for axis in axes), near).codes, QUIET)
+        assert 0 < calm.sum() < 8, point
+
+
+@pytest.mark.parametrize("damped", [False, True])
+def test_points_on_the_curves_of_a_tilted_pad_divide(damped):
+    scene = scene_of("b3", damping=Damping(rayleigh=(20.0, 4e-6)) if damped else None)
+    axes = Axis("alpha1", 0.1, 1.3, 4), Axis("alpha2", 2.7, 3.0, 3)
+    curves = curves_of(scene, axes)
+    assert {c.kind for c in curves} >= {"flutter"}
+    for curve in curves:
+        assert_divides(scene, axes, curve)
+        if curve.kind != "flutter":
+            continue
+        for a1, a2 in curve.points[:: max(1, len(curve.points) // 4)]:
+            values = analyse(scene.replace(alpha1=a1, alpha2=a2)).spectrum.values
+            size = np.abs(values).max()
+            if damped:  # a pair on the axis, and nothing right of it
+                assert abs(values.real.max()) < 1e-7 * size
+            else:  # two equal frequencies
+                rates = np.sort(np.abs(values.imag))[::2]
+                assert np.diff(rates).min() < 1e-4 * size
+
+
+def test_folds_are_those_of_the_branch():
+    scene = scene_of("b2-c")
+    fold, h = critical_friction(scene).first, scene.pad.h
+    assert fold.kind == "fold"
+    axes = Axis("mu", 0.9 * fold.mu, 1.1 * fold.mu, 4), Axis("h", 0.98 * h, 1.02 * h, 2)
+    (curve,) = [c for c in curves_of(scene, axes) if c.kind == "fold"]
+    assert not curve.frequency_hz.any()
+    for mu, height in curve.points[:: len(curve.points) - 1]:
+        own = critical_friction(scene.replace(h=height)).first
+        assert own.kind == "fold"
+        assert own.mu == pytest.approx(mu, rel=1e-8)
+    along = curve.points[np.argsort(curve.points[:, 1])]
+    assert np.interp(h, along[:, 1], along[:, 0]) == pytest.approx(fold.mu, rel=1e-3)
+
+
+def test_a_contact_change_that_costs_stability_ends_where_it_does_no_more():
+    scene = read_scene(HAMMERING / "b2-c.yaml")
+    axes = Axis("mu", 0.8, 1.0, 16), Axis("alpha1", 1.8, 2.0, 12)
+    curves = curves_of(scene, axes)
+    assert {"flutter", "contact"} <= {c.kind for c in curves}
+    for curve in curves:
+        assert_divides(scene, axes, curve)
+        if curve.kind == "contact":
+            for mu, alpha1 in curve.points[::5]:
+                changed = scene.replace(mu=mu, alpha1=alpha1)
+                e, _ = sliding_equilibrium(changed.pad_model)
+                gaps = changed.pad_model.gaps(np.array(e.q))
+                assert np.abs(gaps).min() < 1e-9 * scene.pad.w
+
+
+def test_the_command_writes_and_prints_curves(capsys, tmp_path):
+    table, picture = tmp_path / "curve.csv", tmp_path / "map.svg"
+    axes = ("--first", "k1:1e6:1e10:log", "--second", "k_c:1e6:1e10:log", "--n", "16")
+    files = ("--threshold-curve", str(table), "--figure", str(picture))
+    assert main(["map", str(SCENES / "b3.yaml"), *axes, *files, "--json"]) == 0
+    (curve,) = json.loads(capsys.readouterr().out)["threshold_curve"]
+    assert (curve["kind"], curve["closed"]) == ("flutter", False)
+    with table.open(newline="") as stream:
+        rows = list(csv.DictReader(stream))
+    assert [[float(r["k1 [N/m]"]), float(r["k_c [N/m]"])] for r in rows] == curve["points"]
+    assert [float(r["frequency_hz"]) for r in rows] == curve["frequency_hz"]
+    assert picture.read_text().count('id="threshold"') == 1
+    # both ends lie at the outermost points
+    for end in (curve["points"][0], curve["points"][-1]):
+        assert any(abs(abs(math.log10(v) - 8.0) - 2.0) < 0.2 for v in end)

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 from squeal.analysis.answers import Axis
-from squeal.analysis.maps import field_of
+from squeal.analysis.maps import stability_map
 from squeal.analysis.pads import analyse, critical_friction, growing_modes
 from squeal.analysis.variations import (
     Outcome,
@@ -141,9 +141,9 @@ def written_out(**changes):
 @pytest.mark.parametrize("name", ["w", "h"])
 def test_an_inertia_that_is_left_out_follows_in_contours_and_levers(name):
     axes = Axis(name, 0.9 * VALUES[name], 1.1 * VALUES[name], 3), Axis("F_n", 4000.0, 5000.0, 1)
-    field = field_of(SCENE, axes, "critical-friction")
+    values = stability_map(SCENE, axes, "critical-friction").quantity[2]
     exact = [written_out(**{name: float(value)}) for value in axes[0].values]
-    assert field.values[:, 0] == pytest.approx(exact, rel=1e-6)
+    assert values[:, 0] == pytest.approx(exact, rel=1e-6)
     one = lever(advise(SCENE, {name: "5%"}), name)
     for outcome, factor in ((one.lowered, 0.95), (one.raised, 1.05)):
         value = factor * VALUES[name]
