@@ -38,6 +38,7 @@ QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 CONFIDENCE = 0.95
 CHUNK = 64  # samples that are followed together
 SIDES = ("lowered", "raised")
+NO_PAD, NO_REST = "no pad", "there is no equilibrium in contact without friction"
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,8 @@ class Outcome:
 
     critical: the friction up to which it slides steadily and stably, None if no threshold lies in
     the range; kind, frequency_hz: of what happens there; change: of the critical friction, at least
-    so much where it leaves the range. reason: why nothing is known; no_pad: because there is no
-    such pad, or it rests nowhere without friction.
+    so much where it leaves the range. reason: why nothing is known; kind is then `NO_PAD` where
+    there is no such pad, or it rests nowhere without friction.
     """
 
     value: float | None = None
@@ -56,7 +57,6 @@ class Outcome:
     frequency_hz: float | None = None
     reason: str | None = None
     change: float | None = None
-    no_pad: bool = False
 
     @staticmethod
     def at(mu: float, kind: str, hertz: float) -> Outcome:
@@ -150,7 +150,7 @@ class Varied:
             try:
                 self.changed(one)
             except InputError as error:
-                outcomes[i] = Outcome(reason=str(error), no_pad=True)
+                outcomes[i] = Outcome(kind=NO_PAD, reason=str(error))
         possible = [i for i in range(len(each)) if i not in outcomes]
         if isinstance(self.subject, Scene) and possible:
             together = _together(self.subject, names, values[:, possible], high)
@@ -176,8 +176,7 @@ def _together(
     outcomes = {}
     for k, mu in enumerate(losses.mu.tolist()):
         if losses.nowhere[k] and not losses.unknown[k]:
-            words = "there is no equilibrium in contact without friction"
-            outcomes[k] = Outcome(reason=words, no_pad=True)
+            outcomes[k] = Outcome(kind=NO_PAD, reason=NO_REST)
         elif not (losses.unknown[k] or stiff[k]):
             lost = not math.isnan(mu)
             outcomes[k] = Outcome.at(mu, losses.kinds[k], losses.hertz[k]) if lost else Outcome()
@@ -200,18 +199,6 @@ class Lever:
         """How far the critical friction moves when the parameter is lowered, and raised."""
         return self.lowered.change, self.raised.change
 
-    @property
-    def size(self) -> float:
-        """By what levers are ranked: the larger change."""
-        return max((abs(change) for change in self.changes if change is not None), default=0.0)
-
-    def to_dict(self) -> dict[str, Any]:
-        """The lever as a JSON row."""
-        row = asdict(self)
-        for side in SIDES:
-            del row[side]["no_pad"]
-        return row
-
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Advice(Answer):
@@ -229,23 +216,15 @@ class Advice(Answer):
     warnings: tuple[str, ...] = ()
 
     @property
-    def best(self) -> tuple[Lever, str, float] | None:
-        """What raises the critical friction most: lever, lowering or raising, by how much."""
-        return self._extreme(1.0)
-
-    @property
-    def worst(self) -> tuple[Lever, str, float] | None:
-        """What lowers the critical friction most, None if nothing does."""
-        return self._extreme(-1.0)
-
-    def _extreme(self, sign: float) -> tuple[Lever, str, float] | None:
+    def changes(self) -> list[tuple[float, Lever, str]]:
+        """How each change moves the critical friction, by its effect: the most helpful last."""
         changes = (
-            (lever, word, change)
+            (change, lever, word)
             for lever in self.levers
             for word, change in zip(("lowering", "raising"), lever.changes, strict=True)
-            if change is not None and sign * change > 0.0
+            if change
         )
-        return max(changes, key=lambda entry: sign * entry[2], default=None)
+        return sorted(changes, key=itemgetter(0))
 
     def table(self) -> Table:
         def critical(side: str) -> Column:
@@ -270,10 +249,11 @@ class Advice(Answer):
         if nominal.critical is not None:
             at = f"{self.name} = {nominal.critical:.3g} (own {self.mu:.3g})"
             text = f"{nominal.kind} from {at}"
-        for what, extreme in (("best", self.best), ("worst", self.worst)):
-            if extreme is not None:
-                lever, word, change = extreme
-                text += f"; {what}: {word} {lever.parameter} ({self.name} {change:+.2g})"
+        changes = self.changes
+        for what, sign, ends in (("best", 1.0, changes[-1:]), ("worst", -1.0, changes[:1])):
+            for change, lever, word in ends:
+                if sign * change > 0.0:
+                    text += f"; {what}: {word} {lever.parameter} ({self.name} {change:+.2g})"
         return text
 
     def parts(self) -> Sequence[str | Table]:
@@ -283,7 +263,7 @@ class Advice(Answer):
     def to_dict(self) -> dict[str, Any]:
         head = {"parameter": self.name, "value": self.mu, "mu": self.mu, "mu_max": self.mu_max}
         head |= picked(self.nominal, "critical kind frequency_hz")
-        return head | {"levers": [one.to_dict() for one in self.levers], "advice": self.line()}
+        return head | {"levers": [asdict(one) for one in self.levers], "advice": self.line()}
 
 
 def advise(
@@ -318,17 +298,17 @@ def advise(
     >>> import squeal
     >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
     >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
-    >>> advice = squeal.advise(pair)  # flutter from (a - b) / 2 on
-    >>> lever, word, change = advice.best
+    >>> change, lever, word = squeal.advise(pair).changes[-1]  # flutter from (a - b) / 2 on
     >>> lever.parameter, word, round(change, 9)
     ('a', 'raising', 0.03)
     """
-    varied, sizes = Varied.of(subject, "advise", mu_max), dict[str, float | str]()
+    varied, named, steps = Varied.of(subject, "advise", mu_max), dict(tolerances or {}), {}
     for name, value in varied.values.items():
-        if value:
-            sizes[name] = STEP if name in varied.angles else f"{100 * STEP}%"
-    steps = {n: _tolerance(varied, n, size) for n, size in (sizes | dict(tolerances or {})).items()}
-    steps = {name: steps[name] for name in varied.values if name in steps}
+        if name in named or value:
+            usual = STEP if name in varied.angles else f"{100 * STEP}%"
+            steps[name] = _tolerance(varied, name, named.pop(name, usual))
+    for name, size in named.items():  # what is left is no parameter
+        _tolerance(varied, name, size)
     nominal, scene = varied.outcome({}, mu_max), varied.subject
     outcomes: dict[str, list[Outcome]] = {}
     # an inertia that follows m, w and h stands alone
@@ -336,19 +316,20 @@ def advise(
     for names in ([n for n in steps if n not in alone], [n for n in steps if n in alone]):
         own = np.array([varied.values[name] for name in names])[:, None]
         change = np.diag([steps[name] for name in names])
-        sides = varied.outcomes(names, np.hstack([own - change, own + change]), mu_max)
+        values = np.hstack([own - change, own + change])
+        sides = varied.outcomes(names, values, mu_max)
         for k, name in enumerate(names):
-            outcomes[name] = sides[k :: len(names)]
-    levers = []
-    for name, step in steps.items():
-        unit = unit_word(PARAMETERS[name].unit) if isinstance(scene, Scene) else ""
-        value, (lowered, raised) = varied.values[name], outcomes[name]
-        ends = (
-            _compared(replace(side, value=value + way * step), nominal, mu_max)
-            for side, way in ((lowered, -1), (raised, 1))
-        )
-        levers.append(Lever(name, unit, value, step, *ends))
-    ranked = sorted(levers, key=lambda lever: lever.size, reverse=True)
+            ends = (values[k, k], sides[k]), (values[k, len(names) + k], sides[len(names) + k])
+            outcomes[name] = [
+                replace(side, value=float(value), change=_change(nominal, side, mu_max))
+                for value, side in ends
+            ]
+    units = {n: unit_word(PARAMETERS[n].unit) if isinstance(scene, Scene) else "" for n in steps}
+    levers = [
+        Lever(name, units[name], varied.values[name], step, *outcomes[name])
+        for name, step in steps.items()
+    ]
+    ranked = sorted(levers, key=lambda one: -max(abs(change or 0.0) for change in one.changes))
     warnings: tuple[str, ...] = ()
     if isinstance(scene, Scene) and not scene.pad_model.linear:
         equilibrium = sliding_equilibrium(scene.pad_model)[0]
@@ -371,13 +352,12 @@ def _tolerance(varied: Varied, name: str, size: float | str) -> float:
     return varied.step(name, value / 100 if share else value, share, at)
 
 
-def _compared(outcome: Outcome, nominal: Outcome, mu_max: float) -> Outcome:
-    """The outcome with its change from that of the pad as it is."""
+def _change(nominal: Outcome, outcome: Outcome, mu_max: float) -> float | None:
+    """How far the critical friction moved from that of the pad as it is."""
     if outcome.reason is not None:
-        return outcome
+        return None
     before, after = (mu_max if one.critical is None else one.critical for one in (nominal, outcome))
-    change = 0.0 if abs(after - before) <= ROUNDING * before else after - before
-    return replace(outcome, change=change)
+    return 0.0 if abs(after - before) <= ROUNDING * before else after - before
 
 
 _ABOVE = Number(low=0.0)
@@ -621,8 +601,8 @@ def scatter(
             progress(len(outcomes), drawn.samples)
     computed = [o for o in outcomes if o.reason is None]
     if not computed:
-        raise ComputationError("no sample has an equilibrium in contact without friction")
-    no_pad = sum(outcome.no_pad for outcome in outcomes)
+        raise ComputationError(f"no sample can be computed: {NO_REST}")
+    no_pad = sum(outcome.kind == NO_PAD for outcome in outcomes)
     made, failed = len(computed), len(outcomes) - len(computed) - no_pad
     critical = np.sort([math.nan if o.critical is None else o.critical for o in computed])
     above = int(np.sum(~(critical <= varied.at)))  # NaN comes last, and lies above
