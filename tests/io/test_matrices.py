@@ -67,12 +67,6 @@ def test_every_double_comes_back_from_text(tmp_path_factory, values):
         assert np.array_equal(read_matrix(path).matrix.toarray(), matrix)
 
 
-def test_rows_without_entries_come_back(tmp_path):
-    for matrix in (csc_array(([2.0], ([0], [1])), shape=(3, 3)), csc_array((3, 3))):
-        write_matrix(tmp_path / "K.mtx", matrix)
-        assert np.array_equal(read_matrix(tmp_path / "K.mtx").matrix.toarray(), matrix.toarray())
-
-
 def test_keys_pick_one_of_several_in_the_case_written(tmp_path, matrix):
     savemat(tmp_path / "s.mat", {"M": np.eye(3), "Kaa": matrix, "kaa": np.eye(2), "note": "text"})
     np.savez(tmp_path / "s.npz", M=np.eye(3), K=np.ones((3, 3)))
@@ -128,13 +122,6 @@ def test_one_sided_friction_is_not_mirrored(read, text):
     assert both == read("K.mtx", f"*MATRIX INPUT, TYPE=SYMMETRIC\n{text}")
     assert np.count_nonzero(both) == np.count_nonzero(alone) + 1
     assert np.array_equal(both, np.transpose(both))
-
-
-def test_what_is_plain_needs_no_word(read):
-    assert read("K.txt", "1,1,1,1,2.0\n2,1,2,1,3.0\n") == [[2, 0], [0, 3]]
-    assert read("K.txt", "1 1 2.0\n1 2 1.0\n2 1 3.0\n") == [[2, 1], [3, 0]]
-    with pytest.raises(InputError, match="is not symmetric"):
-        read("K.txt", "1 1 2.0\n1 2 1.0\n2 1 3.0\n", symmetric=True)
 
 
 @pytest.mark.parametrize(

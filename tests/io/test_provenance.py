@@ -3,7 +3,6 @@
 import ast
 import hashlib
 import json
-import os
 import platform
 import shutil
 import subprocess
@@ -15,13 +14,11 @@ import pytest
 from squeal.cli.main import command
 from squeal.io import provenance as room
 from squeal.io.provenance import (
-    NOT_INSTALLED,
     Provenance,
     digest,
     packages,
     provenance,
     sources,
-    version,
 )
 from tests.conftest import ROOT, SCENES
 
@@ -48,22 +45,12 @@ def test_inputs_sources_versions_and_machine():
     assert Provenance.from_dict(json.loads(json.dumps(made.to_dict()))) == made
 
 
-def test_versions_of_what_is_not_loaded_has_another_name_or_is_missing(monkeypatch):
-    monkeypatch.delitem(sys.modules, "yaml", raising=False)
-    assert version("yaml") == metadata.version("PyYAML")
-    assert version("surely_no_such_package") == NOT_INSTALLED
-    hidden = os.pathsep.join([str(ROOT / "tests" / "without_heyoka"), str(ROOT)])
-    code = "from squeal.io.provenance import version; print(version('heyoka'))"
-    assert printed(code, env=os.environ | {"PYTHONPATH": hidden}).strip() == NOT_INSTALLED
-
-
-@pytest.mark.parametrize(("name", "more"), [("claims", []), ("findings", ["b3.yaml"])])
-def test_commands_of_several_scenes_name_them_all(name, more, capsys):
+def test_commands_of_several_scenes_name_them_all(capsys):
     scenes = ROOT / "workflow" / "scenes"
-    assert command(name).main(["--scenes", str(scenes), "--json"]) == 0
+    assert command("findings").main(["--scenes", str(scenes), "--json"]) == 0
     made = Provenance.from_dict(json.loads(capsys.readouterr().out)["provenance"])
     cases = [f"{model}-{case}.yaml" for model in ("b1", "b2") for case in "abcd"]
-    assert [file.name for file in made.inputs] == [*cases, *more]
+    assert [file.name for file in made.inputs] == [*cases, "b3.yaml"]
 
 
 @pytest.mark.parametrize("module", MODULES)
@@ -90,50 +77,21 @@ def test_sources_are_those_of_the_imports_in_functions_too_and_no_others():
 
 def parsed(text):
     """All that a text imports, by Python's own parser, without what type checkers alone see."""
-    found, wanted = set(), [ast.parse(text)]
+    names, wanted = set(), [ast.parse(text)]
     while wanted:
         node = wanted.pop()
         if not (isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"):
             wanted += ast.iter_child_nodes(node)
         if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
+            names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
-            found |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-    return found
+            names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
+    return names
 
 
-ODD = '''"""A text with code.
-
-    import nothing
-    from nowhere import nothing
-"""
-import os, re as regex
-from a.b import (  # a remark, with commas
-    c,
-    d as e,
-)
-if TYPE_CHECKING:
-    import never
-
-    from never import seen
-from f import g  # another
-
-def h():
-    """One line. import no"""
-    try:
-        import i.j
-    except ImportError:
-        from k import l
-'''
-
-
-def test_imports_are_those_that_python_parses(tmp_path):
-    odd = tmp_path / "odd.py"
-    odd.write_text(ODD, encoding="utf-8")
-    for path in (odd, *room.ROOT.rglob("*.py")):
+def test_imports_are_those_that_python_parses():
+    for path in room.ROOT.rglob("*.py"):
         assert room._imports(path) == parsed(path.read_text(encoding="utf-8")), path
-    assert room._imports(odd) >= {"os", "re", "a.b.d", "f.g", "i.j", "k.l"}
-    assert not {"nothing", "nowhere", "never", "no"} & room._imports(odd)
 
 
 @pytest.fixture

@@ -14,7 +14,7 @@ from squeal.model.contact import Formulation, models_with
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.numerics.differentiation import Dual
-from squeal.schema.values import FILE, Number, Place, Several, takes
+from squeal.schema.values import Place
 from tests.io.test_scene import FALLING, text
 
 BASIC: dict[str, Any] = {"m": 1.0, "w": 0.05, "h": 0.02, "k1": 1e6, "k2": 1e6, "mu": 0.4}
@@ -54,13 +54,6 @@ def test_a_pad_refuses_what_a_file_does(tmp_path, name):
         for make in (lambda v: Pad(**(BASIC | {name: v})), lambda v: B1.replace(**{name: v})):
             ours = sentence(lambda v=value, make=make: make(v))
             assert theirs == f"{path}: parameters.{ours.removeprefix('Pad: ')}"
-
-
-@pytest.mark.parametrize("name", BASIC)
-def test_a_pad_needs_what_every_model_needs(name):
-    values = {n: v for n, v in BASIC.items() if n != name}
-    assert f"Pad: {name}: " in sentence(lambda: Pad(**values))
-    assert f"Pad: {name}: " in sentence(lambda: B1.replace(**{name: None}))
 
 
 def test_arrays_are_checked_entry_by_entry():
@@ -156,44 +149,3 @@ def test_replace_takes_parameters_and_fields():
 def test_a_scene_goes_to_a_mapping_and_back(scene):
     back = Scene.from_dict(scene.to_dict(), Place("here"))
     assert (back, back.pad.uniform) == (scene, scene.pad.uniform)
-
-
-def test_representations_can_be_evaluated():
-    for record in (B3, Scene("B3", B3, tolerance=1e-6)):
-        assert eval(repr(record), {"Pad": Pad, "Scene": Scene}) == record
-
-
-POSITIVE = Number(low=0.0)
-
-
-@takes(high=POSITIVE, files=Several(FILE, "two paths", 2), marks=Several(POSITIVE, "some numbers"))
-def arguments(name, high=None, files=None, *, marks=(1.0,)):
-    """What it is for."""
-    return name, high, files, marks
-
-
-def test_arguments_that_are_allowed_pass_and_defaults_are_not_read():
-    assert arguments("n") == ("n", None, None, (1.0,))
-    given = arguments("n", 2, ["a", "b"], marks=(v for v in (1, 2)))
-    assert given == ("n", 2.0, ("a", "b"), (1.0, 2.0))
-    assert arguments.__doc__ == "What it is for."
-    with pytest.raises(TypeError, match="missing"):
-        arguments(high=1.0)  # type: ignore[call-arg]
-
-
-@pytest.mark.parametrize(
-    ("more", "value", "allowed"),
-    [
-        ({"high": "2"}, "'2'", "above 0"),
-        ({"high": None}, "None", "above 0"),
-        ({"files": ["a"]}, "['a']", "two paths"),
-        ({"files": "ab"}, "'ab'", "two paths"),
-        ({"files": ["a", 3]}, "3", "path"),
-        ({"marks": ()}, "()", "some numbers"),
-        ({"marks": 1.0}, "1.0", "some numbers"),
-    ],
-)
-def test_refusals_name_function_argument_and_what_is_allowed(more, value, allowed):
-    message = sentence(lambda: arguments("n", **more))
-    assert message.startswith(f"arguments: {next(iter(more))}: {value} ")
-    assert allowed in message

@@ -1,13 +1,10 @@
 """Units of order one: by hand, for many pads at once, and refused without a spring."""
 
 import dataclasses
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 import pytest
 
-from squeal.errors import InputError
 from squeal.model.equations import PadModel, natural_units
 from squeal.simulation.ensemble import stack
 from tests.conftest import random_pad
@@ -34,10 +31,3 @@ def test_many_pads_have_the_units_of_each(name):
     for i, pad in enumerate(pads):
         one = dataclasses.astuple(natural_units(PadModel(name, pad), tuple(initial[i])))
         assert [v[i] for v in many] == pytest.approx(one, rel=1e-15)
-
-
-def test_a_pad_without_any_stiffness_is_refused():
-    law = SimpleNamespace(parameters=(), absolute_gap=False)  # every registered one has a stiffness
-    free: Any = SimpleNamespace(pad=random_pad(1, k1=0.0, k2=0.0), law=law)
-    with pytest.raises(InputError, match="no stiffness above 0"):
-        natural_units(free, (0.0,) * 6)

@@ -40,23 +40,3 @@ def test_the_growing_mode_is_said(figure):
     # omega^2 = 2 + i sqrt(4 mu / 3 - 1) at mu = 1
     assert frequency[-1] == pytest.approx(1.428577 / (2 * np.pi), rel=1e-5)
     assert r"present $\mu$ = 0.6" in words(figure)
-
-
-def test_units_follow_the_size(figure):
-    labels = [axes.get_ylabel() for axes in figure.axes[:2]]
-    assert labels == ["frequency [Hz]", "growth rate [1/s]"]
-
-    def fast(mu):
-        M, C, K = coupled(mu)
-        return M, C, 1e10 * K
-
-    labels = [
-        axes.get_ylabel() for axes in coupling_figure(modes_along(fast, None, 0.0, 1.0)).axes[:2]
-    ]
-    assert labels == ["frequency [kHz]", "growth rate [1/ms]"]
-
-
-def test_nothing_grows():
-    figure = coupling_figure(modes_along(coupled, None, 0.0, 0.5))
-    assert words(figure) == ["nothing grows"]
-    assert not artists(figure, "flutter")

@@ -40,34 +40,6 @@ def test_areas_are_drawn_and_their_shares_said(tmp_path):
         assert not share or f"{verdict} {100 * share:.1f} %".encode() in data
 
 
-@pytest.mark.parametrize(
-    ("name", "shown"),
-    [("alpha1", r"$\alpha_1$"), ("k_c", "$k_c$"), ("mu", r"$\mu$"), ("F_n", "$F_n$"), ("w", "$w$")],
-)
-def test_symbols(name, shown):
-    assert maps.symbol(name) == shown
-
-
-@pytest.mark.parametrize(
-    ("axis", "label"),
-    [
-        (Axis("alpha1", 0.0, np.pi, 5), r"$\alpha_1$ [rad]"),
-        (Axis("k1", 2e7, 3e8, 5), "$k_1$ [$10^{6}$ N/m]"),
-        (Axis("w", 0.01, 0.08, 5), "$w$ [$10^{-3}$ m]"),
-        (Axis("mu", 0.0, 0.7, 5), r"$\mu$"),
-        (Axis("mu", 0.0, 1e-4, 5), r"$\mu$ [$10^{-6}$]"),
-        (Axis("k1", 1e6, 1e10, 5, log=True), "$k_1$ [N/m]"),
-    ],
-)
-def test_axes_say_their_unit_and_power(axis, label):
-    codes = np.zeros((5, 5), dtype=int)
-    found = Map("B3", (axis, Axis("h", 0.1, 1.0, 5)), ("", ""), NAMES, codes)
-    figure = maps.map_drawing("b3", found, (0.0, 0.0)).figure
-    assert figure.axes[0].get_xlabel() == label
-    figure.draw_without_rendering()
-    assert figure.axes[0].xaxis.get_offset_text().get_text() == ""
-
-
 @pytest.mark.parametrize("name", ["$\\foo$", "cost in $", "\ud800", "\x1b[31m", "µ_Reibung"])
 def test_names_of_users_are_shown_as_they_are_written(name, tmp_path):
     side = Axis(name, 0.0, 1.0, 2)

@@ -8,7 +8,7 @@ import pytest
 import squeal
 from squeal.analysis.cycles import Cycles
 from squeal.analysis.pads import critical_friction
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.simulation.cycles import Cycle, Shooting
 from squeal.simulation.run import in_natural_units
@@ -153,19 +153,6 @@ def test_rest_in_an_equilibrium_that_flutters_is_not_called_stable():
     assert not found.orbits
     assert found.sliding == ((scene.pad.mu, "flutter"),)
     assert "not stable (flutter)" in found.reason
-
-
-@pytest.mark.parametrize(
-    ("over", "words"),
-    [
-        (("mass", 0.1, 0.2), "mass is not allowed"),
-        (("mu", 0.1, 0.2), "must hold 0.777"),
-        (("mu", -0.1, 2.0), "mu"),
-    ],
-)
-def test_a_range_that_means_nothing_is_refused(over, words):
-    with pytest.raises(InputError, match=words):
-        squeal.cycles(damped("b1-d", 0.005), over)
 
 
 @needs_heyoka

@@ -158,25 +158,6 @@ def test_rise_from_zero_at_first_contact_does_not_count():
     assert measure_alone(one)["first"][0] == exact
 
 
-def test_a_pad_that_leaves_the_model_does_not_disturb_the_others():
-    pads, initial = some("B1", 8, 40)
-    before = simulate_many("B1", stack(pads), initial, 20.0, 1e-10)
-    over = int(np.flatnonzero(before["outcome"] == DONE)[2])
-    initial[over, 5] = 3.0  # turns over
-    r = simulate_many("B1", stack(pads), initial, 20.0, 1e-10, measure=measures)
-    assert r["outcome"][over] == 1
-    assert 0.0 < r["ended"][over] < 20.0
-    others = np.arange(8) != over
-    for name in ("outcome", "changes"):
-        assert np.array_equal(r[name][others], before[name][others])
-    good = r["outcome"] == DONE
-    assert good.sum() >= 4
-    assert np.allclose(r["final"][good], before["final"][good], rtol=0, atol=1e-8)
-    assert np.isnan(r["final"][over]).all()
-    assert np.isnan(r["first"][over]).all()
-    assert r["losses"][over] is None
-
-
 def test_other_units_and_processes_change_nothing():
     pads, initial = some("B2", 11, 60)
     r = simulate_many("B2", stack(pads), initial, 30.0, 1e-10, measure=measures)

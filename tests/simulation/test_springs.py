@@ -2,12 +2,11 @@
 
 import dataclasses
 
-import numpy as np
 import pytest
 
 from squeal.io.scene import Scene, read_scene
 from squeal.model import contact
-from squeal.model.contact import CONSISTENT, ContactModel, Formulation, PointContact, Spring
+from squeal.model.contact import ContactModel, Formulation, PointContact, Spring
 from squeal.model.equations import PadModel
 from squeal.simulation import simulate
 from squeal.simulation.hybrid import integrate
@@ -19,12 +18,6 @@ from tests.simulation.closed import bouncing, upright
 
 def on_springs(scene, count, **more):
     return dataclasses.replace(scene, model="BN", formulation=Formulation(springs=count), **more)
-
-
-def line(case, share):
-    """A B2 case of the article in the consistent formulation, for a share of its time."""
-    scene = read_scene(SCENES / f"b2-{case}.yaml", "simulate")
-    return dataclasses.replace(scene, formulation=CONSISTENT, stop=share * scene.stop)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,20 +48,6 @@ def test_two_springs_at_the_edges_are_model_b1(case, monkeypatch):
     assert len(times[0]) == len(times[1]) > 10
     assert times[1] == pytest.approx(times[0], rel=1e-12)
     assert ends[1] == pytest.approx(ends[0], rel=1e-12)
-
-
-@pytest.mark.parametrize("case", "ac")
-def test_motion_converges_to_the_line_with_order_two(case):
-    scene = line(case, 0.25)
-    exact = np.array(simulate(scene).final[1:4])
-    counts = np.array([8, 16, 32, 64, 128])
-    errors = [
-        np.abs(np.array(simulate(on_springs(scene, n)).final[1:4]) - exact).max() for n in counts
-    ]
-    # where the end of contact lies between two springs makes single errors scatter
-    order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
-    assert 1.7 < order < 3.0
-    assert errors[-1] < 1e-4 * np.abs(exact).max()
 
 
 SPRUNG = {"k3": None, "k4": None, "k_c": 1e6}

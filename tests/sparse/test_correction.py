@@ -8,7 +8,7 @@ import pytest
 from squeal.errors import ComputationError
 from squeal.linear.system import Term
 from squeal.sparse.argument_principle import band
-from squeal.sparse.eigensolver import OPTIONS, enlarged, modes_in
+from squeal.sparse.eigensolver import OPTIONS, modes_in
 from squeal.sparse.quadratic import ScaledSystem
 from tests import large
 
@@ -47,17 +47,3 @@ def test_what_is_not_reached_is_divided_and_what_is_not_corrected_is_refused():
         modes_in(problem, REGION, options=replace(OPTIONS, rounds=1))
     with pytest.raises(ComputationError, match="too many roots"):
         modes_in(problem, REGION, options=replace(OPTIONS, steps=24, pieces=2))
-
-
-def test_enlarged(rng):
-    """Small parts are kept or dropped as told, and the basis is orthonormal to rounding."""
-    V = np.linalg.qr(rng.standard_normal((80, 5)))[0]
-    new = np.linalg.qr(np.hstack([V, rng.standard_normal((80, 3))]))[0][:, 5:]
-    columns = V[:, :3] + new * [1.0, 1e-5, 1e-8] + 0j
-    for dropped, count in ((1e-3, 6), (1e-7, 7), (1e-10, 8)):
-        basis = enlarged(V, columns, dropped)
-        assert basis.shape == (80, count)
-        assert np.allclose(basis.T @ basis, np.eye(count), atol=1e-14)
-        outside = new - basis @ (basis.T @ new)
-        assert np.all(np.linalg.norm(outside, axis=0)[: count - 5] < 1e-6)
-    assert enlarged(V, columns[:, :0], 1e-3).shape == (80, 5)

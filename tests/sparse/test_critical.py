@@ -9,7 +9,6 @@ from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import axis_crossing, crossings_along
-from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
 from tests import large
@@ -104,18 +103,6 @@ def test_a_real_root(rng):
     for omega in (0.0, 5.0):
         with pytest.raises(ComputationError, match="no crossing"):
             axis_crossing(ScaledSystem(still), "p", 0.3, omega, guess + 0j, guess + 0j)
-
-
-def test_a_crossing_from_a_distant_guess(rng):
-    system, mu, omega = _among(rng)
-    scaled = ScaledSystem(system)
-    modes = modes_in(scaled.at({"mu": mu}), Rectangle(-9.0, 9.0, 350.0, 700.0)).roots
-    root = modes.picked(np.abs(modes.values.real) < 1e-6)
-    vectors = (x[:, 0] + 1e-3 * rng.normal(size=len(x)) for x in (root.right, root.left))
-    found = axis_crossing(scaled, "mu", mu * (1 + 1e-3), omega * (1 - 1e-3), *vectors)
-    assert found.value == pytest.approx(mu, rel=1e-11)
-    assert found.interval[0] <= mu <= found.interval[1]
-    assert found.residual < 1e-12
 
 
 def test_a_structural_loss_factor(rng):

@@ -6,8 +6,7 @@ from scipy.linalg import eig
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse import block_diag, csc_array, diags_array
 
-from squeal.errors import InputError
-from squeal.sparse.argument_principle import Disc, Rectangle, band, conjugate, count_roots
+from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
 from squeal.sparse.eigensolver import lowest_modes, modes_in
 from squeal.sparse.quadratic import quadratic
 from tests import large
@@ -158,16 +157,6 @@ def test_a_missing_root_is_noticed(monkeypatch):
     assert found.count == len(found.eigenvalues) + 1
 
 
-def test_refusals():
-    with pytest.raises(InputError, match="RE0 < RE1"):
-        Rectangle(1.0, 0.0, 0.0, 1.0)
-    with pytest.raises(InputError, match="LOW < HIGH"):
-        band(10.0, 5.0)
-    empty = csc_array(np.diag([1.0, 0.0]))
-    with pytest.raises(InputError, match="row 2 of M, C and K is empty"):
-        quadratic(empty, None, empty)
-
-
 def test_a_disc_around_zero_of_real_matrices_is_counted_by_its_upper_half():
     """Known blocks: the count agrees with the list, and tells of a hidden pair."""
     rng = np.random.default_rng(9)
@@ -181,19 +170,6 @@ def test_a_disc_around_zero_of_real_matrices_is_counted_by_its_upper_half():
     assert len(hidden) == len(every) - 2
     assert isinstance(found.region, Disc)
     assert count_roots(problem, found.region, hidden) == 24
-
-
-@pytest.mark.parametrize("inside", [0.3j, 0.9j, 0.6 + 0.6j, 0.95 * np.exp(1.3j)])
-def test_a_conjugate_phase_knows_roots_inside(inside):
-    """The conjugate is the phase of a function without roots inside and of no other."""
-    z = np.exp(2j * np.pi * np.arange(64) / 64)
-    outside = np.log(1.6j - z) + np.log(2.0 + z) + 0.3 * z
-    off = conjugate(outside.real) - outside.imag
-    assert np.allclose(off, off.mean(), atol=1e-6)
-    wrong = outside + np.log(z - inside)
-    off = conjugate(wrong.real) - wrong.imag
-    off -= off[0]
-    assert np.max(np.abs(off - 2 * np.pi * np.round(off / (2 * np.pi)))) > 1.0
 
 
 @pytest.mark.parametrize("n", [300, 401])

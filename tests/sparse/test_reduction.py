@@ -5,11 +5,10 @@ import pytest
 from scipy.sparse import csc_array
 
 from squeal.analysis.systems.roots import Wanted, reduced_for
-from squeal.errors import InputError, InputWarning
+from squeal.errors import InputError
 from squeal.linear.matrices import norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
-from squeal.sparse import reduction as reduction_of
 from squeal.sparse.argument_principle import Rectangle, band
 from squeal.sparse.dense import dense_roots, dense_values
 from squeal.sparse.eigensolver import modes_in
@@ -146,13 +145,6 @@ def test_dense_roots_of_a_structural_loss_factor():
     assert np.allclose(found, w * np.sqrt(1 + 0.1j), rtol=1e-12)
 
 
-def test_refusals(scaled):
-    with pytest.raises(InputError, match="at least one value"):
-        reduce_system(scaled, REGION, [])
-    with pytest.raises(InputError, match="modes are not allowed"):
-        reduce_to_real_modes(scaled, REGION, VALUES, scaled.n + 1)
-
-
 def coupled(n):
     """Random coupling that sets in late: the basis of mu = 0.5 says little of mu = 1."""
     rng = np.random.default_rng(3)
@@ -187,15 +179,6 @@ def test_values_whose_roots_are_off_are_sampled_and_other_roots_left_out():
         distance = np.abs(found.values[:, None] - expected[None, :]).min(axis=0)
         assert distance.max() < 1e-6 * np.abs(expected).max()
         assert found.spurious > 0
-
-
-def test_a_reduction_without_enough_samples_says_so(monkeypatch):
-    monkeypatch.setattr(reduction_of, "SAMPLES", 1)
-    late = coupled(100)
-    assert not reduce_system(ScaledSystem(late), BAND, RANGE).converged
-    wanted = Wanted(region=BAND)
-    with pytest.warns(InputWarning, match="1 full solutions do not suffice"):
-        reduced_for(late, wanted, RANGE)
 
 
 def test_a_root_exactly_in_the_middle_of_a_band_hides_no_other():

@@ -66,7 +66,7 @@ def assert_one_verdict(scene, widths, cell):
     assert f'"verdict": "{row["verdict"]}"' in out, place
 
 
-@cases(25, 0.4)
+@cases(12, 0.4)
 @given(pads(), st.tuples(WIDTH, WIDTH), CELL)
 def test_a_map_has_the_verdicts_of_the_queries(scene, widths, cell):
     assert_one_verdict(scene, widths, cell)
