@@ -106,7 +106,9 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> float:
     mu = min(point.mu, path.mu_end) * (1.0 - 1e-12)
     z, state = path.at(mu)
     exact, q = Exact(scene, state), path.statics.to_si(z)
-    changed = [e for i in near for e in range(len(EDGE_NAMES)) if path.states[i][e] != state[e]]
+    changed = [
+        e for i in near for e in range(len(EDGE_NAMES)) if path.branch.touching[e, i] != state[e]
+    ]
     if changed:
         conditions = [lambda q, _: exact.gaps(q)[changed[0]]]
     elif point.kind == "fold":

@@ -115,12 +115,10 @@ class PadStack:
         return rests(self.statics, self.n)
 
     def branches(self, mu_max: np.ndarray) -> tuple[Branches, np.ndarray]:
-        """The branches from mu = 0 to mu_max (n,), and pads (n,) whose branch was lost, or of which
-        no place of rest was searched everywhere."""
+        """The branches from mu = 0 to mu_max (n,), and pads (n,) whose branch was lost."""
         at = self.rest
         branches = follow(self.statics, at.z, at.touching, mu_max, rising=True, there=at.there)
-        unsearched = ~at.searched & (branches.end == NOWHERE)
-        return branches, (branches.end == LOST) | unsearched
+        return branches, branches.end == LOST
 
     def origin(self, mu: np.ndarray) -> Places:
         """Full contact about the origin at frictions mu (k,)."""

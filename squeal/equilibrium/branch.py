@@ -27,7 +27,9 @@ NODE, CHANGE, FOLD = range(3)
 """Kinds of a node: a point of the branch, a change of contact, a smooth fold."""
 GOING, REACHED, TURNS, LOST, AWAY, SEPARATED, TILTED, NOWHERE = range(8)
 """How a branch ends, see `Branches.end_of`; of NOWHERE there is no place without friction."""
-NO_START = "without friction the pad has no place of rest where the surfaces press on each other"
+NO_START = (
+    "without friction the pad has no place of rest nearby where the surfaces press on each other"
+)
 UNITS = 4.0 * float(np.finfo(float).eps)  # by which each coefficient and each load may be off
 OF_LOADS = ("k1", "k2", "k3", "k4", "k_c", "F_n")  # to each of which one load is proportional
 

@@ -7,7 +7,7 @@ import dataclasses
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -27,9 +27,7 @@ from squeal.model.equations import (
 )
 
 ALIKE = 1e-9  # of a potential energy: what two places with the same may differ by
-FAR = 20  # pads for which places far off are searched, one by one
 MOST = 200  # pads that are searched together; bounds the memory
-PASSES = 60  # of Newton's method in a search
 UNSTABLE = "modal damping ratios need stable modes, and the pad is unstable without friction"
 
 
@@ -87,50 +85,42 @@ def record(
 
 
 class Rests(NamedTuple):
-    """Where n pads rest without friction: places z (4, n), contact states touching (points, n);
-    there (n,): pads that have such a place; searched (n,): false where only near places were."""
+    """Where n pads rest without friction: places z (4, n), contact states touching (points, n),
+    and which pads have such a place, there (n,)."""
 
     z: np.ndarray
     touching: np.ndarray
     there: np.ndarray
-    searched: np.ndarray
 
 
 def _near_seeds(statics: Statics, n: int) -> np.ndarray:
-    """Places (4, seeds, n) of the size of the load, and if the law turns the pad away also about
-    half as far as `AdmissibleLimits`."""
+    """Places (4, seeds, n) of the size of the load, and about half as far off as
+    `AdmissibleLimits`."""
     own = natural_units(statics.model, (0.0,) * 6).length * np.ones(n)
-    near = (0.0, -1.0, 1.0)
-    places = itertools.product(near, near, (*near, -10.0, 10.0), [0.0])
-    seeds = [own * np.array(place)[:, None] for place in places]
-    if not statics.model.law.restoring:
-        half = statics.model.pad.w * np.ones(n) / 2
-        limits = np.array([LIMITS.travel, LIMITS.travel, LIMITS.tilt, 0.0])
-        places = itertools.product(near, near, near, [0.0])
-        seeds += [half * (limits * place)[:, None] for place in places]
-    return np.array(seeds).transpose(1, 0, 2)
+    far = statics.model.pad.w / 2 * np.array([LIMITS.travel, LIMITS.travel, LIMITS.tilt])[:, None]
+    near, tilts = (0.0, -1.0, 1.0), (0.0, -1.0, 1.0, -10.0, 10.0)
+    seeds = np.zeros((4, 72, n))
+    seeds[:3, :45] = np.array([*itertools.product(near, near, tilts)]).T[:, :, None] * own
+    seeds[:3, 45:] = np.array([*itertools.product(near, near, near)]).T[:, :, None] * far[:, None]
+    return seeds
 
 
-def _all_seeds(statics: Statics) -> np.ndarray:
-    """Places (4, seeds, 1) of one pad: the near ones, and of the size of the load, of the pad and
-    of its springs at all tilts."""
-    pad = statics.model.pad
-    lengths = [float(np.ravel(v)[0]) for v in (1.0, 10.0, pad.w, pad.L1, pad.L2)]
-    if not statics.model.law.restoring:
-        lengths.append(LIMITS.travel * lengths[2] / 2)
-    sides = (-1.0, 0.0, 1.0)
-    places = {(s * x, s * y) for s in lengths for x in sides for y in sides}
+def _far_seeds(statics: Statics) -> np.ndarray:
+    """Places (4, seeds, 1) of one pad of the size of the load, of the pad and of its springs, at
+    all tilts."""
+    pad, sides = statics.model.pad, (-1.0, 0.0, 1.0)
+    lengths = (1.0, 10.0, LIMITS.travel * pad.w / 2, pad.w, pad.L1, pad.L2)
     limit = 0.98 * np.pi / 2
-    wide = np.linspace(-limit, limit, 13) - float(np.ravel(pad.theta0)[0])
-    small = np.array([0.0, -10.0, -1.0, 1.0, 10.0]) / lengths[2]
-    small = np.append(small, [-LIMITS.tilt / 2, LIMITS.tilt / 2])
-    tilts = sorted({*wide.tolist(), *small[np.abs(small) < limit].tolist()})
-    each = [(x, y, lengths[2] * tilt, 0.0) for (x, y) in sorted(places) for tilt in tilts]
-    return np.concatenate([_near_seeds(statics, 1), np.array(each).T[:, :, None]], axis=1)
+    small = np.array([0.0, -10.0, -1.0, 1.0, 10.0]) / pad.w
+    small = np.append(small[np.abs(small) < limit], [-LIMITS.tilt / 2, LIMITS.tilt / 2])
+    tilts = pad.w * np.append(np.linspace(-limit, limit, 13) - pad.theta0, small)
+    places = sorted({(s * x, s * y) for s in lengths for x in sides for y in sides})
+    return np.array([(*place, tilt, 0.0) for place in places for tilt in tilts]).T[:, :, None]
 
 
 class _Candidates(NamedTuple):
-    """Equilibria that a search met, arrays (tries, n) and touching (points, tries)."""
+    """Equilibria that a search met, arrays (tries, n) and touching (points, tries); the energy is
+    infinite where nothing was met."""
 
     z: np.ndarray
     touching: np.ndarray
@@ -139,15 +129,14 @@ class _Candidates(NamedTuple):
 
 
 def _search(statics: Statics, seeds: np.ndarray) -> _Candidates:
-    """Newton's method from all seeds (4, seeds, n) in each contact state; the energy is infinite
-    where nothing was met."""
+    """Newton's method from all seeds (4, seeds, n) in each contact state."""
     states = np.array([*filter(any, statics.model.states)], dtype=float).T
     tries, n = states.shape[1] * seeds.shape[1], seeds.shape[2]
     z = np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1)
     on = np.repeat(states, seeds.shape[1], axis=1)
     each = np.repeat(on, n, axis=1)
     part = statics.pick(np.tile(np.arange(n), tries))
-    met = part.settle(z, each, PASSES) != 0.0
+    met = part.settle(z, each, 60) != 0.0
     met[met] = part.pick(met).admits(z[:, met], each[:, met])
     presses, energy = met.copy(), np.full(met.shape, np.inf)
     here = part.pick(met)
@@ -160,29 +149,24 @@ def _search(statics: Statics, seeds: np.ndarray) -> _Candidates:
 def _least(statics: Statics, met: _Candidates) -> tuple[np.ndarray, np.ndarray]:
     """Which try (n,) is the place of rest of each pad, and where (n,) there is one.
 
-    It has the least potential energy of those that press, of two with the same that further along
-    the surface's motion, to which friction pushes. A place where the pad only touches counts in
-    so far as beside one of less energy a pressing one has to be admissible; of a law that turns
-    the pad away admissible ones go before others.
+    Of those that press it has the least potential energy, of two with the same that further along
+    the surface's motion, to which friction pushes. Admissible ones go before others, which do not
+    count where the pad hangs in its springs with less energy.
     """
     tries, n = met.presses.shape
     part = statics.pick(np.tile(np.arange(n), tries))
     touching = np.repeat(met.touching, n, axis=1)
     with np.errstate(all="ignore"):  # where nothing was met
-        fits = ~excursion(part, met.z.reshape(4, -1), touching).beyond().any(axis=0)
-    fits = fits.reshape(tries, n)
-    pressing = np.where(met.presses, met.energy, np.inf)
-    # the pad hangs in its springs
-    idle = met.energy.min(axis=0) < pressing.min(axis=0)
-    choose = met.presses & (fits | ~idle)
-    if not statics.model.law.restoring:
-        choose &= fits | ~(choose & fits).any(axis=0)
+        beyond = excursion(part, met.z.reshape(4, -1), touching).beyond().any(axis=0)
+    fits = met.presses & ~beyond.reshape(tries, n)
+    pressing = np.where(met.presses, met.energy, np.inf).min(axis=0)
+    hangs = met.energy.min(axis=0) < pressing
+    choose = np.where(fits.any(axis=0), fits, met.presses & ~hangs)
     energy = np.where(choose, met.energy, np.inf)
     least = energy.min(axis=0)
     with np.errstate(invalid="ignore"):
         alike = choose & (energy <= least + ALIKE * np.abs(least))
-    best = np.argmax(np.where(alike, met.z[0], -np.inf), axis=0)
-    return best, np.isfinite(least)
+    return np.argmax(np.where(alike, met.z[0], -np.inf), axis=0), np.isfinite(least)
 
 
 def rests(statics: Statics, n: int) -> Rests:
@@ -190,39 +174,22 @@ def rests(statics: Statics, n: int) -> Rests:
 
     Newton's method from the initial position finds the only such place of a law that turns the pad
     back. Where it fails, and with other laws, it starts from all places that the load reaches.
-    For pads that then rest nowhere, with other laws nowhere admissible, places far off are searched
-    too, for the first `FAR` of them.
     """
     statics = dataclasses.replace(statics, model=statics.model.replace(mu=0.0))
-    z, restoring = np.zeros((4, n)), statics.model.law.restoring
-    side = statics.settle(z, None, 40)
+    z = np.zeros((4, n))
+    stable = statics.settle(z, None, 40) == -1.0
     touching = statics.gaps(z) < 0.0
-    there = (side == -1.0) & statics.presses(z) & restoring
-    searched = np.ones(n, dtype=bool)
-
-    def search(i: np.ndarray, part: Statics, seeds: np.ndarray) -> None:
-        met = _search(part, seeds)
-        best, there[i] = _least(part, met)
-        good = np.flatnonzero(there[i])
-        z[:, i[good]] = met.z[:, best[good], good]
-        touching[:, i[good]] = met.touching[:, best[good]] > 0.0
-
+    there = stable & statics.presses(z) & statics.model.law.restoring
     left = np.flatnonzero(~there)
     for start in range(0, left.size, MOST):
         i = left[start : start + MOST]
         part = statics.pick(i)
-        search(i, part, _near_seeds(part, i.size))
-    doubtful = ~there
-    if not restoring:
-        with np.errstate(all="ignore"):
-            doubtful |= excursion(statics, z, touching).beyond().any(axis=0)
-    far = np.flatnonzero(doubtful)
-    far = far[np.argsort(there[far], kind="stable")]
-    searched[far[FAR:]] = there[far[FAR:]]
-    for i in far[:FAR, None]:
-        part = statics.pick(i)
-        search(i, part, _all_seeds(part))
-    return Rests(z, touching, there, searched)
+        met = _search(part, _near_seeds(part, i.size))
+        best, there[i] = _least(part, met)
+        good = np.flatnonzero(there[i])
+        z[:, i[good]] = met.z[:, best[good], good]
+        touching[:, i[good]] = met.touching[:, best[good]] > 0.0
+    return Rests(z, touching, there)
 
 
 def find_all(model: PadModel) -> list[Equilibrium]:
@@ -235,7 +202,7 @@ def find_all(model: PadModel) -> list[Equilibrium]:
     """
     statics = Statics.of(model)
     roots: list[tuple[np.ndarray, np.ndarray]] = []
-    seeds = _all_seeds(statics)
+    seeds = np.concatenate([_near_seeds(statics, 1), _far_seeds(statics)], axis=1)
     seeds[3] = model.pad.mu
     met = _search(statics, seeds)
     for i in np.flatnonzero(met.presses):
@@ -247,32 +214,22 @@ def find_all(model: PadModel) -> list[Equilibrium]:
     return sorted((e for e in each if e is not None), key=lambda e: e.potential)
 
 
-@lru_cache(maxsize=64)  # one query needs the same pads several times
-def _rest_of(smooth: PadModel) -> Rests:
-    return rests(Statics.of(smooth), 1)
+def _at_rest(model: PadModel) -> tuple[Statics, Rests]:
+    statics = Statics.of(dataclasses.replace(model, damping=None).replace(mu=0.0))
+    return statics, rests(statics, 1)
 
 
 def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
     """Where the branch of a pad starts, z (4,) in natural units; None without a place of rest."""
-    rest = _rest_of(dataclasses.replace(model, damping=None).replace(mu=0.0))
-    if not rest.there[0]:
-        return None
-    return rest.z[:, 0].copy(), State(*rest.touching[:, 0].tolist())
+    rest = _at_rest(model)[1]
+    return (rest.z[:, 0], State(*rest.touching[:, 0].tolist())) if rest.there[0] else None
 
 
 def branch_of(
     model: PadModel, mu_max: float, rising: bool = True, options: BranchOptions | None = None
 ) -> Branches:
     """The branch of one pad from mu = 0 to mu_max, for any friction and damping of its own."""
-    smooth = dataclasses.replace(model, damping=None).replace(mu=0.0)
-    return _branch_of(smooth, mu_max, rising, options)
-
-
-@lru_cache(maxsize=64)
-def _branch_of(
-    smooth: PadModel, mu_max: float, rising: bool, options: BranchOptions | None
-) -> Branches:
-    rest, statics = _rest_of(smooth), Statics.of(smooth)
+    statics, rest = _at_rest(model)
     end = np.array([mu_max])
     return follow(statics, rest.z, rest.touching, end, options, rising, rest.there)
 
@@ -354,12 +311,6 @@ class Path:
         """Values of mu at which the contact state changes."""
         changes = np.flatnonzero(self.branch.kind == CHANGE)
         return [float(mu) for mu in self.branch.z[3, changes[changes <= self.branch.last[0]]]]
-
-    @property
-    def states(self) -> list[State]:
-        """The contact states along the path, one for each node."""
-        on = self.branch.touching[:, : self.branch.last[0] + 1].T.tolist()
-        return [State(*one) for one in on]
 
     def places(self, mus: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         """Equilibria (4, k) in natural units at mus and contact states (points, k), at a change

@@ -7,6 +7,7 @@ import pytest
 from squeal.analysis.pads import critical_friction
 from squeal.equilibrium import Path, branch
 from squeal.io.scene import Damping, Scene, read_scene
+from squeal.model.contact import State
 from squeal.model.pad import Pad
 from tests.conftest import SCENES
 from tests.exact import Exact
@@ -41,9 +42,9 @@ def exact_places(scene, path):
     """Each fold and change of contact with its mu at 50 digits."""
     found = []
     for node in np.flatnonzero(path.branch.kind):
-        before, state = path.states[node - 1], path.states[node]
+        before, state = path.branch.touching[:, node - 1 : node + 1].T.tolist()
         z = path.branch.z[:, node]
-        exact = Exact(scene, before)
+        exact = Exact(scene, State(*before))
 
         def singular(q, mu, exact=exact):
             return mp.det(exact.stiffness(q, mu) / mp.mpf(scene.pad.k1))

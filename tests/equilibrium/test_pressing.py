@@ -17,7 +17,7 @@ from squeal.model.pad import Pad
 STIFF = {"m": 0.31, "w": 0.033, "h": 0.011, "k1": 1.7e7, "k2": 2.2e7, "k_c": 1.9e7}
 FREE = STIFF | {"L1": 0.4, "L2": 0.55, "alpha1": 0.47 * np.pi, "alpha2": 0.83 * np.pi}
 LINE = ("B2", "BN")
-AT_REST = "without friction the pad has no place of rest where the surfaces press on each other"
+AT_REST = "without friction the pad has no place of rest nearby"
 
 
 def _pad(mu=0.37, **changes):
