@@ -275,7 +275,7 @@ class PadStack:
             middle = (low[i] + high[i]) / 2
             quiet = calm_at(who[i], middle)[0]
             low[i], high[i] = np.where(quiet, middle, low[i]), np.where(quiet, high[i], middle)
-        lost[who], unknown = high, unknown & ~np.isin(every, who)
+        lost[who], unknown = high, (unknown & ~np.isin(every, who)) | self.stiff
         hertz = np.where(np.array(kinds) == "fold", 0.0, np.nan)
         places = at(who, high)
         A, B = self.matrices(who, places.z, places.touching)

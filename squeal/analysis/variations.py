@@ -169,15 +169,14 @@ def _together(
 ) -> dict[int, Outcome]:
     """Outcomes of pads that are followed together, but of those that need a query of their own."""
     try:
-        stack = PadStack.of(scene, tuple(names), values)
-        losses, stiff = stack.first_losses(high), stack.stiff
+        losses = PadStack.of(scene, tuple(names), values).first_losses(high)
     except ComputationError:  # for one of them; each says why
         return {}
     outcomes = {}
     for k, mu in enumerate(losses.mu.tolist()):
         if losses.nowhere[k] and not losses.unknown[k]:
             outcomes[k] = Outcome(kind=NO_PAD, reason=NO_REST)
-        elif not (losses.unknown[k] or stiff[k]):
+        elif not losses.unknown[k]:
             lost = not math.isnan(mu)
             outcomes[k] = Outcome.at(mu, losses.kinds[k], losses.hertz[k]) if lost else Outcome()
     return outcomes

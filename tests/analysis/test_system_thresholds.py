@@ -1,0 +1,131 @@
+"""Thresholds of systems, reduced and in full, in bands and at ends of a range: closed forms."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import block_diag, csc_array, diags_array, eye_array
+
+from squeal.analysis.systems import roots
+from squeal.analysis.systems import thresholds as critical
+from squeal.analysis.systems.roots import Wanted
+from squeal.analysis.systems.thresholds import system_thresholds
+from squeal.errors import InputError
+from squeal.linear.system import Term, TermSystem
+from squeal.numerics.differentiation import Formula
+from squeal.sparse import eigensolver
+from squeal.sparse.argument_principle import Rectangle
+from tests import large
+
+ROWS = 420
+MU = Formula("mu")
+
+
+def beside(block, moved, damping):
+    """Two modes, stiffness `block` + mu `moved`, among others far above, all damped alike."""
+    others = np.linspace(1e4, 2e4, ROWS - 2) ** 2
+    stiffness = block_diag([block, diags_array(others)], format="csc")
+    change = block_diag([moved, csc_array((ROWS - 2, ROWS - 2))], format="csc")
+    M, C = eye_array(ROWS, format="csc"), damping * eye_array(ROWS, format="csc")
+    return TermSystem((Term(M),), (Term(C),), (Term(stiffness), Term(csc_array(change), MU)))
+
+
+def assert_threshold(found, kind, mu):
+    assert found.verdict == "stable"
+    assert [p.kind for p in found.points] == [kind]
+    assert found.points[0].mu == pytest.approx(mu, rel=1e-9)
+    assert not found.unconfirmed
+    assert found.certified
+
+
+@pytest.mark.parametrize(("place", "c"), [(0.25, 1e-4), (0.7, 0.01), (0.5, 0.1), (0.7, 10.0)])
+def test_equally_damped_modes_flutter_where_they_have_parted_by_their_damping(place, c):
+    """-omega^2 + i c omega = -(mean + i d) at d^2 = (g mu)^2 - (difference / 2)^2."""
+    s = np.array([1e6, 1.1e6])
+    half, mean = (s[1] - s[0]) / 2, s.mean()
+    g = half / place
+    system = beside(np.diag(s), np.array([[0.0, g], [-g, 0.0]]), c)
+    found = system_thresholds(system, 1.0, wanted=Wanted(band=(100.0, 200.0)))
+    assert_threshold(found, "flutter", math.sqrt(half**2 + c**2 * mean) / g)
+    assert found.crossings[0].frequency_hz == pytest.approx(math.sqrt(mean) / (2 * math.pi))
+
+
+@pytest.mark.parametrize(("place", "c"), [(0.25, 0.1), (0.7, 5.0)])
+def test_a_damped_root_diverges_where_its_stiffness_ends(place, c):
+    system = beside(np.diag([4.0, 900.0]), np.diag([-4.0 / place, 0.0]), c)
+    found = system_thresholds(system, 1.0, wanted=Wanted(band=(0.0, 20.0)))
+    assert_threshold(found, "divergence", place)
+
+
+def test_a_root_that_leaves_the_band_crosses_the_axis_before():
+    """Both between two values that a first look takes, 0.253 and 0.340."""
+    exact, leaves, rise = 0.3, 0.32, 6e5
+    system = beside(np.diag([1e6, 3e6]), np.diag([rise, 0.0]), 1.0)
+    less = csc_array(([-1.0 / exact], ([0], [0])), shape=(ROWS, ROWS))
+    system = TermSystem(system.M, (*system.C, Term(less, MU)), system.K)
+    edge = math.sqrt(1e6 + rise * leaves) / (2 * math.pi)
+    found = system_thresholds(system, 1.0, wanted=Wanted(band=(100.0, edge)))
+    assert [c.direction for c in found.crossings] == ["up"]
+    assert found.crossings[0].mu == pytest.approx(exact)
+
+
+@pytest.mark.parametrize(("band", "verdict"), [((500.0, 600.0), "no root"), ((100, 200), "stable")])
+def test_a_band_without_a_root_has_no_threshold(band, verdict):
+    system = beside(np.diag([1e6, 1.2e6]), np.diag([1e3, 0.0]), 1.0)
+    found = system_thresholds(system, 1.0, wanted=Wanted(band=band))
+    assert (found.verdict, found.crossings, found.certified) == (verdict, (), True)
+
+
+def test_a_structural_loss_factor(monkeypatch):
+    system, mu, omega = large.with_loss_factor(np.random.default_rng(4))
+    region = Wanted(region=Rectangle(-60.0, 60.0, 350.0, 600.0))
+    found = system_thresholds(system, 1.4, wanted=region)
+    assert_threshold(found, "flutter", mu)
+    assert found.points[0].frequency_hz == pytest.approx(omega / (2 * np.pi), rel=1e-10)
+    with pytest.raises(InputError, match="band: is missing; thresholds with a structural"):
+        system_thresholds(system, 1.4)
+    # a count that could not be settled certifies nothing
+    whole = eigensolver.modes_in
+    monkeypatch.setattr(
+        critical, "modes_in", lambda *given, **more: replace(whole(*given, **more), count=None)
+    )
+    found = system_thresholds(system, 1.4, wanted=region)
+    assert found.certified is False
+    assert found.points[0].mu == pytest.approx(mu, rel=1e-10)
+
+
+HERTZ = np.array([1.0, 2.0, 3.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0])
+
+
+@pytest.mark.parametrize(
+    ("rates", "at", "hertz", "points"),
+    [
+        ((0.5, 1.0, -0.5), 0.0, [2.0, 1.0], [("flutter", 2.0)]),
+        ((-0.5, -1.0, -0.2), 0.0, [], []),
+        ((0.5, 1.0, 0.2), 1.0, [2.0, 1.0, 3.0], [("flutter", 2.0)]),
+        ((-0.5, -1.0, -0.2), 1.0, [2.0, 1.0, 3.0], [("restabilised", 2.0)]),
+        ((-0.5, 1.0, 0.2), 1.0, [2.0, 1.0, 3.0], []),
+    ],
+)
+@pytest.mark.parametrize("rows", [400, 8], ids=["full", "reduced"])
+def test_of_a_band_what_happens_at_an_end_is_listed_once_and_the_fastest_named(
+    rates, at, hertz, points, rows, monkeypatch
+):
+    """Three modes in the band 0.5 to 5 Hz that grow by rate (p - at), others above."""
+    monkeypatch.setattr(roots, "ALL_ROWS", rows)
+    D = np.diag(np.r_[-2.0 * np.array(rates), np.zeros(6)])
+    others, K = np.diag(np.r_[np.zeros(3), np.full(6, 0.3)]), np.diag((2 * np.pi * HERTZ) ** 2)
+    damping = (Term(others - at * D), Term(D, MU))
+    system = TermSystem((Term(np.eye(9)),), damping, (Term(K),))
+    found = system_thresholds(system, 1.0, wanted=Wanted(band=(0.5, 5.0)))
+    assert [c.mu for c in found.crossings] == pytest.approx([at] * len(hertz), rel=1e-12)
+    assert sorted(c.frequency_hz for c in found.crossings) == pytest.approx(sorted(hertz))
+    ways = {round(c.frequency_hz): c.direction for c in found.crossings}
+    assert ways == {round(h): "up" if rates[round(h) - 1] > 0 else "down" for h in hertz}
+    assert [p.kind for p in found.points] == [kind for kind, _ in points]
+    assert [p.frequency_hz for p in found.points] == pytest.approx([f for _, f in points])
+    assert sum(c.changes_verdict for c in found.crossings) == len(points)
+    assert found.certified
+    assert not found.unconfirmed
+    assert not found.left_out
