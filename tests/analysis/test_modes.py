@@ -15,9 +15,8 @@ from squeal.analysis.pads import (
     sweep_mu,
 )
 from squeal.errors import ComputationError, InputError
-from squeal.io.scene import read_scene
 from squeal.linear import complex_eigenvalues
-from tests.conftest import SCENES
+from tests.conftest import scene_of
 from tests.known import coupled
 
 
@@ -46,21 +45,18 @@ def test_shapes_of_mode_coupling():
         s = mode.growth_rate + 2j * math.pi * mode.frequency_hz
         assert mode.shape[1] / mode.shape[0] == pytest.approx(1 / (s * s + 2.0))
         assert np.abs(mode.shape).max() == pytest.approx(1.0)
-
-
-def test_a_real_pair_is_one_mode():
-    found = mode_shapes(complex_eigenvalues(*several(2.0)))
-    assert len(found) == 5
-    assert found[0].growth_rate == pytest.approx(1.0)
-    assert np.allclose(found[0].shape, [0, 0, 0, 0, 1])
+    # a real pair is one mode
+    shapes = mode_shapes(complex_eigenvalues(*several(2.0)))
+    assert len(shapes) == 5
+    assert shapes[0].growth_rate == pytest.approx(1.0)
+    assert np.allclose(shapes[0].shape, [0, 0, 0, 0, 1])
 
 
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c", "b3"])
 def test_shapes_of_pads_solve_the_equations(stem):
-    scene = read_scene(SCENES / f"{stem}.yaml")
-    found = analyse(scene)
-    m = found.matrices
-    shapes = shapes_of_pad(found, scene.pad.w)
+    scene = scene_of(stem)
+    analysis = analyse(scene)
+    m, shapes = analysis.matrices, shapes_of_pad(analysis, scene.pad.w)
     assert len(shapes) == 3
     for one in shapes:
         s = one.growth_rate + 2j * math.pi * one.frequency_hz
@@ -70,21 +66,21 @@ def test_shapes_of_pads_solve_the_equations(stem):
 
 
 def test_a_sweep_changes_its_verdict_at_the_thresholds_and_nowhere_else():
-    found = modes_along(coupled, None, 0.0, 1.0)
-    (low, first, before), (second, high, after) = found.spans
+    modes = modes_along(coupled, None, 0.0, 1.0)
+    (low, first, before), (second, high, after) = modes.spans
     assert (low, high, before, after) == (0.0, 1.0, "marginal", "flutter")
     assert first == second == pytest.approx(0.75, rel=1e-12)
-    squares = -(found.values**2)
-    root = np.sqrt(1 - 4 / 3 * found.mus + 0j)
+    squares = -(modes.values**2)
+    root = np.sqrt(1 - 4 / 3 * modes.mus + 0j)
     for sign in (1, -1):
         nearest = np.abs(squares - (2 + sign * root)[:, None]).min(axis=1)
         assert nearest.max() < 1e-7
 
 
 def test_every_crossing_is_listed_and_windows_between_samples_are_not_missed():
-    found = modes_along(several, None, 0.0, 1.5)
-    assert [c.mu for c in found.crossings] == pytest.approx([0.25, 0.5, 1.0])
-    assert [v for *_, v in found.spans][:2] == ["marginal", "flutter"]
+    modes = modes_along(several, None, 0.0, 1.5)
+    assert [c.mu for c in modes.crossings] == pytest.approx([0.25, 0.5, 1.0])
+    assert [v for *_, v in modes.spans][:2] == ["marginal", "flutter"]
 
     def window(mu):  # grows from 0.5 to 0.5 + 1e-5 only
         M, C, K = coupled(0.0)
@@ -94,31 +90,27 @@ def test_every_crossing_is_listed_and_windows_between_samples_are_not_missed():
 
 
 def test_a_scene_s_sweep_is_that_of_its_branch():
-    scene = read_scene(SCENES / "b2-c.yaml")
-    found = sweep_modes(scene, 0.1, 2.0)
-    critical = critical_friction(scene)
-    assert (found.low, found.high) == (0.1, 2.0)
-    assert found.end == critical.high < 2.0
-    assert found.mus[0] == 0.1
-    assert found.mus[-1] <= found.end
-    pick = found.mus[::40].tolist()
-    for (_, analysis), row in zip(sweep_mu(scene, pick), found.values[::40], strict=True):
+    scene = scene_of("b2-c")
+    modes = sweep_modes(scene, 0.1, 2.0)
+    assert (modes.low, modes.high) == (0.1, 2.0)
+    assert modes.end == critical_friction(scene).high < 2.0
+    assert modes.mus[0] == 0.1
+    assert modes.mus[-1] <= modes.end
+    pick = modes.mus[::40].tolist()
+    for (_, analysis), row in zip(sweep_mu(scene, pick), modes.values[::40], strict=True):
         exact = analysis.spectrum.values
         assert np.abs(row[:, None] - exact[None, :]).min(axis=0).max() < 1e-6 * np.abs(exact).max()
-    ((mu, state),) = found.contacts
+    ((mu, state),) = modes.contacts
     assert state == "PC"
-    assert 0.1 < mu < found.end
+    assert 0.1 < mu < modes.end
     with pytest.raises(ComputationError, match=r"no equilibrium at mu = 1\.9"):
         sweep_modes(scene, 1.9, 2.0)
 
 
-@pytest.mark.parametrize(("low", "high"), [(-0.1, 1.0), (0.5, 0.5), (0.0, math.inf)])
-def test_a_range_that_is_none_is_refused(low, high):
-    with pytest.raises(InputError, match=r"sweep_modes: (low|high).* it must be "):
-        sweep_modes(read_scene(SCENES / "b3.yaml"), low, high)
-
-
-@pytest.mark.parametrize("mus", [[], [0.1, -0.1]])
-def test_a_sweep_takes_friction_of_at_least_zero(mus):
-    with pytest.raises(InputError, match=r"sweep_mu: mus: .* numbers? of at least 0"):
-        sweep_mu(read_scene(SCENES / "b3.yaml"), mus)
+def test_ranges_that_are_none():
+    for low, high in [(-0.1, 1.0), (0.5, 0.5), (0.0, math.inf)]:
+        with pytest.raises(InputError, match=r"sweep_modes: (low|high).* it must be "):
+            sweep_modes(scene_of("b3"), low, high)
+    for mus in ([], [0.1, -0.1]):
+        with pytest.raises(InputError, match=r"sweep_mu: mus: .* numbers? of at least 0"):
+            sweep_mu(scene_of("b3"), mus)

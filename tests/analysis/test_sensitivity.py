@@ -1,16 +1,12 @@
 """What moves eigenvalues and thresholds: differences through the whole chain, scaling laws."""
 
-import dataclasses
 import math
 
 import numpy as np
 import pytest
 
 from squeal.analysis.pads import analyse, critical_friction
-from squeal.analysis.sensitivity import (
-    eigenvalue_sensitivities,
-    threshold_sensitivities,
-)
+from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
 from squeal.analysis.stack import parameters
 from squeal.equilibrium.find import modal_damping, modal_damping_slope
 from squeal.errors import ComputationError
@@ -19,17 +15,6 @@ from tests.conftest import scene_of
 from tests.simulation.closed import upright
 
 COUPLED = {"alpha1": 1.0, "alpha2": 2.6, "mu": 0.1}
-
-
-def changed(scene: Scene, **changes: float) -> Scene:
-    return dataclasses.replace(scene, pad=scene.pad.replace(**changes))
-
-
-def step_of(scene: Scene, name: str) -> float:
-    value = getattr(scene.pad, name)
-    return 1e-5 * (abs(value) or (scene.pad.F_n / scene.pad.k1 if name in "x0 y0" else 1.0))
-
-
 DAMPINGS = {
     "undamped": None,
     "ratios": Damping(ratios=(0.02, 0.01, 0.03)),
@@ -37,6 +22,14 @@ DAMPINGS = {
     "rayleigh": Damping(rayleigh=(50.0, 1e-7)),
     "matrix": Damping(matrix=((30.0, 0.0, 0.0), (0.0, 20.0, 0.0), (0.0, 0.0, 0.01))),
 }
+
+
+def both_sides(scene, name, factor=1.0):
+    """The scene with a parameter a step up and down, and the step."""
+    value = getattr(scene.pad, name)
+    usual = scene.pad.F_n / scene.pad.k1 if name in ("x0", "y0") else 1.0
+    h = factor * 1e-5 * (abs(value) or usual)
+    return [scene.replace(**{name: value + way * h}) for way in (1, -1)], h
 
 
 @pytest.mark.parametrize(
@@ -48,26 +41,23 @@ DAMPINGS = {
     ],
 )
 def test_eigenvalues_against_differences_through_the_whole_chain(name, damping):
-    scene = dataclasses.replace(scene_of(name), damping=DAMPINGS[damping])
+    scene = scene_of(name, damping=DAMPINGS[damping])
     analysis = analyse(scene)
     size = np.abs(analysis.spectrum.values).max()
-    found = eigenvalue_sensitivities(scene, analysis)
-    assert set(found) == set(parameters(scene.pad_model))
-    for parameter, slopes in found.items():
-        value, h = getattr(scene.pad, parameter), step_of(scene, parameter)
-        up, down = (
-            analyse(changed(scene, **{parameter: value + way * h})).spectrum.values
-            for way in (1, -1)
-        )
+    sensitivities = eigenvalue_sensitivities(scene, analysis)
+    assert set(sensitivities) == set(parameters(scene.pad_model))
+    for parameter, slopes in sensitivities.items():
+        sides, h = both_sides(scene, parameter)
+        up, down = (analyse(side).spectrum.values for side in sides)
         assert np.abs((up - down) / (2 * h) - slopes).max() * h < 3e-9 * size, parameter
 
 
 def test_a_moment_of_inertia_that_was_left_out_follows():
-    scene = changed(scene_of("b1-b"), I=None)
-    analysis = analyse(scene)
-    given = scene.replace(I=scene.pad.I)
+    scene = scene_of("b1-b", I=None)
+    analysis, pad = analyse(scene), scene.pad
+    given = scene.replace(I=pad.I)
     following, held = (eigenvalue_sensitivities(s, analysis) for s in (scene, given))
-    pad, size = scene.pad, np.abs(analysis.spectrum.values).max()
+    size = np.abs(analysis.spectrum.values).max()
     by_I = {"m": pad.I / pad.m, "w": 2 * pad.m * pad.w / 3, "h": 2 * pad.m * pad.h / 3}
     for name, slopes in following.items():
         chain = held[name] + by_I.get(name, 0.0) * held["I"]
@@ -79,40 +69,35 @@ def test_a_moment_of_inertia_that_was_left_out_follows():
 def test_scaling_laws(name):
     # in other units of mass and force the frequencies change as sqrt(k/m); lengths do not count
     scene = scene_of(name)
-    analysis = analyse(scene)
-    values, pad = analysis.spectrum.values, scene.pad
-    slopes = eigenvalue_sensitivities(scene, analysis)
+    analysis, pad = analyse(scene), scene.pad
+    values, slopes = analysis.spectrum.values, eigenvalue_sensitivities(scene, analysis)
 
-    def together(**powers: float) -> np.ndarray:
+    def together(names, **powers):
+        powers = dict.fromkeys(names.split(), 1) | powers
         return sum(p * getattr(pad, n) * slopes[n] for n, p in powers.items() if n in slopes)
 
     close = 1e-9 * np.abs(values).max()
-    mass = together(m=1, I=1)
-    assert np.abs(mass + values / 2).max() < close
-    force = together(k1=1, k2=1, k3=1, k4=1, k_c=1, F_n=1)
-    assert np.abs(force - values / 2).max() < close
-    length = together(w=1, h=1, I=2, L1=1, L2=1, x0=1, y0=1, F_n=1)
-    assert np.abs(length).max() < close
+    assert np.abs(together("m I") + values / 2).max() < close
+    assert np.abs(together("k1 k2 k3 k4 k_c F_n") - values / 2).max() < close
+    assert np.abs(together("w h L1 L2 x0 y0 F_n", I=2)).max() < close
 
 
 def test_upright_pad_in_closed_form():
     # springs upright, no friction: the vertical mode has omega^2 = (k1 + k2 + k3 + k4) / m
     scene = Scene("B1", upright(mu=0.0))
-    pad = scene.pad
-    analysis = analyse(scene)
+    pad, analysis = scene.pad, analyse(scene)
     omega = math.sqrt((pad.k1 + pad.k2 + pad.k3 + pad.k4) / pad.m)
     k = int(np.argmin(np.abs(analysis.spectrum.values - 1j * omega)))
-    found = eigenvalue_sensitivities(scene, analysis)
-    assert found["m"][k] == pytest.approx(-0.5j * omega / pad.m, rel=1e-9)
+    slopes = eigenvalue_sensitivities(scene, analysis)
+    assert slopes["m"][k] == pytest.approx(-0.5j * omega / pad.m, rel=1e-9)
     for name in ("k1", "k2", "k3", "k4"):
-        assert found[name][k] == pytest.approx(0.5j / (pad.m * omega), rel=1e-6)
+        assert slopes[name][k] == pytest.approx(0.5j / (pad.m * omega), rel=1e-6)
 
 
 def test_modes_of_one_frequency_with_two_ratios_have_no_derivative():
-    A, dA = np.diag([1.0, 4.0, 4.0]), np.ones((3, 3))
+    A, dA, h = np.diag([1.0, 4.0, 4.0]), np.ones((3, 3)), 1e-6
     assert np.isnan(modal_damping_slope(A, dA, (0.1, 0.2, 0.3))).any()
     same = modal_damping_slope(A, dA, (0.1, 0.2, 0.2))
-    h = 1e-6
     up, down = (modal_damping(A + way * h * dA, (0.1, 0.2, 0.2))[0] for way in (1, -1))
     assert same == pytest.approx((up - down) / (2 * h), abs=1e-8)
 
@@ -125,38 +110,26 @@ def test_modes_of_one_frequency_with_two_ratios_have_no_derivative():
     ],
 )
 def test_thresholds_against_differences(name, damping):
-    scene = changed(scene_of(name), **COUPLED)
-    scene = dataclasses.replace(scene, damping=DAMPINGS[damping])
+    scene = scene_of(name, damping=DAMPINGS[damping], **COUPLED)
     loss = critical_friction(scene).first
-    assert loss is not None
-    found = threshold_sensitivities(scene, loss)
-    end = 1.01 * loss.mu
+    slopes = threshold_sensitivities(scene, loss)
     for parameter in ("m", "h", "k2", "alpha1") if name == "b3" else ("h", "k2"):
-        value, h = getattr(scene.pad, parameter), 10 * step_of(scene, parameter)
-        up, down = (
-            critical_friction(changed(scene, **{parameter: value + way * h}), end).first
-            for way in (1, -1)
-        )
-        assert up is not None
-        assert down is not None
-        assert abs((up.mu - down.mu) / (2 * h) - found[parameter]) * h < 1e-7, parameter
+        sides, h = both_sides(scene, parameter, 10.0)
+        up, down = (critical_friction(side, 1.01 * loss.mu).first.mu for side in sides)
+        assert abs((up - down) / (2 * h) - slopes[parameter]) * h < 1e-7, parameter
 
 
 def test_a_threshold_at_zero_stays_there():
-    scene = changed(scene_of("b3"), **COUPLED)
-    found = []
-    for pad in (scene, changed(scene, w=1.01 * scene.pad.w)):
-        pad = dataclasses.replace(pad, damping=Damping(ratios=(0.02, 0.0, 0.01)))
-        found.append(critical_friction(pad).first)
-    assert [point.mu for point in found] == [0.0, 0.0]
-    assert set(threshold_sensitivities(pad, found[1]).values()) == {0.0}
-    fixed = dataclasses.replace(pad, damping=Damping(matrix=((0.0,) * 3,) * 3))
+    scene = scene_of("b3", damping=Damping(ratios=(0.02, 0.0, 0.01)), **COUPLED)
+    loss = critical_friction(scene).first
+    assert loss.mu == critical_friction(scene.replace(w=1.01 * scene.pad.w)).first.mu == 0.0
+    assert set(threshold_sensitivities(scene, loss).values()) == {0.0}
     with pytest.raises(ComputationError, match="no derivatives"):
-        threshold_sensitivities(fixed, found[1])
+        threshold_sensitivities(scene.replace(damping=Damping(matrix=((0.0,) * 3,) * 3)), loss)
 
 
-def test_a_fold_has_derivatives_and_tells_of_no_rounding(recwarn):
-    """Warnings of NumPy reached who asked, where the balance is exactly singular."""
+def test_a_fold_has_derivatives_and_no_warning_of_rounding(recwarn):
+    """Warnings of NumPy reached the user where the balance is exactly singular."""
     scene = scene_of("b2-c")
     fold = critical_friction(scene).points[-1]
     assert fold.kind == "fold"

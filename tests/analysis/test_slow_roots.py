@@ -1,4 +1,4 @@
-"""Pads with one stiffness far greater than the others, against 50 digits."""
+"""Pads and matrices with one stiffness far greater than the others, against 50 digits."""
 
 import mpmath as mp
 import numpy as np
@@ -12,6 +12,7 @@ from squeal.analysis.pads import (
     critical_parameter,
     roots_and_verdict,
 )
+from squeal.analysis.stack import PadStack
 from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
@@ -24,6 +25,7 @@ VALUES = {
     "m": 0.2, "w": 0.04, "h": 0.014, "k2": 2.6e7, "k3": 8.7e6, "k4": 8.7e6, "L1": 0.8, "L2": 0.8,
     "alpha1": np.pi / 2, "alpha2": np.pi, "mu": 0.4, "F_n": 4500.0,
 }  # fmt: skip
+HIDDEN = "no eigenvalue can be given: one stiffness"
 
 
 def stiff(decades):
@@ -31,7 +33,7 @@ def stiff(decades):
     return Scene("B1", Pad(**VALUES, k1=8.7e6 * 10.0**decades))
 
 
-@pytest.mark.parametrize("decades", [8, 10, 11])
+@pytest.mark.parametrize("decades", [8, 11])
 def test_the_interval_of_a_threshold_holds_it_however_stiff_a_spring_is(decades):
     scene = stiff(decades)
     (point,) = critical_friction(scene, 1.0).points
@@ -55,13 +57,13 @@ def test_the_interval_of_a_threshold_holds_it_however_stiff_a_spring_is(decades)
 @pytest.mark.parametrize("decades", [9, 12])
 def test_slow_roots_of_a_stiff_pad_lie_within_their_rounding(decades):
     scene = stiff(decades)
-    found = analyse(scene)
-    exact = Exact(scene, found.state)
+    analysis = analyse(scene)
+    exact = Exact(scene, analysis.state)
     with mp.workdps(50):
-        q = exact.equilibrium(found.q, scene.pad.mu)
+        q = exact.equilibrium(analysis.q, scene.pad.mu)
         frequencies = sorted(float(mp.sqrt(s.real)) for s in exact.squares(q, scene.pad.mu))
-    values = sorted(e.value.imag for e in found.spectrum.eigenvalues if e.value.imag > 0)
-    assert found.judgement.verdict == "marginal"
+    values = sorted(e.value.imag for e in analysis.spectrum.eigenvalues if e.value.imag > 0)
+    assert analysis.judgement.verdict == "marginal"
     assert values == pytest.approx(frequencies, rel=1e-15 * 10**decades)
 
 
@@ -69,30 +71,26 @@ def test_slow_roots_of_a_stiff_pad_lie_within_their_rounding(decades):
 def test_a_light_motion_hides_neither_roots_nor_verdict_of_plain_matrices(stiffness):
     M, C, K = np.array([[1.0, 1 - 1e-6], [1 - 1e-6, 1.0]]), 0.1 * np.eye(2), np.diag([4.0, 9.0])
     K[1] *= stiffness / 9.0
-    spectrum, found = roots_and_verdict(M, C, K)
-    assert found.verdict == ("stable" if stiffness else "marginal")
+    spectrum, judgement = roots_and_verdict(M, C, K)
+    assert judgement.verdict == ("stable" if stiffness else "marginal")
     assert spectrum.rigid_body_roots == (not stiffness)
     for exact in exact_damped(M, C, K):
         assert np.abs(spectrum.values - complex(exact)).min() <= 1e-9 * abs(exact)
     system = TermSystem((Term(M),), (Term(C),), (Term(K),))
-    assert critical_parameter(system, 1.0).verdict == found.verdict
-    assert squeal.sweep(system, [0.0]).steps[0].verdict == found.verdict
+    assert critical_parameter(system, 1.0).verdict == judgement.verdict
+    assert squeal.sweep(system, [0.0]).steps[0].verdict == judgement.verdict
 
 
-@pytest.mark.parametrize("damping", [0.0, 0.1])
-@pytest.mark.parametrize("stiffness", [1e14, 1e16, 1e20])
+@pytest.mark.parametrize(("stiffness", "damping"), [(1e14, 0.0), (1e14, 0.1), (1e20, 0.0)])
 def test_no_root_is_too_fast_to_be_listed(stiffness, damping):
     """Two modes of 1 and 3 rad^2/s^2 beside a third that nothing couples to them."""
     K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, stiffness]])
     C = (Term(damping * np.eye(3)),) if damping else ()
-    found = system_roots(TermSystem((Term(np.eye(3)),), C, (Term(K),), {}))
-    if damping and stiffness > 1e14:
-        assert not found.certified  # the residual of the fast pair says so
-        return
+    roots = system_roots(TermSystem((Term(np.eye(3)),), C, (Term(K),), {}))
     exact = [complex(-damping / 2, np.sqrt(k - damping**2 / 4)) for k in (1.0, 3.0, stiffness)]
-    upper = [e.value for e in found.eigenvalues if e.value.imag > 0.0]
-    assert found.certified
-    assert len(found.eigenvalues) == 6
+    upper = [e.value for e in roots.eigenvalues if e.value.imag > 0.0]
+    assert roots.certified
+    assert len(roots.eigenvalues) == 6
     assert upper == pytest.approx(exact, rel=1e-12)
 
 
@@ -100,23 +98,28 @@ def test_a_free_body_beside_a_stiff_spring_has_two_roots_of_exactly_zero():
     stiff, soft = (1e13 * np.diag([1.0, 1.0, 0.0])), np.diag([0.0, 1.0, 1.0])
     stiff[0, 1] = stiff[1, 0] = -1e13
     soft[1, 2] = soft[2, 1] = -1.0
-    spectrum, found = roots_and_verdict(np.eye(3), None, stiff + soft)
-    assert found.verdict == "marginal"
+    spectrum, judgement = roots_and_verdict(np.eye(3), None, stiff + soft)
+    assert judgement.verdict == "marginal"
     assert spectrum.rigid_body_roots == 2
     assert spectrum.values[:2].tolist() == [0.0, 0.0]
     assert spectrum.values[2] == pytest.approx(1j * np.sqrt(1.5), rel=0.03)
 
 
-def test_what_rounding_hides_is_not_given():
-    with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
-        analyse(stiff(14))
-    for decades in (13, 16, 17):  # which of the two is met first is a matter of rounding
-        with pytest.raises(ComputationError, match=r"can be given: (the branch|one stiffness)"):
-            critical_friction(stiff(decades), 0.1)
-    # two contact springs along an axis: the entries of K tell the slow root, its norm does not
-    contact = Pad(**VALUES | {"k3": 2e23, "k4": 1.4e23}, k1=2e7)
-    with pytest.raises(ComputationError, match="no eigenvalue can be given"):
-        analyse(Scene("B1", contact))
+@pytest.mark.parametrize("decades", [13, 14, 17])
+def test_what_rounding_hides_is_not_given(decades):
+    scene = stiff(decades)
+    if decades == 14:
+        with pytest.raises(ComputationError, match=HIDDEN):
+            analyse(scene)
+    with pytest.raises(ComputationError, match=r"can be given: (the branch|one stiffness)"):
+        critical_friction(scene, 0.1)
+    assert PadStack.of(scene, ("k2",), np.array([[2.6e7]])).first_losses(1.0).unknown.all()
+
+
+def test_entries_of_a_stiffness_tell_a_slow_root_that_its_norm_does_not():
+    """Two contact springs along an axis."""
+    with pytest.raises(ComputationError, match=HIDDEN):
+        analyse(Scene("B1", Pad(**VALUES | {"k3": 2e23, "k4": 1.4e23}, k1=2e7)))
 
 
 def test_a_damped_pad_beside_a_stiff_spring():
@@ -136,20 +139,17 @@ def test_a_damped_pad_beside_a_stiff_spring():
         critical_friction(scene, 0.5)
 
 
-def test_a_divergence_that_a_stiff_spring_hides_is_not_given_as_a_free_body():
+def test_what_a_stiff_spring_hides_is_not_given_as_a_free_body():
     """A motion of -3 rad^2/s^2 beside one that nothing couples to it."""
-    spectrum, found = roots_and_verdict(np.eye(2), None, np.diag([1e14, -3.0]))
-    assert found.verdict == "divergence"
+    spectrum, judgement = roots_and_verdict(np.eye(2), None, np.diag([1e14, -3.0]))
+    assert judgement.verdict == "divergence"
     assert spectrum.values.real.max() == pytest.approx(np.sqrt(3.0), rel=0.03)
-    with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
-        roots_and_verdict(np.eye(2), None, np.diag([1e15, -3.0]))
-
-
-@pytest.mark.parametrize("slow", [-3.0, 3.0])
-@pytest.mark.parametrize("modes", [None, 1])
-def test_no_root_of_a_regular_stiffness_is_given_as_zero(slow, modes):
-    system = TermSystem((Term(np.eye(3)),), (), (Term(np.diag([1e18, 1e18, slow])),), {})
-    with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
-        system_roots(system, Wanted(modes=modes))
-    with pytest.raises(ComputationError, match="no eigenvalue can be given: one stiffness"):
-        roots_and_verdict(np.eye(3), None, np.diag([1e18, 1e18, slow]))
+    for slow in (-3.0, 3.0):
+        K = np.diag([1e18, 1e18, slow])
+        with pytest.raises(ComputationError, match=HIDDEN):
+            roots_and_verdict(np.eye(3), None, K)
+        for modes in (None, 1):
+            with pytest.raises(ComputationError, match=HIDDEN):
+                system_roots(
+                    TermSystem((Term(np.eye(3)),), (), (Term(K),), {}), Wanted(modes=modes)
+                )
