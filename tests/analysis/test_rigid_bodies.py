@@ -46,8 +46,8 @@ def system_of(chains=1, mass=1.0, damping=(), more=()):
 
 
 def diagonal(decay, stiffness):
-    rows = (np.ones(len(decay)), decay, stiffness)
-    return TermSystem(*((Term(diags_array(row, format="csc")),) for row in rows))
+    M, C, K = (diags_array(row, format="csc") for row in (np.ones(len(decay)), decay, stiffness))
+    return TermSystem((Term(M),), (Term(C),), (Term(K),))
 
 
 @pytest.mark.parametrize(("chains", "mass"), [(1, 1.0), (3, 0.1)])
