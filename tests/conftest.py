@@ -26,7 +26,12 @@ HEYOKA = importlib.util.find_spec("heyoka") is not None
 needs_heyoka = pytest.mark.skipif(not HEYOKA, reason="needs heyoka, which is not installed")
 # files that take long: a worker runs a file whole, and none of these should be the last
 LONG = (
-    *("simulation/test_ensemble", "article/test_stability", "analysis/test_sensitivity"),
+    *(
+        "simulation/test_ensemble",
+        "article/test_measures",
+        "article/test_stability",
+        "analysis/test_sensitivity",
+    ),
     *("simulation/test_falling", "cli/test_cli"),
     *("cli/test_installed", "analysis/test_maps", "analysis/test_slow_roots"),
     *("workflow/test_workflow", "simulation/test_simulation"),

@@ -5,41 +5,13 @@ import pickle
 import numpy as np
 import pytest
 
-from squeal.article.transitions import conditions, transitions
+from squeal.article.transitions import transitions
 from squeal.model.contact import (
-    LEADING,
-    TRAILING,
     State,
-    contact_law,
     states,
 )
 from squeal.model.equations import PadModel
 from tests.conftest import random_pad
-
-# Table 1: condition, edges that reach zero elongation (3 leads, 4 trails), positive slope
-TABLE_1 = {
-    ("1", "2"): ((3, True), (4, True)),
-    ("2", "1"): ((3, False), (4, False)),
-    ("1", "3"): ((4, True),),
-    ("3", "1"): ((4, False),),
-    ("1", "4"): ((3, True),),
-    ("4", "1"): ((3, False),),
-    ("2", "3"): ((3, False),),
-    ("3", "2"): ((3, True),),
-    ("2", "4"): ((4, False),),
-    ("4", "2"): ((4, True),),
-}
-
-
-def test_conditions_are_table_1():
-    spring = {LEADING: 3, TRAILING: 4}
-    name = contact_law("B1").state_name
-    found = {
-        (name(c.source), name(c.target)): tuple((spring[edge], rising) for edge, rising in c.edges)
-        for c in conditions()
-    }
-    assert found == TABLE_1
-    assert sorted(c.codimension for c in conditions()) == [1] * 8 + [2] * 2
 
 
 def test_states_of_many_points_are_those_of_a_straight_face():
