@@ -14,6 +14,14 @@ def coupled(mu):
     return np.eye(2), None, np.array([[2.0, -1.0 + 4 * mu / 3], [-1.0, 2.0]])
 
 
+def affine(M, K0, K1=None, C0=None, C1=None) -> TermSystem:
+    """M, C0 + mu C1 and K0 + mu K1."""
+    mu = Formula("mu")
+    parts = [(C0,), (C1, mu)], [(K0,), (K1, mu)]
+    C, K = (tuple(Term(*term) for term in terms if term[0] is not None) for terms in parts)
+    return TermSystem((Term(M),), C, K)
+
+
 def known_system(
     n: int, rng: np.random.Generator, damped: bool
 ) -> tuple[TermSystem, list[Threshold]]:
@@ -56,6 +64,5 @@ def known_system(
     left, right = np.eye(n) + np.tril(left, -1), np.eye(n) + np.triu(right, 1)
     order = rng.permutation(n)
     M, C0, C1, K0, K1 = ((left @ X @ right)[order][:, order] for X in (np.eye(n), C0, C1, K0, K1))
-    mu = Formula("mu")
-    C = (Term(C0), Term(C1, mu)) if damped else ()
-    return TermSystem((Term(M),), C, (Term(K0), Term(K1, mu))), sorted(expected)
+    damping = (C0, C1) if damped else ()
+    return affine(M, K0, K1, *damping), sorted(expected)

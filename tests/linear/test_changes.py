@@ -4,16 +4,9 @@ import numpy as np
 import pytest
 
 from squeal.linear import thresholds
-from squeal.linear.system import Term, TermSystem
-from squeal.numerics.differentiation import Formula
-from tests.known import coupled
+from tests.known import affine, coupled
 
-RANGES = [2.1, 3.0, 10.0, 100.0, 1e4]
-
-
-def of(M, C, K0, K1):
-    terms = (Term(np.asarray(K0)), Term(np.asarray(K1), Formula("mu")))
-    return TermSystem((Term(np.asarray(M)),), (Term(np.asarray(C)),), terms)
+RANGES = [2.1, 3.0, 100.0, 1e4]
 
 
 def mixed(rng, *matrices):
@@ -26,7 +19,7 @@ def mixed(rng, *matrices):
 @pytest.mark.parametrize("high", [2.005, *RANGES])
 def test_a_growing_pair_that_meets_crosses_only_where_a_root_passes_zero(high):
     """s^2 - 40 s + k: two real roots from k = 400 on, one of which passes zero at k = 0."""
-    system = of(np.eye(2), np.diag([-40, 1]), np.diag([4e4, 1e8]), np.diag([-1.97e4, 0]))
+    system = affine(np.eye(2), np.diag([4e4, 1e8]), np.diag([-1.97e4, 0]), np.diag([-40, 1]))
     found = thresholds(system, high)
     meets, passes = (4e4 - 400) / 1.97e4, 4e4 / 1.97e4
     beyond = high > passes
@@ -46,7 +39,7 @@ def test_a_growing_pair_that_meets_crosses_only_where_a_root_passes_zero(high):
 @pytest.mark.parametrize("high", [1e7, 1e9, 1e12])
 def test_what_a_range_too_long_hides_is_not_certified(high):
     """x'' + 0.1 x' + (0.2 - mu) x = 0 diverges from mu = 0.2 on."""
-    found = thresholds(of(np.eye(1), 0.1 * np.eye(1), 0.2 * np.eye(1), -np.eye(1)), high)
+    found = thresholds(affine(*np.array([1.0, 0.2, -1.0, 0.1])[:, None, None]), high)
     (crossing,) = found.crossings
     assert crossing.interval[0] <= 0.2 <= crossing.interval[1]
     assert crossing.mu == pytest.approx(0.2, rel=1e-6) or not found.certified
@@ -62,31 +55,28 @@ def test_verdicts_change_where_growth_changes_hands_and_not_where_a_root_passes(
     sign = -1.0 if back else 1.0
     K0, K1 = np.diag([w * w, sign * where, 2.0, 30.0]), np.diag([0.0, -sign, 0.0, 0.0])
     C0 = np.diag([-2 * g, c, 0.4, 0.5])
-    M, C, K0, K1 = mixed(rng, np.eye(4), C0, K0, K1)
-    found = thresholds(of(M, C, K0, K1), high)
+    found = thresholds(affine(*mixed(rng, np.eye(4), K0, K1, C0)), high)
     hands = where + sign * (g * g + c * g)
-    first, second = ("divergence", "flutter") if back else ("flutter", "divergence")
+    kind = "flutter" if back else "divergence"
     assert [(x.kind, x.direction) for x in found.crossings] == [
         ("divergence", "down" if back else "up")
     ]
     (crossing,), (point,) = found.crossings, found.points
     assert crossing.mu == pytest.approx(where, rel=1e-11)
     assert not crossing.changes_verdict
-    assert (point.kind, point.converged) == (second, True)
+    assert (point.kind, point.converged) == (kind, True)
     assert point.mu == pytest.approx(hands, rel=1e-10)
     assert point.interval[0] <= hands <= point.interval[1] <= point.interval[0] + 1e-8
-    omega = np.sqrt(w * w - g * g) if second == "flutter" else 0.0
+    omega = np.sqrt(w * w - g * g) if kind == "flutter" else 0.0
     assert 2 * np.pi * point.frequency_hz == pytest.approx(omega, rel=1e-8)
     assert found.certified is not False
-    assert first != second
 
 
 @pytest.mark.parametrize("k", [1e-4, 1e-8])
 def test_a_pair_that_meets_soon_after_it_began_to_grow_is_flutter_first(k):
     """s^2 - 2 (mu - 0.2) s + k: a pair until mu = 0.2 + sqrt(k)."""
-    C1, one = np.diag([-2.0, 0.0]), Formula("mu")
-    terms = (Term(np.diag([0.4, 0.3])), Term(C1, one)), (Term(np.diag([k, 4.0])),)
-    found = thresholds(TermSystem((Term(np.eye(2)),), *terms), 2.0)
+    C = np.diag([0.4, 0.3]), np.diag([-2.0, 0.0])
+    found = thresholds(affine(np.eye(2), np.diag([k, 4.0]), None, *C), 2.0)
     assert [(c.kind, c.direction) for c in found.crossings] == [("flutter", "up")]
     assert [p.kind for p in found.points] == ["flutter", "divergence"]
     assert [p.mu for p in found.points] == pytest.approx([0.2, 0.2 + np.sqrt(k)], rel=1e-8)
@@ -95,10 +85,8 @@ def test_a_pair_that_meets_soon_after_it_began_to_grow_is_flutter_first(k):
 def test_two_real_roots_that_join_are_flutter_of_no_frequency_there(rng):
     """s^2 - 2 g s + k: real until k = g^2, beside a pair that grows less."""
     g = 0.8
-    M, C, K0, K1 = mixed(
-        rng, np.eye(3), np.diag([-2 * g, -0.1, 0.5]), np.diag([0.2, 50.0, 9.0]), np.diag([1, 0, 0])
-    )
-    found = thresholds(of(M, C, K0, K1), 2.0)
+    diagonals = [1, 1, 1], [0.2, 50.0, 9.0], [1, 0, 0], [-2 * g, -0.1, 0.5]
+    found = thresholds(affine(*mixed(rng, *map(np.diag, diagonals))), 2.0)
     assert found.crossings == []
     (point,) = found.points
     assert (point.kind, point.frequency_hz) == ("flutter", 0.0)
@@ -108,18 +96,13 @@ def test_two_real_roots_that_join_are_flutter_of_no_frequency_there(rng):
 @pytest.mark.parametrize("apart", [0.0, 1e-3])
 def test_growth_that_begins_where_other_growth_ends(apart, rng):
     """A pair's damping 2 a (mu - 0.7) turns positive where another root passes zero, or before."""
-    M, C0, C1, K0, K1 = mixed(
-        rng,
-        np.eye(3),
-        np.diag([-0.14, 0.3, 0.2]),
-        np.diag([0.2, 0.0, 0.0]),
-        np.diag([9.0, 0.7 + apart, 20.0]),
-        np.diag([0.0, -1.0, 0.0]),
-    )
-    mu = Formula("mu")
-    terms = (Term(C0), Term(C1, mu)), (Term(K0), Term(K1, mu))
+    diagonals = [
+        *([1, 1, 1], [9.0, 0.7 + apart, 20.0], [0.0, -1.0, 0.0]),
+        *([-0.14, 0.3, 0.2], [0.2, 0.0, 0.0]),
+    ]
+    system = affine(*mixed(rng, *map(np.diag, diagonals)))
     for high in (1.5, 40.0):
-        found = thresholds(TermSystem((Term(M),), *terms), high)
+        found = thresholds(system, high)
         ways = {(c.kind, c.direction, c.changes_verdict) for c in found.crossings}
         assert ways == {("flutter", "down", True), ("divergence", "up", True)}
         crossed = sorted(c.mu for c in found.crossings)
@@ -138,7 +121,7 @@ def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
     c = rng.uniform(0.01, 1.5, n) * np.where(rng.random(n) < 0.4, -1, 1)
     K1 = 0.3 * rng.normal(size=(n, n)) - np.diag(rng.uniform(0, 1.5, n))
     size = np.sqrt(np.outer(k, k))
-    M, C, K0, K1 = mixed(rng, np.eye(n), np.diag(c * np.sqrt(k)), np.diag(k), K1 * size)
+    M, K0, K1, C = mixed(rng, np.eye(n), np.diag(k), K1 * size, np.diag(c * np.sqrt(k)))
 
     def all_roots(mu):
         A, B = (np.linalg.solve(M, X) for X in (K0 + mu * K1, C))
@@ -152,7 +135,7 @@ def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
 
     answers = []
     for high in (1.0, 2.7, 100.0):
-        found = thresholds(of(M, C, K0, K1), high)
+        found = thresholds(affine(M, K0, K1, C), high)
         assert found.certified is not False
         crossed = [(x.mu, x.frequency_hz) for x in found.crossings if x.mu < 1.0]
         points = [(x.mu, x.frequency_hz) for x in found.points if x.mu < 1.0]
@@ -181,7 +164,7 @@ def test_random_systems_with_negative_damping_say_the_same_on_all_ranges(seed):
     assert all(any(a <= mu <= b for mu, _ in points) for a, b in changed)
 
 
-@pytest.mark.parametrize("high", [1.0, 2.0, 3.0, 10.0, 100.0])
+@pytest.mark.parametrize("high", [1.0, 3.0, 100.0])
 @pytest.mark.parametrize("gap", [1e-2, 1e-3, 1e-4])
 @pytest.mark.parametrize("leads", [True, False])
 def test_a_real_root_overtakes_a_pair_just_after_another_pair_has_met(high, gap, leads, rng):
@@ -193,7 +176,7 @@ def test_a_real_root_overtakes_a_pair_just_after_another_pair_has_met(high, gap,
     K0 = np.diag([g * g + at, w * w, 9.0])
     K1 = np.diag([-1.0, 0.0, 0.0])
     K1[0, 1:] = 50.0, 20.0  # moves no root, but vectors
-    found = thresholds(of(*mixed(rng, np.eye(3), C0, K0, K1)), high)
+    found = thresholds(affine(*mixed(rng, np.eye(3), K0, K1, C0)), high)
     (point,) = (p for p in found.points if p.mu < 0.35)
     hands = at + gap**2 * leads
     assert point.kind == "divergence"

@@ -8,10 +8,9 @@ from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 
 W = np.array([1.0, 1.7, 2.9, 4.1, 5.3])
-MU = Formula("mu")
 
 
-def oscillators(rates, at=0.0, power=1, mix=0.3, omegas=W, others=0.0):
+def oscillators(rates, at=0.0, power=1, mix=0.3, omegas=W, others=0.3):
     """Oscillators that grow by rate (mu - at)^power, damped by `others`, mixed; the system once as
     a function and once in terms."""
     rng, n = np.random.default_rng(5), len(rates)
@@ -27,52 +26,47 @@ def oscillators(rates, at=0.0, power=1, mix=0.3, omegas=W, others=0.0):
     return system, TermSystem((Term(L @ R),), (Term(fixed), Term(D, factor)), (Term(K),))
 
 
-def omegas_of(found):
-    return [2 * np.pi * c.frequency_hz for c in found.crossings]
+def omegas_of(result):
+    return [2 * np.pi * c.frequency_hz for c in result.crossings]
 
 
 @pytest.mark.parametrize("which", [0, 1])
 @pytest.mark.parametrize("power", [1, 2])
-@pytest.mark.parametrize("mix", [0.0, 0.3])
 @pytest.mark.parametrize(
-    "rates", [(0.5, 1.0, -0.5), (0.1, 0.7, 0.3, -0.004, -1.0), (0.9, 0.02, 0.4, 0.0, 0.2)]
+    ("rates", "mix"),
+    [
+        ((0.5, 1.0, -0.5), 0.0),
+        ((0.1, 0.7, 0.3, -0.004, -1.0), 0.3),
+        ((0.9, 0.02, 0.4, 0.0, 0.2), 0.3),
+        ((-0.5, -1.0, -0.1), 0.3),
+    ],
 )
 def test_each_pair_that_grows_from_the_start_is_listed_once_the_fastest_first(
     rates, mix, power, which
 ):
-    system = oscillators(rates, power=power, mix=mix, others=0.3)[which]
-    found = thresholds(system, 1.0)
+    result = thresholds(oscillators(rates, power=power, mix=mix)[which], 1.0)
     order = [k for k in np.argsort(rates)[::-1] if rates[k] > 0.0]
-    assert [(c.mu, c.kind, c.direction) for c in found.crossings] == [(0.0, "flutter", "up")] * len(
-        order
-    )
-    assert omegas_of(found) == pytest.approx(W[order], rel=1e-9)
-    assert [c.mode for c in found.crossings] == [1 + k for k in order]
-    assert [c.changes_verdict for c in found.crossings] == [k == 0 for k in range(len(order))]
-    (point,) = found.points
-    assert (point.mu, point.kind) == (0.0, "flutter")
-    assert 2 * np.pi * point.frequency_hz == pytest.approx(W[order[0]], rel=1e-9)
-    assert found.certified is not False
+    expected = [(0.0, "flutter", "up")] * len(order)
+    assert [(c.mu, c.kind, c.direction) for c in result.crossings] == expected
+    assert omegas_of(result) == pytest.approx(W[order], rel=1e-9)
+    assert [c.mode for c in result.crossings] == [1 + k for k in order]
+    assert [c.changes_verdict for c in result.crossings] == [k == 0 for k in range(len(order))]
+    assert [(p.mu, p.kind) for p in result.points] == [(0.0, "flutter")] * bool(order)
+    for point in result.points:
+        assert 2 * np.pi * point.frequency_hz == pytest.approx(W[order[0]], rel=1e-9)
+    assert result.certified is not False
 
 
-@pytest.mark.parametrize("which", [0, 1])
-def test_what_begins_to_decay_at_the_start_crosses_nothing(which):
-    found = thresholds(oscillators((-0.5, -1.0, -0.1))[which], 1.0)
-    assert (found.points, found.crossings) == ([], [])
-    assert found.certified is not False
-
-
-@pytest.mark.parametrize("seed", [0, 9, 10, 12, 17, 18])
+@pytest.mark.parametrize("seed", [0, 9, 12, 18])
 def test_pairs_of_one_frequency_that_grow_from_the_start_are_all_listed(seed):
     """Of a double root no eigenvector is known, and Newton's method not sure."""
     rng = np.random.default_rng(seed)
     rates = (*rng.uniform(-1.0, 1.0, 2), *rng.uniform(0.2, 1.0, 3))
     assert rates[0] * rates[1] < 0.0
-    system = oscillators(rates, omegas=(3.0, 3.0, 1.7, 2.3, 1.0), mix=0.8)[1]
-    found = thresholds(system, 1.0)
-    assert [c.mu for c in found.crossings] == [0.0] * 4
-    assert sorted(omegas_of(found)) == pytest.approx([1.0, 1.7, 2.3, 3.0], rel=1e-4)
-    assert found.certified is not False
+    result = thresholds(oscillators(rates, omegas=(3.0, 3.0, 1.7, 2.3, 1.0), mix=0.8)[1], 1.0)
+    assert [c.mu for c in result.crossings] == [0.0] * 4
+    assert sorted(omegas_of(result)) == pytest.approx([1.0, 1.7, 2.3, 3.0], rel=1e-4)
+    assert result.certified is not False
 
 
 @pytest.mark.parametrize("which", [0, 1])
@@ -80,16 +74,14 @@ def test_pairs_of_one_frequency_that_grow_from_the_start_are_all_listed(seed):
 @pytest.mark.parametrize("end", [1.0, 0.3, 7.0])
 def test_damped_thresholds_exactly_at_the_end_are_listed(end, rates, which):
     """As coalescences without damping are; where the range ends a little before, none is there."""
-    system = oscillators(rates, at=end, others=0.3)[which]
-    moving = np.flatnonzero(rates)
+    system, moving = oscillators(rates, at=end)[which], np.flatnonzero(rates)
     for high in (end, end * (1 + 1e-10)):
-        found = thresholds(system, high)
-        assert [c.mu for c in found.crossings] == pytest.approx([end] * len(moving), rel=1e-12)
-        ways = {
-            round(w, 6): c.direction for w, c in zip(omegas_of(found), found.crossings, strict=True)
-        }
-        assert ways == {W[k]: "up" if rates[k] > 0 else "down" for k in moving}
-        assert found.certified is not False
+        result = thresholds(system, high)
+        assert [c.mu for c in result.crossings] == pytest.approx([end] * len(moving), rel=1e-12)
+        ways = dict(zip(np.round(omegas_of(result), 6), result.crossings, strict=True))
+        expected = {W[k]: "up" if rates[k] > 0 else "down" for k in moving}
+        assert {w: c.direction for w, c in ways.items()} == expected
+        assert result.certified is not False
     assert thresholds(system, end * (1 - 1e-8)).crossings == []
 
 
@@ -103,10 +95,10 @@ def test_undamped_modes_that_coalesce_where_the_range_ends_at_zero(rows):
         return np.eye(rows), None, K
 
     for end in (0.0, 1e-11):
-        found = thresholds(system, end, mu_min=-1.0)
-        assert [c.mu for c in found.crossings] == pytest.approx([0.0], abs=1e-12)
-        assert [c.direction for c in found.crossings] == ["up"]
-        assert [p.kind for p in found.points] == ["flutter"]
+        result = thresholds(system, end, mu_min=-1.0)
+        assert [c.mu for c in result.crossings] == pytest.approx([0.0], abs=1e-12)
+        assert [c.direction for c in result.crossings] == ["up"]
+        assert [p.kind for p in result.points] == ["flutter"]
 
 
 @pytest.mark.parametrize(
@@ -118,24 +110,22 @@ def test_undamped_modes_that_coalesce_where_the_range_ends_at_zero(rows):
     ],
 )
 def test_equal_oscillators_pass_the_axis_together(rates, mix, omegas):
-    family = oscillators(rates, at=0.5, mix=mix, omegas=(1.0, 1.0, 1.7), others=0.3)
-    found = thresholds(family[1], 1.0)
-    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * len(omegas), rel=1e-12)
+    result = thresholds(oscillators(rates, at=0.5, mix=mix, omegas=(1.0, 1.0, 1.7))[1], 1.0)
+    assert [c.mu for c in result.crossings] == pytest.approx([0.5] * len(omegas), rel=1e-12)
     ways = sorted("up" if rate > 0 else "down" for rate in rates if rate)
-    assert sorted(c.direction for c in found.crossings) == ways
-    assert sorted(omegas_of(found)) == pytest.approx(omegas, rel=1e-7)
-    assert found.certified is not False
+    assert sorted(c.direction for c in result.crossings) == ways
+    assert sorted(omegas_of(result)) == pytest.approx(omegas, rel=1e-7)
+    assert result.certified is not False
 
 
 @pytest.mark.parametrize("twice", [False, True])
 def test_undamped_modes_that_coalesce_at_the_start(twice):
     """omega^2 = 4 +- i a mu and, if twice, 9 +- i b mu: rates of a mu / 4 and b mu / 6."""
-    a, b = 1.0, 2.0 if twice else 0.0
-    K0 = np.diag([4.0, 4.0, 9.0, 9.0 if twice else 11.0])
-    K1 = np.zeros((4, 4))
-    K1[0, 1], K1[1, 0], K1[2, 3], K1[3, 2] = a, -a, b, -b
-    found = thresholds(lambda mu: (np.eye(4), None, K0 + mu * K1), 1.0)
-    assert [c.mu for c in found.crossings] == [0.0] * (2 if twice else 1)
-    assert omegas_of(found) == pytest.approx([3.0, 2.0] if twice else [2.0], rel=1e-6)
-    assert 2 * np.pi * found.points[0].frequency_hz == pytest.approx(3.0 if twice else 2.0)
-    assert len(found.points) == 1
+    K0, K1 = np.diag([4.0, 4.0, 9.0, 9.0 if twice else 11.0]), np.zeros((4, 4))
+    K1[0, 1], K1[1, 0] = 1.0, -1.0
+    K1[2, 3], K1[3, 2] = 2.0 * twice, -2.0 * twice
+    result = thresholds(lambda mu: (np.eye(4), None, K0 + mu * K1), 1.0)
+    omegas = [3.0, 2.0] if twice else [2.0]
+    assert [c.mu for c in result.crossings] == [0.0] * len(omegas)
+    assert omegas_of(result) == pytest.approx(omegas, rel=1e-6)
+    assert [2 * np.pi * p.frequency_hz for p in result.points] == pytest.approx(omegas[:1])

@@ -1,130 +1,333 @@
-"""Thresholds against closed forms, 30-digit solutions and the loop of python-control."""
+"""Thresholds and crossings of the axis: systems put together from closed forms, and their ends."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 from squeal.errors import InputError
 from squeal.linear import Batched, thresholds, verdict
+from squeal.linear.system import Term, TermSystem
+from squeal.numerics.differentiation import Formula
+from tests.known import coupled, known_system
 
 I2, I3 = np.eye(2), np.eye(3)
+CHAIN = np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
+SKEW = np.array([[0.0, 1, -1], [-1, 0, 1], [1, -1, 0]])
+TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
+GROWTH, OMEGA = abs(np.sqrt(-(2 + 1j)).real), abs(np.sqrt(-(2 + 1j)).imag)
+UP, DOWN = "flutter up", "flutter down"
 
 
-def _kinds(points):
-    return [p.kind for p in points]
+@dataclass(frozen=True)
+class Known:
+    """A system, its range, and what happens there: mu, what, omega (rad/s); None is not known."""
+
+    system: Callable
+    high: float
+    crossings: list | None
+    points: list | None = None
+    low: float = 0.0
+    rel: float = 1e-9
 
 
-def test_frequencies_that_cross_are_no_threshold():
-    assert thresholds(lambda mu: (I2, None, np.diag([1 + mu, 2.0])), 3.0).points == []
-    assert verdict(I2, None, 2 * I2) == "marginal"
+def pair(w, at, e):
+    """Two modes of frequency w (rad/s) with the roots s = w^2 +- e sqrt(1 - mu/at)."""
+    return lambda mu: np.array([[w * w, e * (1 - mu / at)], [e, w * w]])
 
 
-def test_exchange_of_growth_rates():
-    # flutter pair 2 +- i grows at g; the real mode -mu overtakes it at mu = g^2
-    growth = abs(np.sqrt(-(2 + 1j)).real)
-    K = np.zeros((3, 3))
-    K[:2, :2] = [[2, 1], [-1, 2]]
+def assembled(blocks, T=None):
+    """Undamped blocks K(mu) seen in coordinates T."""
 
     def system(mu):
-        K[2, 2] = -mu
-        return I3, None, K.copy()
+        parts = [block(mu) for block in blocks]
+        n, i = sum(map(len, parts)), 0
+        K, X = np.zeros((n, n)), np.eye(n) if T is None else T
+        for part in parts:
+            own = slice(i, i + len(part))
+            K[own, own] = part
+            i += len(part)
+        return X.T @ X, None, X.T @ K @ X
 
-    (point,) = thresholds(system, 1.0).points
-    assert point.kind == "divergence"
-    assert point.mu == pytest.approx(growth**2, rel=1e-12)
-    (back,) = thresholds(lambda mu: system(1.0 - mu), 1.0).points
-    assert back.kind == "flutter"
-    assert back.frequency_hz == pytest.approx(abs(np.sqrt(-(2 + 1j)).imag) / (2 * np.pi))
+    return system
 
 
-def test_short_exchange_of_growth_rates():
-    # the real mode's s = -g^2 + ((mu - 0.5)^2 - width^2) leads for 2 width only
-    growth, width = abs(np.sqrt(-(2 + 1j)).real), 2e-3
+def beside_growth(square):
+    """A pair 2 +- i that grows, and a real root s = square(mu)."""
 
     def system(mu):
         K = np.zeros((3, 3))
-        K[:2, :2] = [[2, 1], [-1, 2]]
-        K[2, 2] = (mu - 0.5) ** 2 - width**2 - growth**2
+        K[:2, :2], K[2, 2] = [[2, 1], [-1, 2]], square(mu)
         return I3, None, K
 
-    points = thresholds(system, 0.8).points
-    assert _kinds(points) == ["divergence", "flutter"]
-    assert [p.mu for p in points] == pytest.approx([0.5 - width, 0.5 + width], rel=1e-10)
+    return system
 
 
-def test_jump_at_a_breakpoint(mode_coupling):
-    def system(mu):
-        return mode_coupling(mu if mu < 0.5 else 2 * mu)
-
-    points = thresholds(system, 2.0, breakpoints=[0.5, 1.2]).points
-    assert [(p.mu, p.kind, p.interval) for p in points] == [(0.5, "flutter", (0.5, 0.5))]
-    growing = abs(np.sqrt(-(2 + 1j / np.sqrt(3))).imag)  # at mu = 1, just above the jump
-    assert points[0].frequency_hz == pytest.approx(growing / (2 * np.pi), rel=1e-9)
-    quiet = thresholds(lambda mu: mode_coupling(mu / 4), 2.0, breakpoints=[1.0]).points
-    assert quiet == []
-
-
-def test_zero_roots_for_all_mu():
-    chain = np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
-    skew = np.array([[0.0, 1, -1], [-1, 0, 1], [1, -1, 0]])
-    (point,) = thresholds(lambda mu: (I3, None, chain + mu * skew), 3.0).points
-    assert point.kind == "flutter"
-    assert point.mu == pytest.approx(1 / np.sqrt(3), rel=1e-12)
-    assert point.frequency_hz == pytest.approx(np.sqrt(2) / (2 * np.pi), rel=1e-12)
-
-
-@pytest.mark.parametrize("n", [2, 4])
-def test_damped_thresholds_follow_routh_and_hurwitz(n):
-    # drum brake of Hulten's form, see literature.py; further damped modes change nothing
+def drum(n):
+    """Drum brake of Hulten's form by Routh and Hurwitz; further damped modes change nothing."""
     w1, w2, c1, c2 = 4.0, 3.0, 0.08, 0.12
     a3, a2, a1 = c1 + c2, w1**2 + w2**2 + c1 * c2, c1 * w2**2 + c2 * w1**2
-    expected = np.sqrt(a1 * (a2 * a3 - a1) / (a3 * w1 * w2) ** 2 - 1)
 
     def system(mu):
         K = np.diag([w1**2, w2**2, 31.0, 47.0])[:n, :n]
         K[0, 1], K[1, 0] = -mu * w2**2, mu * w1**2
         return np.eye(n), np.diag([c1, c2, 0.3, 0.4])[:n, :n], K
 
-    (point,) = thresholds(system, 1.0).points
-    assert point.kind == "flutter"
-    assert point.mu == pytest.approx(expected, rel=1e-11)
-    assert point.frequency_hz == pytest.approx(np.sqrt(a1 / a3) / (2 * np.pi), rel=1e-11)
+    at, omega = np.sqrt(a1 * (a2 * a3 - a1) / (a3 * w1 * w2) ** 2 - 1), np.sqrt(a1 / a3)
+    return Known(system, 1.0, [(at, UP, omega)], [(at, "flutter", omega)])
 
 
-def test_mode_that_damping_spares(mode_coupling):
-    # equal damping c shifts the threshold: Re = 0 where |Im s| = c omega; the third mode stays
-    c = 0.1
+def spared(c):
+    """Equal damping c shifts the threshold to |Im s| = c omega; the third mode stays undamped."""
 
     def system(mu):
-        K = np.zeros((3, 3))
-        K[:2, :2], K[2, 2] = mode_coupling(mu)[2], 7.0
+        K = np.diag([0.0, 0.0, 7.0])
+        K[:2, :2] = coupled(mu)[2]
         return I3, np.diag([c, c, 0.0]), K
 
-    # lambda^2 + c lambda + 2 - i e = 0 with lambda = i omega: omega^2 = 2, e = c omega
-    expected = 0.75 * (1 + 2 * c**2)
-    (point,) = thresholds(system, 2.0).points
-    assert point.mu == pytest.approx(expected, rel=1e-9)
-    assert point.frequency_hz == pytest.approx(np.sqrt(2) / (2 * np.pi), rel=1e-9)
+    at = 0.75 * (1 + 2 * c**2)
+    return Known(system, 2.0, None, [(at, "flutter", 2**0.5)])
+
+
+SEVERAL = assembled([pair(1.5, 0.25, 0.4), pair(5.0, 0.5, 3.0), lambda mu: np.array([[1 - mu]])])
+
+
+def clustered(n):
+    rng = np.random.default_rng(n)
+    at, w = 0.5 + 1e-4 * np.arange(n // 2), 3.0 * (1 + 1e-4 * rng.permutation(n // 2))
+    blocks = [pair(a, b, 0.2) for a, b in zip(w, at, strict=True)]
+    system = assembled(blocks, rng.normal(size=(n, n)) + 3 * np.eye(n))
+    return Known(system, 1.0, [(a, UP, b) for a, b in zip(at, w, strict=True)], rel=1e-8)
+
+
+def nearly_defective():
+    """Blocks feed each other one way, ten times as strongly as they are stiff."""
+    w, at = np.array([1.0, 1.3, 1.7, 2.2, 2.9]), np.array([0.2, 0.35, 0.5, 0.65, 0.8])
+    plain = assembled([pair(a, b, 0.1 * a * a) for a, b in zip(w, at, strict=True)])
+    feed = np.triu(10 * np.random.default_rng(5).normal(size=(10, 10)), 2)
+    feed[::2, 1::2] *= 1 - np.eye(5)
+    crossings = [(b, UP, a) for a, b in zip(w, at, strict=True)]
+    return Known(lambda mu: (np.eye(10), None, plain(mu)[2] + feed), 1.0, crossings, rel=1e-5)
+
+
+def gyroscopic():
+    """z'' - i mu z' - k z = 0: lambda = i mu/2 +- sqrt(k - mu^2/4), undamped from 2 sqrt(k) on."""
+    k = np.array([0.04, 0.09, 0.16])
+    T = np.random.default_rng(8).normal(size=(6, 6)) + 3 * np.eye(6)
+
+    def system(mu):
+        C, K = np.kron(np.eye(3), mu * TURN), np.kron(np.diag(k), I2)
+        return T.T @ T, T.T @ C @ T, -T.T @ K @ T
+
+    return Known(system, 1.0, [(2 * x**0.5, DOWN, x**0.5) for x in k], low=0.1, rel=1e-6)
+
+
+def rotor():
+    """Internal damping drives whirl: z'' + (ce + ci) z' + (w^2 - i ci mu) z = 0 grows from
+    w (1 + ce/ci) on; thirty rows, frequencies over four decades."""
+    w = np.geomspace(1.0, 1e4, 15)
+    ci, ce = 0.01 * w, 0.02 * w
+    Q, _ = np.linalg.qr(np.random.default_rng(3).normal(size=(30, 30)))
+
+    def system(mu):
+        K = np.kron(np.diag(w**2), I2) + np.kron(np.diag(mu * ci), TURN)
+        return np.eye(30), Q.T @ np.kron(np.diag(ce + ci), I2) @ Q, Q.T @ K @ Q
+
+    return Known(system, 200.0, [(3 * x, UP, x) for x in w if 3 * x < 200], rel=1e-4)
+
+
+def joining(n):
+    """s = -2 +- sqrt(1 - mu): two divergent roots that join cross nothing; then a growing pair."""
+    blocks = [lambda mu: np.array([[-2.0, 1 - mu], [1, -2]])]
+    blocks += [lambda mu: np.diag([5.0, 7, 9])] * (n == 5)
+    return Known(assembled(blocks), 2.0, [], [(1.0, "flutter", None)])
+
+
+WIDTH = 2e-3
+PASSING = [(0.5 - np.hypot(WIDTH, GROWTH), "divergence up", 0.0)]
+SHORT = [(0.5 - WIDTH, "divergence", 0.0), (0.5 + WIDTH, "flutter", OMEGA)]
+KNOWN = {
+    "frequencies that cross": Known(lambda mu: (I2, None, np.diag([1 + mu, 2.0])), 3.0, [], []),
+    "a real root leads": Known(
+        beside_growth(lambda mu: -mu), 1.0, None, [(GROWTH**2, "divergence", 0.0)]
+    ),
+    "a pair leads again": Known(
+        beside_growth(lambda mu: mu - 1), 1.0, None, [(1 - GROWTH**2, "flutter", OMEGA)]
+    ),
+    "a real root leads shortly": Known(
+        beside_growth(lambda mu: (mu - 0.5) ** 2 - WIDTH**2 - GROWTH**2), 0.8, PASSING, SHORT
+    ),
+    "roots at zero for all mu": Known(
+        lambda mu: (I3, None, CHAIN + mu * SKEW), 3.0, None, [(3**-0.5, "flutter", 2**0.5)]
+    ),
+    "two rows of a drum brake": drum(2),
+    "four rows of a drum brake": drum(4),
+    "a mode that damping spares": spared(0.1),
+    "others grow": Known(
+        SEVERAL, 1.2, [(0.25, UP, 1.5), (0.5, UP, 5.0), (1.0, "divergence up", 0.0)]
+    ),
+    "others grow, back": Known(
+        lambda mu: SEVERAL(1.2 - mu),
+        1.2,
+        [(0.2, "divergence down", 0.0), (0.7, DOWN, 5.0), (0.95, DOWN, 1.5)],
+    ),
+    **{f"clustered {n}": clustered(n) for n in (6, 12, 20)},
+    "equal subsystems": Known(
+        assembled([pair(2.0, 0.4, 0.3)] * 3), 1.0, [(0.4, UP, 2.0)] * 3, rel=1e-6
+    ),
+    "nearly defective": nearly_defective(),
+    "rotor": rotor(),
+    "gyroscopic": gyroscopic(),
+    "divergent roots that join": joining(2),
+    "divergent roots that join beside others": joining(5),
+}
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_closed_forms(name):
+    known = KNOWN[name]
+    result = thresholds(known.system, known.high, mu_min=known.low)
+    assert result.certified is not False
+    if known.crossings is not None:
+        ways = [f"{c.kind} {c.direction}" for c in result.crossings]
+        assert ways == [what for _, what, _ in known.crossings]
+        for c, (mu, _, omega) in zip(result.crossings, known.crossings, strict=True):
+            assert c.mu == pytest.approx(mu, rel=known.rel)
+            assert c.interval[0] - 1e-12 <= mu <= c.interval[1] + 1e-12  # of rounding in T' K T
+            assert c.interval[1] - c.interval[0] < 100 * known.rel * max(mu, 1.0)
+            assert 2 * np.pi * c.frequency_hz == pytest.approx(omega, rel=1e-5, abs=1e-8)
+    if known.points is not None:
+        assert [p.kind for p in result.points] == [kind for _, kind, _ in known.points]
+        for p, (mu, _, omega) in zip(result.points, known.points, strict=True):
+            assert p.mu == pytest.approx(mu, rel=known.rel)
+            if omega is not None:
+                assert 2 * np.pi * p.frequency_hz == pytest.approx(omega, rel=1e-9)
+
+
+def test_crossings_have_their_mode_and_say_whether_they_change_the_verdict():
+    found = thresholds(SEVERAL, 1.2).crossings
+    assert [c.changes_verdict for c in found] == [True, False, False]
+    assert [c.mode for c in found] == [2, 4, 1]  # of five modes by frequency at each place
+    found = thresholds(gyroscopic().system, 1.0, mu_min=0.1).crossings
+    assert [c.changes_verdict for c in found] == [False, False, True]
+    assert verdict(I2, None, 2 * I2) == "marginal"
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_every_known_threshold_is_found_and_none_invented(seed):
+    """Known blocks under non-orthogonal transformations."""
+    rng = np.random.default_rng(seed)
+    system, expected = known_system(int(rng.integers(4, 32)), rng, damped=bool(seed % 2))
+    result = thresholds(system, 2.0)
+    assert result.certified is not False
+    crossings = sorted((c.mu, c) for c in result.crossings)
+    assert len(crossings) == len(expected)
+    for (mu, c), (at, kind, direction, omega) in zip(crossings, expected, strict=True):
+        assert (c.kind, c.direction) == (kind, direction)
+        assert mu == pytest.approx(at, rel=1e-9)
+        assert c.interval[0] - 1e-14 <= at <= c.interval[1] + 1e-14
+        assert 2 * np.pi * c.frequency_hz == pytest.approx(omega, rel=1e-7, abs=1e-7)
+
+
+def test_jump_at_a_breakpoint():
+    points = thresholds(
+        lambda mu: coupled(mu if mu < 0.5 else 2 * mu), 2.0, breakpoints=[0.5, 1.2]
+    ).points
+    assert [(p.mu, p.kind, p.interval) for p in points] == [(0.5, "flutter", (0.5, 0.5))]
+    growing = abs(np.sqrt(-(2 + 1j / np.sqrt(3))).imag)  # at mu = 1, just above the jump
+    assert points[0].frequency_hz == pytest.approx(growing / (2 * np.pi), rel=1e-9)
+    assert thresholds(lambda mu: coupled(mu / 4), 2.0, breakpoints=[1.0]).points == []
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+@pytest.mark.parametrize(("sign", "ends"), [(1.0, None), (1.0, 0.7), (-1.0, 0.7)])
+def test_a_mode_that_is_undamped_at_the_start_grows_from_there_or_not(order, sign, ends, rng):
+    """Its growth rate is a mu^order (mu - end), of which rounding hides the start."""
+    L, R = (np.eye(5) + 0.4 * rng.normal(size=(5, 5)) for _ in range(2))
+    w = np.array([1.0, 1.5, 2.1, 3.3, 4.7])
+
+    def system(mu):
+        a = sign * mu**order * (1.0 if ends is None else ends - mu)
+        C = np.diag([-0.2 * a, 0.02, 0.03, 0.04, 0.05])
+        return L @ R, L @ C @ R, L @ np.diag(w * w) @ R
+
+    found = thresholds(system, 2.0)
+    expected = [(0.0, "up")] if sign > 0 else []
+    if ends is not None:
+        expected.append((ends, "down" if sign > 0 else "up"))
+    assert [c.direction for c in found.crossings] == [way for _, way in expected]
+    for c, (mu, _) in zip(found.crossings, expected, strict=True):
+        assert c.mu == pytest.approx(mu, rel=1e-9)
+        assert 0.0 <= c.interval[0] <= mu <= c.interval[1] < mu + 1e-3
+        assert 2 * np.pi * c.frequency_hz == pytest.approx(1.0, rel=1e-3)
+
+
+def test_a_mass_matrix_without_symmetry_is_taken_and_a_singular_one_refused():
+    K0, K1 = np.diag([4.5, 3.5, 20.0, 30.0]), np.zeros((4, 4))
+    K1[0, 1], K1[1, 0] = 1.0, -1.0
+    mixed = np.eye(4) + np.triu(np.full((4, 4), 0.3), 1)
+    terms = (Term(mixed @ K0), Term(mixed @ K1, Formula("mu")))
+    found = thresholds(TermSystem((Term(mixed),), (), terms), 2.0)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.5], rel=1e-10)
+    mixed[3] = mixed[2]
+    with pytest.raises(InputError, match="regular"):
+        thresholds(lambda mu: (mixed, None, K0 + mu * K1), 2.0)
 
 
 @pytest.mark.parametrize("mu_max", [0.0, -1.0, np.inf, np.nan])
-def test_empty_ranges_are_refused(mode_coupling, mu_max):
+def test_empty_ranges_are_refused(mu_max):
     with pytest.raises(InputError, match="mu_max"):
-        thresholds(mode_coupling, mu_max)
+        thresholds(coupled, mu_max)
 
 
-def test_a_batched_system_is_asked_together_and_tells_the_same(rng):
-    asked = []
-
-    def pad(mu):
-        M, K0, K1 = np.eye(3), np.diag([1.0, 2.0, 4.0]), np.zeros((3, 3))
-        K1[0, 1], K1[1, 0] = 1.0, -1.0
-        return M, None, K0 + mu * K1
+def test_a_batched_system_is_evaluated_together_with_the_same_result():
+    sizes = []
 
     def many(mus):
-        asked.append(len(mus))
-        return [pad(mu) for mu in mus]
+        sizes.append(len(mus))
+        return [coupled(mu) for mu in mus]
 
-    alone, together = thresholds(pad, 2.0).points, thresholds(Batched(pad, many), 2.0).points
-    assert together == alone
-    assert alone[0].mu == pytest.approx(0.5, rel=1e-12)  # where (2 - 1)^2 = 4 mu^2
-    assert max(asked) > 10
+    alone, together = thresholds(coupled, 2.0), thresholds(Batched(coupled, many), 2.0)
+    assert together.points == alone.points
+    assert max(sizes) > 10
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_rotating_shaft_diverges_between_its_critical_speeds(seed):
+    """In the rotating frame det K = (k1 - p^2)(k2 - p^2), and nothing flutters."""
+    rng = np.random.default_rng(seed)
+    k = ((4.0, 4.4), (4.0, 6.0))[seed] if seed < 2 else np.sort(rng.uniform(1, 20, 2))
+    T = I2 if seed % 2 else I2 + 0.3 * rng.normal(size=(2, 2))
+    M, C, K, K2 = (T.T @ X @ T for X in (I2, -2 * TURN, np.diag(k), -I2))
+    terms = (Term(K), Term(K2, Formula("p**2")))
+    system = TermSystem((Term(M),), (Term(C, Formula("p")),), terms, parameter="p")
+    found = thresholds(system, 6.0)
+    assert [(c.kind, c.direction) for c in found.crossings] == [
+        ("divergence", "up"),
+        ("divergence", "down"),
+    ]
+    for c, at in zip(found.crossings, np.sqrt(k), strict=True):
+        assert c.mu == pytest.approx(at, rel=1e-12)
+        assert c.interval[0] - 1e-14 <= at <= c.interval[1] + 1e-14
+    assert [p.kind for p in found.points] == ["divergence", "restabilised"]
+    assert found.certified
+
+
+@pytest.mark.parametrize("width", [1e-2, 1e-3, 1e-4, 1e-5])
+def test_a_sharp_factor_is_found_or_nothing_is_certified(width):
+    """Damping 0.1 - 0.2 / (1 + ((p - at) / width)^2) is negative within `width` of its centre."""
+    at = 0.317 + 31 * width
+    sharp = Formula(f"0.1 - 0.2/(1 + ((mu - {at!r})/{width})**2)")
+    C = Term(np.diag([1.0, 0.0, 0.0]), sharp), Term(np.diag([0.0, 0.1, 0.2]))
+    found = thresholds(TermSystem((Term(I3),), C, (Term(np.diag([4.0, 9.0, 16.0])),)), 1.0)
+    if found.certified:
+        assert [c.direction for c in found.crossings] == ["up", "down"]
+        assert [c.mu for c in found.crossings] == pytest.approx([at - width, at + width], rel=1e-9)
+    assert width < 1e-4 or found.certified
+
+
+def test_of_a_plain_function_nothing_is_certified():
+    found = thresholds(lambda mu: (np.eye(1), np.eye(1), np.array([[1 - mu]])), 2.0)
+    assert [c.mu for c in found.crossings] == pytest.approx([1.0])
+    assert found.certified is None
