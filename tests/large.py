@@ -118,12 +118,6 @@ def blocks(
     )
 
 
-def spring_chain(n: int, tau: float = 10.0, kappa: float = 5.0) -> tuple:
-    """NLEVP `spring`: n masses in a row, damped and held by neighbours and ground."""
-    chain = diags_array([-np.ones(n - 1), 3 * np.ones(n), -np.ones(n - 1)], offsets=[-1, 0, 1])
-    return csc_array(eye_array(n)), csc_array(tau * chain), csc_array(kappa * chain)
-
-
 def acoustic_wave_1d(n: int, impedance: complex = 1.0) -> tuple:
     """NLEVP `acoustic_wave_1d`: sound in a tube with an absorbing end.
 
@@ -136,52 +130,6 @@ def acoustic_wave_1d(n: int, impedance: complex = 1.0) -> tuple:
         offsets=[-1, 0, 1],
     )
     return csc_array(M), csc_array(end), csc_array(K)
-
-
-def damped_beam(elements: int) -> tuple:
-    """NLEVP `damped_beam`: a simply supported beam with a damper at its middle (Higham 2008)."""
-    length, inertia = 1.0 / elements, 0.05 * 0.005**3 / 12
-    young, mass, damper = 7e10, 0.674, 5.0
-    h = length
-    k = np.array(
-        [
-            [12, 6 * h, -12, 6 * h],
-            [6 * h, 4 * h * h, -6 * h, 2 * h * h],
-            [-12, -6 * h, 12, -6 * h],
-            [6 * h, 2 * h * h, -6 * h, 4 * h * h],
-        ]
-    ) * (young * inertia / h**3)
-    m = np.array(
-        [
-            [156, 22 * h, 54, -13 * h],
-            [22 * h, 4 * h * h, 13 * h, -3 * h * h],
-            [54, 13 * h, 156, -22 * h],
-            [-13 * h, -3 * h * h, -22 * h, 4 * h * h],
-        ]
-    ) * (mass * h / 420)
-    n = 2 * (elements + 1)
-    places = [np.arange(2 * e, 2 * e + 4) for e in range(elements)]
-    rows = np.concatenate([np.repeat(p, 4) for p in places])
-    columns = np.concatenate([np.tile(p, 4) for p in places])
-    K, M = (
-        coo_array((np.tile(x.ravel(), elements), (rows, columns)), shape=(n, n)).tocsc()
-        for x in (k, m)
-    )
-    keep = np.array([i for i in range(n) if i not in (0, n - 2)])  # held at both ends
-    middle = 2 * (elements // 2)
-    C = coo_array(([damper], ([middle], [middle])), shape=(n, n)).tocsc()
-    return tuple(csc_array(x[keep][:, keep]) for x in (M, C, K))
-
-
-def wiresaw(n: int, speed: float = 0.01) -> tuple:
-    """NLEVP `wiresaw1`: a travelling wire in its sine modes, gyroscopic (Wei and Kao 2000)."""
-    j = np.arange(1, n + 1)
-    K = csc_array(diags_array(j**2 * np.pi**2 * (1 - speed**2) / 2))
-    i, k = np.meshgrid(j, j, indexing="ij")
-    odd = (i + k) % 2 == 1
-    G = np.zeros((n, n))
-    G[odd] = 4 * i[odd] * k[odd] / (i[odd] ** 2 - k[odd] ** 2) * speed
-    return csc_array(eye_array(n) / 2), csc_array(G), K
 
 
 def twice(matrices: tuple) -> tuple:

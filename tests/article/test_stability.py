@@ -19,8 +19,8 @@ from squeal.io.scene import Damping, Scene
 from squeal.linear import verdict
 from squeal.plots.modes import LARGEST
 from tests import naive
+from tests.article.growth import fit
 from tests.conftest import SCENES, random_pad, scene_of
-from tests.simulation.growth import fit
 
 STEMS = ("b1-a", "b2-c", "b2-d")
 

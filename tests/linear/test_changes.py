@@ -86,7 +86,7 @@ def test_two_real_roots_that_join_are_flutter_of_no_frequency_there(rng):
     """s^2 - 2 g s + k: real until k = g^2, beside a pair that grows less."""
     g = 0.8
     diagonals = [1, 1, 1], [0.2, 50.0, 9.0], [1, 0, 0], [-2 * g, -0.1, 0.5]
-    found = thresholds(affine(*mixed(rng, *map(np.diag, diagonals))), 2.0)
+    found = thresholds(affine(*mixed(rng, *(np.diag(np.array(d, float)) for d in diagonals))), 2.0)
     assert found.crossings == []
     (point,) = found.points
     assert (point.kind, point.frequency_hz) == ("flutter", 0.0)
@@ -100,7 +100,7 @@ def test_growth_that_begins_where_other_growth_ends(apart, rng):
         *([1, 1, 1], [9.0, 0.7 + apart, 20.0], [0.0, -1.0, 0.0]),
         *([-0.14, 0.3, 0.2], [0.2, 0.0, 0.0]),
     ]
-    system = affine(*mixed(rng, *map(np.diag, diagonals)))
+    system = affine(*mixed(rng, *(np.diag(np.array(d, float)) for d in diagonals)))
     for high in (1.5, 40.0):
         found = thresholds(system, high)
         ways = {(c.kind, c.direction, c.changes_verdict) for c in found.crossings}

@@ -50,17 +50,8 @@ def assert_modes(matrices, region, expected, relative=1e-8, **options):
     return found
 
 
-PROBLEMS = {
-    "spring": (large.spring_chain(80), Rectangle(-1.0, 0.1, -0.5, 0.5)),
-    "acoustic": (large.acoustic_wave_1d(90), Rectangle(-6.0, 1.0, 1.0, 30.0)),
-    "beam": (large.damped_beam(40), Rectangle(-50.0, 10.0, 10.0, 3000.0)),
-    "wiresaw": (large.wiresaw(60), Rectangle(-1.0, 1.0, 0.0, 60.0)),
-}
-
-
-@pytest.mark.parametrize("name", PROBLEMS)
-def test_published_problems_against_dense(name):
-    matrices, region = PROBLEMS[name]
+def test_a_published_problem_against_dense():
+    matrices, region = large.acoustic_wave_1d(90), Rectangle(-6.0, 1.0, 1.0, 30.0)
     assert_modes(matrices, region, dense_roots(*matrices), relative=1e-7)
 
 

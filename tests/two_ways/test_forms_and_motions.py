@@ -56,22 +56,6 @@ def test_thresholds_as_text_json_and_table(scene):
         assert low <= c["mu"] <= high
 
 
-@cases(6, 0.05)
-@given(pads())
-def test_eigenvalues_as_text_json_and_table(scene):
-    table, file = path("found.csv"), written(scene)
-    ended, text, _ = run("eigenvalues", file)
-    assume(ended == 0)
-    found = ask("eigenvalues", file, "--csv", table)
-    values = [e["imag"] for e in found["eigenvalues"]]
-    column = next(name for name in rows(table)[0] if name.startswith("imag"))
-    assert [float(row[column]) for row in rows(table)] == values
-    assert_printed(values, text)
-    assert found["verdict"] in text
-    for e in found["eigenvalues"]:
-        assert e["frequency_hz"] == pytest.approx(abs(e["imag"]) / (2 * np.pi), rel=1e-12)
-
-
 @st.composite
 def motions(draw):
     """A pad that starts beside its equilibrium and leaves it through changes of contact."""
