@@ -3,39 +3,14 @@
 import csv
 import json
 from pathlib import Path
-from typing import Self
 
 import numpy as np
 
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance
 from squeal.io.writing import column_name
-from squeal.plots.motion import Run, Summary
+from squeal.plots.motion import Run
 from squeal.simulation.run import Event
-
-
-class StoredSummary(Summary):
-    """The summary that a JSON file holds."""
-
-    @classmethod
-    def read(cls, file: Path) -> Self:
-        """What `squeal simulate --json` printed.
-
-        Raises InputError if it lacks what the scene's outputs must contain.
-        """
-        content = json.loads(file.read_text(encoding="utf-8"))
-        for key in ("events", "shares", "extrema"):
-            if key not in content:
-                raise InputError(f"{file}: {key}: missing; the scene's outputs must name it")
-        return cls(
-            name=file.stem,
-            model=content["model"],
-            shares=content["shares"],
-            stop=content["final"]["t"],
-            events=tuple(Event(e["t"], e["from"], e["to"]) for e in content["events"]),
-            extrema={key: ends and (ends[0], ends[1]) for key, ends in content["extrema"].items()},
-            provenance=Provenance.from_dict(content["provenance"]),
-        )
 
 
 def read_run(summary_file: Path, history_file: Path) -> Run:
@@ -43,6 +18,10 @@ def read_run(summary_file: Path, history_file: Path) -> Run:
 
     Raises InputError if the summary lacks events, shares or extrema.
     """
+    content = json.loads(summary_file.read_text(encoding="utf-8"))
+    for key in ("events", "shares", "extrema"):
+        if key not in content:
+            raise InputError(f"{summary_file}: {key}: missing; the scene's outputs must name it")
     with history_file.open(newline="", encoding="utf-8") as stream:
         header, *rows = csv.reader(stream)
     names = map(column_name, header)
@@ -52,4 +31,13 @@ def read_run(summary_file: Path, history_file: Path) -> Run:
         else np.array([float(v) if v else np.nan for v in column])
         for name, column in zip(names, zip(*rows, strict=True), strict=True)
     }
-    return Run(StoredSummary.read(summary_file), history)
+    return Run(
+        name=summary_file.stem,
+        model=content["model"],
+        shares=content["shares"],
+        stop=content["final"]["t"],
+        events=tuple(Event(e["t"], e["from"], e["to"]) for e in content["events"]),
+        extrema={key: ends and (ends[0], ends[1]) for key, ends in content["extrema"].items()},
+        provenance=Provenance.from_dict(content["provenance"]),
+        history=history,
+    )

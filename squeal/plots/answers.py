@@ -97,7 +97,7 @@ def _motion(answer: Simulation, name: str, scene: Scene | None = None, inputs: A
         raise InputError(
             "plot: a motion needs its scene, plot(scene=scene), and all outputs of the scene"
         )
-    summary = motion.Summary(
+    run = motion.Run(
         name=name,
         model=answer.model,
         stop=answer.final[0],
@@ -105,8 +105,8 @@ def _motion(answer: Simulation, name: str, scene: Scene | None = None, inputs: A
         shares=answer.shares or {},
         extrema=answer.extrema or {},
         provenance=provenance(inputs, "squeal.cli.simulate"),
+        history=dict(history),
     )
-    run = motion.Run(summary, dict(history))
     return motion.motion_drawing(run, scene.pad_model, response.frequency_hz or 0.0)
 
 

@@ -5,7 +5,7 @@ Time histories are coloured by contact state, as in Figs. 4-7 (B1) and 9-12 (B2)
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -44,11 +44,12 @@ class Interval(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Summary:
-    """What figures and tables take from the summary of a simulated scene.
+class Run:
+    """What figures and tables take from one simulated scene.
 
     name: of the file; stop: end of the run (s); shares of time by state; extrema [min, max] by
-    signal, forces over F_n and delta over w, None without contact.
+    signal, forces over F_n and delta over w, None without contact; history: arrays of equal length
+    by column, in SI units, forces and delta as above, `state` with state names.
     """
 
     name: str
@@ -58,6 +59,7 @@ class Summary:
     shares: dict[str, float]
     extrema: dict[str, tuple[float, float] | None]
     provenance: Provenance
+    history: dict[str, np.ndarray] = field(repr=False)
 
     @cached_property
     def timeline(self) -> list[Interval]:
@@ -74,18 +76,6 @@ class Summary:
         """Names of the states in which any time was spent, in the article's order."""
         met = {i.state for i in self.timeline if i.stop > i.start}
         return [name for name in self.shares if name in met]
-
-
-@dataclass(frozen=True)
-class Run:
-    """One simulated scene: its summary and the sampled history.
-
-    `history` maps column names to arrays of equal length; quantities are in SI units, forces over
-    F_n, delta over w (NaN where there is no contact), `state` holds state names.
-    """
-
-    summary: Summary
-    history: dict[str, np.ndarray] = field(repr=False)
 
 
 def pieces(
@@ -120,12 +110,12 @@ class Looks:
     @staticmethod
     def of(run: Run) -> Looks:
         """The looks of a run."""
-        law, palette = contact_law(run.summary.model), colours(run.summary.model)
+        law, palette = contact_law(run.model), colours(run.model)
         partial = law.state_name(LEAD)
         if partial != law.state_name(TRAIL):
             partial = ""
         looks: dict[str, tuple[str, str, str]] = {}
-        for state in run.summary.states_met:
+        for state in run.states_met:
             label, meaning = state_label(state), law.meanings[state]
             if state == partial:
                 for edge, of in (("leading", LEAD), ("trailing", TRAIL)):
@@ -135,7 +125,7 @@ class Looks:
                 looks[state] = (label, meaning, palette[state])
         timeline = [
             i._replace(state=f"{i.state} {_side(run, i)}") if i.state == partial else i
-            for i in run.summary.timeline
+            for i in run.timeline
         ]
         met = {i.state for i in timeline if i.stop > i.start}
         return Looks(timeline, {name: look for name, look in looks.items() if name in met})
@@ -156,7 +146,7 @@ def trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> No
         axes.plot(1e3 * t, values, color=colour, label=state, gid=state)
     axes.set_title(f"({letter}) {signal.title}", loc="left", pad=3.0)
     axes.set_ylabel(f"${signal.symbol}/{signal.over}$")
-    axes.set_xlim(0.0, 1e3 * run.summary.stop)
+    axes.set_xlim(0.0, 1e3 * run.stop)
     axes.axhline(0.0, color="0.6", linewidth=0.5, zorder=0)
     if signal.is_force:
         axes.set_ylim(bottom=-0.04 * axes.get_ylim()[1])
@@ -178,7 +168,7 @@ def strip(axes: Axes, looks: Looks) -> None:
     axes.tick_params(axis="y", length=0.0)
 
 
-def alternative_text(run: Summary) -> str:
+def alternative_text(run: Run) -> str:
     """What the figure shows, in words and with its ranges."""
     texts = []
     law = contact_law(run.model)
@@ -207,7 +197,7 @@ def _with_place(run: Run, model: PadModel) -> Run:
         with np.errstate(divide="ignore", invalid="ignore"):
             _, place = model.law.resultant(model.c, at, touching)
         history = history | {PLACE.name: place / model.pad.w}
-    return Run(run.summary, history)
+    return replace(run, history=history)
 
 
 def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency: float) -> None:
@@ -239,7 +229,7 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
 
     `frequency` (Hz) is marked in the spectrum if it is not 0.
     """
-    law, looks = contact_law(run.summary.model), Looks.of(run)
+    law, looks = contact_law(run.model), Looks.of(run)
     states = looks.states
     forces = [signal for signal in law.plotted if signal.is_force]
     panels = [*forces, PLACE]
@@ -263,8 +253,8 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
     third = f" A third panel shows the {PLACE.words} over the half length."
     known = f"its strongest line is at {frequency:.0f} Hz" if frequency else "no line stands out"
     text = (
-        f"{alternative_text(run.summary)}{'' if PLACE in law.plotted else third} A last panel "
+        f"{alternative_text(run)}{'' if PLACE in law.plotted else third} A last panel "
         f"shows the spectrum of the forces in the last quarter of the run; {known}."
     )
-    title = f"Motion of the scene {run.summary.name}: forces, contact and spectrum"
-    return Drawing(figure, text, title, origin(__name__, run.summary.provenance))
+    title = f"Motion of the scene {run.name}: forces, contact and spectrum"
+    return Drawing(figure, text, title, origin(__name__, run.provenance))

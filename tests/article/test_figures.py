@@ -45,35 +45,35 @@ def runs(tmp_path_factory):
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c"])
 def test_timeline_fills_the_run_and_gives_the_shares(runs, stem):
     run = runs[stem]
-    assert run.summary.timeline[0].start == 0.0
-    assert run.summary.timeline[-1].stop == run.summary.stop
-    for before, after in itertools.pairwise(run.summary.timeline):
+    assert run.timeline[0].start == 0.0
+    assert run.timeline[-1].stop == run.stop
+    for before, after in itertools.pairwise(run.timeline):
         assert before.stop == after.start
         assert before.state != after.state
-    for state, share in run.summary.shares.items():
-        spent = sum(i.stop - i.start for i in run.summary.timeline if i.state == state)
-        assert spent / run.summary.stop == pytest.approx(share, abs=1e-12)
+    for state, share in run.shares.items():
+        spent = sum(i.stop - i.start for i in run.timeline if i.state == state)
+        assert spent / run.stop == pytest.approx(share, abs=1e-12)
 
 
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c"])
 def test_curves_hold_every_sample_and_meet_at_the_events(runs, stem):
     run = runs[stem]
     t = run.history["t"]
-    for signal in (signal.name for signal in contact_law(run.summary.model).plotted):
+    for signal in (signal.name for signal in contact_law(run.model).plotted):
         values = run.history[signal]
-        curves = traces.pieces(t, values, run.summary.timeline)
+        curves = traces.pieces(t, values, run.timeline)
         drawn: dict[float, list[tuple[str, float]]] = {}
         for state, (times, heights) in curves.items():
             for time, height in zip(times, heights, strict=True):
                 if not math.isnan(time):
                     drawn.setdefault(time, []).append((state, height))
-        events = {interval.start for interval in run.summary.timeline[1:]}
+        events = {interval.start for interval in run.timeline[1:]}
         # the end of the run may be off the last sample by rounding
-        assert set(drawn) == set(t) | events | {run.summary.stop}
+        assert set(drawn) == set(t) | events | {run.stop}
         for time, value in zip(t, values, strict=True):
             for state, height in drawn[time]:
                 assert height == pytest.approx(value, abs=1e-12, nan_ok=True)
-                inside = [i for i in run.summary.timeline if i.start <= time <= i.stop]
+                inside = [i for i in run.timeline if i.start <= time <= i.stop]
                 assert state in {i.state for i in inside}
         for time in events:
             assert len({s for s, _ in drawn[time]}) == 2  # the curves of both states end here
@@ -86,11 +86,11 @@ def test_history_figure_shows_states_by_colour_and_place(runs, stem, labels):
     run = runs[stem]
     figure = histories.history_figure(run)
     first, second, strip = figure.axes
-    palette = style.colours(run.summary.model)
+    palette = style.colours(run.model)
     for axes, label in zip((first, second), labels, strict=True):
         assert label in axes.get_ylabel()
         lines = {line.get_gid(): line for line in axes.get_lines() if line.get_gid()}
-        assert list(dict.fromkeys(s.split()[0] for s in lines)) == run.summary.states_met
+        assert list(dict.fromkeys(s.split()[0] for s in lines)) == run.states_met
         for state, line in lines.items():
             edge = {"leading": style.STATE_COLOURS[LEAD], "trailing": style.STATE_COLOURS[TRAIL]}
             name, _, side = state.partition(" ")
@@ -99,9 +99,9 @@ def test_history_figure_shows_states_by_colour_and_place(runs, stem, labels):
                 place = np.asarray(line.get_ydata(), dtype=float)
                 assert np.nanmedian(place) < 0.0 if side == "leading" else np.nanmedian(place) > 0.0
     assert "ms" in strip.get_xlabel()
-    assert first.get_xlim() == (0.0, 1e3 * run.summary.stop)
+    assert first.get_xlim() == (0.0, 1e3 * run.stop)
     rows = {str(bars.get_gid()): bars for bars in strip.collections}
-    assert {name.split()[0] for name in rows} == set(run.summary.states_met)
+    assert {name.split()[0] for name in rows} == set(run.states_met)
     heights = set()
     spent: dict[str, float] = {}
     for state, bars in rows.items():
@@ -112,7 +112,7 @@ def test_history_figure_shows_states_by_colour_and_place(runs, stem, labels):
         colour = to_hex(tuple(np.asarray(bars.get_facecolor())[0])).upper()
         assert colour == {line.get_gid(): line for line in first.get_lines()}[state].get_color()
     for name, width in spent.items():
-        assert width == pytest.approx(1e3 * run.summary.shares[name] * run.summary.stop, abs=1e-9)
+        assert width == pytest.approx(1e3 * run.shares[name] * run.stop, abs=1e-9)
     assert len(heights) == len(rows)  # the second cue: a row of its own for each state
     assert figure.get_size_inches()[0] in (style.SINGLE, style.DOUBLE)
 

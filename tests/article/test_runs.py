@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from squeal.article.runs import StoredSummary
+from squeal.article.runs import read_run
 from squeal.errors import InputError
 
 
@@ -14,4 +14,4 @@ def test_a_summary_without_an_output_is_refused(tmp_path, left_out):
     whole: dict[str, object] = {"events": [], "shares": {}, "extrema": {}}
     file.write_text(json.dumps({key: whole[key] for key in whole if key != left_out}))
     with pytest.raises(InputError, match=f"run.json: {left_out}: missing; the scene's outputs"):
-        StoredSummary.read(file)
+        read_run(file, tmp_path / "run.csv")

@@ -21,7 +21,7 @@ def history_figure(run: Run) -> Figure:
     with style():
         figure = Figure(figsize=(SINGLE, 2.65))
         heights = [3.0, 3.0, 0.3 + 0.45 * len(looks.states)]
-        plotted = contact_law(run.summary.model).plotted
+        plotted = contact_law(run.model).plotted
         grid = figure.subplots(3, 1, sharex=True, height_ratios=heights)
         for axes, signal, letter in zip(grid, plotted, "ab", strict=False):
             trace(axes, run, signal, letter, looks)
@@ -32,10 +32,10 @@ def history_figure(run: Run) -> Figure:
 
 def drawing(run: Run) -> Drawing:
     """The figure of one simulated scene, ready to be saved."""
-    first, second = (signal.words for signal in contact_law(run.summary.model).plotted)
-    name = f"Time histories of {first} and {second}, scene {run.summary.name}"
-    made = origin(__name__, run.summary.provenance)
-    return Drawing(history_figure(run), alternative_text(run.summary), name, made)
+    first, second = (signal.words for signal in contact_law(run.model).plotted)
+    name = f"Time histories of {first} and {second}, scene {run.name}"
+    made = origin(__name__, run.provenance)
+    return Drawing(history_figure(run), alternative_text(run), name, made)
 
 
 CAPTIONS = {
