@@ -59,93 +59,82 @@ OPTIONS = SolverOptions()
 class Near(NamedTuple):
     """Roots around a shift, roughly: all within `reach` of it, and some beyond."""
 
-    shift: complex
     values: ComplexArray  # (m,) by distance
-    vectors: ComplexArray  # (n, m) of unit length, or (n, 0)
+    vectors: ComplexArray  # (n, m) of unit length
     reach: float
 
 
-class Krylov:
-    """A growing subspace at one shift; ask for more steps until what is found suffices."""
+def near_roots(
+    problem: Quadratic,
+    shift: complex,
+    radius: float,
+    enough: Callable[[ComplexArray, float], bool],
+    seed: int,
+    single: bool,
+    options: SolverOptions,
+    progress: Progress,
+) -> tuple[Near, Factor]:
+    """Roots near a shift until (values, reach) are `enough` or no more can be had, and P(shift)
+    factorised, in `single` precision if so."""
+    progress(f"factorising {problem.n} rows at {shift:.6g}")
+    shift, factor = factorise_at(problem, shift, single)
+    n, block, most = problem.n, options.block, min(options.steps, 2 * problem.n)
+    real = problem.real and shift.imag == 0.0
+    kind = np.dtype(("f" if single else "d") if real else ("F" if single else "D"))
+    slope, mass = (radius * problem.slope(shift)).astype(kind), (radius**2 * problem.M).astype(kind)
 
-    def __init__(
-        self,
-        problem: Quadratic,
-        shift: complex,
-        factor: Factor,
-        radius: float,
-        rng: np.random.Generator,
-        single: bool,
-        options: SolverOptions,
-    ) -> None:
-        self.shift, self.radius, self.n = shift, radius, problem.n
-        self._factor, self._options = factor, options
-        self._most = min(options.steps, 2 * problem.n)
-        real = problem.real and shift.imag == 0.0
-        kinds = (np.float32, np.complex64) if single else (np.float64, np.complex128)
-        self._kind: Any = kinds[0] if real else kinds[1]
-        self._slope = (radius * problem.slope(shift)).astype(self._kind)
-        self._mass = (radius**2 * problem.M).astype(self._kind)
-        columns = self._most + options.block
-        self._Q = np.zeros((2 * self.n, columns), dtype=self._kind, order="F")
-        self._H = np.zeros((columns, columns), dtype=self._kind)
-        self._done = self._size = 0  # columns to which the operator has been applied, and all
-        start = rng.standard_normal((2 * self.n, options.block)).astype(self._kind)
-        self._append(self._applied(start))
-
-    def _applied(self, x: NDArray) -> NDArray:
+    def applied(x: NDArray) -> NDArray:
         """The companion form on vectors [theta x; x] (2n, m)."""
-        top, bottom = x[: self.n], x[self.n :]
-        solved = self._factor.solve(-(self._slope @ top + self._mass @ bottom))
-        return np.vstack([solved, top])
+        return np.vstack([factor.solve(-(slope @ x[:n] + mass @ x[n:])), x[:n]])
 
-    def _append(self, x: NDArray) -> NDArray:
-        """Orthonormalise columns; their coordinates in the basis with what they add to it."""
-        from scipy.linalg import qr
+    Q = np.zeros((2 * n, most + block), kind, order="F")
+    H = np.zeros((most + block, most + block), kind)
+    start = np.random.default_rng(seed).standard_normal((2 * n, block)).astype(kind)
+    first, _ = _added(Q[:, :0], applied(start))
+    done, size = 0, first.shape[1]  # columns to which the operator has been applied, and all
+    Q[:, :size] = first
 
-        basis = self._Q[:, : self._size]
-        before = float(np.linalg.norm(x))
-        inside = np.zeros((self._size, x.shape[1]), dtype=self._kind)
-        for _ in range(2):  # the second pass restores orthogonality to rounding
-            part = (x.conj().T @ basis).conj().T
-            x, inside = x - basis @ part, inside + part
-        new, T, order = qr(x, mode="economic", pivoting=True, check_finite=False)
-        wide = int(np.sum(np.abs(np.diag(T)) > 4 * np.finfo(self._kind).eps * before))
-        new, T = new[:, :wide], T[:wide, np.argsort(order)]
-        new = new - basis @ (new.conj().T @ basis).conj().T  # one that was small has lost it
-        new = new / np.linalg.norm(new, axis=0)
-        self._Q[:, self._size : self._size + wide] = new
-        self._size += wide
-        return np.vstack([inside, T])
+    def ritz() -> tuple[ComplexArray, ComplexArray, float]:
+        """Converged theta, the largest first, their vectors, and the distance of the next one."""
+        theta, Y = np.linalg.eig(H[:done, :done].astype(np.result_type(kind, float)))
+        sizes = np.maximum(np.abs(theta), np.finfo(float).tiny)
+        good = np.linalg.norm(H[done:size, :done] @ Y, axis=0) <= options.rough * sizes
+        order = np.flatnonzero(good)[np.argsort(-sizes[good])]
+        reach = float(np.min(radius / sizes[~good], initial=np.inf))
+        return theta[order].astype(complex), Y[:, order], reach
 
-    def advance(self) -> bool:
-        """Extend the subspace by two blocks; False if it cannot grow more."""
-        for _ in range(2):
-            if self._done == self._size or self._size > self._most:
-                return False
-            now = slice(self._done, self._size)
-            column = self._append(self._applied(self._Q[:, now]))
-            self._H[: len(column), now] = column
-            self._done = now.stop
-        return True
+    look = 2 * block
+    while done < size <= most:
+        new, column = _added(Q[:, :size], applied(Q[:, done:size]))
+        H[: len(column), done:size] = column
+        done, size = size, size + new.shape[1]
+        Q[:, done:size] = new
+        if done >= look:  # an eigenproblem of its own: not after every block
+            look = done + max(2 * block, done // 8)
+            theta, Y, reach = ritz()
+            if enough(shift + radius / theta, reach):
+                break
+    else:
+        theta, Y, reach = ritz()
+    Y = Y.astype(np.result_type(kind, np.complex64))
+    # the longer of theta x and x has the smaller error
+    shapes = np.where(np.abs(theta) >= 1.0, Q[:n, :done] @ Y, Q[n:, :done] @ Y)
+    return Near(shift + radius / theta, shapes / np.linalg.norm(shapes, axis=0), reach), factor
 
-    def found(self, vectors: bool = True) -> Near:
-        """What has been found so far; without `vectors` (n, 0) it is less work."""
-        m, n = self._done, self.n
-        theta, Y = np.linalg.eig(self._H[:m, :m].astype(np.result_type(self._kind, float)))
-        size = np.maximum(np.abs(theta), np.finfo(float).tiny)
-        rest = np.linalg.norm(self._H[m : self._size, :m] @ Y, axis=0)
-        good = rest <= self._options.rough * size
-        distance = self.radius / size
-        reach = float(np.min(distance[~good], initial=np.inf))
-        order = np.flatnonzero(good)[np.argsort(distance[good])]
-        values = np.asarray(self.shift + self.radius / theta[order], dtype=complex)
-        if not vectors:
-            return Near(self.shift, values, np.zeros((n, 0), dtype=complex), reach)
-        Y = Y[:, order].astype(np.result_type(self._kind, np.complex64))
-        # the longer of theta x and x has the smaller error
-        shapes = np.where(np.abs(theta[order]) >= 1.0, self._Q[:n, :m] @ Y, self._Q[n:, :m] @ Y)
-        return Near(self.shift, values, shapes / np.linalg.norm(shapes, axis=0), reach)
+
+def _added(basis: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
+    """What columns x add to an orthonormal basis, orthonormal, and their coordinates in both."""
+    from scipy.linalg import qr
+
+    before, inside = float(np.linalg.norm(x)), np.zeros((basis.shape[1], x.shape[1]), x.dtype)
+    for _ in range(2):  # the second pass restores orthogonality to rounding
+        part = (x.conj().T @ basis).conj().T
+        x, inside = x - basis @ part, inside + part
+    new, T, order = qr(x, mode="economic", pivoting=True, check_finite=False)
+    wide = int(np.sum(np.abs(np.diag(T)) > 4 * np.finfo(x.dtype).eps * before))
+    new, T = new[:, :wide], T[:wide, np.argsort(order)]
+    new = new - basis @ (new.conj().T @ basis).conj().T  # one that was small has lost it
+    return new / np.linalg.norm(new, axis=0), np.vstack([inside, T])
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,81 +158,45 @@ class Modes:
         return np.array([e.value for e in self.eigenvalues], dtype=complex)
 
 
-def near_roots(
-    problem: Quadratic,
-    shift: complex,
-    radius: float,
-    enough: Callable[[Near], bool],
-    seed: int,
-    single: bool,
-    options: SolverOptions,
-    progress: Progress,
-) -> tuple[Near, Factor]:
-    """Roots near a shift until they are `enough` or no more can be had, and P(shift) factorised."""
-    progress(f"factorising {problem.n} rows at {shift:.6g}")
-    shift, factor = factorise_at(problem, shift, single)
-    rng = np.random.default_rng(seed)
-    krylov = Krylov(problem, shift, factor, radius, rng, single, options)
-    while krylov.advance() and not enough(krylov.found(vectors=False)):
-        pass
-    return krylov.found(), factor
-
-
 def corrected(
-    problem: Quadratic,
-    factor: Factor,
-    V: Array,
-    region: Region,
-    options: SolverOptions,
+    problem: Quadratic, factor: Factor, V: Array, region: Region, options: SolverOptions
 ) -> Roots | None:
     """The roots in a region from an orthonormal basis (n, d) that nearly holds their right vectors,
     and a factor of P near them; None if they do not come to be good."""
     if not V.size:
         return Roots(np.zeros(0, dtype=complex), V.astype(complex), V.astype(complex))
-    space, before, exact = _Space(problem, V), np.inf, options.exact
+    other, before = problem.transposed(), np.inf
+    matrices = problem.M, problem.C, problem.K
+    M, C, K = (V.T @ (A @ V) for A in matrices)
     mirrors = problem.real and isinstance(region, Disc) and region.centre.imag == 0.0
     for _ in range(options.rounds):
-        M, C, K = space.parts
         values = dense_values(M, C, K, problem.norms[2])
         values = values[region.contains(values) & ((values.imag >= 0.0) | (not mirrors))]
         ritz = roots_at(M, C, K, values, left=True, stiffness=problem.norms[2])
-        x, y = combined(space.V, ritz.right), combined(space.V, ritz.left.conj())
-        rests = problem.apply(ritz.values, x), space.other.apply(ritz.values, y)
-        errors = np.array([np.linalg.norm(rest, axis=0) for rest in rests])
-        errors = errors / problem.size(ritz.values)
+        x, y = combined(V, ritz.right), combined(V, ritz.left.conj())
+        rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
+        errors = np.linalg.norm(rests, axis=1) / problem.size(ritz.values)
         worst = float(np.max(errors, initial=0.0))
-        if worst <= exact or (before / 2 < worst <= options.accepted):
-            found = Roots(ritz.values, x, y.conj())
-            pairs = found.picked(ritz.values.imag > 0.0)
-            return found.joined(pairs.mirrored()) if mirrors else found
+        if worst <= options.exact or (before / 2 < worst <= options.accepted):
+            roots = Roots(ritz.values, x, y.conj())
+            pairs = roots.picked(ritz.values.imag > 0.0)
+            return roots.joined(pairs.mirrored()) if mirrors else roots
         before = worst
         steps = [
-            factor.solve(rest[:, error > exact], transposed)
+            factor.solve(rest[:, error > options.exact], transposed)
             for rest, error, transposed in zip(rests, errors, (False, True), strict=True)
-            if np.any(error > exact)
+            if np.any(error > options.exact)
         ]
-        space.enlarge(np.hstack(steps))
+        old, V = V, enlarged(V, np.hstack(steps), 1e-4)
+        new = np.ascontiguousarray(V[:, old.shape[1] :])
+        M, C, K = (_grown(*pair, old, new) for pair in zip((M, C, K), matrices, strict=True))
     return None
 
 
-class _Space:
-    """A growing orthonormal basis V (n, d) with the matrices V' A V of M, C and K."""
-
-    def __init__(self, problem: Quadratic, V: Array) -> None:
-        self.other = problem.transposed()
-        self._right, self._left = ((p.M, p.C, p.K) for p in (problem, self.other))
-        self.V = V
-        self.parts = [V.T @ (A @ V) for A in self._right]
-
-    def enlarge(self, columns: ComplexArray) -> None:
-        """Add columns (n, m)."""
-        d = self.V.shape[1]
-        self.V = enlarged(self.V, columns, 1e-4)
-        old, new = self.V[:, :d], np.ascontiguousarray(self.V[:, d:])
-        for k, (A, B) in enumerate(zip(self._right, self._left, strict=True)):
-            image = A @ new
-            side, corner = old.T @ image, new.T @ image
-            self.parts[k] = np.block([[self.parts[k], side], [(B @ new).T @ old, corner]])
+def _grown(part: Array, A: Any, old: Array, new: Array) -> Array:
+    """V' A V of a basis that has grown by columns."""
+    image = A @ new
+    return np.block([[part, old.T @ image], [(A.T @ new).T @ old, new.T @ image]])
 
 
 def enlarged(V: Array, columns: ComplexArray, dropped: float) -> Array:
@@ -349,13 +302,16 @@ def _around(
     aside = abs(shift - region.centre)
     best: tuple[Roots, int | None] | None = None
     for attempt in range(options.attempts):
-        wanted = aside + (options.beyond + 0.3 * attempt) * region.radius
-
-        def enough(near: Near, wanted: float = wanted) -> bool:
-            return near.reach >= wanted
-
+        wide = aside + (options.beyond + 0.3 * attempt) * region.radius
         near, factor = near_roots(
-            problem, shift, region.radius, enough, attempt, not attempt, options, progress
+            problem,
+            shift,
+            region.radius,
+            lambda _, reach, wide=wide: reach >= wide,  # type: ignore[misc]
+            attempt,
+            not attempt,
+            options,
+            progress,
         )
         reach = near.reach - aside
         if reach < 1.02 * region.radius:
@@ -363,19 +319,16 @@ def _around(
                 return near, attempt + 1
             continue  # single precision may be what hides them
         V = enlarged(V, near.vectors, 1e-6)
-        disc = disc_around(region, near.values, reach)
-        roots = corrected(problem, factor, V, disc if certify else region.widened(1e-6), options)
+        around = disc_around(region, near.values, reach) if certify else region.widened(1e-6)
+        roots = corrected(problem, factor, V, around, options)
         if roots is None:
             continue
-        if certify:
-            count = _counted(problem, disc, roots, near, progress)
-            best = roots, None if count is None else count - len(roots.values)
-            if best[1] == 0:
-                break
-        else:
-            best = roots, None  # those close to the border may lie on its other side
-            if np.sum(region.widened(-0.01).contains(near.values)) <= len(roots.values):
-                break
+        count = _counted(problem, around, roots, near, progress) if certify else None
+        best = roots, None if count is None else count - len(roots.values)
+        # those close to the border may lie on its other side
+        inner = 0 if certify else np.sum(region.widened(-0.01).contains(near.values))
+        if best[1] == 0 or (not certify and inner <= len(roots.values)):
+            break
     if best is None:
         raise ComputationError(
             f"the roots around {region.centre:.6g} were not found: rounding hides them"
@@ -384,11 +337,12 @@ def _around(
 
 
 def _counted(
-    problem: Quadratic, disc: Disc, roots: Roots, near: Near, progress: Progress
+    problem: Quadratic, region: Region, roots: Roots, near: Near, progress: Progress
 ) -> int | None:
     """How many roots lie in a disc that holds these, with others around it that are known."""
-    outside = near.values[~disc.contains(near.values)]
-    return count_roots(problem, disc, np.concatenate([roots.values, outside]), progress)
+    assert isinstance(region, Disc)
+    outside = near.values[~region.contains(near.values)]
+    return count_roots(problem, region, np.concatenate([roots.values, outside]), progress)
 
 
 def lowest_modes(
@@ -405,25 +359,30 @@ def lowest_modes(
     """
     # a first look sets the scale, so that the discs end where roots do
     held = 10 * np.sqrt(64 * EPS) * problem.rate  # what is slower may be a rigid body
-    shift = complex(1e-4 * problem.rate)
-
-    def four(near: Near) -> bool:
-        return int(np.sum(np.abs(near.values) > held)) >= 4
-
-    def within(near: Near) -> bool:
-        far = (near.reach - abs(near.shift)) / 1.5
-        return int(np.sum(np.abs(near.values) < far)) > 2 * modes
-
-    look, _ = near_roots(problem, shift, abs(shift), four, 0, False, options, progress)
+    shift = 1e-4 * problem.rate
+    look, _ = near_roots(
+        problem,
+        complex(shift),
+        shift,
+        lambda values, _: int(np.sum(np.abs(values) > held)) >= 4,
+        0,
+        False,
+        options,
+        progress,
+    )
     sizes = np.abs(look.values)
-    scale = float(np.median(sizes[sizes > held])) if np.any(sizes > held) else abs(shift)
-    V = np.zeros((problem.n, 0))
+    scale = float(np.median(sizes[sizes > held])) if np.any(sizes > held) else shift
+    shift, V = 0.3 * scale, np.zeros((problem.n, 0))
+
+    def within(values: ComplexArray, reach: float) -> bool:
+        return bool(np.sum(np.abs(values) < (reach - shift) / 1.5) > 2 * modes)
+
     for attempt in range(options.attempts):
         near, factor = near_roots(
-            problem, complex(0.3 * scale), scale, within, attempt, False, options, progress
+            problem, complex(shift), scale, within, attempt, False, options, progress
         )
         V = enlarged(V, near.vectors, 1e-6)
-        region = Disc(_end(near.values, modes, near.reach - abs(near.shift), held))
+        region = Disc(_end(near.values, modes, near.reach - shift, held))
         roots = corrected(problem, factor, V, region, options)
         if roots is None:
             continue
