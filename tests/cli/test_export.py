@@ -6,56 +6,8 @@ from scipy.io import mmwrite
 from scipy.sparse import csc_array, random_array
 
 from squeal.io.matrices import read_matrix
-from squeal.io.scene import read_scene
-from squeal.io.system import read_system
-from tests import large
 from tests.cli.calls import answer, assert_refused, run
 from tests.conftest import SCENES
-
-
-def _values(found):
-    values = [complex(e["real"], e["imag"]) for e in found["eigenvalues"]]
-    return np.array(sorted(values, key=lambda v: (v.imag, v.real)))
-
-
-@pytest.mark.parametrize("suffix", ["mtx", "mat", "npz"])
-def test_a_pad_comes_back(suffix, tmp_path, capsys):
-    folder = tmp_path / "out"
-    answer(capsys, "export", SCENES / "b1-c.yaml", "--output", folder, "--format", suffix)
-    pad = answer(capsys, "eigenvalues", SCENES / "b1-c.yaml")
-    file = read_system(folder / "system.yaml")
-    M, _, K = file.system.at()
-    assert file.system.parameters == {"mu": read_scene(SCENES / "b1-c.yaml").pad.mu}
-    assert np.array_equal(M, pad["M"])
-    assert np.array_equal(K, pad["K"])
-    assert np.allclose(_values(answer(capsys, "eigenvalues", folder / "system.yaml")), _values(pad))
-
-
-def test_a_reduced_system_has_the_roots_of_the_full_one(tmp_path, capsys):
-    system = large.disc_and_pad(3)
-    for name, term in zip("mckf", (*system.M, *system.C, *system.K), strict=True):
-        mmwrite(tmp_path / f"{name}.mtx", csc_array(term.matrix))
-    path = tmp_path / "system.yaml"
-    path.write_text(
-        "parameters: {mu: 0.3}\nM: {file: m.mtx}\nC: {file: c.mtx}\n"
-        "K: [{file: k.mtx}, {file: f.mtx, factor: mu}]\n"
-    )
-    folder = tmp_path / "reduced"
-    options = ("--method", "reduced", "--band", "200:2000", "--sweep", "0:0.6:5")
-    answer(capsys, "export", path, "--output", folder, *options)
-    one = answer(capsys, "eigenvalues", path, "--band", "200:2000")
-    other = answer(capsys, "eigenvalues", folder / "system.yaml", "--band", "200:2000")
-    assert other["rows"] < one["rows"] / 3
-    assert np.allclose(_values(one), _values(other), rtol=1e-8)
-    code, _, err = run(capsys, "export", path, "--output", folder)
-    assert code == 2
-    assert "is not empty" in err
-    code, _, err = run(capsys, "export", path, "--output", path)
-    assert code == 2
-    assert f"--output {path}: is no folder; a new or empty folder is allowed" in err
-    code, _, err = run(capsys, "export", path, "--output", path / "below")
-    assert code == 2
-    assert f"{path / 'below'}: cannot be written: " in err
 
 
 def test_terms_of_a_stiffness_at_two_frictions(tmp_path, capsys):

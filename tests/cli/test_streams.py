@@ -11,7 +11,7 @@ import pytest
 from squeal.cli.main import COMMANDS
 from squeal.errors import ComputationError
 from squeal.io.writing import write_csv
-from tests.cli.calls import assert_refused, run
+from tests.cli.calls import run
 from tests.conftest import SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
@@ -130,12 +130,3 @@ def test_a_file_is_written_whole_or_not_at_all(tmp_path):
     assert os.listdir(tmp_path) == ["h.csv"]
     write_csv(target, ["a", "b"], [(0.1, math.nan), (None, "PC")])
     assert target.read_text() == "a,b\n0.1,\n,PC\n"
-
-
-def test_a_refused_simulation_writes_nothing(capsys, tmp_path):
-    # the pad turns over: no history of half a run
-    target, scene = tmp_path / "h.csv", wild(tmp_path, k1=0, k2=0, F_n=0.01)
-    scene.write_text(scene.read_text() + "initial: {y: 5, theta_dot: 10}\n")
-    err = assert_refused(capsys, "simulate", scene, "--csv", target, code=1)
-    assert "past 90 degrees at t = 0.157" in err
-    assert not target.exists()

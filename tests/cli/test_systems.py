@@ -90,18 +90,6 @@ def test_region_and_modes(sparse, capsys):
     assert found["certified"]
 
 
-@pytest.mark.parametrize("method", ["full", "reduced"])
-def test_sweeps(method, sparse, capsys):
-    path, expected = sparse
-    options = ("--band", "200:260", "--sweep", "0:0.4:3", "--method", method)
-    found = answer(capsys, "eigenvalues", path / "system.yaml", *options)
-    assert [row["mu"] for row in found["sweep"]] == [0.0, 0.2, 0.4]
-    hertz = expected.imag / (2 * np.pi)
-    _same(_values(found["sweep"][1]), expected[(hertz > 200) & (hertz < 260)])
-    assert all(e["residual"] < 1e-8 for row in found["sweep"] for e in row["eigenvalues"])
-    assert (found["basis"] is None) == (method == "full")
-
-
 @pytest.fixture
 def flutters_in_the_second_mode(tmp_path):
     """Four rows: a slow oscillator, two coupled ones that flutter at mu = 1, a fast one."""
@@ -319,14 +307,6 @@ def forms(tmp_path):
     return paths
 
 
-@pytest.mark.parametrize("option", ["--mu", "--sweep"])
-def test_a_parameter_is_swept_over_any_range(forms, capsys, option):
-    found = [answer(capsys, "eigenvalues", path, option, "-3:1e4:3")["sweep"] for path in forms]
-    assert [[row["verdict"] for row in rows] for rows in found] == [
-        ["divergence", "flutter", "flutter"]
-    ] * 2
-
-
 def test_both_names_of_the_first_verdict(forms, capsys):
     for path in (*forms, SCENES / "b3.yaml"):
         found = answer(capsys, "critical-friction", path)
@@ -336,38 +316,3 @@ def test_both_names_of_the_first_verdict(forms, capsys):
     for path in forms:
         found = answer(capsys, "critical-friction", path, "--min", "1")
         assert (found["verdict_at_zero"], found["verdict_at_start"]) == (None, "flutter")
-
-
-A_ROOT = {"real", "imag", "frequency_hz", "damping_ratio", "residual"}
-CHANGE = {"mu", "kind", "frequency_hz", "interval", "residual"}
-CROSSING = {"mu", "kind", "direction", "frequency_hz", "mode", "changes_verdict"}
-
-
-@pytest.mark.parametrize("text", [GENERAL, SHORT])
-@pytest.mark.parametrize(
-    ("arguments", "fixed", "rows"),
-    [
-        (
-            ("eigenvalues", "--sweep", "0:1:3", "--method", "reduced", "--band", "0:10"),
-            {"eigenvalues", "certified", "count", "basis", "sweep"},
-            {"eigenvalues": A_ROOT},
-        ),
-        (
-            ("critical-friction", "--max", "2"),
-            {"critical", "crossings"},
-            {"critical": CHANGE, "crossings": CROSSING},
-        ),
-    ],
-)
-def test_keys_of_the_answers(text, arguments, fixed, rows, tmp_path, capsys):
-    (tmp_path / "system.yaml").write_text(text)
-    command, *options = arguments
-    if text == SHORT and command == "eigenvalues":
-        options = ["--sweep", "0:1:3"]
-        fixed = {"eigenvalues", "certified", "count", "sweep"}
-    found = answer(capsys, command, tmp_path / "system.yaml", *options)
-    assert fixed <= set(found)
-    for key in rows:
-        assert found[key]
-        for row in found[key]:
-            assert rows[key] <= set(row)
