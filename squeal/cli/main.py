@@ -23,7 +23,6 @@ GROUPS = {
         "map": "verdict over alpha1 and alpha2, or over any two parameters",
         "advise": "which parameter moves the critical friction most",
         "export": "matrices of a pad or a reduced system as files with a system file",
-        "terms": "a matrix at two values of a parameter gives its terms, a third checks them",
     },
     "motions": {
         "simulate": "integrate a B1 or B2 scene through its contact changes",
@@ -40,7 +39,7 @@ GROUPS = {
 }
 COMMANDS = {name: about for group in GROUPS.values() for name, about in group.items()}
 OF_ARTICLE = tuple(GROUPS["the article"])
-WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take", "terms")
+WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take")
 
 
 def _help() -> str:

@@ -269,9 +269,8 @@ def read_system(path: Path | str) -> SystemFile:
 
 def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile:
     """The system in a mapping of a file's form; matrix files are named relative to `folder`."""
-    if not is_general(document):
-        return _short(document, at)
-    given = SYSTEM.read(document, at)
+    general = is_general(document)
+    given = SYSTEM.read(document, at) if general else _terms_of_powers(document, at)
     read: dict[Any, MatrixFile] = {}  # by file, key and symmetry, since terms may share one
     terms: list[tuple[str, Place, dict[str, Any]]] = []
     for part in PARTS:
@@ -283,7 +282,7 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     with at.named():
         common = aligned(matrices)
     rows = common[0].shape[0]
-    dense = rows <= MOST_ROWS and any(m.nnz > FULL * rows * rows for m in common)
+    full = not general or any(m.nnz > FULL * rows * rows for m in common)
     parts: dict[str, list[Term]] = {part: [] for part in PARTS}
     origins = []
     for (part, here, term), matrix in zip(terms, common, strict=True):
@@ -292,9 +291,11 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
                 f"{_name_of(term)} of {matrix.shape[0]} rows is not allowed; it must have the "
                 f"{rows} rows of {_name_of(terms[0][2])} in M"
             )
-        text = term.get("factor", "1")
-        origins.append(TermOrigin(part, term.get("file", ""), text, matrix))
-        parts[part].append(Term(matrix.toarray() if dense else matrix, _formula(text, here)))
+        formula = _formula(term.get("factor", "1"), here / "factor")
+        if general:
+            origins.append(TermOrigin(part, term.get("file", ""), formula.text, matrix))
+        dense = full and rows <= MOST_ROWS
+        parts[part].append(Term(matrix.toarray() if dense else matrix, formula))
     inputs = list(dict.fromkeys(path for path, *_ in read))
     coordinates = None
     if "coordinates" in given:
@@ -317,7 +318,8 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     return SystemFile(system, reference, tuple(origins), tuple(inputs), coordinates)
 
 
-def _short(document: dict[str, Any], at: Place) -> SystemFile:
+def _terms_of_powers(document: dict[str, Any], at: Place) -> dict[str, Any]:
+    """The short form as what the general form holds. Raises InputError."""
     rows = document.get("M")
     given = short_keys(len(rows) if isinstance(rows, list) else None).read(document, at)
     M = np.array(given["M"])
@@ -325,19 +327,17 @@ def _short(document: dict[str, Any], at: Place) -> SystemFile:
         reduce(M, None, np.zeros_like(M))
     except InputError:
         raise (at / "M").must_be(rows, "symmetric and positive definite") from None
-    name, parameter = given.get("name") or Path(at.source).stem, given.get("parameter") or "mu"
+    parameter = given.get("parameter") or "mu"
     if not parameter.isidentifier() or iskeyword(parameter):
         parameter = "p"  # in formulas a parameter is a word
-    parts: dict[str, tuple[Term, ...]] = {}
+    result = given | {"parameter": parameter, "M": ({"matrix": given["M"]},)}
     for letter in "CK":
-        powers = [k for k in range(POWER + 1) if f"{letter}{k}" in given]
-        each = (given.get(f"{letter}{k}", np.zeros_like(M)) for k in range(max([-1, *powers]) + 1))
-        formulas = (Formula(f"{parameter}**{k}" if k else "1") for k in range(POWER + 1))
-        parts[letter] = tuple(Term(np.array(X), f) for X, f in zip(each, formulas, strict=False))
-    return SystemFile(
-        TermSystem((Term(M),), parts["C"], parts["K"], {}, parameter, name),
-        given.get("reference", ""),
-    )
+        result[letter] = tuple(
+            {"matrix": given[f"{letter}{k}"], "factor": f"{parameter}**{k}" if k else "1"}
+            for k in range(POWER + 1)
+            if f"{letter}{k}" in given
+        )
+    return result
 
 
 def _warn(at: Place, words: str) -> None:
@@ -382,9 +382,8 @@ def _name_of(term: dict[str, Any]) -> str:
 
 
 def _formula(text: str, at: Place) -> Formula:
-    place = at / "factor"
-    with place.named():
-        formula = Formula(text, str(place))
+    with at.named():
+        formula = Formula(text, str(at))
     if not formula.names:
         formula.value({})
     return formula

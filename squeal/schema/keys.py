@@ -15,7 +15,6 @@ import yaml
 
 from squeal.schema.values import Kind, Place, shown
 
-DEEPEST = 50  # levels of brackets or indents
 MOST = 100_000  # values that aliases may make of a file, if it is shorter than that
 _TAG = "tag:yaml.org,2002:"
 
@@ -33,22 +32,7 @@ _SCALARS: tuple[tuple[str, str, str, Callable[[str], Any]], ...] = (
 
 
 class _Loader(yaml.SafeLoader):
-    """Tags plain scalars as YAML 1.2 does: 1.0e6 is a number, `on` and 1:30 are not.
-
-    It refuses what is nested too deeply as soon as it meets it, and constructs nothing.
-    """
-
-    def fetch_flow_collection_start(self, kind: Any) -> None:
-        self._refuse_depth(self.flow_level)
-        super().fetch_flow_collection_start(kind)
-
-    def add_indent(self, column: int) -> Any:
-        self._refuse_depth(len(self.indents))
-        return super().add_indent(column)
-
-    def _refuse_depth(self, depth: int) -> None:
-        if depth >= DEEPEST:
-            raise _refused(f"nested more than {DEEPEST} times", self.get_mark())
+    """Tags plain scalars as YAML 1.2 does: 1.0e6 is a number, `on` and 1:30 are not."""
 
 
 _Loader.yaml_implicit_resolvers = {}
@@ -61,21 +45,21 @@ def _refused(problem: str, mark: Any) -> yaml.MarkedYAMLError:
     return yaml.MarkedYAMLError(None, None, problem, mark)
 
 
-def _value(node: yaml.Node, left: Iterator[int], depth: int = 0) -> Any:
+def _value(node: yaml.Node, left: Iterator[int]) -> Any:
     """The value of a node; `left` ends after as many as may be, also of aliases."""
-    if next(left, None) is None or depth > DEEPEST:
+    if next(left, None) is None:
         raise _refused("aliases make it too large", node.start_mark)
     if isinstance(node, yaml.SequenceNode) and node.tag == _TAG + "seq":
-        return [_value(entry, left, depth + 1) for entry in node.value]
+        return [_value(entry, left) for entry in node.value]
     if isinstance(node, yaml.MappingNode) and node.tag == _TAG + "map":
         mapping: dict[str, Any] = {}
         for key_node, entry in node.value:
-            key = _value(key_node, left, depth + 1)
+            key = _value(key_node, left)
             if not isinstance(key, str):
                 raise _refused(f"the key {shown(key)} is not a word", key_node.start_mark)
             if key in mapping:
                 raise _refused(f"the key {key} stands there twice", key_node.start_mark)
-            mapping[key] = _value(entry, left, depth + 1)
+            mapping[key] = _value(entry, left)
         return mapping
     if isinstance(node, yaml.ScalarNode):
         text = str(node.value)
@@ -89,10 +73,13 @@ def _value(node: yaml.Node, left: Iterator[int], depth: int = 0) -> Any:
 
 def _parsed(text: str) -> Any:
     """The value of YAML text. Raises yaml.YAMLError or ValueError."""
-    node = yaml.compose(text, Loader=_Loader)
-    if node is None:
-        raise _refused("there is none", None)
-    return _value(node, iter(range(max(len(text), MOST))))
+    try:
+        node = yaml.compose(text, Loader=_Loader)
+        if node is None:
+            raise _refused("there is none", None)
+        return _value(node, iter(range(max(len(text), MOST))))
+    except RecursionError:
+        raise _refused("nested too deeply", None) from None
 
 
 def scalar(text: str) -> Any:

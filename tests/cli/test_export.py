@@ -1,45 +1,10 @@
-"""`export`, `terms` and `map` of systems from matrices: round trips, closed forms, refusals."""
+"""`export` and `map` of systems from matrices: round trips, closed forms, refusals."""
 
 import numpy as np
 import pytest
-from scipy.io import mmwrite
-from scipy.sparse import csc_array, random_array
 
-from squeal.io.matrices import read_matrix
 from tests.cli.calls import answer, assert_refused, run
 from tests.conftest import SCENES
-
-
-def test_terms_of_a_stiffness_at_two_frictions(tmp_path, capsys):
-    rng = np.random.default_rng(1)
-    K0, K1 = (csc_array(random_array((40, 40), density=0.1, rng=rng)) for _ in range(2))
-    for k, mu in enumerate((0.1, 0.4, 0.7)):
-        mmwrite(tmp_path / f"k{k}.mtx", K0 + mu * K1)
-    given = [f"{mu}:{tmp_path / f'k{k}.mtx'}" for k, mu in enumerate((0.1, 0.4, 0.7))]
-    found = answer(capsys, "terms", *given, "--output", tmp_path / "K.mtx")
-    assert found["checked"]
-    assert found["error"] < 1e-14
-    assert [t["file"] for t in found["terms"]] == ["K0.mtx", "K1.mtx"]
-    for name, matrix in (("K0", K0), ("K1", K1)):
-        assert abs(read_matrix(tmp_path / f"{name}.mtx").matrix - matrix).max() < 1e-14
-    assert found["terms"][1]["nonzeros"] == K1.nnz
-    mmwrite(tmp_path / "k2.mtx", K0 + 0.71 * K1)
-    code, _, err = run(capsys, "terms", *given)
-    assert code == 1
-    assert "is not linear in mu" in err
-
-
-def test_terms_overwrite_no_file(tmp_path, capsys):
-    for name in ("a", "b"):
-        mmwrite(tmp_path / f"{name}.mtx", np.eye(2))
-    given = ("terms", f"1:{tmp_path}/a.mtx", f"2:{tmp_path}/b.mtx", "--output", tmp_path / "K.mtx")
-    (tmp_path / "K1.mtx").touch()
-    assert "K1.mtx: exists" in assert_refused(capsys, *given)
-    assert not (tmp_path / "K0.mtx").exists()
-    (tmp_path / "K1.mtx").unlink()
-    assert run(capsys, *given)[0] == 0
-    assert (tmp_path / "K0.mtx").exists()
-
 
 CHART = """\
 parameters: {mu: 0.3, gap: 0.5}

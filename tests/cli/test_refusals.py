@@ -27,8 +27,6 @@ FILES = {
     "unknown.yaml": "spreads: {k9: {absolute: 1}}\n",
     "free.yaml": "spreads: {mu: {absolute: 1}}\n",
     "angle.yaml": "spreads: {alpha1: {relative: 0.1}}\n",
-    "notes.csv": "no table\n",
-    "a.mtx": "%%MatrixMarket matrix array real general\n1 1\n1.0\n",
 }
 
 
@@ -79,7 +77,7 @@ def folder(tmp_path, monkeypatch):
         ("eigenvalues pair.yaml --set mu=1 --at 2", "--at 2"),
         ("eigenvalues pair.yaml --memory 0", "--memory 0"),
         ("eigenvalues pair.yaml --shape 1 --png s.png", "--shape 1"),
-        ("eigenvalues plain.yaml --set mu=0.9", "--at 0.9"),
+        ("eigenvalues plain.yaml --set mu=0.9", "--set mu=0.9"),
         (f"critical-friction {B1} --mu-max nan", "--mu-max nan"),
         (f"critical-friction {B1} --max 5e3", "--max 5e3"),
         (f"critical-friction {B1} --max 1 --mu-max 0.1", "--max 1"),
@@ -123,7 +121,6 @@ def folder(tmp_path, monkeypatch):
         ("map pair.yaml --threshold-curve c.csv", "--threshold-curve c.csv"),
         (f"map {B3} --csv x.yaml", "--csv x.yaml"),
         (f"map {B3} --pdf x.jpg", "--pdf x.jpg"),
-        (f"map {B3} --csv notes.csv", "--csv notes.csv"),
         (f"map {B3} --csv loop.csv", "--csv loop.csv"),
         ("export pair.yaml --output out --format doc", "--format doc"),
         ("export pair.yaml --output out --method reduced", "--method reduced"),
@@ -134,11 +131,6 @@ def folder(tmp_path, monkeypatch):
         ("export pair.yaml --output pair.yaml/below", "below: cannot be written"),
         ("export pair.yaml --output .", "is not empty"),
         (f"simulate {B2} --set formulation.line_force=-", "it must be one of"),
-        ("terms 0.1:a.mtx", "2 or 3"),
-        ("terms x:a.mtx 1:b.mtx", "x:a.mtx"),
-        ("terms 1:a.mtx 2:", "2:"),
-        ("terms 1:a.mtx 2:b.mtx", "b.mtx"),
-        ("terms 1:a.mtx 2:a.mtx --parameter 2x", "--parameter 2x"),
         ("claims --scenes none", "none"),
         ("identify --seed x", "--seed x"),
         ("identify --scenes none", "--scenes none"),

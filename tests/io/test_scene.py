@@ -8,7 +8,7 @@ from squeal.errors import InputError
 from squeal.io.scene import read_scene
 from squeal.model.contact import CONSISTENT, MODELS, Formulation, models_with
 from squeal.model.pad import PARAMETERS
-from squeal.schema.keys import DEEPEST, named_files, parse_document, scalar
+from squeal.schema.keys import named_files, parse_document, scalar
 from squeal.schema.values import Place
 
 VALUES = {
@@ -133,7 +133,7 @@ REFUSED = [
     ('tolerance: !!int "0x10"\n', "0x10"),
     ("tolerance: !!timestamp 2001-01-01\n", "line", "2001-01-01"),
     *((f"tolerance: !!{kind} x\n", "line", "x", kind) for kind in ("bool", "float", "map")),
-    ("tolerance: &a [*a]\n", "line", "aliases"),
+    ("tolerance: &a [*a]\n", "nested too deeply"),
     ("\0",),
 ]
 # times, and what the refusal names
@@ -154,7 +154,6 @@ FILES = [
     (text().replace("m: 1.0", "m: 1.0\n  m: 2.0"), "line 4", "m"),
     (text().replace("parameters:", "parameters:\n  <<: {m: 1}"), "<<"),
     (text().replace("L2: 0.5", "L2: *length"), "line", "length"),
-    ("model: " + "[" * 3000 + "]" * 3000, "line 1"),
 ]
 
 
@@ -214,12 +213,7 @@ def test_accepted_forms(read, old, new):
 
 @pytest.mark.parametrize("opening", ["[", "{a: ", "- ", "? "])
 def test_what_is_nested_too_deeply_is_refused_at_once(read, opening):
-    # a parser of YAML takes a time that grows with the square, and then overflows
-    for count in (DEEPEST + 1, 100_000):
-        assert_refused(read, opening * count, "line 1: nested more than 50 times")
-    with pytest.raises(InputError) as caught:  # for other reasons
-        read(opening * (DEEPEST - 2) + "\n")
-    assert "nested more" not in str(caught.value)
+    assert_refused(read, opening * 100_000, "nested too deeply")
 
 
 def test_aliases_of_aliases_are_refused_at_once(read):

@@ -1,7 +1,5 @@
-"""Matrices of a system before anything is solved: what they are, their terms, their files."""
+"""Matrices of a system before anything is solved: what they are and their files."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,8 +12,6 @@ from squeal.io.writing import new_folder, whole_folder, write_text
 from squeal.linear.matrices import EPS, norm_of
 from squeal.linear.system import Matrix, TermSystem
 from squeal.sparse.quadratic import definite, factorise
-
-AGREES = 1e-9  # of the largest entry: what a third matrix may differ by
 
 
 def is_symmetric(matrix: Matrix) -> bool:
@@ -90,56 +86,6 @@ def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
         }
         for o in file.origins
     ]
-
-
-@dataclass(frozen=True, eq=False)
-class Separation:
-    """CSC arrays K0 and K1; `error` is what a third matrix differs by, of its largest entry."""
-
-    constant: Any = field(repr=False)
-    linear: Any = field(repr=False)
-    error: float | None
-
-
-def separated(values: Sequence[float], matrices: Sequence[Any]) -> Separation:
-    """The terms of K = K0 + p K1 from K at two values of p, and what a third says to them.
-
-    Differences of a few roundings count as zero, so that K1 has the entries that depend on p
-    alone. Raises InputError for equal values or different shapes.
-    """
-    from scipy.sparse import csc_array
-
-    twice = next((v for i, v in enumerate(values) if v in values[:i]), None)
-    if twice is not None:
-        raise InputError(f"{twice:g}: is there twice; different values are allowed")
-    if len({matrix.shape for matrix in matrices}) != 1:
-        listed = " and ".join(str(m.shape[0]) for m in matrices)
-        raise InputError(f"matrices of {listed} rows are not allowed; they must be of one size")
-    (a, b), (A, B) = values[:2], (csc_array(m) for m in matrices[:2])
-    noise = 16 * EPS * max(abs(A).max(), abs(B).max())
-    difference = _without(B - A, noise)
-    with np.errstate(over="ignore"):
-        linear = csc_array(difference / (b - a))
-    if not np.isfinite(linear.data).all():
-        raise InputError(
-            f"the matrices at {a:g} and {b:g}: their difference over that of the values is not "
-            "finite; values farther apart are allowed"
-        )
-    constant = _without(A - a * linear, noise)
-    error = None
-    if len(values) == 3:
-        rest = abs(constant + values[2] * linear - matrices[2])
-        error = float(rest.max() / abs(matrices[2]).max())
-    return Separation(constant, linear, error)
-
-
-def _without(matrix: Any, noise: float) -> Any:
-    from scipy.sparse import csc_array
-
-    result = csc_array(matrix)
-    result.data[np.abs(result.data) <= noise] = 0.0
-    result.eliminate_zeros()
-    return result
 
 
 def write_system(
