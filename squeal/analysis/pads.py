@@ -1,6 +1,5 @@
 """One pad: the eigenvalues about its equilibrium, its modes over the friction, its thresholds."""
 
-import dataclasses
 import itertools
 import math
 from collections.abc import Iterable, Sequence
@@ -32,7 +31,7 @@ from squeal.linear import (
     verdict,
 )
 from squeal.linear.continuation import ContinuationOptions
-from squeal.linear.eigen import HIDDEN, STIFF, decide, hidden, hidden_share, ordered, spectrum_of
+from squeal.linear.eigen import STIFF, decide, hidden, ordered, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce, scaled_rank
 from squeal.model.contact import State, contact_law, contact_model
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
@@ -148,25 +147,17 @@ def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
         raise Place("judged_equilibria").refuse(
             f"{scene.model} is not allowed; a linearisation has no equilibria of its own"
         )
-    model = damped_model(scene)
-    each = _with_taken(find_all(model), sliding_equilibrium(model)[0], scene.pad.w)
+    model, lever = damped_model(scene), np.array([1.0, 1.0, scene.pad.w])
+    each, taken = find_all(model), sliding_equilibrium(model)[0]
+    if taken is not None:  # it stands for that of the list which is the same, and all lie alike
+
+        def other(e: Equilibrium) -> bool:
+            step, size = np.subtract(e.q, taken.q) * lever, np.multiply(taken.q, lever)
+            return bool(np.abs(step).max() > 1e-6 * np.abs(size).max())
+
+        others = [replace(e, beyond=taken.beyond) for e in each if other(e)]
+        each = sorted([*others, taken], key=lambda e: e.potential)
     return [(e, judge(*at_equilibrium(model, e))) for e in each]
-
-
-def _with_taken(
-    others: list[Equilibrium], taken: Equilibrium | None, w: float
-) -> list[Equilibrium]:
-    """The equilibria with the one taken in its place among them, all marked alike."""
-    if taken is None:
-        return others
-
-    def apart(other: Equilibrium) -> float:
-        steps = np.subtract(other.q, taken.q) * (1.0, 1.0, w)
-        size = np.abs(np.multiply(taken.q, (1.0, 1.0, w))).max()
-        return float(np.abs(steps).max() - 1e-6 * size)
-
-    rest = [dataclasses.replace(e, beyond=taken.beyond) for e in others if apart(e) > 0.0]
-    return sorted([*rest, taken], key=lambda e: e.potential)
 
 
 def roots_and_verdict(
@@ -280,40 +271,35 @@ class ModeSweep:
 
 
 @takes_scene
-@takes(low=Number(), high=Number())
 def sweep_modes(scene: Scene, low: float, high: float) -> ModeSweep:
     """Follow the modes of a scene along its branch from mu = low to high.
 
     Raises InputError unless 0 <= low < high, ComputationError if there is no equilibrium without
     friction, or the branch ends before `low`.
     """
-    if not 0.0 <= low < high:
-        raise InputError(
-            f"sweep_modes: low {low:g} and high {high:g} are not allowed; it must be "
-            "0 <= low < high"
-        )
+    if not 0.0 <= low < high < math.inf:
+        raise InputError(f"sweep_modes: low {low:g}: it must be 0 <= low < high, which is {high:g}")
     return modes_along(*branch_system(scene, high), low, high)
 
 
 def modes_along(system: System, path: Path | None, low: float, high: float) -> ModeSweep:
     """Follow the modes of a system, that of the path if there is one."""
     end, stop = high, high
-    breaks: list[float] = []
-    contacts: list[tuple[float, str]] = []
+    contacts: tuple[tuple[float, str], ...] = ()
     if path is not None:
         end = min(high, path.mu_end)
         if end <= low:
             path.at(low)  # raises, with the reason
         stop = end * (1.0 - 1e-9) if path.fold == end else end
-        breaks = [mu for mu in path.breakpoints if low < mu < end]
-        contacts = [(mu, path.model.state_name(path.at(mu)[1])) for mu in breaks]
-    events = thresholds(system, stop, breaks, low)
+        inside = [mu for mu in path.breakpoints if low < mu < end]
+        contacts = tuple((mu, path.model.state_name(path.at(mu)[1])) for mu in inside)
+    events = thresholds(system, stop, [mu for mu, _ in contacts], low)
     edges = [low, *(p.mu for p in events.points if low < p.mu < stop), stop]
     spans = [(a, b, verdict(*system((a + b) / 2))) for a, b in itertools.pairwise(edges) if b > a]
     marked = [*edges, *(c.mu for c in events.crossings)]
-    tracked = track(system, values_of_mu(path, low, stop, marked, SAMPLES))
-    along = (tracked.mus, tracked.values, tuple(spans))
-    return ModeSweep(low, high, end, *along, tuple(events.crossings), tuple(contacts))
+    modes = track(system, values_of_mu(path, low, stop, marked, SAMPLES))
+    crossings = tuple(events.crossings)
+    return ModeSweep(low, high, end, modes.mus, modes.values, tuple(spans), crossings, contacts)
 
 
 def values_of_mu(
@@ -325,13 +311,9 @@ def values_of_mu(
     itself, where the linearisation is singular, is left out by 1e-9. A contact change is looked at
     from both sides.
     """
-    share = np.linspace(0.0, 1.0, count)
-    breaks: list[float] = []
-    if path is not None:
-        breaks = path.breakpoints
-        if path.fold is not None and path.fold <= high * (1.0 + 1e-8):
-            share = (1.0 - (1.0 - share) ** 2) * (1.0 - 1e-9)
-            high = path.fold
+    share, breaks = np.linspace(0.0, 1.0, count), path.breakpoints if path else []
+    if path is not None and path.fold is not None and path.fold <= high * (1.0 + 1e-8):
+        share, high = (1.0 - (1.0 - share) ** 2) * (1.0 - 1e-9), path.fold
     grid = low + (high - low) * share
     before = [math.nextafter(mu, 0.0) for mu in breaks]
     extra = [mu for mu in [*marked, *breaks, *before] if low <= mu <= grid[-1]]
@@ -353,35 +335,29 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> Thresholds:
     if path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
-    at_zero, share = roots_and_verdict(M, C, K)[1].verdict, hidden_share(reduce(M, C, K), C, K)
-    stiff = share > HIDDEN
-    if stiff and C is not None:
-        raise ComputationError(f"no threshold of a damped pad can be given: {STIFF}")
-    if share > LOST:
+    at_zero = roots_and_verdict(M, C, K)[1].verdict
+    if hidden(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
-    located = thresholds(system, path.mu_end, path.breakpoints)
-    if stiff and any(p.interval[1] - p.interval[0] > 2 * LOST * p.mu for p in located.points):
-        raise ComputationError(f"no threshold can be given: {STIFF}")
-    end_of_path = np.inf if path.fold is None else path.fold * (1 - 1e-9) - path.error(path.fold)
-    reached = [_widened(point, path) for point in located.points if point.mu < end_of_path]
-    if path.fold is not None:
-        fold = CriticalPoint(path.fold, "fold", 0.0, (path.fold, path.fold), True)
-        reached.append(_widened(fold, path))
+    located, fold = thresholds(system, path.mu_end, path.breakpoints), path.fold
+    end = math.inf if fold is None else fold * (1 - 1e-9) - path.error(fold)
+    points = [_widened(point, path) for point in located.points if point.mu < end]
+    crossings = [_widened(one, path) for one in located.crossings if one.mu < end]
     admissible_to, warnings = _admissible(path)
-    if path.fold is not None and path.fold < scene.pad.mu <= mu_max:
-        warnings += (
-            f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 turns "
-            f"back at mu = {path.fold:.9g}",
-        )
-    crossed = tuple(_widened(one, path) for one in located.crossings if one.mu < end_of_path)
+    if fold is not None:
+        points.append(_widened(CriticalPoint(fold, "fold", 0.0, (fold, fold), True), path))
+        if fold < scene.pad.mu <= mu_max:
+            warnings += (
+                f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 "
+                f"turns back at mu = {fold:.9g}",
+            )
     return Thresholds(
         scene.model,
         "mu",
         0.0,
         path.mu_end,
         at_zero,
-        tuple(reached),
-        crossed,
+        tuple(points),
+        tuple(crossings),
         path.end,
         located.certified,
         warnings,
@@ -414,19 +390,18 @@ def _admissible(path: Path) -> tuple[float, tuple[str, ...]]:
 
     def beyond(z: np.ndarray, touching: np.ndarray) -> np.ndarray:
         at = excursion(path.statics, z, touching)
-        return np.asarray(at.beyond().any(axis=0) & (np.asarray(at.reaction) > 0.0))
+        return np.asarray(at.beyond().any(axis=0) & (at.reaction > 0.0))
 
-    stop = path.branch.last[0] + 1
-    z, touching = path.branch.z[:, :stop], path.branch.touching[:, :stop]
-    outside = beyond(z, touching)
+    branch, stop = path.branch, path.branch.last[0] + 1
+    outside = beyond(branch.z[:, :stop], branch.touching[:, :stop])
     if not outside.any():
         return path.mu_end, ()
     first = int(np.argmax(outside))
-    low, high = float(z[3, max(first - 1, 0)]), float(z[3, first])
+    low, high = branch.z[3, [max(first - 1, 0), first]].tolist()
     while high - low > 1e-9 * high:
-        tried = np.linspace(low, high, 17)
-        first = int(np.argmax(np.append(beyond(*path.places(tried[1:-1].tolist())), True)))
-        low, high = float(tried[first]), float(tried[first + 1])
+        values = np.linspace(low, high, 17)
+        first = int(np.argmax([*beyond(*path.places(values[1:-1].tolist())), True]))
+        low, high = values[first : first + 2].tolist()
     at = path.equilibrium(high)
     assert at is not None
     return low, tuple(f"from mu = {high:.6g} on {words}" for words in at.excesses)

@@ -293,7 +293,7 @@ def _newton(
             move = np.where(good, 0.0, step[:, :, 0].T)
             x = x - move
             change = np.max(np.abs(move), axis=0) / (unit + np.max(np.abs(x[:3]), axis=0))
-        good |= regular & ((change <= 4e-15) | ((change >= last) & (change <= 1e-6)))
+        good |= regular & ((change <= 1e-11) | ((change >= last) & (change <= 1e-6)))
         last = change
         if good.all() or not np.isfinite(change[~good]).any():
             break
@@ -406,7 +406,7 @@ class _Front(NamedTuple):
         # mu may not turn twice
         steady = np.diff(samples[3], axis=0) * turn[3] >= 0.0
         good &= steady.all(axis=0) | (self.ahead[3] * turn[3] <= 0.0)
-        over = np.asarray(self.over(samples)[:, 1:].any(axis=0))
+        over = np.asarray(self.over(samples[:, 1:]).any(axis=0))
         i = np.flatnonzero(good & over.any(axis=0))
         if i.size:
             stop = np.argmax(over[:, i], axis=0)

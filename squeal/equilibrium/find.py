@@ -78,10 +78,12 @@ def record(
             raise ComputationError(f"no equilibrium can be given: {WHY_HIDDEN}")
         excesses += (WHY_HIDDEN,)
     x, y, theta = (float(v) for v in statics.to_si(z))
-    R_n, delta = statics.reaction(z, state)
-    potential = statics.potential(z, state) * statics.units.energy
-    place = (x, y, theta), float(z[3]), state
-    return Equilibrium(*place, R_n, delta, potential, on_branch, excesses=excesses)
+    units = statics.units
+    R_n, delta = (float(part) for part in statics.resultant(z, state))
+    # in partial contact that of the integral law in every formulation
+    potential = float(statics.model.energy(statics.place(z), np.zeros(3), state)) * units.energy
+    place = (x, y, theta), float(z[3]), state, R_n * units.force, delta * units.length
+    return Equilibrium(*place, potential, on_branch, excesses=excesses)
 
 
 class Rests(NamedTuple):

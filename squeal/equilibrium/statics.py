@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.model.contact import State, Touching
+from squeal.model.contact import Touching
 from squeal.model.equations import PadModel, Units, natural_units, net_loads
 from squeal.model.pad import Coefficients, Pose, pose, springs
 from squeal.numerics.differentiation import complex_step, with_derivative
@@ -32,17 +32,12 @@ def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """
     try:
         x = np.linalg.solve(A, b)
-        regular = np.asarray(np.isfinite(x).all(axis=(1, 2)))
-        if regular.all():
-            return x, regular
+        return x, np.asarray(np.isfinite(x).all(axis=(1, 2)))
     except np.linalg.LinAlgError:
-        pass
-    regular = np.isfinite(A).all(axis=(1, 2)) & np.isfinite(b).all(axis=(1, 2))
-    A = np.where(regular[:, None, None], A, np.eye(A.shape[1]))
-    with np.errstate(all="ignore"):
-        regular &= np.abs(np.linalg.det(A)) > 0.0
-    A = np.where(regular[:, None, None], A, np.eye(A.shape[1]))
-    return np.linalg.solve(A, b), regular
+        with np.errstate(all="ignore"):
+            regular = np.abs(np.linalg.det(A)) > 0.0
+        A = np.where(regular[:, None, None], A, np.eye(A.shape[1]))
+        return np.linalg.solve(A, b), regular
 
 
 @dataclass(frozen=True)
@@ -167,16 +162,11 @@ class Statics:
         upright = np.abs(self.tilt(z)) < np.pi / 2
         return np.asarray(upright & balanced & ~self.wrong(z, touching).any(axis=0))
 
-    def potential(self, z: np.ndarray, state: State) -> float:
-        """Potential energy; in partial contact that of the integral law in every formulation."""
-        return float(self.model.energy(self.place(z), np.zeros(3), state))
-
-    def reaction(self, z: np.ndarray, state: State) -> tuple[float, float]:
-        """R_n in N and its distance delta in m, as the formulation counts it."""
+    def resultant(self, z: np.ndarray, state: Touching) -> tuple[Any, Any]:
+        """R_n and its distance delta, as the formulation counts it."""
         at = pose(np, tuple(self.place(z)))
         with np.errstate(divide="ignore", invalid="ignore"):  # no place where there is no force
-            force, place = self.model.law.resultant(self.model.c, at, state)
-        return float(force) * self.units.force, float(place) * self.units.length
+            return self.model.law.resultant(self.model.c, at, state)
 
     def settle(self, z: np.ndarray, touching: np.ndarray | None, passes: int) -> np.ndarray:
         """Newton's method at fixed mu from z (4, k), which is moved, down to rounding.
@@ -238,12 +228,6 @@ class AdmissibleLimits(NamedTuple):
 
 
 LIMITS = AdmissibleLimits()
-_SENTENCES = (
-    "is tilted by {value:.3g} degrees",
-    "lies {value:.3g} times the pad's half length (or a spring's, if shorter) off the initial "
-    "position",
-    "presses with {value:.3g} times the load",
-)
 
 
 class Excursion(NamedTuple):
@@ -263,26 +247,18 @@ class Excursion(NamedTuple):
 
     def warnings(self) -> tuple[str, ...]:
         """A sentence for each limit that one equilibrium exceeds."""
-        values = (np.degrees(self.tilt), self.travel, self.reaction)
-        bounds = (np.degrees(LIMITS.tilt), LIMITS.travel, LIMITS.reaction)
+        tilt, most = np.degrees([self.tilt, LIMITS.tilt])
+        pressing = f"presses with {self.reaction:.3g} times the load"
         if np.isinf(self.reaction):
-            return (
-                *self._replace(reaction=0.0).warnings(),
-                "the equilibrium presses without a load",
-            )
-        return tuple(
-            f"the equilibrium {words.format(value=value)}; the model means at most {bound:.3g}"
-            for words, value, bound, beyond in zip(
-                _SENTENCES, values, bounds, self.beyond(), strict=True
-            )
-            if beyond
+            pressing = "presses without a load"
+        sentences = (
+            f"is tilted by {tilt:.3g} degrees; the model means at most {most:.3g}",
+            f"lies {self.travel:.3g} times the pad's half length (or a spring's, if shorter) off "
+            f"the initial position; the model means at most {LIMITS.travel:.3g}",
+            f"{pressing}; the model means at most {LIMITS.reaction:.3g}",
         )
-
-
-def _force(statics: Statics, z: np.ndarray, touching: Any) -> Any:
-    at, on = pose(np, tuple(statics.place(z))), np.asarray(touching, dtype=float)
-    with np.errstate(all="ignore"):  # no place where there is no force
-        return statics.model.law.resultant(statics.model.c, at, on)[0]
+        which = zip(sentences, self.beyond(), strict=True)
+        return tuple(f"the equilibrium {words}" for words, beyond in which if beyond)
 
 
 def excursion(statics: Statics, z: np.ndarray, touching: Any) -> Excursion:
@@ -290,14 +266,13 @@ def excursion(statics: Statics, z: np.ndarray, touching: Any) -> Excursion:
 
     Of pads that differ, the parameters of `statics` are arrays (n,).
     """
-    pad = statics.model.pad
-    start = np.zeros_like(z)
+    pad, start = statics.model.pad, np.zeros_like(z)
     start[3] = z[3]
     put = statics.gaps(start) < 0.0
-    load = np.fmax(pad.F_n, np.where(put.any(axis=0), _force(statics, start, put), 0.0))
-    with np.errstate(all="ignore"):  # a pad without any load
+    with np.errstate(all="ignore"):  # no place where there is no force; a pad without any load
+        pressed = np.where(put.any(axis=0), statics.resultant(start, 1.0 * put)[0], 0.0)
         return Excursion(
             np.abs(statics.tilt(z)),
             np.hypot(z[0], z[1]) / np.minimum(pad.w, np.minimum(pad.L1, pad.L2)),
-            _force(statics, z, touching) / load,
+            statics.resultant(z, np.asarray(touching, dtype=float))[0] / np.fmax(pad.F_n, pressed),
         )

@@ -143,9 +143,17 @@ class Formula:
     _tree: ast.expr = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        tree = _parsed(self.text)
+        if len(self.text) > 500:
+            raise InputError(
+                f"a formula of {len(self.text)} characters is not allowed; at most 500 are"
+            )
+        try:
+            tree = ast.parse(self.text.strip(), mode="eval").body
+            names = _names(tree)
+        except (SyntaxError, ValueError, MemoryError, RecursionError):
+            raise InputError(f"{self.text}: is not allowed; it must be {ALLOWED}") from None
         object.__setattr__(self, "_tree", tree)
-        object.__setattr__(self, "names", frozenset(_names(tree, self.text)))
+        object.__setattr__(self, "names", frozenset(names))
 
     def value(self, parameters: Mapping[str, float]) -> float:
         """The formula's value. Raises InputError where it is not a finite number."""
@@ -153,7 +161,7 @@ class Formula:
             listed = ", ".join(sorted(parameters))
             allowed = f"allowed are {listed}" if listed else "there are none"
             raise InputError(f"{self._about}: {name} is no parameter; {allowed}")
-        return self._finite(parameters, parameters, "finite number")
+        return self._finite(parameters, "", "finite number")
 
     def slope(self, parameters: Mapping[str, float], name: str) -> float:
         """The derivative by one parameter; 0 if the formula does not depend on it.
@@ -161,8 +169,7 @@ class Formula:
         Raises InputError where the value or the derivative is not a finite number.
         """
         self.value(parameters)
-        moved = {**parameters, name: Dual(float(parameters.get(name, 0.0)), 1.0)}
-        return self._finite(moved, parameters, "function with a finite derivative")
+        return self._finite(parameters, name, "function with a finite derivative")
 
     def curvature(
         self, parameters: Mapping[str, float], name: str, low: float, high: float
@@ -183,10 +190,13 @@ class Formula:
     def _about(self) -> str:
         return f"{self.place}: {self.text}" if self.place else self.text
 
-    def _finite(self, at: Mapping[str, Any], parameters: Mapping[str, float], what: str) -> float:
+    def _finite(self, parameters: Mapping[str, float], by: str, what: str) -> float:
+        at: dict[str, Any] = {name: float(parameters[name]) for name in self.names}
+        if by in at:
+            at[by] = Dual(at[by], 1.0)
         try:
             result = dual(_walked(self._tree, at))
-            number = result.value if at is parameters else result.slope
+            number = result.slope if by else result.value
         except (ZeroDivisionError, OverflowError):
             number = math.nan
         if isinstance(number, complex) or not math.isfinite(number):
@@ -195,56 +205,39 @@ class Formula:
         return float(number)
 
 
-def _power(base: Any, exponent: float) -> Any:
-    return 1.0 if exponent == 0.0 else base if exponent == 1.0 else base**exponent
-
-
 _OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Div: operator.truediv,
-    ast.Pow: _power,
+    ast.Pow: lambda a, b: 1.0 if b == 0.0 else a if b == 1.0 else a**b,
 }
 
 
-def _refuse(text: str) -> InputError:
-    return InputError(f"{text}: is not allowed; it must be {ALLOWED}")
-
-
-def _parsed(text: str) -> ast.expr:
-    if len(text) > 500:
-        raise InputError(f"a formula of {len(text)} characters is not allowed; at most 500 are")
-    try:
-        return ast.parse(text.strip(), mode="eval").body
-    except (SyntaxError, ValueError, MemoryError, RecursionError):
-        raise _refuse(text) from None
-
-
-def _names(node: ast.expr, text: str) -> set[str]:
+def _names(node: ast.expr) -> set[str]:
+    """The parameters in a tree. Raises ValueError for what is no part of a formula."""
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
             return set()
         case ast.Name(id=name):
             return {name}
         case ast.UnaryOp(op=ast.UAdd() | ast.USub(), operand=operand):
-            return _names(operand, text)
-        case ast.BinOp(op=ast.Pow(), left=left, right=right):
-            if _names(right, text):
-                raise _refuse(text)
-            return _names(left, text)
+            return _names(operand)
         case ast.BinOp(op=op, left=left, right=right) if type(op) in _OPERATIONS:
-            return _names(left, text) | _names(right, text)
-    raise _refuse(text)
+            if not isinstance(op, ast.Pow):
+                return _names(left) | _names(right)
+            if not _names(right):
+                return _names(left)
+    raise ValueError
 
 
 def _walked(node: ast.expr, at: Mapping[str, Any]) -> Any:
-    """What a checked tree gives in the arithmetic of the numbers in `at`."""
+    """The value of a checked tree in the arithmetic of the numbers in `at`."""
     match node:
         case ast.Constant(value=number):
             return float(number)  # type: ignore[arg-type]
         case ast.Name(id=name):
-            return at[name] if isinstance(at[name], Dual) else float(at[name])
+            return at[name]
         case ast.UnaryOp(op=op, operand=operand):
             value = _walked(operand, at)
             return -value if isinstance(op, ast.USub) else value
