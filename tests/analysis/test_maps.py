@@ -136,13 +136,6 @@ def test_a_contour_takes_the_fold_that_the_query_finds():
     assert names == ["marginal" if mu < fold.mu else "beyond a fold" for mu in mus]
 
 
-def test_without_a_matrix_or_ratio_above_zero_nothing_is_damped():
-    scene, axes = scene_of("b3"), angle_axes(9)
-    plain = stability_map(scene, axes).codes
-    for zero in (Damping(ratios=(0.0,) * 3), Damping(matrix=((0.0,) * 3,) * 3)):
-        assert np.array_equal(stability_map(scene_of("b3", damping=zero), axes).codes, plain)
-
-
 def test_a_logarithmic_axis_has_equal_ratios():
     axis = Axis("k1", 1e6, 1e10, 40, log=True)
     assert axis.values[1:] / axis.values[:-1] == pytest.approx(1e4 ** (1 / 40))
@@ -190,13 +183,6 @@ def test_values_that_could_not_be_decided_are_named_in_the_record(monkeypatch, r
     assert answer.warnings == ("critical friction could not be decided at 25 % of the points",)
     assert answer.to_dict()["admissible"] is True
     assert not recwarn
-
-
-@pytest.mark.parametrize(("quantity", "words"), [("colour", "one of"), ("critical-friction", "mu")])
-def test_quantities_that_are_none(quantity, words):
-    axes = Axis("mu", 0.0, 1.0, 3), Axis("h", 0.01, 0.02, 3)
-    with pytest.raises(InputError, match=words):
-        stability_map(scene_of("b3"), axes, quantity)
 
 
 def test_ratios_of_an_unstable_mode_are_refused_with_the_place():

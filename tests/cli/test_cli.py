@@ -49,6 +49,10 @@ KEYS = {
         "equilibria": "x y theta verdict",
     },
     f"map {B3} --n 20": {"": "share"},
+    "advise PAD": {
+        "": "critical levers",
+        "levers": "parameter step lowered raised",
+    },
     "claims": {"": "claims", "claims": "id verdict measured where"},
 }
 

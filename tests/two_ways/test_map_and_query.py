@@ -108,8 +108,3 @@ def pad_at(alpha1, alpha2, mu):
 def test_no_fold_is_seen_beside_a_change_of_contact():
     # an edge parts and the pad becomes soft
     assert_one_verdict(pad_at(1.557509108607938, 1.5448663685984143, 0.9), (1e-9, 1e-9), 0)
-
-
-def test_a_contour_takes_the_fold_that_the_query_finds():
-    # once it took a value of its grid, 1.34375
-    assert_one_critical_friction(pad_at(0.32798, 0.42706, 0.4), (1e-9, 1e-9), 0)
