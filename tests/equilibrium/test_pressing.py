@@ -16,7 +16,6 @@ from squeal.model.pad import Pad
 # there it hangs, whatever mu, at the border of contact, where R_n is zero.
 STIFF = {"m": 0.31, "w": 0.033, "h": 0.011, "k1": 1.7e7, "k2": 2.2e7, "k_c": 1.9e7}
 FREE = STIFF | {"L1": 0.4, "L2": 0.55, "alpha1": 0.47 * np.pi, "alpha2": 0.83 * np.pi}
-LINE = ("B2", "BN")
 AT_REST = "without friction the pad has no place of rest nearby"
 
 
@@ -24,15 +23,14 @@ def _pad(mu=0.37, **changes):
     return Pad(**(FREE | {"mu": mu, "F_n": 0.0, "y0": -2e-5} | changes))
 
 
-@pytest.mark.parametrize("model", LINE)
-def test_an_equilibrium_whose_reaction_is_rounding_is_none(model):
-    scene = Scene(model, _pad())
+def test_an_equilibrium_whose_reaction_is_rounding_is_none():
+    scene = Scene("B2", _pad())
     found = find_all(scene.pad_model)
     assert min(e.R_n for e in found) > 1.0
     taken = analyse(scene)
     least = min(found, key=lambda e: e.potential)
     assert (taken.R_n, taken.on_branch) == (least.R_n, False)
-    assert taken.R_n == pytest.approx(18.7, rel=0.3)  # N springs are nearly a line
+    assert taken.R_n == pytest.approx(18.7, rel=0.3)
     assert taken.spectrum.rigid_body_roots == 0
     assert AT_REST in taken.warnings[0]
     assert [e.R_n for e, _ in judged_equilibria(scene)] == [e.R_n for e in found]

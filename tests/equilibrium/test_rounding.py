@@ -6,8 +6,7 @@ import pytest
 
 from squeal.analysis.maps import NAMES, codes_at
 from squeal.analysis.pads import analyse, critical_friction, judged_equilibria
-from squeal.equilibrium import find_all, sliding_equilibrium
-from squeal.equilibrium.statics import HIDDEN, Statics
+from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import Formulation
@@ -83,26 +82,6 @@ def tilted(k_c):
     return Scene("B2", Pad(**PAD, **STEEP, k_c=k_c, mu=0.3, theta0=0.005))
 
 
-def exact_penetration(scene, e):
-    """The deeper edge's, to many digits."""
-    with mp.workdps(100):
-        exact = Exact(scene, e.state)
-        return -min(exact.gaps(exact.equilibrium(e.q, scene.pad.mu)))
-
-
-@pytest.mark.parametrize("k_c", [1e9, 1e14, 1e17])
-def test_penetrations_lie_within_their_rounding(k_c):
-    scene = tilted(k_c)
-    e = sliding_equilibrium(scene.pad_model)[0]
-    statics = Statics.of(scene.pad_model)
-    z = np.append(statics.units.to_scaled(np.array([*e.q, 0, 0, 0]))[:3], scene.pad.mu)
-    off = statics.deepest(z) * statics.units.length / exact_penetration(scene, e) - 1
-    assert abs(float(off)) <= np.max(statics.rounding(z)) / statics.deepest(z) <= HIDDEN
-    assert not statics.hidden(z)
-    codes_at(scene, ("alpha1",), np.array([[scene.pad.alpha1]]))
-    assert critical_friction(scene, 0.5).end == "mu = 0.5 is reached"
-
-
 @pytest.mark.parametrize("k_c", [1e18, 1e20])
 def test_where_rounding_hides_the_contact_a_sentence_says_so(k_c):
     scene = tilted(k_c)
@@ -111,18 +90,3 @@ def test_where_rounding_hides_the_contact_a_sentence_says_so(k_c):
             ask(scene)
     codes = codes_at(scene, ("alpha1",), np.array([[scene.pad.alpha1]])).codes
     assert NAMES[codes[0]] == "unknown"
-
-
-def unloaded(**changes):
-    """Springs with a free direction lift the pad off, or press it with k_n y0 if they stand."""
-    pad = {"m": 0.31, "w": 0.033, "h": 0.011, "k1": 1.7e7, "k2": 2.2e7, "L1": 0.4, "L2": 0.55}
-    pad |= {"alpha1": 1.4765, "alpha2": 2.6075, "k_c": 1.9e7, "mu": 0.0, "F_n": 0.0, "y0": -2e-5}
-    return Scene("B2", Pad(**(pad | changes)))
-
-
-@pytest.mark.parametrize("load", [1.0, 1e-12, 1e-17])
-def test_a_reaction_beyond_rounding_is_one(load):
-    scene = unloaded(F_n=load)
-    e = find_all(scene.pad_model)[0]
-    assert e.R_n == pytest.approx(float(exact_reaction(scene, e)), rel=1e-5)
-    assert NAMES[codes_at(scene, ("h",), np.array([[scene.pad.h]])).codes[0]] == "marginal"

@@ -222,10 +222,9 @@ def test_what_cannot_hold_a_matrix_is_refused(tmp_path, matrix):
         write_matrix(tmp_path / "K.doc", np.eye(2))
 
 
-@pytest.mark.parametrize("value", ["-.5e-1", "5.", "1E+3", " 7\t", "7\r"])
-def test_a_matrix_market_number_may_be_written_in_many_ways(read, value):
-    for entry in ("real", "double", "REAL"):
-        text = lines(f"coordinate {entry} general", "% note\n", f"1 1 1\n\n 1\t1 {value}")
+def test_a_matrix_market_number_may_be_written_in_many_ways(read):
+    for value in ("-.5e-1", "5.", "1E+3", " 7\t", "7\r"):
+        text = lines("coordinate REAL general", "% note\n", f"1 1 1\n\n 1\t1 {value}")
         assert read("K.mtx", text) == [[float(value)]]
 
 

@@ -6,7 +6,7 @@ from scipy.io import mmwrite
 from scipy.sparse import csc_array, save_npz
 
 from squeal.errors import InputError, InputWarning
-from squeal.io.system import is_general, read_system
+from squeal.io.system import read_system
 
 SHORT = """\
 name: example
@@ -81,12 +81,6 @@ def test_sums_of_terms(read):
     assert (file.system.name, file.system.parameter) == ("three", "Omega")
     assert [i.name for i in file.inputs] == ["m.mtx", "d.npz", "k0.mtx", "k1.mtx"]
     assert [(o.part, o.file) for o in file.origins][1:3] == [("C", "d.npz"), ("C", "")]
-
-
-def test_rows_alone_make_a_matrix(read):
-    system = read(f"parameters: {{}}\nM: {M.tolist()}\nK: {K0.tolist()}\n").system
-    assert np.array_equal(system.at()[2], K0)
-    assert (system.parameter, system.at()[1]) == ("mu", None)
 
 
 def test_rayleigh_leaves_friction_out(read):
@@ -196,13 +190,6 @@ def test_one_sentence_names_file_key_and_value(tmp_path, read, text, nodes, part
     assert "\n" not in message
     for part in parts:
         assert part in message
-
-
-def test_which_form_a_file_has():
-    assert is_general({"M": {"file": "m.mtx"}, "K0": [[1]]})
-    assert is_general({"M": [[1]], "K": [[1]]})
-    assert not is_general({"M": [[1]], "K0": [[1]]})
-    assert not is_general({"model": "B1"})
 
 
 def test_labels_that_m_or_k_alone_have_are_reported(read):
