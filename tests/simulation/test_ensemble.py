@@ -3,6 +3,7 @@
 import dataclasses
 import math
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -112,3 +113,32 @@ def test_what_cannot_be_simulated_is_refused(monkeypatch):
     monkeypatch.setitem(sys.modules, "squeal.simulation.taylor", None)
     with pytest.raises(ComputationError, match="heyoka"):
         simulate_many("B1", stack(pads), np.zeros((3, 6)), 1.0)
+
+
+# Simulations at the same time, in threads or in turns, know nothing of each other
+
+THREADS, COUNT = 4, 12
+
+
+def scenes(model):
+    return [
+        Scene(model, random_pad(seed, model), initial=(0, 1e-3, 0, 0, 0, 0), stop=5.0, samples=2)
+        for seed in range(COUNT)
+    ]
+
+
+@pytest.mark.parametrize("model", ["B1", "B2"])
+@needs_heyoka
+def test_motions_in_threads_are_those_one_by_one(model):
+    def run(task):
+        seed, scene = task
+        one = simulate(scene)
+        pads = stack([random_pad(10 * seed + i) for i in range(6)])
+        r = simulate_many(model, pads, np.zeros((6, 6)), 20.0, 1e-9, events=True)
+        many = [r["final"].tobytes(), r["changes"].tolist(), np.concatenate(r["events"]).tolist()]
+        return one.final, one.events, one.extrema, many
+
+    tasks = list(enumerate(scenes(model)))
+    alone = [run(task) for task in tasks]
+    with ThreadPoolExecutor(THREADS) as pool:
+        assert list(pool.map(run, tasks)) == alone

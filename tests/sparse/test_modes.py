@@ -1,14 +1,18 @@
 """Roots of sparse systems in a region against dense solutions, closed forms and known blocks."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import eig
 from scipy.optimize import linear_sum_assignment
 from scipy.sparse import block_diag, csc_array, diags_array
 
+from squeal.errors import ComputationError
+from squeal.linear.system import Term
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
-from squeal.sparse.eigensolver import lowest_modes, modes_in
-from squeal.sparse.quadratic import quadratic
+from squeal.sparse.eigensolver import OPTIONS, lowest_modes, modes_in
+from squeal.sparse.quadratic import ScaledSystem, quadratic
 from tests import large
 
 
@@ -179,3 +183,42 @@ def test_two_rows_in_a_wide_band_have_all_their_roots():
     found = modes_in(quadratic(np.eye(2), None, K), Rectangle(-16.0, 16.0, -1e-4, 63.0))
     assert found.certified
     assert_same(found.values, [1j, 3**0.5 * 1j])
+
+
+# Modes corrected from single precision against dense solutions; the basis that they share
+
+BRAKE = large.disc_and_pad(3)
+REGION = band(200.0, 2200.0)
+
+
+def _structural() -> ScaledSystem:
+    K = (Term(BRAKE.K[0].matrix * (1 + 0.02j)), *BRAKE.K[1:])
+    return ScaledSystem(replace(BRAKE, K=K))
+
+
+@pytest.mark.parametrize("scaled", [ScaledSystem(BRAKE), _structural()], ids=["real", "complex"])
+@pytest.mark.parametrize("exact", [2e-9, 1e-13])
+def test_right_and_left_modes(scaled, exact):
+    problem = scaled.at({"mu": 0.6})
+    roots = modes_in(problem, REGION, certify=False, exact=exact).roots
+    full = modes_in(problem, REGION)
+    assert full.certified
+    assert len(roots.values) == len(full.values) > 3
+    distance = np.abs(roots.values[:, None] - full.values[None, :]).min(axis=0)
+    assert np.all(distance < 1e-9 * np.abs(full.values))
+    assert np.all(problem.backward_errors(roots.values, roots.right) < 2 * exact)
+    rest = problem.transposed().backward_errors(roots.values, roots.left.conj())
+    assert np.all(rest < 2 * exact)
+
+
+def test_what_is_not_reached_is_divided_and_what_is_not_corrected_is_refused():
+    problem = ScaledSystem(BRAKE).at({"mu": 0.6})
+    expected = modes_in(problem, REGION).values
+    few = modes_in(problem, REGION, options=replace(OPTIONS, steps=24))
+    assert few.shifts > 2
+    assert few.certified
+    assert np.allclose(np.sort_complex(few.values), np.sort_complex(expected), rtol=1e-9)
+    with pytest.raises(ComputationError, match="rounding hides them"):
+        modes_in(problem, REGION, options=replace(OPTIONS, rounds=1))
+    with pytest.raises(ComputationError, match="too many roots"):
+        modes_in(problem, REGION, options=replace(OPTIONS, steps=24, pieces=2))
