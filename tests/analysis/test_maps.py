@@ -1,8 +1,6 @@
 """Maps point by point against the queries of single pads; curves between verdicts, closed forms."""
 
-import csv
 import dataclasses
-import json
 import math
 
 import numpy as np
@@ -19,14 +17,13 @@ from squeal.analysis.maps import (
 )
 from squeal.analysis.pads import analyse, critical_friction, sweep_mu
 from squeal.analysis.stack import QUIET, PadStack
-from squeal.cli.main import main
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
 from squeal.schema.values import Place
-from tests.conftest import HAMMERING, ROOT, SCENES, scene_of
+from tests.conftest import HAMMERING, ROOT, scene_of
 
 MATRIX = Damping(matrix=((60.0, 10.0, 0.2), (10.0, 90.0, -0.1), (0.2, -0.1, 0.08)))
 RATIOS = Damping(ratios=(0.004, 0.03, 0.001))
@@ -289,20 +286,3 @@ def test_a_contact_change_that_costs_stability_ends_where_it_does_no_more():
                 e, _ = sliding_equilibrium(changed.pad_model)
                 gaps = changed.pad_model.gaps(np.array(e.q))
                 assert np.abs(gaps).min() < 1e-9 * scene.pad.w
-
-
-def test_the_command_writes_and_prints_curves(capsys, tmp_path):
-    table, picture = tmp_path / "curve.csv", tmp_path / "map.svg"
-    axes = ("--first", "k1:1e6:1e10:log", "--second", "k_c:1e6:1e10:log", "--n", "16")
-    files = ("--threshold-curve", str(table), "--figure", str(picture))
-    assert main(["map", str(SCENES / "b3.yaml"), *axes, *files, "--json"]) == 0
-    (curve,) = json.loads(capsys.readouterr().out)["threshold_curve"]
-    assert (curve["kind"], curve["closed"]) == ("flutter", False)
-    with table.open(newline="") as stream:
-        rows = list(csv.DictReader(stream))
-    assert [[float(r["k1 [N/m]"]), float(r["k_c [N/m]"])] for r in rows] == curve["points"]
-    assert [float(r["frequency_hz"]) for r in rows] == curve["frequency_hz"]
-    assert picture.read_text().count('id="threshold"') == 1
-    # both ends lie at the outermost points
-    for end in (curve["points"][0], curve["points"][-1]):
-        assert any(abs(abs(math.log10(v) - 8.0) - 2.0) < 0.2 for v in end)

@@ -64,20 +64,6 @@ def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(chains, mass, 
         assert len(values) == wanted.modes
 
 
-@pytest.mark.parametrize(("chains", "top"), [(3, 60.0), (1, 10.0)])
-def test_sweeps_of_a_damped_free_chain_keep_its_zero_roots(chains, top):
-    stiffness = system_of(chains).K[0].matrix
-    system = system_of(chains, damping=(Term(1e-7 * stiffness),))
-    steps = [
-        step
-        for method in ("reduced", "full")
-        for step in squeal.sweep(system, [0.0, 0.5, 1.0], (0.0, top), method=method).steps
-    ]
-    assert [step.verdict for step in steps] == [None] * 6  # of some of the roots
-    assert {int(np.sum(step.roots == 0)) for step in steps} == {2 * chains}
-    assert len({len(step.roots) for step in steps}) == 1
-
-
 def test_a_ground_damper_leaves_one_zero_root_and_one_that_decays():
     c = 0.9
     roots = system_roots(system_of(damping=(at(0, c),)), SLOW)

@@ -208,32 +208,6 @@ def test_samples_that_cannot_be_computed_are_counted_apart(scattered, monkeypatc
     assert some.interval[0] <= scattered.stable <= some.interval[1]
 
 
-def test_mode_coupling_scatters_as_its_closed_form_says():
-    # flutter from k + (a - b)^2 / 4 k on: with a normal difference d the share below x is that of
-    # |d| < sqrt(4 k (x - k))
-    mean, size, k, count = 1.0, 0.2, 0.5, 80
-    system = coupled({"a": 2.0 + mean, "b": 2.0, "k": k, "mu": 1.0})
-    answer = scatter(system, Spreads((Spread("a", "absolute", size),), count, 5), mu_max=3.0)
-    assert (answer.failed, answer.beyond) == (0, 0)
-
-    def share(x):
-        reach = np.sqrt(np.maximum(4 * k * (x - k), 0.0))
-        return norm.cdf(reach, mean, size) - norm.cdf(-reach, mean, size)
-
-    # Dvoretzky, Kiefer, Wolfowitz: farther off than this once in 1000 draws
-    bound = np.sqrt(np.log(2 / 1e-3) / (2 * count))
-    steps, exact = np.arange(count + 1) / count, share(answer.critical)
-    assert max(np.abs(exact - steps[1:]).max(), np.abs(exact - steps[:-1]).max()) < bound
-    assert answer.interval[0] <= 1.0 - share(1.0) <= answer.interval[1]
-    for q in answer.quantiles:
-        at = np.interp(q.level, exact, answer.critical)
-        assert (q.low or 0.0) <= at <= (q.high or 9.0)
-    # half of them lie above the median: these have no threshold in a shorter range
-    short = scatter(system, Spreads((Spread("a", "absolute", size),), 24, 5), mu_max=1.0)
-    drawn = mean + size * np.random.default_rng(5).standard_normal(24)
-    assert short.beyond == np.sum(k + drawn**2 / (4 * k) > 1.0)
-
-
 BARE = TermSystem((Term(np.eye(2)),), (), (Term(np.eye(2), Formula("mu")),), {}, "mu", "bare")
 WIDE = TermSystem((Term(np.eye(101)),), (), (Term(np.eye(101), Formula("k")),), {"k": 1.0}, "mu")
 
