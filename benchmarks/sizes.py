@@ -88,7 +88,7 @@ def measured(rows: int, certify: bool, check: bool) -> Size:
         reduction.modes(region, {"mu": x})
     sweep = ended("sweep", start)
     start = clock()
-    found = crossings_along(reduction, region, "mu", mu[::7] + mu[-1:])
+    crossings, _ = crossings_along(reduction, region, "mu", mu[::7] + mu[-1:])
     thresholds = ended("thresholds", start)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     value, growth = (0.0, 0.0) if check else (float("nan"), float("nan"))
@@ -108,7 +108,7 @@ def measured(rows: int, certify: bool, check: bool) -> Size:
         memory,
         reduction.size,
         len(reduction.samples),
-        len(found.crossings),
+        len(crossings),
         value,
         growth,
     )

@@ -1,4 +1,4 @@
-"""Crossings of the imaginary axis along a parameter: found on a reduced system, proved on the full.
+"""Crossings of the imaginary axis along a parameter: seen on a reduced system, proved on the full.
 
 At values of the parameter the reduced system gives roots in a region and their derivatives. They
 are matched from one value to the next by where their slopes point; what is in doubt halves the
@@ -20,6 +20,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import State, hermite_cubic, near_coalescences, zeros_between
+from squeal.linear.events import Event
 from squeal.linear.matrices import EPS
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.quadratic import ComplexArray, Quadratic, ScaledSystem, combined, factorise_at
@@ -42,6 +43,7 @@ class AlongOptions:
 
 
 OPTIONS = AlongOptions()
+Place = tuple[State, int]  # a state with the index of one of its roots
 
 
 class Along:
@@ -62,95 +64,81 @@ class Along:
     def at(self, value: float) -> State:
         """The roots (rad/s) at a value of the parameter, of pairs the upper ones."""
         if value not in self._states:
-            at = {self.name: value}
-            M, C, _ = self.reduction.system.at(at)
-            C = np.zeros_like(M) if C is None else C
-            found = self.reduction.roots(self.region, at, left=True)
-            moved = [
-                np.zeros_like(M) if d is None else d
-                for d in self.reduction.system.derivative(self.name, at)
-            ]
-            z, X, Y = found.values, found.right, found.left.conj().T
-            change = moved[0] @ X * z**2 + moved[1] @ X * z + moved[2] @ X
-            inertia = np.sum(Y.T * (2 * z * (M @ X) + C @ X), axis=0)
+            system, at = self.reduction.system, {self.name: value}
+            (M, C, _), slopes = system.at(at), system.derivative(self.name, at)
+            roots = self.reduction.roots(self.region, at, left=True)
+            z, X, Y = roots.values, roots.right, roots.left.conj().T
+            change: ComplexArray = sum(
+                (A @ X * z**k for A, k in zip(slopes, (2, 1, 0), strict=True) if A is not None),
+                np.zeros_like(X),
+            )
+            inertia = np.sum(Y.T * (2 * z * (M @ X) + (0.0 if C is None else C @ X)), axis=0)
             # a double root at zero leaves it as a square root, if at all
-            single = (z != 0) | (np.abs(inertia) > OPTIONS.rounding * np.linalg.norm(C))
-            coupling = -(Y @ change) / np.where(single, inertia, np.inf)[:, None]
+            damping = 0.0 if C is None else float(np.linalg.norm(C))
+            single = (z != 0) | (np.abs(inertia) > OPTIONS.rounding * damping)
+            coupling = np.asarray(-(Y @ change) / np.where(single, inertia, np.inf)[:, None])
             noise = OPTIONS.rounding / 10 * np.abs(z)
-            self._states[value] = State(value, z, X, found.left, coupling, noise)
+            self._states[value] = State(value, z, X, roots.left, coupling, noise)
         return self._states[value]
 
-    def crossings(self, a: float, b: float, least: float) -> Iterator[tuple[State, int]]:
-        """States next to the axis from a to b with the index of the root that crosses it there;
-        steps are divided down to the width `least`."""
+    def crossings(self, a: float, b: float, least: float) -> Iterator[Place]:
+        """Where a root crosses the axis from a to b: the state next to that; steps are divided
+        down to the width `least`."""
         before, after = self.at(a), self.at(b)
-        cut, found = self._doubt(before, after), []
+        pairs, misses = _matched(before, after)
+        cut, each = self._doubt(before, after, pairs, misses), []
         if cut is None:
-            each = [self._on_axis(before, after, i, j) for i, j in self._pairs(before, after)]
+            each = [self._on_axis(before, after, i, j) for i, j in pairs]
             cut = (a + b) / 2 if None in each else None
-            found = [one for some in each if some for one in some]
         if cut is None:
-            yield from found
+            yield from (place for places in each for place in places or ())
         elif b - a > least and len(self._states) < OPTIONS.states:
             yield from self.crossings(a, cut, least)
             yield from self.crossings(cut, b, least)
         else:  # as near as values of the parameter are told apart
-            for i, j in self._pairs(before, after):
+            for i, j in pairs:
                 if _changes_sign(before.roots[i], after.roots[j]):
                     first = abs(before.roots[i].real) < abs(after.roots[j].real)
                     yield (before, i) if first else (after, j)
 
-    def _pairs(self, before: State, after: State) -> list[tuple[int, int]]:
-        from scipy.optimize import linear_sum_assignment
-
-        rows, columns = linear_sum_assignment(self._misses(before, after))
-        return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True)]
-
-    def _misses(self, before: State, after: State) -> np.ndarray:
-        h = after.value - before.value
-        mean = h / 2 * (before.slopes[:, None] + after.slopes[None, :])
-        return np.asarray(np.abs(after.roots[None, :] - before.roots[:, None] - mean))
-
-    def _doubt(self, before: State, after: State) -> float | None:
+    def _doubt(
+        self, before: State, after: State, pairs: list[tuple[int, int]], misses: np.ndarray
+    ) -> float | None:
         """Where a step has to be divided, None if each root is matched or leaves the region for
         good, and no two may meet on the way."""
         h, middle = after.value - before.value, (before.value + after.value) / 2
-        pairs, misses = self._pairs(before, after), self._misses(before, after)
         for i, j in pairs:
             way = abs(after.roots[j] - before.roots[i])
             if misses[i, j] > max(OPTIONS.doubt * way, OPTIONS.near * abs(before.roots[i])):
                 return middle
-        lost = set(range(len(before.roots))) - {i for i, _ in pairs}
-        new = set(range(len(after.roots))) - {j for _, j in pairs}
-        gone = [(before.roots[i], h * before.slopes[i]) for i in lost]
-        gone += [(after.roots[j], -h * after.slopes[j]) for j in new]
-        # one that leaves the region may cross the axis before
-        if any(self.region.contains(z + way) or _changes_sign(z, z + 2 * way) for z, way in gone):
-            return middle
+        for state, own, ahead in ((before, 0, h), (after, 1, -h)):
+            for k in set(range(len(state.roots))) - {pair[own] for pair in pairs}:
+                # one that leaves the region may cross the axis before
+                z, way = state.roots[k], ahead * state.slopes[k]
+                if self.region.contains(z + way) or _changes_sign(z, z + 2 * way):
+                    return middle
         for state, met in near_coalescences(before, after):
             place, half = state.value + met.step, max(met.half, 1e-9 * abs(state.value))
             # a window that is wider than this has been seen from its inside
-            if before.value < place < after.value and half < abs(h) / 8:
-                nearest = min(abs(p - place) for p in self._states)
-                if nearest > half / 2:
-                    return place
+            seen = min(abs(p - place) for p in self._states) <= half / 2
+            if before.value < place < after.value and half < abs(h) / 8 and not seen:
+                return place
         return None
 
-    def _on_axis(
-        self, before: State, after: State, i: int, j: int
-    ) -> list[tuple[State, int]] | None:
+    def _on_axis(self, before: State, after: State, i: int, j: int) -> list[Place] | None:
         """Where the cubic through the real parts of one root, and their derivatives, vanishes
         between two values, refined on the reduced system; None if a change of sign shows none."""
         h, a, b = after.value - before.value, before.roots[i], after.roots[j]
         slopes = h * before.slopes[i].real, h * after.slopes[j].real
         zeros = zeros_between(hermite_cubic(a.real, slopes[0], b.real, slopes[1]))
-        guesses = [(before.value + t * h, complex(a + t * (b - a))) for t in zeros]
-        found = [one for guess in guesses if (one := self._refined(*guess, before.value, h))]
-        return None if not found and _changes_sign(a, b) else found
+        refined = (
+            self._refined(before.value + t * h, complex(a + t * (b - a)), before.value, h)
+            for t in zeros
+        )
+        places = [place for place in refined if place]
+        return None if not places and _changes_sign(a, b) else places
 
-    def _refined(
-        self, value: float, root: complex, low: float, width: float
-    ) -> tuple[State, int] | None:
+    def _refined(self, value: float, root: complex, low: float, width: float) -> Place | None:
         """The zero of the real part of the root next to a guess in a step; None without one."""
         for _ in range(5):
             state = self.at(value)
@@ -169,60 +157,74 @@ class Along:
         return (state, k) if near else None
 
 
+def _matched(before: State, after: State) -> tuple[list[tuple[int, int]], np.ndarray]:
+    """Indices of the same roots at both values, and by how much slopes miss each of all pairs."""
+    from scipy.optimize import linear_sum_assignment
+
+    mean = (after.value - before.value) / 2 * (before.slopes[:, None] + after.slopes)
+    misses = np.abs(after.roots - before.roots[:, None] - mean)
+    rows, columns = linear_sum_assignment(misses)
+    return list(zip(rows.tolist(), columns.tolist(), strict=True)), misses
+
+
 def _changes_sign(one: complex, other: complex) -> bool:
     """True if the real parts differ in sign by more than rounding."""
     sure = all(abs(z.real) > OPTIONS.rounding * abs(z) for z in (one, other))
     return sure and one.real * other.real < 0
 
 
-@dataclass(frozen=True)
-class Found:
-    """Crossings of the full system, sorted, and guesses that it did not confirm."""
+@dataclass(frozen=True, eq=False)
+class AxisCrossing(Event):
+    """A pair or a real root (omega 0) of the full system on the imaginary axis.
 
-    crossings: tuple[AxisCrossing, ...]
-    unconfirmed: tuple[str, ...]
+    `interval` holds the parameter's value with rounding taken into account, `residual` is the
+    backward error there, `slope` is d Re lambda / dp (1/s per unit of p), `vector` (n,) the mode
+    in the scaled coordinates, of unit length.
+    """
+
+    slope: float = math.nan
+    vector: ComplexArray = field(default_factory=lambda: np.zeros(0, complex), repr=False)
 
 
 def crossings_along(
     reduction: Reduction, region: Rectangle, name: str, values: Sequence[float]
-) -> Found:
+) -> tuple[list[AxisCrossing], list[str]]:
     """All crossings of the imaginary axis inside a region between the first and last value.
 
     The reduced system must be good at the values (rising), which set the first steps. Each
-    crossing is located on the full system; what it does not confirm is named. Raises InputError
-    for a region without the axis.
+    crossing is located on the full system; a sentence names each one that it does not confirm.
+    Raises InputError for a region without the axis.
     """
     along = Along(reduction, region, name)
     scaled, basis = reduction.basis.scaled, reduction.basis.vectors
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
-    least = OPTIONS.least * (values[-1] - values[0])
+    low, high = values[0], values[-1]
     for a, b in itertools.pairwise(values):
-        for state, k in along.crossings(a, b, least):
+        for state, k in along.crossings(a, b, OPTIONS.least * (high - low)):
             omega = abs(state.roots[k].imag)
             omega = 0.0 if omega <= along.real else omega
             pair = np.stack([state.right[:, k], state.left[:, k]], axis=1)
             try:
-                found = axis_crossing(scaled, name, state.value, omega, *combined(basis, pair).T)
+                one = axis_crossing(scaled, name, state.value, omega, *combined(basis, pair).T)
             except ComputationError as error:
                 unconfirmed.append(str(error))
                 continue
-            if not any(_same(found, other) for other in crossings):
-                crossings.append(found)
-    placed = [_in_range(c, values[0], values[-1]) for c in crossings]
-    inside = sorted(filter(None, placed), key=lambda c: (c.value, -abs(c.slope)))
-    return Found(tuple(inside), tuple(unconfirmed))
+            if not any(_same(one, other) for other in crossings):
+                crossings.append(one)
+    inside = [c for one in crossings for c in _in_range(one, low, high)]
+    return sorted(inside, key=lambda c: (c.value, -abs(c.slope))), unconfirmed
 
 
-def _in_range(one: AxisCrossing, low: float, high: float) -> AxisCrossing | None:
-    """A crossing, at an end of the range exactly if rounding leaves that; None for one outside it
-    and for what does not grow at the start and begins to decay."""
+def _in_range(one: AxisCrossing, low: float, high: float) -> list[AxisCrossing]:
+    """A crossing, at an end of the range exactly if rounding leaves that; none if it lies outside,
+    or if what does not grow at the start begins to decay."""
     first, last = one.interval
     if first <= low <= last:
-        return replace(one, value=low, interval=(low, last)) if one.direction == "up" else None
+        return [replace(one, value=low, interval=(low, last))] if one.direction > 0 else []
     if first <= high <= last:
-        return replace(one, value=high)
-    return one if low <= one.value <= high else None
+        return [replace(one, value=high)]
+    return [one] if low <= one.value <= high else []
 
 
 def _same(one: AxisCrossing, other: AxisCrossing) -> bool:
@@ -231,33 +233,6 @@ def _same(one: AxisCrossing, other: AxisCrossing) -> bool:
         and abs(one.omega - other.omega) <= OPTIONS.same * max(one.omega, other.omega)
         and abs(np.vdot(one.vector, other.vector)) > 0.5
     )
-
-
-@dataclass(frozen=True, eq=False)
-class AxisCrossing:
-    """A pair or a real root of the full system on the imaginary axis.
-
-    `interval` holds the parameter's value with rounding taken into account, `residual` is the
-    backward error there, `slope` is d Re lambda / dp (1/s per unit of p).
-    """
-
-    value: float
-    omega: float  # rad/s, 0 for a real root
-    direction: str  # up: growth begins with rising p; down: it ends
-    slope: float
-    interval: tuple[float, float]
-    residual: float
-    vector: ComplexArray = field(repr=False)  # (n,) in the scaled coordinates, of unit length
-
-    @property
-    def kind(self) -> str:
-        """flutter for a pair, divergence for a real root."""
-        return "flutter" if self.omega else "divergence"
-
-    @property
-    def frequency_hz(self) -> float:
-        """omega / (2 pi)."""
-        return self.omega / (2 * math.pi)
 
 
 def axis_crossing(
@@ -308,8 +283,9 @@ def axis_crossing(
             slope = -float((slope_p / slope_root).real)
             residual = problem.backward_errors(np.array([root]), x[:, None])[0]
             half = uncertain + abs(float(moves[1])) + 2 * EPS * abs(p)
-            way = "up" if slope > 0 else "down"
-            return AxisCrossing(p, abs(w), way, slope, (p - half, p + half), float(residual), x)
+            way = 1 if slope > 0 else -1
+            ends = p - half, p + half
+            return AxisCrossing(p, abs(w), way, ends, float(residual), slope=slope, vector=x)
     raise ComputationError(
         f"no crossing of the imaginary axis was found near {name} = {value:.9g} at "
         f"{omega / (2 * math.pi):.6g} Hz"

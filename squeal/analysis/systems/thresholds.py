@@ -90,67 +90,42 @@ def system_thresholds(
         raise InputError(f"high: {high:g} is not allowed; it must exceed {low:g}")
     if is_small(system) and system.real:
         if wanted.rectangle is None:
-            return _all(system, low, high)
+            every, start = thresholds(system, high, mu_min=low), {system.parameter: low}
+            verdict = verdict_of(roots_of_all(system, wanted, start), noise_of(system))
+            lists = tuple(every.points), tuple(every.crossings)
+            return SystemThresholds(low, high, verdict, *lists, every.certified)
         if ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0:  # M may be inverted
             return _small_band(system, low, high, wanted)
     return _large(system, low, high, wanted, progress)
 
 
-def _all(system: TermSystem, low: float, high: float) -> SystemThresholds:
-    located = thresholds(system, high, mu_min=low)
-    start = verdict_of(roots_of_all(system, Wanted(), {system.parameter: low}), noise_of(system))
-    points, crossings = tuple(located.points), tuple(located.crossings)
-    return SystemThresholds(low, high, start, points, crossings, located.certified)
-
-
 def _small_band(system: TermSystem, low: float, high: float, wanted: Wanted) -> SystemThresholds:
     """Of all crossings those in a band, and the verdicts on its roots."""
-    rectangle, noise = wanted.rectangle, noise_of(system)
-    assert rectangle is not None
-    ends = np.array([rectangle.low_imag, rectangle.high_imag]) / (2 * math.pi)
-    if wanted.band is not None:
-        ends = np.array(wanted.band)
-    located = thresholds(system, high, mu_min=low)
-    rows = [c for c in located.crossings if ends[0] <= c.frequency_hz <= ends[1]]
-
-    def roots(value: float) -> ComplexArray:
-        return roots_of_all(system, wanted, {system.parameter: value})
-
-    band = _Band(roots, noise).placed(rows, (low, high))
-    return SystemThresholds(
-        low,
-        high,
-        verdict_of(roots(low), noise),
-        band.points,
-        band.crossings,
-        located.certified,
-        left_out=_left_out(band, system.parameter, wanted),
-        crossings_outside=len(located.crossings) - len(rows),
-    )
+    every, region = thresholds(system, high, mu_min=low), wanted.rectangle
+    assert region is not None
+    ends = wanted.band or (region.low_imag / (2 * math.pi), region.high_imag / (2 * math.pi))
+    rows = [c for c in every.crossings if ends[0] <= c.frequency_hz <= ends[1]]
+    band = _Band(system, wanted, lambda p: roots_of_all(system, wanted, {system.parameter: p}))
+    answer, _ = band.thresholds(rows, (low, high))
+    outside = len(every.crossings) - len(rows)
+    certified = every.certified and not answer.unconfirmed
+    return replace(answer, certified=certified, crossings_outside=outside)
 
 
 def _large(
-    system: TermSystem,
-    low: float,
-    high: float,
-    wanted: Wanted,
-    progress: Progress,
+    system: TermSystem, low: float, high: float, wanted: Wanted, progress: Progress
 ) -> SystemThresholds:
-    name, noise = system.parameter, noise_of(system)
+    """On a reduced system, each crossing confirmed and growing roots counted on the full one."""
+    name = system.parameter
     # inner values that thresholds do not like to lie at
     inner = [(k + 0.0371 * (1 + k % 3)) / (STEPS - 1) for k in range(1, STEPS - 1)]
     values = [low, *(low + x * (high - low) for x in inner), high]
-    changes = [{name: v} for v in values]
-    reduction, region = reduced_for(system, wanted, changes, progress=progress)
-    unconfirmed: tuple[str, ...] = ()
+    reduction, region = reduced_for(system, wanted, [{name: v} for v in values], progress=progress)
     progress("following the roots of the reduced system")
+    doubts: list[str] = []
     if system.C or not system.real:
-        located = crossings_along(reduction, region, name, values)
-        unconfirmed = located.unconfirmed
-        rows = [
-            Crossing(c.value, c.kind, c.direction, c.frequency_hz, c.interval, 0, False, c.residual)
-            for c in located.crossings
-        ]
+        crossings, doubts = crossings_along(reduction, region, name, values)
+        rows = [c.crossing(0, False, c.residual) for c in crossings]
     else:  # coalescences of the reduced system
         rows = [
             c.crossing(0, False, reduction.worst)
@@ -158,44 +133,14 @@ def _large(
             for c in place
             if region.low_imag <= c.omega <= region.high_imag
         ]
-
-    def roots(value: float) -> ComplexArray:
-        return reduction.values(region, {name: value})
-
-    band = _Band(roots, noise)
-    placed = band.placed(rows, values)
-    unconfirmed += tuple(
-        f"{band.growth(value).verdict} at {name} = {value:.6g} follows from no threshold that "
-        "was located"
-        for value in placed.unexplained
-    )
-    certified = None
+    band = _Band(system, wanted, lambda p: reduction.values(region, {name: p}))
+    answer, between = band.thresholds(rows, values)
+    unconfirmed, certified = (*doubts, *answer.unconfirmed), None
     if system.n <= COUNTED_ROWS:
         certified = not unconfirmed and all(
-            _counted(reduction, region, p, band.growth(p).roots, progress) for p in placed.between
+            _counted(reduction, region, p, band.growth(p).roots, progress) for p in between
         )
-    return SystemThresholds(
-        low,
-        high,
-        verdict_of(roots(low), noise),
-        placed.points,
-        placed.crossings,
-        certified,
-        unconfirmed,
-        _left_out(placed, name, wanted),
-        reduction,
-    )
-
-
-def _left_out(band: _Placed, name: str, wanted: Wanted) -> tuple[str, ...]:
-    """Sentences on roots that leave the band or region while they grow."""
-    assert wanted.rectangle is not None
-    return tuple(
-        f"what grows at {name} = {first:.6g} leaves {wanted.words()} by {name} = {value:.6g} and "
-        f"is left out there, as are roots that grow by more than {wanted.rectangle.high_real:.4g} "
-        "1/s"
-        for first, value in band.left
-    )
+    return replace(answer, certified=certified, unconfirmed=unconfirmed, reduction=reduction)
 
 
 def _counted(
@@ -213,28 +158,15 @@ def _counted(
     return full.certified and unstable_count(z, noise * np.abs(z)).roots == growing
 
 
-@dataclass(frozen=True)
-class _Placed:
-    """Crossings with modes and verdicts, changes of verdict, and values between the crossings.
-
-    `unexplained` are values at which what grows follows from no crossing, `left`, by stretches
-    between crossings, values by which a root that grows has left the band, and one before.
-    """
-
-    crossings: tuple[Crossing, ...]
-    points: tuple[CriticalPoint, ...]
-    between: tuple[float, ...]
-    unexplained: tuple[float, ...]
-    left: tuple[tuple[float, float], ...]
-
-
-@dataclass
 class _Band:
-    """What grows among the roots of a band, by more than `noise` |lambda|; `roots` gives them."""
+    """What grows among the roots of a band, by more than rounding; `roots` gives them."""
 
-    roots: Callable[[float], ComplexArray]
-    noise: float
-    known: dict[float, UnstableCount] = field(default_factory=dict)
+    def __init__(
+        self, system: TermSystem, wanted: Wanted, roots: Callable[[float], ComplexArray]
+    ) -> None:
+        self.name, self.wanted, self.roots = system.parameter, wanted, roots
+        self.noise = noise_of(system)
+        self.known: dict[float, UnstableCount] = {}
 
     def growth(self, p: float) -> UnstableCount:
         """What grows at p, of pairs the upper roots."""
@@ -243,8 +175,11 @@ class _Band:
             self.known[p] = unstable_count(z, self.noise * np.abs(z))
         return self.known[p]
 
-    def placed(self, rows: Sequence[Crossing], values: Sequence[float]) -> _Placed:
-        """Crossings by rising value; `values` from the first to the last are looked at."""
+    def thresholds(
+        self, rows: Sequence[Crossing], values: Sequence[float]
+    ) -> tuple[SystemThresholds, list[float]]:
+        """The answer from crossings by rising value, and values between them; `values` from the
+        first to the last are looked at."""
         low, high = values[0], values[-1]
         groups = _together(rows, 1e-9 * (high - low))
         margin = 1e-6 * (high - low)  # where the verdict may be that of either side
@@ -259,20 +194,21 @@ class _Band:
             agrees = (v for v in tried if a < v < b and self.growth(v).roots == number)
             first.append(next(agrees, between[k]))
             stretches.append(self.growth(first[k]))
-        places = [Place(group[0].mu, *_kinds(group)) for group in groups]
+        places = [Place(g[0].mu, _kinds(g, "up"), _kinds(g, "down")) for g in groups]
         changes = Verdicts(self.growth).changes(edges, stretches, places, sorted(self.known))
-        unexplained: list[float] = []
-        left: dict[int, tuple[float, float]] = {}
+        unexplained, left = [], dict[int, str]()
         for v in sorted({*inside, *between}):
-            k = sum(group[0].mu < v for group in groups)
-            seen = self.growth(v)
+            k, seen = sum(group[0].mu < v for group in groups), self.growth(v)
             if seen.verdict == stretches[k].verdict:
                 continue
-            if seen.roots < stretches[k].roots:
-                left.setdefault(k, (first[k], v))
-            elif seen.roots > stretches[k].roots:
-                unexplained.append(v)
-        crossings = tuple(
+            if seen.roots > stretches[k].roots:
+                unexplained.append(
+                    f"{seen.verdict} at {self.name} = {v:.6g} follows from no threshold that was "
+                    "located"
+                )
+            elif seen.roots < stretches[k].roots:
+                left.setdefault(k, self._leaving(first[k], v))
+        crossings = (
             replace(
                 c,
                 mode=self._mode(c),
@@ -281,8 +217,26 @@ class _Band:
             for k, group in enumerate(groups)
             for c in group
         )
-        points = tuple(self._point(change, groups) for change in changes)
-        return _Placed(crossings, points, tuple(between), tuple(unexplained), tuple(left.values()))
+        answer = SystemThresholds(
+            low,
+            high,
+            verdict_of(self.roots(low), self.noise),
+            tuple(self._point(change, groups) for change in changes),
+            tuple(crossings),
+            None,
+            tuple(unexplained),
+            tuple(left.values()),
+        )
+        return answer, between
+
+    def _leaving(self, first: float, value: float) -> str:
+        region = self.wanted.rectangle
+        assert region is not None
+        return (
+            f"what grows at {self.name} = {first:.6g} leaves {self.wanted.words()} by {self.name} "
+            f"= {value:.6g} and is left out there, as are roots that grow by more than "
+            f"{region.high_real:.4g} 1/s"
+        )
 
     def _mode(self, c: Crossing) -> int:
         at, omega = self.roots(c.mu).imag, 2 * math.pi * c.frequency_hz
@@ -331,9 +285,5 @@ def _net(c: Crossing) -> int:
     return (1 if c.direction == "up" else -1) * (2 if c.kind == "flutter" else 1)
 
 
-def _kinds(group: Sequence[Crossing]) -> tuple[frozenset[str], frozenset[str]]:
-    """What begins and what ends at a place."""
-    begins, ends = (
-        frozenset(c.kind for c in group if c.direction == way) for way in ("up", "down")
-    )
-    return begins, ends
+def _kinds(group: Sequence[Crossing], way: str) -> frozenset[str]:
+    return frozenset(c.kind for c in group if c.direction == way)
