@@ -31,7 +31,7 @@ from squeal.model.contact import (
 )
 from squeal.model.equations import term_count
 from squeal.model.pad import PARAMETERS
-from squeal.schema.values import Number, Row
+from squeal.schema import Number, Row
 from squeal.simulation.hybrid import LIMITS
 from squeal.simulation.taylor import NAMES
 

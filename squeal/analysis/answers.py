@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from squeal.io.writing import Answer, Column, Table, columns, located, number, picked, plain
 from squeal.linear import CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import Eigenvalue
-from squeal.schema.values import Number, Place, Whole
+from squeal.schema import Number, Place, Whole
 
 LISTED = 8  # frequencies in a line of a table
 DEGREE = math.pi / 180

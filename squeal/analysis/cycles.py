@@ -16,7 +16,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import COORDINATES, Scene, check_simulation, takes_scene
 from squeal.io.writing import Answer, Column, Table, number
 from squeal.model.pad import PARAMETERS
-from squeal.schema.values import Place
+from squeal.schema import Place
 from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Measures, Member, Shooting
 from squeal.simulation.observers import Extrema
 from squeal.simulation.run import in_natural_units

@@ -23,7 +23,7 @@ from squeal.io.writing import unit_word
 from squeal.linear import VERDICTS, sum_verdicts
 from squeal.model.equations import PadModel, about_origin, spring_directions
 from squeal.model.pad import PARAMETERS
-from squeal.schema.values import Instance, Place, Several, takes
+from squeal.schema import Instance, Place, Several, takes
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
 UNKNOWN = BEYOND_FOLD + 1  # whether it does could not be decided

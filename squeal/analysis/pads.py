@@ -35,7 +35,7 @@ from squeal.linear.eigen import STIFF, decide, hidden, ordered, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce, scaled_rank
 from squeal.model.contact import State, contact_law, contact_model
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
-from squeal.schema.values import Instance, Number, Place, Several, takes
+from squeal.schema import Instance, Number, Place, Several, takes
 
 LOST = 0.03  # of an eigenvalue: rounding of K that leaves no digit of it
 MU_MAX = Number(low=0.0, high=1000.0, high_allowed=True)

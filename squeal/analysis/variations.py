@@ -27,8 +27,7 @@ from squeal.io.writing import Answer, Column, Table, columns, number, picked, un
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
-from squeal.schema.keys import Group, Key, read_document
-from squeal.schema.values import FILE, Kind, Number, Place, Whole, takes
+from squeal.schema import FILE, Group, Key, Kind, Number, Place, Whole, read_document, takes
 
 LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again
 ROUNDING = 1e-11  # relative: what a query and a stack may differ by

@@ -40,7 +40,7 @@ from squeal.io.writing import number
 from squeal.linear.system import Term, TermSystem
 from squeal.model.pad import PARAMETERS
 from squeal.numerics.differentiation import Formula
-from squeal.schema.values import Number, Place, Several
+from squeal.schema import Number, Place, Several
 
 Progress = Callable[[str], None]
 Band = tuple[float, float]

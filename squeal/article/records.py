@@ -14,7 +14,7 @@ from typing import Any, Literal, Self, TypeVar, Union, dataclass_transform
 
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance
-from squeal.schema.values import Place, shown
+from squeal.schema import Place, shown
 
 T = TypeVar("T")
 _hints = cache(typing.get_type_hints)

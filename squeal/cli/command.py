@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import importlib
 import re
+import sys
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,13 +18,21 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, NoReturn
 
 from squeal.cli.options import Once, check_outputs
-from squeal.cli.streams import all_input, name_of, printed, say
+from squeal.cli.streams import printed, say
 from squeal.errors import BEYOND, InputError, InputWarning, MatrixError
 from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import SCENE, Scene, check_simulation
 from squeal.io.writing import Answer, to_json
-from squeal.schema.keys import Group, Key, named_files, parse_document, read_content, scalar
-from squeal.schema.values import Number, Place
+from squeal.schema import (
+    Group,
+    Key,
+    Number,
+    Place,
+    named_files,
+    parse_document,
+    read_content,
+    scalar,
+)
 
 if TYPE_CHECKING:
     from squeal.io.system import SystemFile
@@ -98,8 +107,10 @@ def read_source(given: str, changes: Sequence[str]) -> Source:
     Raises InputError.
     """
     path = None if given == STANDARD_INPUT else Path(given)
-    at = Place("standard input" if path is None else name_of(given))
-    content = all_input() if path is None else read_content(path, at)
+    at = Place("standard input" if path is None else given)
+    if path is None and sys.stdin is None:
+        raise at.refuse("is closed; a file or a pipe is allowed")
+    content = sys.stdin.buffer.read() if path is None else read_content(path, at)
     document = parse_document(content, at)
     made: dict[str, Any] = {}
     for change in changes:
@@ -108,7 +119,7 @@ def read_source(given: str, changes: Sequence[str]) -> Source:
             words = f"{before} is set already; a value is set by one --set only"
             raise Place(f"--set {change}").refuse(words)
         made[key] = value
-    name = at.source if path is None else name_of(path.name)
+    name = at.source if path is None else path.name
     return Source(at, document, InputFile(name, sha256(content).hexdigest()), path, made)
 
 

@@ -9,7 +9,7 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import not_allowed, refuse, said, take, take_files, write_files
 from squeal.cli.streams import progress_line, steps
 from squeal.io.scene import Scene
-from squeal.schema.values import Place
+from squeal.schema import Place
 
 
 def options(parser: Parser) -> None:

@@ -10,8 +10,7 @@ from squeal.cli.streams import steps
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.model.pad import PARAMETERS
-from squeal.schema.keys import scalar
-from squeal.schema.values import Angle, Number, Place, warn_of_degrees
+from squeal.schema import Angle, Number, Place, scalar, warn_of_degrees
 
 QUANTITIES = "critical-friction, growth, frequency"
 

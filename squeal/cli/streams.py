@@ -128,15 +128,3 @@ def printed(text: str) -> int:
             say(f"squeal: output: {error.strerror}")
             return 1
     return 0
-
-
-def all_input() -> bytes:
-    """Everything on standard input. Raises InputError if it is closed."""
-    if sys.stdin is None:
-        raise InputError("standard input: is closed; a file or a pipe is allowed")
-    return sys.stdin.buffer.read()
-
-
-def name_of(given: str) -> str:
-    """A file's name as given, in letters that every text may hold."""
-    return os.fsencode(given).decode("utf-8", "backslashreplace")

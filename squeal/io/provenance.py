@@ -71,13 +71,12 @@ def _needed(path: Path) -> frozenset[Path]:
 
 def _modules(modules: Iterable[str]) -> set[Path]:
     """Files of some modules and of all that they import from this package, directly or not."""
-    seen: set[Path] = set()
-    wanted: set[Path] = set()
-    for module in modules:
-        place = ROOT.parent.joinpath(*module.split("."))
-        if not {place.with_suffix(".py"), place / "__init__.py"} & _files(module):
-            raise ModuleNotFoundError(f"no module {module} in this package")
-        wanted |= _files(module)
+    names = list(modules)
+    seen, wanted = set[Path](), set[Path]().union(*map(_files, names))
+    for name in names:
+        place = ROOT.parent.joinpath(*name.split("."))
+        if not {place.with_suffix(".py"), place / "__init__.py"} & wanted:
+            raise ModuleNotFoundError(f"no module {name} in this package")
     while wanted:
         seen |= wanted
         wanted = set().union(*map(_needed, wanted)) - seen

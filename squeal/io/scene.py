@@ -24,11 +24,12 @@ from squeal.model.contact import (
 )
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Model, Pad
-from squeal.schema.keys import Group, Key, read_document
-from squeal.schema.values import (
+from squeal.schema import (
     FILE,
     Angle,
+    Group,
     Instance,
+    Key,
     Number,
     Place,
     Row,
@@ -36,6 +37,7 @@ from squeal.schema.values import (
     Whole,
     Word,
     Words,
+    read_document,
     shown,
     takes,
     warn_of_degrees,
@@ -147,7 +149,7 @@ RECORDS = {
 }
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Scene:
     """What a scene file asks for; `initial` is (x, y, theta, x_dot, y_dot, theta_dot) in SI units.
 
@@ -230,11 +232,6 @@ class Scene:
         of_pad = {name: changes.pop(name) for name in list(changes) if name in PARAMETERS}
         pad = RECORDS["pad"].read(changes.pop("pad", self.pad), Place("Scene") / "pad")
         return dataclasses.replace(self, pad=pad.replace(**of_pad), **changes)
-
-    def __repr__(self) -> str:
-        more = {k: v for k, v in self.to_dict().items() if k not in ("model", "parameters")}
-        words = "".join(f", {name}={value}" for name, value in more.items())
-        return f"Scene({self.model!r}, {self.pad!r}{words})"
 
     @property
     def pad_model(self) -> PadModel:

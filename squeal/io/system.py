@@ -39,18 +39,20 @@ from squeal.linear.system import (
     without_supports,
 )
 from squeal.numerics.differentiation import ALLOWED, Formula
-from squeal.schema.keys import Group, Key, read_document
-from squeal.schema.values import (
+from squeal.schema import (
     FILE,
     FLAG,
     NOT_NEGATIVE,
     TEXT,
+    Group,
+    Key,
     Kind,
     Name,
     Numbers,
     Place,
     Row,
     Square,
+    read_document,
     takes,
 )
 

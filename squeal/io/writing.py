@@ -62,25 +62,12 @@ def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = F
 
 
 @contextmanager
-def new_folder(folder: Path) -> Iterator[None]:
-    """Make a folder, with those that lead to it, unless it exists; if what follows fails, none of
-    them is left."""
-    missing = [one for one in (folder, *folder.parents) if not one.exists()]
-    with _written(folder):
-        folder.mkdir(parents=True, exist_ok=True)
-    try:
-        yield
-    except BaseException:
-        for one in missing:
-            one.rmdir()
-        raise
-
-
-@contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
-    """A place for files that are moved to a folder when all of them are complete."""
-    with _written(folder), tempfile.TemporaryDirectory(dir=folder, prefix=".") as place:
+    """A place for files that come to a folder, new or not, when all of them are complete."""
+    home = next(one for one in (folder, *folder.parents) if one.is_dir())
+    with _written(folder), tempfile.TemporaryDirectory(dir=home, prefix=".") as place:
         yield Path(place)
+        folder.mkdir(parents=True, exist_ok=True)
         for path in sorted(Path(place).iterdir()):
             os.replace(path, folder / path.name)
 
@@ -240,30 +227,29 @@ class Table:
     title: str = ""
     nothing: str = ""
 
+    def _cells(self, rows: Sequence[Any]) -> list[list[str]]:
+        """The heads and some rows for people."""
+        shown = [column for column in self.columns if not column.hidden]
+        heads = [column.head for column in shown]
+        return [heads, *([column.cell(row) for column in shown] for row in rows)]
+
     def text(self, most: int = SHOWN) -> str:
         """The table for people; of more than `most` rows both ends."""
         if not len(self.rows):
             return self.nothing or self.title
-        shown = [column for column in self.columns if not column.hidden]
         left = max(len(self.rows) - most, 0)
         first = most // 2 if left else len(self.rows)
-        records = [*self.rows[:first], *self.rows[first + left :]]
-        cells = [[column.cell(row) for column in shown] for row in records]
-        lines = aligned([[column.head for column in shown], *cells]).split("\n")
+        cells = self._cells([*self.rows[:first], *self.rows[first + left :]])
+        lines = aligned(cells).split("\n")
         if left:
             lines.insert(1 + first, f"  ... {left} more rows (all with --json or --csv)")
         return "\n".join([self.title] * bool(self.title) + lines)
 
     def html(self, most: int = FEW) -> str:
         """The table for a notebook."""
-        shown = [column for column in self.columns if not column.hidden]
-        rows = [[column.head for column in shown]]
-        rows += [[column.cell(row) for column in shown] for row in self.rows[:most]]
-        tags = ["th"] + ["td"] * (len(rows) - 1)
-        body = "".join(
-            f"<tr>{''.join(f'<{tag}>{html.escape(cell)}</{tag}>' for cell in row)}</tr>"
-            for tag, row in zip(tags, rows, strict=True)
-        )
+        cells = self._cells(self.rows[:most])
+        rows = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in cells)
+        body = "".join(f"<tr>{row}</tr>" for row in rows)
         left = len(self.rows) - most
         more = f"<p>{left} more rows</p>" if left > 0 else ""
         return f"<p>{html.escape(self.title)}</p><table>{body}</table>{more}"

@@ -32,8 +32,7 @@ from squeal.model.pad import (
     edges,
     gaps,
 )
-from squeal.schema.keys import Group, Key
-from squeal.schema.values import Place, Whole, Word
+from squeal.schema import Group, Key, Place, Whole, Word
 
 LineForce = Literal["integral", "mean"]
 DeltaFrom = Literal["centre", "frame"]

@@ -39,7 +39,7 @@ from squeal.model.pad import (
     springs,
 )
 from squeal.numerics.differentiation import complex_step
-from squeal.schema.values import Place
+from squeal.schema import Place
 
 Coordinates = tuple[Number, Number, Number]
 Rows = tuple[tuple[float, ...], ...]

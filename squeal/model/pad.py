@@ -21,10 +21,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from squeal import schema
 from squeal.numerics import differentiation as dual
-from squeal.schema import values
-from squeal.schema.keys import Key, check_needs, listed
-from squeal.schema.values import Place
+from squeal.schema import Key, Place, check_needs
 
 Model = str  # the name of a contact model, see `squeal.model.contact.MODELS`
 Number = Any  # a float, complex, array, mpmath number or heyoka expression
@@ -39,7 +38,7 @@ class Parameter(Key):
     `squeal.model.contact.models_with` says which.
     """
 
-    kind: values.Number
+    kind: schema.Number
     dimension: tuple[int, int, int]
     required: bool = True
     common: bool = True
@@ -47,18 +46,18 @@ class Parameter(Key):
     @property
     def angle(self) -> bool:
         """True for an angle, which a file may write as a multiple of pi."""
-        return isinstance(self.kind, values.Angle)
+        return isinstance(self.kind, schema.Angle)
 
 
 _DIMENSIONS = {
     "kg": (1, 0, 0), "m": (0, 1, 0), "kg m^2": (1, 2, 0), "N/m": (1, 0, -2), "N": (1, 1, -2),
     "m/s": (0, 1, -1), "rad": (0, 0, 0), "1": (0, 0, 0),
 }  # fmt: skip
-_POSITIVE, _FROM_ZERO = values.Number(low=0.0), values.Number(low=0.0, low_allowed=True)
-_TURN = values.Angle(low=-math.pi / 2, high=math.pi / 2)
+_POSITIVE, _FROM_ZERO = schema.Number(low=0.0), schema.Number(low=0.0, low_allowed=True)
+_TURN = schema.Angle(low=-math.pi / 2, high=math.pi / 2)
 
 
-def _field(meaning: str, unit: str, kind: values.Number, **more: Any) -> Any:
+def _field(meaning: str, unit: str, kind: schema.Number, **more: Any) -> Any:
     needed = "default" not in more or "unless" in more
     parameter = Parameter(
         meaning=meaning, unit=unit, dimension=_DIMENSIONS[unit], kind=kind, required=needed, **more
@@ -67,7 +66,7 @@ def _field(meaning: str, unit: str, kind: values.Number, **more: Any) -> Any:
     return field(default=0.0 if parameter.default == "0" else None, metadata={"p": parameter})
 
 
-def _some(meaning: str, unit: str, kind: values.Number = _POSITIVE, **more: Any) -> Any:
+def _some(meaning: str, unit: str, kind: schema.Number = _POSITIVE, **more: Any) -> Any:
     """A parameter that not every model uses."""
     return _field(meaning, unit, kind, common=False, **more)
 
@@ -96,8 +95,8 @@ class Pad:
     k_c: float = _some("full-contact stiffness", "N/m")
     L1: float = _some("free length of spring 1", "m")
     L2: float = _some("free length of spring 2", "m")
-    alpha1: float = _field("inclination of spring 1", "rad", values.Angle())
-    alpha2: float = _field("inclination of spring 2", "rad", values.Angle())
+    alpha1: float = _field("inclination of spring 1", "rad", schema.Angle())
+    alpha2: float = _field("inclination of spring 2", "rad", schema.Angle())
     # fmt: off
     mu: float = _field("coefficient of friction", "1", _FROM_ZERO, unless="mu_s",
                        default="refused, unless mu_s, mu_k, v_ref and V give it")
@@ -113,10 +112,10 @@ class Pad:
                                default="refused beside mu_s", needs=("mu_s",))
     v_ref: float | None = _some("speed over which friction falls", "m/s",
                                 default="refused beside mu_s", needs=("mu_s",))
-    x0: float = _some("initial position along the surface", "m", values.Number(), default="0")
+    x0: float = _some("initial position along the surface", "m", schema.Number(), default="0")
     y0: float = _some(
         "initial height of the mass centre over its place at touch (without effect in B1, whose "
-        "contact springs are relaxed there)", "m", values.Number(), default="0")
+        "contact springs are relaxed there)", "m", schema.Number(), default="0")
     # fmt: on
     theta0: float = _field("initial angle", "rad", _TURN, default="0")
 
@@ -191,7 +190,8 @@ class Pad:
         """
         for name in changes:
             if name not in PARAMETERS:
-                raise (Place("Pad") / name).refuse(f"unknown key; allowed are {listed(PARAMETERS)}")
+                words = f"unknown key; allowed are {', '.join(PARAMETERS)}"
+                raise (Place("Pad") / name).refuse(words)
         _check(changes)
         new = copy.copy(self)
         new._set(**changes)

@@ -18,7 +18,7 @@ from squeal.io.scene import COORDINATES, INITIAL, Scene, check_simulation, takes
 from squeal.io.writing import Answer, Column, Table, number, plain
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
-from squeal.schema.values import Place, Word
+from squeal.schema import Place, Word
 from squeal.simulation.hybrid import DEFAULT, Integrator, Observer, Options, integrate
 from squeal.simulation.observers import (
     Events,

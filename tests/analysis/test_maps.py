@@ -22,7 +22,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
-from squeal.schema.values import Place
+from squeal.schema import Place
 from tests.conftest import HAMMERING, ROOT, scene_of
 
 MATRIX = Damping(matrix=((60.0, 10.0, 0.2), (10.0, 90.0, -0.1), (0.2, -0.1, 0.08)))

@@ -11,7 +11,7 @@ from squeal.analysis.stack import parameters
 from squeal.equilibrium.find import modal_damping, modal_damping_slope
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
-from squeal.schema.values import Place
+from squeal.schema import Place
 from tests.conftest import scene_of
 from tests.simulation.closed import upright
 

@@ -7,7 +7,7 @@ import pytest
 
 from squeal.article.cases import ANGLE_TEXTS, CASES, HISTORY_FIGURES, STEMS, stem, title
 from squeal.io.scene import read_scene
-from squeal.schema.values import Angle, Place
+from squeal.schema import Angle, Place
 from tests.conftest import SCENES
 
 

@@ -8,8 +8,7 @@ from squeal.errors import InputError
 from squeal.io.scene import read_scene
 from squeal.model.contact import CONSISTENT, MODELS, Formulation, models_with
 from squeal.model.pad import PARAMETERS
-from squeal.schema.keys import named_files, parse_document, scalar
-from squeal.schema.values import Place
+from squeal.schema import Place, named_files, parse_document, scalar
 
 VALUES = {
     "m": "1.0", "w": "0.05", "h": "0.02", "I": "0.001", "k1": "1.0e6", "k2": "1e6", "k3": "2.0e6",

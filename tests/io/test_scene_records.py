@@ -14,7 +14,7 @@ from squeal.model.contact import Formulation, models_with
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.numerics.differentiation import Dual
-from squeal.schema.values import Place
+from squeal.schema import Place
 from tests.io.test_scene import FALLING, text
 
 BASIC: dict[str, Any] = {"m": 1.0, "w": 0.05, "h": 0.02, "k1": 1e6, "k2": 1e6, "mu": 0.4}

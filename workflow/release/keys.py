@@ -10,7 +10,7 @@ from squeal.io.scene import SCENE
 from squeal.io.system import DAMPING, POWER, SYSTEM, TERM, short_keys
 from squeal.io.writing import write_text
 from squeal.model.contact import MODELS
-from squeal.schema.keys import Group, Key
+from squeal.schema import Group, Key
 
 _INTRODUCTION = """\
 # Scene and system files
@@ -55,8 +55,7 @@ A file stands beside the system file. Its format is read from its content, and t
 where that does not tell: Matrix Market, MATLAB, NumPy, Harwell-Boeing, Nastran OP4 (pyyeti) and
 the text that Abaqus and CalculiX write, `node,dof,node,dof,value` or `row column value`. Where all
 entries of such text stand on one side of the diagonal, a line that begins with `*` may say
-TYPE=SYMMETRIC or TYPE=UNSYMMETRIC, or the key `symmetric` beside the file; otherwise a matrix that
-only a symmetric one can be is completed with a warning, and any other is refused.
+TYPE=SYMMETRIC or TYPE=UNSYMMETRIC, or the key `symmetric` beside the file; otherwise it is refused.
 
 Rows whose diagonal stands decades above all others are supports, as finite-element programs write
 them: they are left out, with a warning. Entries that stand twice are summed and rows that M or K

@@ -8,7 +8,7 @@ import numpy as np
 from squeal.errors import InputError
 from squeal.io.matrices import fingerprint, write_matrix
 from squeal.io.system import SystemFile
-from squeal.io.writing import new_folder, whole_folder, write_text
+from squeal.io.writing import whole_folder, write_text
 from squeal.linear.matrices import EPS, norm_of
 from squeal.linear.system import Matrix, TermSystem
 from squeal.sparse.quadratic import definite, factorise
@@ -100,7 +100,7 @@ def write_system(
     lines = [f"name: {_quoted(system.name)}"]
     own = ", ".join(f"{name}: {value!r}" for name, value in system.parameters.items())
     lines += [f"parameters: {{{own}}}", f"parameter: {system.parameter}"]
-    with new_folder(folder), whole_folder(folder) as place:
+    with whole_folder(folder) as place:
         for part in ("M", "C", "K"):
             terms = getattr(system, part)
             lines += [f"{part}:"] if terms else []

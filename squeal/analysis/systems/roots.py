@@ -29,7 +29,7 @@ from squeal.linear.eigen import (
 )
 from squeal.linear.matrices import rank_of, reduce, unit_diagonal
 from squeal.linear.system import TermSystem
-from squeal.schema.values import Instance, Place, Row, Whole, takes
+from squeal.schema import Instance, Place, Row, Whole, takes
 from squeal.sparse.argument_principle import (
     Disc,
     Rectangle,

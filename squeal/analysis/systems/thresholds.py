@@ -26,7 +26,7 @@ from squeal.linear.matrices import ILL, unit_diagonal
 from squeal.linear.search import search
 from squeal.linear.system import TermSystem, dense
 from squeal.linear.thresholds import Place, VerdictChange, Verdicts
-from squeal.schema.values import takes
+from squeal.schema import takes
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import OPTIONS, modes_in

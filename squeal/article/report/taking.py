@@ -7,7 +7,6 @@ import os
 import re
 import tempfile
 from collections.abc import Iterable
-from contextlib import ExitStack
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -22,7 +21,7 @@ from squeal.article.report.plain import plain, table_rows
 from squeal.article.report.values import filled, looked_up, read, shown
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance, digest, version
-from squeal.io.writing import new_folder, to_json, write_csv, write_text, write_whole
+from squeal.io.writing import to_json, write_csv, write_text, write_whole
 
 ORIGIN = "origin.json"
 """The file that marks a folder as one of ours."""
@@ -153,11 +152,13 @@ def _sha256(file: Path) -> str:
 def _moved(made: Path, folder: Path) -> tuple[str, ...]:
     """Move finished files to their folder; other files in it stay."""
     files = sorted(str(path.relative_to(made)) for path in made.rglob("*") if path.is_file())
-    with ExitStack() as folders:  # all of them before any file
-        for place in sorted({(folder / file).parent for file in files}):
-            folders.enter_context(new_folder(place))
+    try:
+        for file in files:  # all folders before any file
+            (folder / file).parent.mkdir(parents=True, exist_ok=True)
         for file in files:
             os.replace(made / file, folder / file)
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be written: {error.strerror}") from None
     return tuple(files)
 
 
