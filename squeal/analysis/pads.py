@@ -392,8 +392,8 @@ def _admissible(path: Path) -> tuple[float, tuple[str, ...]]:
         at = excursion(path.statics, z, touching)
         return np.asarray(at.beyond().any(axis=0) & (at.reaction > 0.0))
 
-    branch, stop = path.branch, path.branch.last[0] + 1
-    outside = beyond(branch.z[:, :stop], branch.touching[:, :stop])
+    branch = path.branch
+    outside = beyond(branch.z, branch.touching)
     if not outside.any():
         return path.mu_end, ()
     first = int(np.argmax(outside))

@@ -117,7 +117,7 @@ class PadStack:
     def branches(self, mu_max: np.ndarray) -> tuple[Branches, np.ndarray]:
         """The branches from mu = 0 to mu_max (n,), and pads (n,) whose branch was lost."""
         at = self.rest
-        branches = follow(self.statics, at.z, at.touching, mu_max, rising=True, there=at.there)
+        branches = follow(self.statics, at.z, at.touching, mu_max, there=at.there)
         return branches, branches.end == LOST
 
     def origin(self, mu: np.ndarray) -> Places:

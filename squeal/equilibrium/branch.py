@@ -1,5 +1,5 @@
-"""Equilibrium branches over mu of many pads at once, continued by arc length through contact
-changes and folds. A single pad is n = 1, so that queries, maps and curves follow the same branches.
+"""Equilibrium branches of many pads at once, continued by arc length through contact changes as
+long as mu rises. A single pad is n = 1, so that queries, maps and curves follow the same branches.
 
 Within a contact state a branch is smooth: a step goes along the tangent, Newton's method corrects
 it in the plane across, and it is halved where it turns too far or where mu may have turned twice.
@@ -81,37 +81,27 @@ class Branches:
         return np.searchsorted(self.owner, np.arange(len(self.end) + 1))
 
     @cached_property
-    def turns(self) -> np.ndarray:
-        """Nodes (m,) at which mu turns back: smooth folds, and contact changes that do as much."""
-        back = (self.kind == CHANGE) & (self.arrives[3] * self.leaves[3] < 0.0)
-        return np.asarray(back | (self.kind == FOLD))
-
-    @cached_property
     def last(self) -> np.ndarray:
-        """Index (n,) of the last node up to which mu rises; first - 1 of a pad without nodes."""
-        last = self.first[1:] - 1
-        for node in np.flatnonzero(self.turns)[::-1]:  # of several the first counts
-            last[self.owner[node]] = node
-        return last
+        """Index of the last node of each pad, (n,); first - 1 of a pad without nodes."""
+        return self.first[1:] - 1
 
     @cached_property
     def mu_end(self) -> np.ndarray:
-        """The largest mu (n,) of the part that rises from 0; NaN without a place of rest."""
+        """The largest mu (n,) of each pad; NaN without a place of rest."""
         there = self.first[1:] > self.first[:-1]
         mu = np.full(len(self.end), np.nan)
         mu[there] = self.z[3, self.last[there]]
         return mu
 
     def at(self, pad: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The equilibria of pads (k,) at mu (k,) on the part that rises from 0.
+        """The equilibria of pads (k,) at mu (k,).
 
         Returns places (4, k), contact states (points, k), at a change the new one, and where (k,)
         there is an equilibrium: nowhere beyond `mu_end`.
         """
-        rising = np.flatnonzero(np.arange(self.owner.size) <= self.last[self.owner])
         # complex numbers are sorted by their real parts, then by their imaginary ones
-        keys = (self.owner + 1j * self.z[3])[rising]
-        node = rising[np.maximum(np.searchsorted(keys, pad + 1j * mu, side="right") - 1, 0)]
+        keys = self.owner + 1j * self.z[3]
+        node = np.maximum(np.searchsorted(keys, pad + 1j * mu, side="right") - 1, 0)
         z, touching = self.z[:, node], self.touching[:, node]
         there = (mu >= 0.0) & (mu <= self.mu_end[pad])
         go = np.flatnonzero(there & (z[3] != mu))
@@ -131,7 +121,7 @@ class Branches:
             np.abs(root - guess).max(axis=0) <= np.abs(end - start).max(axis=0)
         )
         # within rounding of a fold the balance is singular, and the cubic as good as it gets
-        close = self.turns[b] & (end[3] - target <= 1e-8 * end[3])
+        close = (self.end[pad[go]] == TURNS) & (end[3] - target <= 1e-8 * end[3])
         z[:, go], there[go] = np.where(good, root, guess), good | close
         missed = go[~there[go]]
         if missed.size:  # a component runs far ahead of the others
@@ -176,13 +166,11 @@ class Branches:
         if start == stop:
             return NO_START
         z = self.z[:, stop - 1]
-        mu, turns = float(z[3]), np.flatnonzero(self.turns[start:stop])
-        hidden = self.statics.pick(self.owner[start : start + 1]).hidden(z[:, None]).any()
-        why = f": {WHY_HIDDEN}" if hidden else ""
-        highest = f" at mu = {self.z[3, start + turns].max():.9g}" if turns.size else ""
+        mu, at = float(z[3]), self.statics.pick(self.owner[start : start + 1])
+        why = f": {WHY_HIDDEN}" if at.hidden(z[:, None]).any() else ""
         return {
             REACHED: f"mu = {mu:.9g} is reached" if mu else "mu = 0",
-            TURNS: f"the branch from mu = 0 turns back in a fold{highest}",
+            TURNS: f"the branch from mu = 0 turns back in a fold at mu = {mu:.9g}",
             LOST: f"the branch from mu = 0 is lost at mu = {mu:.9g}{why}",
             AWAY: f"the equilibrium runs away to infinity near mu = {mu:.9g}",
             SEPARATED: f"contact is lost at mu = {mu:.9g}",
@@ -196,10 +184,9 @@ def follow(
     touching: np.ndarray,
     mu_max: np.ndarray,
     options: BranchOptions | None = None,
-    rising: bool = True,
     there: np.ndarray | None = None,
 ) -> Branches:
-    """Continue equilibria without friction until mu first reaches mu_max.
+    """Continue equilibria without friction until mu reaches mu_max, or turns back.
 
     Parameters
     ----------
@@ -211,8 +198,6 @@ def follow(
         The contact state of each, numbers 0 and 1 or bools.
     mu_max : (n,)
         Where to stop, at least 0.
-    rising
-        Stop at the first fold; otherwise follow the branch through all folds.
     there : (n,)
         Pads that have a place of rest; all if left out.
     """
@@ -229,7 +214,7 @@ def follow(
         done = front.tried(o)
         short = ~done.good & (front.step / 2 < o.shortest_step)
         end[front.owner[short]] = LOST
-        ahead, why = front.accepted(done, o, rising)
+        ahead, why = front.accepted(done, o)
         end[front.owner[done.good]] = why[done.good]
         nodes.append(ahead.pick(done.good).nodes(done.turn[:, done.good], done.kind[done.good]))
         going = np.where(done.good, why == GOING, ~short)
@@ -394,7 +379,7 @@ class _Front(NamedTuple):
             good &= (((z - guess) * self.scale) ** 2).sum(axis=0) <= (o.correction * self.step) ** 2
         good &= (turn * self.ahead).sum(axis=0) >= o.cosine
         kind, event = np.full(k, NODE), np.full(k, -1)
-        i = np.flatnonzero(good & (self.ahead[3] * turn[3] < 0.0))
+        i = np.flatnonzero(good & (turn[3] < 0.0))
         if i.size:
             z[:, i], turn[:, i], good[i] = self.pick(i).fold(z[:, i], turn[:, i], o)
             kind[i] = FOLD
@@ -404,8 +389,7 @@ class _Front(NamedTuple):
         samples = polyval(shares[:, None], curve[:, :, None], tensor=False)
         samples[:, -1] = z
         # mu may not turn twice
-        steady = np.diff(samples[3], axis=0) * turn[3] >= 0.0
-        good &= steady.all(axis=0) | (self.ahead[3] * turn[3] <= 0.0)
+        good &= (np.diff(samples[3], axis=0) >= 0.0).all(axis=0) | (kind == FOLD)
         over = np.asarray(self.over(samples[:, 1:]).any(axis=0))
         i = np.flatnonzero(good & over.any(axis=0))
         if i.size:
@@ -476,7 +460,7 @@ class _Front(NamedTuple):
         tangent = tangent * np.sign((tangent * self.ahead).sum(axis=0))
         return z, tangent, good & self.within(new, z, o)
 
-    def accepted(self, done: _Step, o: BranchOptions, rising: bool) -> tuple[_Front, np.ndarray]:
+    def accepted(self, done: _Step, o: BranchOptions) -> tuple[_Front, np.ndarray]:
         """The ends after the steps, half as far ahead where they were refused, and how (k,) the
         branches end there if they do."""
         state, ahead = self.state.copy(), np.where(done.good, done.turn, self.ahead)
@@ -493,9 +477,7 @@ class _Front(NamedTuple):
             why[i[separated]] = SEPARATED
             state[point[separated], i[separated]] = True  # as it came
         pad = self.part.model.pad
-        back = (z[3] < 0.0) & (z[3] < self.z[3])
-        if rising:
-            back |= (done.kind == FOLD) | ((ahead[3] < 0.0) & (done.turn[3] > 0.0))
+        back = (done.kind == FOLD) | (ahead[3] < 0.0)
         away = np.max(np.abs(z[:2]), axis=0) > o.farthest * (pad.L1 + pad.L2)
         for which, end in (
             (done.event == points + 1, REACHED),

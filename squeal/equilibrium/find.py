@@ -12,7 +12,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.equilibrium.branch import CHANGE, NO_START, REACHED, Branches, BranchOptions, follow
+from squeal.equilibrium.branch import (
+    CHANGE,
+    NO_START,
+    REACHED,
+    TURNS,
+    Branches,
+    BranchOptions,
+    follow,
+)
 from squeal.equilibrium.statics import LIMITS, WHY_HIDDEN, Statics, excursion
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
@@ -227,42 +235,30 @@ def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
     return (rest.z[:, 0], State(*rest.touching[:, 0].tolist())) if rest.there[0] else None
 
 
-def branch_of(
-    model: PadModel, mu_max: float, rising: bool = True, options: BranchOptions | None = None
-) -> Branches:
+def branch_of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Branches:
     """The branch of one pad from mu = 0 to mu_max, for any friction and damping of its own."""
     statics, rest = _at_rest(model)
-    end = np.array([mu_max])
-    return follow(statics, rest.z, rest.touching, end, options, rising, rest.there)
+    return follow(statics, rest.z, rest.touching, np.array([mu_max]), options, rest.there)
 
 
 def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
     """The equilibrium that a query is about, and how it was reached or why there is none.
 
-    It is the one on the branch continued from mu = 0, if that branch reaches the pad's mu, else
-    the one of least potential energy at the pad's mu. Its warnings say if it is not on the part
-    of the branch that rises from mu = 0, or leaves what the model means.
+    It is the one on the branch continued from mu = 0, if that branch rises up to the pad's mu, else
+    the one of least potential energy at the pad's mu. Its warnings say if it is not on the branch,
+    or leaves what the model means.
     """
     model = dataclasses.replace(model, damping=None)
-    branch, beyond = branch_of(model, model.pad.mu, rising=False), ""
+    branch = branch_of(model, model.pad.mu)
     reason = branch.end_of(0)
-    if reason == NO_START:
-        beyond = f"the equilibrium is on no branch from mu = 0: {reason}"
-    elif branch.end[0] != REACHED:
-        beyond = f"the equilibrium is not on the branch from mu = 0: {reason}"
-    else:
-        if branch.turns.any():
-            beyond = (
-                "the equilibrium lies beyond a fold: the branch from mu = 0 turns back at mu = "
-                f"{branch.z[3, np.argmax(branch.turns)]:.9g}"
-            )
-        z, state = branch.z[:, -1], State(*branch.touching[:, -1].tolist())
-        at_end = record(Statics.of(model), z, state, on_branch=True)
-        if at_end is not None:
-            how = "on the branch continued from mu = 0"
-            return dataclasses.replace(at_end, beyond=beyond), how
+    if branch.end[0] == REACHED:
+        state = State(*branch.touching[:, -1].tolist())
+        taken = record(Statics.of(model), branch.z[:, -1], state, on_branch=True)
+        if taken is not None:
+            return taken, "on the branch continued from mu = 0"
     others = find_all(model)
     if others:
+        beyond = f"the equilibrium is not on the branch from mu = 0: {reason}"
         return dataclasses.replace(others[0], beyond=beyond), f"least potential energy; {reason}"
     return None, f"no steady sliding exists: {reason}, and no other equilibrium was found"
 
@@ -306,13 +302,12 @@ class Path:
     @cached_property
     def fold(self) -> float | None:
         """The mu at which the branch turns back, None if it does not."""
-        return self.mu_end if self.branch.turns[self.branch.last[0]] else None
+        return self.mu_end if self.branch.end[0] == TURNS else None
 
     @cached_property
     def breakpoints(self) -> list[float]:
         """Values of mu at which the contact state changes."""
-        changes = np.flatnonzero(self.branch.kind == CHANGE)
-        return [float(mu) for mu in self.branch.z[3, changes[changes <= self.branch.last[0]]]]
+        return [float(mu) for mu in self.branch.z[3, self.branch.kind == CHANGE]]
 
     def places(self, mus: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
         """Equilibria (4, k) in natural units at mus and contact states (points, k), at a change
@@ -326,7 +321,7 @@ class Path:
             lost = mu[np.argmin(there)]
             if not 0.0 <= lost <= self.mu_end:
                 raise ComputationError(f"no equilibrium at mu = {lost:.9g}: {self.end}")
-            raise ComputationError(f"the equilibrium at mu = {lost:.9g} could not be found")
+            raise ComputationError(f"the equilibrium at mu = {lost:.9g} could not be computed")
         return z, touching
 
     def at(self, mu: float) -> tuple[np.ndarray, State]:

@@ -63,11 +63,11 @@ def test_long_steps_pass_over_no_two_folds_and_no_two_contact_changes(seed, mode
     wild = BranchOptions(first_step=3.0, longest_step=30.0, growth=4.0, cosine=0.2, correction=3.0)
 
     def events(options):
-        found = branch_of(pad, 2.0, False, options)
-        return found.z[3, found.turns | (found.kind != branch.NODE)]
+        found = branch_of(pad, 2.0, options)
+        return found.z[3, found.kind != branch.NODE]
 
     close = events(BranchOptions())
-    assert len(close) > 1
+    assert len(close) > 0
     assert events(wild) == pytest.approx(close, rel=1e-12)
 
 

@@ -9,7 +9,6 @@ import pytest
 from benchmarks.random_pads import APART, examine
 from squeal.analysis.pads import critical_friction
 from squeal.equilibrium import Path, find_all, sliding_equilibrium
-from squeal.equilibrium.find import branch_of
 from squeal.errors import ComputationError
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, linearise
@@ -60,6 +59,8 @@ def test_fold_is_a_zero_of_the_exact_determinant():
     assert [p.kind for p in found.points] == ["fold"]
     mu = found.points[0].mu
     path = Path.of(scene.pad_model, 2.0)
+    assert path.mu_end == path.fold == mu
+    assert path.end == f"the branch from mu = 0 turns back in a fold at mu = {mu:.9g}"
     values = []
     for share in (1e-4, 1e-6):
         at = mu * (1 - share)
@@ -99,17 +100,6 @@ def test_matrices_of_many_values_of_mu_hold_damping_and_falling_friction():
         for name in ("M", "C", "K"):
             size = np.abs(getattr(one, name)).max()
             assert getattr(many, name) == pytest.approx(getattr(one, name), abs=1e-12 * size)
-
-
-def test_a_path_ends_at_its_fold_and_a_branch_goes_on():
-    model = scene_of("b2-c").pad_model
-    path = Path.of(model, 2.0)
-    branch = branch_of(model, 2.0, rising=False)
-    folds = branch.z[3, branch.turns]
-    assert path.mu_end == path.fold == pytest.approx(folds[0], rel=1e-12)
-    assert branch.z.shape[1] > path.branch.z.shape[1]
-    assert branch.z[3, -1] < folds[0]
-    assert path.end == f"the branch from mu = 0 turns back in a fold at mu = {path.fold:.9g}"
 
 
 @pytest.mark.parametrize("seed", range(4))
