@@ -19,6 +19,7 @@ from squeal.errors import ComputationError, MatrixError
 from squeal.linear.eigen import Eigenvalue, root_rounding
 from squeal.linear.matrices import EPS, norm_of
 from squeal.linear.system import Matrix, Term, TermSystem
+from squeal.numerics.differentiation import Formula
 
 ComplexArray = NDArray[np.complex128]
 Array = NDArray[np.float64]
@@ -63,17 +64,16 @@ class Quadratic:
     def at(self, value: complex) -> Any:
         """P(value), a CSC array; real where both are."""
         value = value.real if value.imag == 0.0 else value
-        return self._combined(value * value, value, 1.0)
+        return self._on_pattern(value * (value * self.M.data + self.C.data) + self.K.data)
 
     def slope(self, value: complex) -> Any:
         """dP/dlambda = 2 value M + C, a CSC array; real where both are."""
         value = value.real if value.imag == 0.0 else value
-        return self._combined(2 * value, 1.0, 0.0)
+        return self._on_pattern(2 * value * self.M.data + self.C.data)
 
-    def _combined(self, m: complex, c: complex, k: complex) -> Any:
+    def _on_pattern(self, data: NDArray) -> Any:
         from scipy.sparse import csc_array
 
-        data = m * self.M.data + c * self.C.data + k * self.K.data
         return csc_array((data, self.K.indices, self.K.indptr), shape=self.K.shape)
 
     def apply(self, values: ComplexArray, vectors: ComplexArray) -> ComplexArray:
@@ -115,13 +115,23 @@ class ScaledSystem:
         from scipy.sparse import csc_array
 
         self.system = system = system.simplified()
-        terms = [[csc_array(t.matrix) for t in getattr(system, part)] for part in PARTS]
+        terms = {part: [csc_array(t.matrix) for t in getattr(system, part)] for part in PARTS}
         self.scale = _scale(system, terms)
-        flat = [_scaled(A, self.scale) for part in terms for A in part]
-        self._pattern, data = _on_one_pattern(flat)
-        self._data: dict[str, list[NDArray]] = {}
-        for part, matrices in zip(PARTS, terms, strict=True):
-            self._data[part], data = data[: len(matrices)], data[len(matrices) :]
+        n, matrices = system.n, [A for part in PARTS for A in terms[part]]
+        for A in matrices:
+            A.sum_duplicates()
+        keys = [A.indices + n * np.repeat(np.arange(n), np.diff(A.indptr)) for A in matrices]
+        pattern, place = np.unique(np.concatenate(keys), return_inverse=True)
+        self._rows, self._ends = pattern % n, np.searchsorted(pattern // n, np.arange(n + 1))
+        sizes = self.scale[self._rows] * self.scale[pattern // n]
+        self._data: dict[str, list[NDArray]] = {part: [] for part in PARTS}
+        ends = iter(np.cumsum([len(own) for own in keys]))
+        for part in PARTS:
+            for A in terms[part]:
+                data, end = np.zeros(len(pattern), A.dtype), next(ends)
+                own = place[end - A.nnz : end]
+                data[own] = A.data * sizes[own]
+                self._data[part].append(data)
 
     @property
     def n(self) -> int:
@@ -131,10 +141,7 @@ class ScaledSystem:
     def at(self, changes: Mapping[str, float] | None = None) -> Quadratic:
         """The problem at the system's parameters, some of them changed."""
         p = self.system.values(changes)
-        M, C, K = (
-            self._sum(part, [t.factor.value(p) for t in getattr(self.system, part)])
-            for part in PARTS
-        )
+        M, C, K = (self._sum(part, lambda factor: factor.value(p)) for part in PARTS)
         norms = norm_of(M), norm_of(C), norm_of(K)
         if not norms[0]:
             raise MatrixError("M: is zero beside C and K in double precision; a mass is required")
@@ -145,28 +152,24 @@ class ScaledSystem:
     def slope(self, name: str, changes: Mapping[str, float] | None, value: complex) -> Any:
         """dP(value)/d name as a CSC array."""
         p = self.system.values(changes)
-        slopes = [
-            self._sum(part, [t.factor.slope(p, name) for t in getattr(self.system, part)])
-            for part in PARTS
-        ]
-        return value * value * slopes[0] + value * slopes[1] + slopes[2]
+        M, C, K = (self._sum(part, lambda factor: factor.slope(p, name)) for part in PARTS)
+        return value * value * M + value * C + K
 
     def terms(self, part: str) -> list[Any]:
         """The scaled matrices of M, C or K, in the order of the terms."""
         return [self._csc(data) for data in self._data[part]]
 
-    def _sum(self, part: str, factors: list[float]) -> Any:
-        total = np.zeros(len(self._pattern.indices))
-        for factor, data in zip(factors, self._data[part], strict=True):
-            if factor:
+    def _sum(self, part: str, number: Callable[[Formula], float]) -> Any:
+        total = np.zeros(len(self._rows))
+        for term, data in zip(getattr(self.system, part), self._data[part], strict=True):
+            if factor := number(term.factor):
                 total = total + factor * data
         return self._csc(total)
 
     def _csc(self, data: NDArray) -> Any:
         from scipy.sparse import csc_array
 
-        pattern = self._pattern
-        return csc_array((data, pattern.indices, pattern.indptr), shape=pattern.shape)
+        return csc_array((data, self._rows, self._ends), shape=(self.n, self.n))
 
 
 def quadratic(M: Matrix, C: Matrix | None, K: Matrix) -> Quadratic:
@@ -178,18 +181,20 @@ def quadratic(M: Matrix, C: Matrix | None, K: Matrix) -> Quadratic:
     return ScaledSystem(TermSystem((Term(M),), damping, (Term(K),))).at()
 
 
-def _scale(system: TermSystem, terms: list[list[Any]]) -> Array:
-    p = system.parameters
-    sizes = []
-    for part, matrices in zip(PARTS, terms, strict=True):
-        size = np.zeros(system.n)
-        for term, matrix in zip(getattr(system, part), matrices, strict=True):
-            size += abs(term.factor.value(p)) * _diagonal(matrix)
-        sizes.append(size)
-    ratio = sizes[2] / np.where(sizes[0] > 0, sizes[0], np.inf)
-    positive = ratio[ratio > 0]
-    square = float(np.median(positive)) if len(positive) else 1.0
-    diagonal = square * sizes[0] + sizes[2] + np.sqrt(square) * sizes[1]
+def _scale(system: TermSystem, terms: Mapping[str, list[Any]]) -> Array:
+    mass, damping, stiffness = (
+        sum(
+            (
+                abs(t.factor.value(system.parameters)) * _diagonal(A)
+                for t, A in zip(getattr(system, part), terms[part], strict=True)
+            ),
+            np.zeros(system.n),
+        )
+        for part in PARTS
+    )
+    ratio = stiffness / np.where(mass > 0, mass, np.inf)
+    square = float(np.median(ratio[ratio > 0])) if np.any(ratio > 0) else 1.0
+    diagonal = square * mass + stiffness + np.sqrt(square) * damping
     if not np.all(diagonal > 0):
         row = int(np.argmin(diagonal > 0))
         raise MatrixError(
@@ -204,36 +209,6 @@ def _diagonal(A: Any) -> Array:
     if np.any(diagonal == 0) and A.nnz:
         diagonal = np.where(diagonal > 0, diagonal, abs(A).max(axis=0).toarray().ravel())
     return np.asarray(diagonal, dtype=float)
-
-
-def _scaled(A: Any, scale: Array) -> Any:
-    result = A.copy()
-    result.data = A.data * scale[A.indices] * np.repeat(scale, np.diff(A.indptr))
-    return result
-
-
-def _on_one_pattern(matrices: list[Any]) -> tuple[Any, list[NDArray]]:
-    """A pattern with all entries of the matrices, and the data of each on it."""
-    from scipy.sparse import csc_array
-
-    shape = matrices[0].shape
-    ones = [csc_array((np.ones(A.nnz), A.indices, A.indptr), shape=shape) for A in matrices]
-    pattern = sum(ones[1:], ones[0])
-    pattern.sort_indices()
-    keys = _keys(pattern)
-    result = []
-    for A in matrices:
-        A.sum_duplicates()
-        data = np.zeros(len(keys), dtype=A.data.dtype)
-        data[np.searchsorted(keys, _keys(A))] = A.data
-        result.append(data)
-    return pattern, result
-
-
-def _keys(A: Any) -> NDArray[np.int64]:
-    n = A.shape[0]
-    columns = np.repeat(np.arange(n, dtype=np.int64), np.diff(A.indptr))
-    return np.asarray(columns * n + A.indices)
 
 
 @dataclass(frozen=True, eq=False)
@@ -281,12 +256,14 @@ def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
         own = np.minimum(condition, 1 / EPS) * size / scale
     rounding = np.where(size > 0, root_rounding(values, own, error, scale), 0.0)
     x, y = _physical(problem, right), _physical(problem, left)
-    told = residuals, condition, rounding
-    found = [
-        Eigenvalue(complex(v), x[:, j], y[:, j], *(float(each[j]) for each in told))
+    numbers = residuals, condition, rounding
+    eigenvalues = [
+        Eigenvalue(complex(v), x[:, j], y[:, j], *(float(each[j]) for each in numbers))
         for j, v in enumerate(values)
     ]
-    return tuple(sorted(found, key=lambda e: (abs(e.value.imag), -e.value.real, -e.value.imag)))
+    return tuple(
+        sorted(eigenvalues, key=lambda e: (abs(e.value.imag), -e.value.real, -e.value.imag))
+    )
 
 
 def _physical(problem: Quadratic, z: ComplexArray) -> ComplexArray:
