@@ -29,7 +29,6 @@ from squeal.analysis.systems.roots import (
     check_memory,
     extent,
     growing,
-    growth_of,
     is_small,
     noise_of,
     reduced_for,
@@ -40,7 +39,7 @@ from squeal.analysis.systems.roots import (
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
 from squeal.io.system import SystemFile
-from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
+from squeal.linear import GROWING, VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.eigen import ordered
 from squeal.linear.system import TermSystem
@@ -197,7 +196,7 @@ class Question:
         noise = noise_of(reduction.system)
         for value in values:
             solution = reduction.modes(region, {self.system.parameter: value})
-            verdict = growth_of(solution.values, noise)  # of all of them, however few are listed
+            verdict = _growth(solution.values, noise)  # of all of them, however few are listed
             order = ordered(solution.values)[: self.wanted.modes]
             residuals = solution.residuals[order]
             yield Step(
@@ -221,7 +220,7 @@ class Question:
                 continue
             roots = roots_of_all(system, wanted, changes)
             # on all of them, however few are listed
-            verdict = (verdict_of if wanted.rectangle is None else growth_of)(roots, noise)
+            verdict = (verdict_of if wanted.rectangle is None else _growth)(roots, noise)
             if wanted.modes is not None:
                 roots = roots[roots.imag >= 0.0][: wanted.modes]
             yield Step(value, roots, np.full(len(roots), np.nan), verdict)
@@ -342,6 +341,12 @@ class Question:
         return Sensitivity(
             "eigenvalues", system.parameter, answer.values, verdict, slopes, values, units
         )
+
+
+def _growth(roots: np.ndarray, noise: float) -> str | None:
+    """The verdict on some roots, which prove none but growth."""
+    verdict = verdict_of(roots, noise)
+    return verdict if verdict in GROWING else None
 
 
 def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]:

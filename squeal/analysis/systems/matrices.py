@@ -9,9 +9,10 @@ from squeal.errors import InputError
 from squeal.io.matrices import fingerprint, write_matrix
 from squeal.io.system import SystemFile
 from squeal.io.writing import whole_folder, write_text
-from squeal.linear.matrices import EPS, norm_of
-from squeal.linear.system import Matrix, TermSystem
-from squeal.sparse.quadratic import definite, factorise
+from squeal.linear.matrices import EPS, norm_of, unit_diagonal
+from squeal.linear.system import Matrix, TermSystem, dense
+
+ALL_ROWS = 400  # up to so many rows all roots are computed
 
 
 def is_symmetric(matrix: Matrix) -> bool:
@@ -20,42 +21,17 @@ def is_symmetric(matrix: Matrix) -> bool:
     return bool(rest <= 1e-12 * abs(matrix).max())
 
 
-def condition(matrix: Any) -> float:
-    """Reciprocal condition of a CSC array in the 1-norm, estimated, its diagonal scaled to one."""
-    from scipy.sparse import csc_array, diags_array
-    from scipy.sparse.linalg import LinearOperator, onenormest
-
-    size = np.sqrt(np.abs(matrix.diagonal()))
-    size = diags_array(1.0 / np.where(size > 0, size, 1.0))
-    scaled = csc_array(size @ matrix @ size)
-    try:
-        factor = factorise(scaled)
-    except ZeroDivisionError:
-        return 0.0
-    n = scaled.shape[0]
-    inverse = LinearOperator(
-        (n, n),
-        matvec=lambda b: factor.solve(np.ravel(b)),
-        rmatvec=lambda b: factor.solve(np.ravel(b).conj(), True).conj(),
-        dtype=scaled.dtype,
-    )
-    largest = float(onenormest(inverse)) if n > 4 else float(abs(inverse @ np.eye(n)).sum(0).max())
-    return 1.0 / (largest * float(abs(scaled).sum(axis=0).max()))
-
-
 def _words(matrix: Matrix) -> str:
-    """Symmetry, definiteness and condition of M or K."""
-    from scipy.sparse import csc_array
-
-    sparse = csc_array(matrix)
-    if np.iscomplexobj(sparse.data):
+    """Symmetry of M or K; of a small one whether it is definite, and its condition."""
+    if np.iscomplexobj(matrix):
         return "complex"
-    parts = ["symmetric" if is_symmetric(sparse) else "not symmetric"]
-    if sparse.shape[0] <= 20_000:  # larger ones are not factorised for a report
-        reciprocal = condition(sparse)
+    parts = ["symmetric" if is_symmetric(matrix) else "not symmetric"]
+    if matrix.shape[0] <= ALL_ROWS:
+        X = unit_diagonal(dense(matrix))
+        reciprocal = float(1 / np.linalg.cond(X))
         if reciprocal <= 4 * EPS:
             parts.append("numerically singular")
-        elif parts[0] == "symmetric" and definite(sparse):
+        elif parts[0] == "symmetric" and np.linalg.eigvalsh(X)[0] > 0.0:
             parts.append("positive definite")
         else:
             parts.append("regular")

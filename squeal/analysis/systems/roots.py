@@ -5,16 +5,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import os
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.systems.matrices import condition
+from squeal.analysis.systems.matrices import ALL_ROWS
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.linear import GROWING, UnstableMode
 from squeal.linear.eigen import (
@@ -43,7 +43,6 @@ from squeal.sparse.eigensolver import OPTIONS, Modes, lowest_modes, modes_in
 from squeal.sparse.quadratic import Progress, Quadratic, ScaledSystem, quadratic, quiet
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system, reduce_to_real_modes
 
-ALL_ROWS = 400  # up to so many rows all roots are computed
 MODES = 20  # of a larger system where nothing else is wanted
 REAL_MODES = 200  # of a modal reduction
 NO_ROOT = "no root"  # the verdict on a band or region without one
@@ -105,18 +104,6 @@ def is_small(system: TermSystem) -> bool:
     return system.n <= ALL_ROWS
 
 
-def available_memory() -> float:
-    """Bytes that are free on this machine; unlimited where it does not say."""
-    try:
-        with open("/proc/meminfo", encoding="ascii") as stream:
-            for line in stream:
-                if line.startswith("MemAvailable:"):
-                    return 1024.0 * float(line.split()[1])
-        return float(os.sysconf("SC_AVPHYS_PAGES") * os.sysconf("SC_PAGE_SIZE"))
-    except (OSError, ValueError, AttributeError):
-        return math.inf
-
-
 def check_memory(system: TermSystem, limit: float | None = None) -> None:
     """Refuse what does not fit into `limit` bytes (left out: what the machine has free).
 
@@ -127,7 +114,11 @@ def check_memory(system: TermSystem, limit: float | None = None) -> None:
     entries = max(int(getattr(X, "nnz", X.size)) for X in parts)
     factor = min(16.0 * system.n**2, 18.0 * entries * system.n ** (1 / 3))
     needed = factor + 16 * 2 * 180 * system.n
-    free = available_memory() if limit is None else limit
+    free = math.inf if limit is None else limit
+    with suppress(OSError, StopIteration):  # another machine than Linux does not say
+        text = Path("/proc/meminfo").read_text(encoding="ascii") if limit is None else ""
+        line = next(line for line in text.splitlines() if line.startswith("MemAvailable:"))
+        free = 1024.0 * float(line.split()[1])
     if needed > free:
         raise ComputationError(
             f"{system.n} rows need about {needed / 1e9:.2g} GB for a factorisation, and "
@@ -244,10 +235,9 @@ def judged(values: tuple[Eigenvalue, ...], complete: bool = True) -> tuple[str |
 def growing(values: tuple[Eigenvalue, ...]) -> tuple[UnstableMode, ...]:
     """The roots that grow by more than rounding, the fastest first; of a pair the upper one."""
     roots = [e for e in values if e.grows and e.value.imag >= -e.rounding]
-    roots.sort(key=lambda e: -e.growth_rate)
     return tuple(
         UnstableMode.of(e, "flutter" if e.oscillates else "divergence")
-        for e in roots
+        for e in sorted(roots, key=lambda e: -e.growth_rate)
         if e.residual <= ACCEPTED
     )
 
@@ -255,8 +245,6 @@ def growing(values: tuple[Eigenvalue, ...]) -> tuple[UnstableMode, ...]:
 def _of_all(
     matrices: tuple[np.ndarray, np.ndarray | None, np.ndarray], wanted: Wanted
 ) -> SystemRoots:
-    from scipy.sparse import csc_array
-
     M, C, K = matrices
     words: tuple[str | None, str] | None = None
     real = not any(X is not None and np.iscomplexobj(X) for X in (M, C, K))
@@ -268,7 +256,7 @@ def _of_all(
                 words = (verdict.verdict, str(verdict))
     if words is None:
         every = dense_spectrum(M, C, K)
-        if not all(e.value for e in every) and condition(csc_array(K)) > 1e-8:
+        if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     # of complex matrices those of falling motion mean nothing
     values = every if real else tuple(e for e in every if e.value.imag >= 0.0)
@@ -339,12 +327,6 @@ def verdict_of(roots: NDArray[np.complex128], noise: float) -> str:
     return decide(roots, noise * np.abs(roots)).verdict if len(roots) else NO_ROOT
 
 
-def growth_of(roots: NDArray[np.complex128], noise: float) -> str | None:
-    """The same of some roots, which prove no verdict but growth."""
-    verdict = verdict_of(roots, noise)
-    return verdict if verdict in GROWING else None
-
-
 def noise_of(system: TermSystem) -> float:
     """What of |lambda| may be rounding in a real part."""
     damped, split = 1e-10, 1e-7  # undamped, rounding parts two equal roots
@@ -383,36 +365,27 @@ def reduced_for(
     """
     scaled = ScaledSystem(system)
     region = sweep_region(scaled, wanted, values[len(values) // 2])
+    text = ""
     if method == "modal":
         reduction = reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n))
-        _warn_of_lost_roots(reduction, region, progress)
-        return reduction, region
-    reduction = reduce_system(scaled, region, values, progress)
-    if not reduction.converged:
-        warnings.warn(
-            f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "
-            f"root has a residual of {reduction.worst:.2g} in the full problem, {TOLERANCE:g} is "
-            "wanted; a narrower band or range is required",
-            InputWarning,
-            stacklevel=3,
-        )
+        if reduction.size < system.n:  # real modes know nothing of friction and damping
+            every = modes_in(scaled.at(), region, False, progress, exact=OPTIONS.accepted).values
+            if (lost := len(every) - len(reduction.values(region))) > 0:
+                text = (
+                    f"the real modes lose {lost} of {len(every)} roots that the system has in the "
+                    "band at its own parameters; the method reduced has all of them"
+                )
+    else:
+        reduction = reduce_system(scaled, region, values, progress)
+        if not reduction.converged:
+            text = (
+                f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "
+                f"root has a residual of {reduction.worst:.2g} in the full problem, {TOLERANCE:g} "
+                "is wanted; a narrower band or range is required"
+            )
+    if text:
+        warnings.warn(text, InputWarning, stacklevel=3)
     return reduction, region
-
-
-def _warn_of_lost_roots(reduction: Reduction, region: Rectangle, progress: Progress) -> None:
-    """Real modes know nothing of what friction and damping do: their roots beside the system's."""
-    if reduction.size == reduction.basis.scaled.n:
-        return
-    problem = reduction.basis.scaled.at()
-    exact = modes_in(problem, region, False, progress, exact=OPTIONS.accepted).values
-    lost = len(exact) - len(reduction.values(region))
-    if lost > 0:
-        warnings.warn(
-            f"the real modes lose {lost} of {len(exact)} roots that the system has in the band at "
-            "its own parameters; the method reduced has all of them",
-            InputWarning,
-            stacklevel=3,
-        )
 
 
 def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
