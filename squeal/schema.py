@@ -14,7 +14,7 @@ import os
 import re
 import reprlib
 import warnings
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import wraps
@@ -129,10 +129,7 @@ class Number(Kind):
             return value.dtype.kind not in "biuf" or bool(self._holds(value).all())
         if not isinstance(value, _PLAIN) or isinstance(value, bool):
             return not isinstance(value, _NO_NUMBERS)
-        try:
-            return bool(self._holds(float(value)))
-        except OverflowError:  # a whole number may be finite and yet too great for a float
-            return False
+        return bool(self._holds(value))
 
     def check(self, value: Any, at: Place) -> None:
         """Refuse what is not admitted; of an array the first such entry. Raises InputError."""
@@ -338,7 +335,7 @@ class Several(Kind):
             entries = ()
         if not entries or (self.count and len(entries) != self.count):
             raise at.must_be(value, self.named)
-        return tuple(self.each.read(one, at) for one in entries)
+        return tuple(self.each.read(one, at / str(i)) for i, one in enumerate(entries, 1))
 
 
 def takes(**kinds: Kind) -> Callable[[Callable[P, T]], Callable[P, T]]:
@@ -550,19 +547,16 @@ class Group(Kind):
         check_needs(self.keys, values, at)
         return values
 
-    def find(
-        self, name: str, at: Place, allowed: Iterable[str] = ()
-    ) -> tuple[tuple[str, ...], Key]:
+    def find(self, name: str, at: Place) -> tuple[tuple[str, ...], Key]:
         """The keys that lead to a dotted name, or to a name wherever it stands, and the last Key.
 
-        Raises InputError for an unknown name, listing what is `allowed` or all names.
+        Raises InputError for an unknown name, listing all.
         """
         every = dict(self.paths())
         for keys, key in every.items():
             if name in (".".join(keys), keys[-1]):
                 return keys, key
-        names = [*allowed] or [keys[-1] for keys in every]
-        raise at.refuse(f"unknown key; allowed are {', '.join(names)}")
+        raise at.refuse(f"unknown key; allowed are {', '.join(keys[-1] for keys in every)}")
 
     def paths(self, before: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Key]]:
         """Every key in the group and the groups in it, with the keys that lead to it."""

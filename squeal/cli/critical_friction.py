@@ -47,7 +47,7 @@ def run(given: argparse.Namespace) -> Reply:
         refuse(given, "sensitivity", f"{source.name}, a system of matrices; `squeal advise` is")
         source.warn_if_constant(subject)
         options = {"low": given.min, "band": given.band, "memory": given.memory}
-        options["progress"] = steps(given.progress)
+        options["progress"] = steps()
     thresholds = squeal.thresholds(subject, given.high, **options)
     answers: list[Any] = [thresholds]
     if given.sensitivity:

@@ -36,7 +36,7 @@ def run(given: argparse.Namespace) -> Reply:
             raise not_allowed(said(given, "sweep"), "A:B:N with 0 <= A < B <= 1000")
     else:
         options = {"region": given.region, "modes": given.modes, "memory": given.memory}
-        options |= {"band": given.band, "progress": steps(given.progress)}
+        options |= {"band": given.band, "progress": steps()}
         if given.at is not None:
             source.check_at(subject, said(given, "at"))
         _check_shape(given, subject)
@@ -55,8 +55,7 @@ def run(given: argparse.Namespace) -> Reply:
         write_files(given, shown)
     elif given.table is not None:
         shown.save(given.table)
-    if given.shape is not None or given.animation is not None:
-        _draw_shape(given, spectrum)
+    _draw_shape(given, spectrum)
     return Reply.of(*answers, inputs=inputs, judged=isinstance(subject, Scene))
 
 
@@ -76,12 +75,12 @@ def _check_shape(given: argparse.Namespace, file: Any) -> None:
 
 def _draw_shape(given: argparse.Namespace, spectrum: Any) -> None:
     """Draw the requested mode, or the one that grows most. Raises InputError."""
+    paths = [given.animation, None if given.shape is None else given.figure]
     count = len(spectrum.eigenvalues)
-    if not count:
-        raise InputError("shape: no root is listed; another band or region is required")
-    number = given.shape or int(spectrum.values.real.argmax()) + 1
-    if number > count:
-        raise not_allowed(said(given, "shape"), f"a whole number from 1 to {count}")
-    for path in (given.figure if given.shape is not None else None, given.animation):
-        if path is not None:
-            spectrum.plot(path, name=given.source.name, shape=number)
+    for path in filter(None, paths):
+        if not count:
+            raise InputError("shape: no root is listed; another band or region is required")
+        if given.shape and given.shape > count:
+            raise not_allowed(said(given, "shape"), f"a whole number from 1 to {count}")
+        number = given.shape or int(spectrum.values.real.argmax()) + 1
+        spectrum.plot(path, name=given.source.name, shape=number)

@@ -51,7 +51,7 @@ def run(given: argparse.Namespace) -> Reply:
         if given.band is None and given.region is None:
             raise InputError(f"{said(given, 'method')}: needs --band or --region")
         wanted: Any = {"band": given.band, "region": given.region, "memory": given.memory}
-        question = Question.of(subject, **wanted, progress=steps(given.progress))
+        question = Question.of(subject, **wanted, progress=steps())
         reduction, basis = question.reduced(given.sweep, given.method)
         if reduction.spurious:
             words = f"the reduced system has {reduction.spurious} roots that the full one has not"

@@ -67,7 +67,7 @@ def run(given: argparse.Namespace) -> Reply:
     else:
         refuse(given, "quantity curve", f"{source.name}, a system of matrices")
         options = {"band": given.band, "memory": given.memory}
-        options["progress"] = steps(given.progress)
+        options["progress"] = steps()
     answer = squeal.map(subject, axes(given, scene), **options)
     write_files(given, answer)
     if given.curve is not None:

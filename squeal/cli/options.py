@@ -164,10 +164,7 @@ def said(given: argparse.Namespace, name: str) -> str:
 
 
 def take(parser: Any, names: str, **defaults: Any) -> None:
-    """Give a parser some of `OPTIONS`, by their keys; with `memory` also --progress."""
-    if "memory" in names.split():
-        words = "print the steps on standard error, also to a file"
-        parser.within(SYSTEMS).add_argument("--progress", action="store_true", help=words)
+    """Give a parser some of `OPTIONS`, by their keys."""
     for key in names.split():
         option = OPTIONS[key]
         parser.within(option.group).add_argument(
@@ -212,7 +209,7 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
     Refused are a name without a known ending, an input, the same file twice, a link to itself and
     what is no plain file in a writable folder. Raises InputError.
     """
-    taken = [(path, "an input") for path in inputs]
+    taken = {Path(os.path.realpath(path)): "an input" for path in inputs}
     for name, (_, endings) in FILE_OPTIONS.items():
         path = getattr(given, name, None)
         if path is None:
@@ -221,24 +218,14 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
         if path.suffix not in endings:
             raise InputError(f"{option}: the name must end in {_listed(endings)}")
         place = Path(os.path.realpath(path))  # of a link, also one to no file yet, where it leads
-        if place.is_symlink():
-            raise InputError(f"{option}: is a link to itself; the name of a file is allowed")
-        if place.exists() and not place.is_file():
-            kind = "a folder" if place.is_dir() else "not a plain file"
-            raise InputError(f"{option}: is {kind}; the name of a file is allowed")
+        if place.is_symlink() or (place.exists() and not place.is_file()):
+            raise InputError(f"{option}: is no plain file; the name of a file is allowed")
         if not os.access(place.parent, os.W_OK):
             raise InputError(f"{option}: the folder {place.parent} does not exist, or not to write")
-        for other, words in taken:
-            if _same(path, other):
-                raise InputError(f"{option}: is {words} too; another name is allowed")
-        taken.append((path, "another output"))
+        if place in taken:
+            raise InputError(f"{option}: is {taken[place]} too; another name is allowed")
+        taken[place] = "another output"
 
 
 def _listed(endings: Sequence[str]) -> str:
     return " or ".join(part for part in (", ".join(endings[:-1]), endings[-1]) if part)
-
-
-def _same(one: Path, other: Path) -> bool:
-    if one.exists() and other.exists():
-        return os.path.samefile(one, other)
-    return os.path.realpath(one) == os.path.realpath(other)

@@ -87,11 +87,9 @@ def _silence(stream: TextIO) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def steps(wanted: bool) -> Callable[[str], None]:
-    """What says the steps of long work on standard error: to a terminal, or where it is wanted."""
-    if wanted or sys.stderr.isatty():
-        return lambda text: say(f"squeal: {text}")
-    return lambda _: None
+def steps() -> Callable[[str], None]:
+    """What says the steps of long work on standard error, if that is a terminal."""
+    return (lambda text: say(f"squeal: {text}")) if sys.stderr.isatty() else lambda _: None
 
 
 @contextmanager

@@ -51,6 +51,7 @@ from squeal.schema import (
     Numbers,
     Place,
     Row,
+    Several,
     Square,
     read_document,
     takes,
@@ -115,11 +116,9 @@ class Ratios(Kind):
         return "a number of at least 0, or a list of them"
 
     def read(self, value: Any, at: Place, model: str = "") -> float | tuple[float, ...]:
-        if not isinstance(value, list):
-            return NOT_NEGATIVE.read(value, at)
-        if not value:
-            raise at.must_be(value, self.allowed())
-        return tuple(NOT_NEGATIVE.read(one, at / str(i)) for i, one in enumerate(value, 1))
+        if isinstance(value, list):
+            return Several(NOT_NEGATIVE, self.allowed()).read(value, at)
+        return NOT_NEGATIVE.read(value, at)
 
 
 # fmt: off
@@ -196,25 +195,24 @@ def _read_coordinates(path: Path, rows: int) -> Coordinates:
     """
     at = Place(str(path))
     try:
-        with path.open(encoding="utf-8", newline="") as stream:
-            table = list(csv.DictReader(stream, skipinitialspace=True))
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is no UTF-8 table"
         words = f"cannot be read ({reason}); the name of a .csv file is allowed"
         raise at.refuse(words) from None
-    heads = {name.strip().lower(): name for name in (table[0] if table else {}) if name}
-    missing = [name for name in COLUMNS if name not in heads]
-    if missing:
+    heads, *table = csv.reader(filter(str.strip, text.splitlines())) if text.strip() else [[]]
+    heads = [name.strip().lower() for name in heads]
+    if missing := [name for name in COLUMNS if name not in heads]:
         raise at.refuse(f"no column {missing[0]}; the columns {', '.join(COLUMNS)} are")
     if len(table) != rows:
         raise at.refuse(f"{len(table)} lines; the system's {rows} rows need one each")
     places: dict[str, tuple[float, ...]] = {}
     names, directions = [], []
     for number, line in enumerate(table, 2):
-        node, direction, *numbers = ((line[heads[name]] or "").strip() for name in COLUMNS)
-        direction = direction.lower()
+        cells = dict(zip(heads, map(str.strip, (*line, *[""] * len(heads))), strict=False))
+        node, direction = cells["node"], cells["dof"].lower()
         try:
-            place = tuple(map(float, numbers))
+            place = tuple(float(cells[name]) for name in "xyz")
         except ValueError:
             place = (np.nan,)
         if not node or not np.isfinite(place).all():
