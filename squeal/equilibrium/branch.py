@@ -211,14 +211,11 @@ def follow(
     for _ in range(o.most_steps):
         if not front.owner.size:
             break
-        done = front.tried(o)
-        short = ~done.good & (front.step / 2 < o.shortest_step)
-        end[front.owner[short]] = LOST
-        ahead, why = front.accepted(done, o)
-        end[front.owner[done.good]] = why[done.good]
-        nodes.append(ahead.pick(done.good).nodes(done.turn[:, done.good], done.kind[done.good]))
-        going = np.where(done.good, why == GOING, ~short)
-        front = ahead if going.all() else ahead.pick(going)
+        good, place, turn, kind, event = front.tried(o)
+        last, (front, why) = front.owner, front.accepted(good, place, turn, kind, event, o)
+        end[last] = why
+        nodes.append(front.pick(good).nodes(turn[:, good], kind[good]))
+        front = front if (why == GOING).all() else front.pick(why == GOING)
     end[front.owner] = LOST
     whole = [np.concatenate(part, axis=-1) for part in zip(*nodes, strict=True)]
     order = np.argsort(whole[0], kind="stable")
@@ -283,17 +280,6 @@ def _newton(
         if good.all() or not np.isfinite(change[~good]).any():
             break
     return x, slope, good & np.isfinite(x).all(axis=0)
-
-
-class _Step(NamedTuple):
-    """Steps that were tried, arrays over the pads: which may be taken, new places, tangents there
-    in the old contact state, kinds of node, and the event that ends it (see `_Front.events`)."""
-
-    good: np.ndarray
-    z: np.ndarray
-    turn: np.ndarray
-    kind: np.ndarray
-    event: np.ndarray
 
 
 class _Front(NamedTuple):
@@ -368,8 +354,11 @@ class _Front(NamedTuple):
         inside = (way >= -o.close) & (way <= whole + o.close)
         return np.asarray(inside & (far <= way / o.cosine + o.close))
 
-    def tried(self, o: BranchOptions) -> _Step:
-        """A step of each pad, up to the first event on it."""
+    def tried(
+        self, o: BranchOptions
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """A step of each pad, up to the first event on it: which (k,) may be taken, new places and
+        tangents there in the old contact state (4, k), kinds of node and events (k,)."""
         row, k = self.ahead * self.scale, self.owner.size
         guess = self.z + self.step * self.ahead / self.scale
         plane = (row * guess).sum(axis=0)
@@ -398,7 +387,7 @@ class _Front(NamedTuple):
             located = self.pick(i).located(z[:, i], curve[:, :, i], *between, o)
             good[i], z[:, i], turn[:, i], event[i] = located
             kind[i] = np.where(event[i] < len(self.state), CHANGE, NODE)
-        return _Step(good, z, turn, kind, event)
+        return good, z, turn, kind, event
 
     def located(
         self,
@@ -460,34 +449,44 @@ class _Front(NamedTuple):
         tangent = tangent * np.sign((tangent * self.ahead).sum(axis=0))
         return z, tangent, good & self.within(new, z, o)
 
-    def accepted(self, done: _Step, o: BranchOptions) -> tuple[_Front, np.ndarray]:
-        """The ends after the steps, half as far ahead where they were refused, and how (k,) the
-        branches end there if they do."""
-        state, ahead = self.state.copy(), np.where(done.good, done.turn, self.ahead)
-        z = np.where(done.good, done.z, self.z)
-        why, points = np.full(len(done.good), GOING), len(state)
-        i = np.flatnonzero(done.good & (done.kind == CHANGE))
+    def accepted(
+        self,
+        good: np.ndarray,
+        z: np.ndarray,
+        turn: np.ndarray,
+        kind: np.ndarray,
+        event: np.ndarray,
+        o: BranchOptions,
+    ) -> tuple[_Front, np.ndarray]:
+        """The ends after the steps of `tried`, half as far ahead where these were refused, and how
+        (k,) the branches end there if they do."""
+        state, ahead, z = (
+            self.state.copy(),
+            np.where(good, turn, self.ahead),
+            np.where(good, z, self.z),
+        )
+        why, points = np.full(len(good), GOING), len(state)
+        i = np.flatnonzero(good & (kind == CHANGE))
         if i.size:
-            part, point = self.part.pick(i), done.event[i]
+            part, point = self.part.pick(i), event[i]
             state[point, i] ^= True
             separated = ~state[:, i].any(axis=0)
             row = part.gap_derivatives(z[:, i], point) * np.where(state[point, i], -1.0, 1.0)
-            turn = _along(part.linearised(z[:, i], 1.0 * state[:, i])[1], row) * self.scale[:, i]
-            ahead[:, i] = np.where(separated, ahead[:, i], _unit(turn))
+            new = _along(part.linearised(z[:, i], 1.0 * state[:, i])[1], row) * self.scale[:, i]
+            ahead[:, i] = np.where(separated, ahead[:, i], _unit(new))
             why[i[separated]] = SEPARATED
             state[point[separated], i[separated]] = True  # as it came
         pad = self.part.model.pad
-        back = (done.kind == FOLD) | (ahead[3] < 0.0)
-        away = np.max(np.abs(z[:2]), axis=0) > o.farthest * (pad.L1 + pad.L2)
+        far = np.max(np.abs(z * self.scale), axis=0)
         for which, end in (
-            (done.event == points + 1, REACHED),
-            (back, TURNS),
-            (done.event == points, TILTED),
-            (away, AWAY),
+            (event == points + 1, REACHED),
+            ((kind == FOLD) | (ahead[3] < 0.0), TURNS),
+            (event == points, TILTED),
+            (np.max(np.abs(z[:2]), axis=0) > o.farthest * (pad.L1 + pad.L2), AWAY),
             (self.part.hidden(z), LOST),
         ):
-            why[which & done.good & (why == GOING)] = end
-        far = np.max(np.abs(z * self.scale), axis=0)
-        step = np.minimum(o.growth * self.step, o.longest_step * (1.0 + 0.1 * far))
-        step = np.where(done.good, step, self.step / 2)
+            why[which & good & (why == GOING)] = end
+        longer = np.minimum(o.growth * self.step, o.longest_step * (1.0 + 0.1 * far))
+        step = np.where(good, longer, self.step / 2)
+        why[step < o.shortest_step] = LOST
         return self._replace(z=z, state=state, ahead=ahead, step=step), why
