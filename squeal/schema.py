@@ -83,11 +83,13 @@ def shown(value: Any) -> str:
 
 
 class Kind:
-    """What all kinds of values offer: each says what it allows and reads it."""
+    """What all kinds of values offer: each says what it allows (`named`) and reads it."""
+
+    named = ""
 
     def allowed(self) -> str:
         """What is allowed, to follow "it must be"."""
-        raise NotImplementedError
+        return self.named
 
     def convert(self, value: Any) -> Any:
         """The value of a file as it is used, None where it is not allowed."""
@@ -235,10 +237,7 @@ class Instance(Kind):
     """An object of a class, or of one of several; `named` says which."""
 
     kind: type | tuple[type, ...]
-    named: str
-
-    def allowed(self) -> str:
-        return self.named
+    named: str = ""
 
     def read(self, value: Any, at: Place, model: str = "") -> Any:
         if not isinstance(value, self.kind):
@@ -254,8 +253,7 @@ FILE = Instance((str, os.PathLike), "the path of a file")
 class Name(Kind):
     """A name: letters, digits and underscores, no digit first."""
 
-    def allowed(self) -> str:
-        return "a name of letters, digits and underscores"
+    named = "a name of letters, digits and underscores"
 
     def convert(self, value: Any) -> str | None:
         return value if isinstance(value, str) and _NAME.fullmatch(value) else None
@@ -264,8 +262,7 @@ class Name(Kind):
 class Numbers(Kind):
     """A mapping of names to finite numbers."""
 
-    def allowed(self) -> str:
-        return "a mapping of names to finite numbers"
+    named = "a mapping of names to finite numbers"
 
     def read(self, value: Any, at: Place, model: str = "") -> dict[str, float]:
         if not isinstance(value, dict):
@@ -322,11 +319,8 @@ class Several(Kind):
     """A sequence, also one that can be gone through once only: of `count`, or of one at least."""
 
     each: Kind
-    named: str
+    named: str = ""
     count: int = 0
-
-    def allowed(self) -> str:
-        return self.named
 
     def read(self, value: Any, at: Place, model: str = "") -> tuple[Any, ...]:
         try:

@@ -84,8 +84,7 @@ TERM = Group({
 class Part(Kind):
     """A matrix of the system: its rows, a term, or a list of terms, as mappings of `TERM`."""
 
-    def allowed(self) -> str:
-        return "rows of numbers, {file: NAME}, or a list of terms {file: NAME, factor: FORMULA}"
+    named = "rows of numbers, {file: NAME}, or a list of terms {file: NAME, factor: FORMULA}"
 
     def read(self, value: Any, at: Place, model: str = "") -> tuple[dict[str, Any], ...]:
         """The terms, none of them read from its file yet. Raises InputError."""
@@ -112,12 +111,11 @@ class Part(Kind):
 class Ratios(Kind):
     """One damping ratio for all modes, or a list of them for the first ones."""
 
-    def allowed(self) -> str:
-        return "a number of at least 0, or a list of them"
+    named = "a number of at least 0, or a list of them"
 
     def read(self, value: Any, at: Place, model: str = "") -> float | tuple[float, ...]:
         if isinstance(value, list):
-            return Several(NOT_NEGATIVE, self.allowed()).read(value, at)
+            return Several(NOT_NEGATIVE, self.named).read(value, at)
         return NOT_NEGATIVE.read(value, at)
 
 
