@@ -256,8 +256,8 @@ def modes_in(
         part = todo.pop()
         answer, tried = _around(problem, part, certify, V, progress, options)
         shifts += tried
-        if isinstance(answer, Near):
-            todo += _halves(part, answer)
+        if answer is None:
+            todo += _halves(part)
             continue
         roots, lacking = answer
         # a root on the border of two parts might be in both of them, or in none
@@ -270,20 +270,13 @@ def modes_in(
     return Modes(listed(problem, found), region, count, shifts, found)
 
 
-def _halves(region: Rectangle, near: Near) -> list[Rectangle]:
-    """The parts of a region left and right of the widest gap between the roots in the middle of
-    its longer side."""
+def _halves(region: Rectangle) -> list[Rectangle]:
+    """Two parts of a region, cut across its longer side beside the middle: a root may lie there."""
     a, b, c, d = region.low_real, region.high_real, region.low_imag, region.high_imag
-    wide = b - a > d - c
-    low, high = (a, b) if wide else (c, d)
-    across = near.values.real if wide else near.values.imag
-    third = (high - low) / 3
-    inner = across[(across > low + third) & (across < high - third)]
-    ends = np.sort([low + third, *inner, high - third])
-    k = int(np.argmax(np.diff(ends)))
-    cut = float(ends[k] + ends[k + 1]) / 2
-    if wide:
+    if b - a > d - c:
+        cut = a + 0.4837 * (b - a)
         return [Rectangle(a, cut, c, d), Rectangle(cut, b, c, d)]
+    cut = c + 0.4837 * (d - c)
     return [Rectangle(a, b, c, cut), Rectangle(a, b, cut, d)]
 
 
@@ -294,9 +287,9 @@ def _around(
     V: Array,
     progress: Progress,
     options: SolverOptions,
-) -> tuple[Near | tuple[Roots, int | None], int]:
+) -> tuple[tuple[Roots, int | None] | None, int]:
     """The roots in and around a part with how many are missing among them (None if that is not
-    known), or what one subspace shows where it does not reach around the part; and the shifts."""
+    known), or None where one subspace does not reach around the part; and the shifts."""
     # beside the middle: a root exactly there would hide all others from single precision
     shift = region.centre + (0.03 + 0.04j) * region.radius
     aside = abs(shift - region.centre)
@@ -316,7 +309,7 @@ def _around(
         reach = near.reach - aside
         if reach < 1.02 * region.radius:
             if attempt or reach > 0.3 * region.radius:
-                return near, attempt + 1
+                return None, attempt + 1
             continue  # single precision may be what hides them
         V = enlarged(V, near.vectors, 1e-6)
         around = disc_around(region, near.values, reach) if certify else region.widened(1e-6)

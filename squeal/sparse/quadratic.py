@@ -439,12 +439,6 @@ def definite(A: Any) -> bool:
         A = A.real.copy()  # contiguous, as the factorisation wants it
     if np.any(A.diagonal().real <= 0.0):
         return False
-    if A.nnz > FULL * A.shape[0] ** 2:
-        try:
-            np.linalg.cholesky(A.toarray())
-        except np.linalg.LinAlgError:
-            return False
-        return True
     try:
         factor = _superlu(A, 0.0)
     except ZeroDivisionError:  # a pivot vanishes

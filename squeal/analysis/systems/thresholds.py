@@ -22,8 +22,9 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.eigen import GROWING, ComplexArray, UnstableCount, unstable_count
+from squeal.linear.events import Event
 from squeal.linear.matrices import ILL, unit_diagonal
-from squeal.linear.search import search
+from squeal.linear.search import fastest_first, search, together
 from squeal.linear.system import TermSystem, dense
 from squeal.linear.thresholds import Place, VerdictChange, Verdicts
 from squeal.schema import takes
@@ -104,7 +105,14 @@ def _small_band(system: TermSystem, low: float, high: float, wanted: Wanted) -> 
     every, region = thresholds(system, high, mu_min=low), wanted.rectangle
     assert region is not None
     ends = wanted.band or (region.low_imag / (2 * math.pi), region.high_imag / (2 * math.pi))
-    rows = [c for c in every.crossings if ends[0] <= c.frequency_hz <= ends[1]]
+    rows = [
+        c
+        for part in every.searched
+        for place in part.places
+        for way in (1, -1)
+        for c in fastest_first(part.line, [c for c in place if c.direction == way])
+        if ends[0] <= c.omega / (2 * math.pi) <= ends[1]
+    ]
     band = _Band(system, wanted, lambda p: roots_of_all(system, wanted, {system.parameter: p}))
     answer, _ = band.thresholds(rows, (low, high))
     outside = len(every.crossings) - len(rows)
@@ -122,13 +130,13 @@ def _large(
     values = [low, *(low + x * (high - low) for x in inner), high]
     reduction, region = reduced_for(system, wanted, [{name: v} for v in values], progress=progress)
     progress("following the roots of the reduced system")
+    rows: Sequence[Event]
     doubts: list[str] = []
     if system.C or not system.real:
-        crossings, doubts = crossings_along(reduction, region, name, values)
-        rows = [c.crossing(0, False, c.residual) for c in crossings]
+        rows, doubts = crossings_along(reduction, region, name, values)
     else:  # coalescences of the reduced system
         rows = [
-            c.crossing(0, False, reduction.worst)
+            replace(c, residual=reduction.worst)
             for place in search(reduction.system, low, high).places
             for c in place
             if region.low_imag <= c.omega <= region.high_imag
@@ -176,29 +184,33 @@ class _Band:
         return self.known[p]
 
     def thresholds(
-        self, rows: Sequence[Crossing], values: Sequence[float]
+        self, rows: Sequence[Event], values: Sequence[float]
     ) -> tuple[SystemThresholds, list[float]]:
-        """The answer from crossings by rising value, and values between them; `values` from the
-        first to the last are looked at."""
+        """The answer from crossings by rising value, of one place the fastest first, and values
+        between them; `values` from the first to the last are looked at."""
         low, high = values[0], values[-1]
-        groups = _together(rows, 1e-9 * (high - low))
+        groups = together(rows, 1e-9 * (high - low))
         margin = 1e-6 * (high - low)  # where the verdict may be that of either side
-        beyond = bool(groups) and high - groups[-1][-1].mu <= margin  # what follows is seen there
-        edges = [low, *(group[0].mu for group in groups), high + 2 * margin * beyond]
-        inside = [v for v in values if all(abs(v - c.mu) > margin for c in rows)]
+        beyond = bool(groups) and high - groups[-1][-1].value <= margin  # what follows is seen
+        edges = [low, *(group[0].value for group in groups), high + 2 * margin * beyond]
+        inside = [v for v in values if all(abs(v - c.value) > margin for c in rows)]
         between = [(a + b) / 2 for a, b in itertools.pairwise(edges)]
         number, stretches, first = self.growth(between[0]).roots, [], []
         for k, (a, b) in enumerate(itertools.pairwise(edges)):
-            number += sum(map(_net, groups[k - 1])) if k else 0
+            if k:
+                number += sum(c.direction * (2 if c.omega else 1) for c in groups[k - 1])
             tried = [between[k], *(v for v in inside if a < v < b), a + margin, b - margin]
             agrees = (v for v in tried if a < v < b and self.growth(v).roots == number)
             first.append(next(agrees, between[k]))
             stretches.append(self.growth(first[k]))
-        places = [Place(g[0].mu, _kinds(g, "up"), _kinds(g, "down")) for g in groups]
+        places = [
+            Place(g[0].value, *(frozenset(c.kind for c in g if c.direction == w) for w in (1, -1)))
+            for g in groups
+        ]
         changes = Verdicts(self.growth).changes(edges, stretches, places, sorted(self.known))
         unexplained, left = [], dict[int, str]()
         for v in sorted({*inside, *between}):
-            k, seen = sum(group[0].mu < v for group in groups), self.growth(v)
+            k, seen = sum(group[0].value < v for group in groups), self.growth(v)
             if seen.verdict == stretches[k].verdict:
                 continue
             if seen.roots > stretches[k].roots:
@@ -209,10 +221,10 @@ class _Band:
             elif seen.roots < stretches[k].roots:
                 left.setdefault(k, self._leaving(first[k], v))
         crossings = (
-            replace(
-                c,
-                mode=self._mode(c),
-                changes_verdict=any(x.place == k and c in _leads(group, x) for x in changes),
+            c.crossing(
+                self._mode(c),
+                any(x.place == k and c in _leads(group, x) for x in changes),
+                _residual(c),
             )
             for k, group in enumerate(groups)
             for c in group
@@ -238,18 +250,18 @@ class _Band:
             f"{region.high_real:.4g} 1/s"
         )
 
-    def _mode(self, c: Crossing) -> int:
-        at, omega = self.roots(c.mu).imag, 2 * math.pi * c.frequency_hz
-        return 1 + int(np.sum((at > 0) & (at < omega * (1 - 1e-6))))
+    def _mode(self, c: Event) -> int:
+        at = self.roots(c.value).imag
+        return 1 + int(np.sum((at > 0) & (at < c.omega * (1 - 1e-6))))
 
-    def _point(self, change: VerdictChange, groups: Sequence[Sequence[Crossing]]) -> CriticalPoint:
+    def _point(self, change: VerdictChange, groups: Sequence[Sequence[Event]]) -> CriticalPoint:
         """A change of verdict at a crossing, or where growth changes hands, with the pair's
         frequency there."""
         kind = change.above if change.above in GROWING else "restabilised"
         if change.place is not None:
             c = _leads(groups[change.place], change)[0]
-            tight = c.interval[1] - c.interval[0] <= ContinuationOptions.same * abs(c.mu)
-            return CriticalPoint(c.mu, kind, c.frequency_hz, c.interval, tight, c.residual)
+            tight, hertz = c.width <= ContinuationOptions.same * abs(c.value), c.omega / 2 / math.pi
+            return CriticalPoint(c.value, kind, hertz, c.interval, tight, _residual(c))
         hertz = 0.0
         if kind == "flutter":
             at = self.roots(change.value)
@@ -260,30 +272,14 @@ class _Band:
         return CriticalPoint(change.value, kind, hertz, interval, True)
 
 
-def _together(rows: Sequence[Crossing], near: float) -> list[list[Crossing]]:
-    """Crossings, by rising value, those at one place in one list."""
-    groups: list[list[Crossing]] = []
-    for c in rows:
-        if groups and c.mu - groups[-1][-1].mu <= near:
-            groups[-1].append(c)
-        else:
-            groups.append([c])
-    return groups
-
-
-def _leads(group: Sequence[Crossing], change: VerdictChange) -> list[Crossing]:
-    """The crossings at a place that begin what grows above or end what grew below; of several that
-    do the fastest, which stands first."""
+def _leads(group: Sequence[Event], change: VerdictChange) -> list[Event]:
+    """Of the crossings at a place the first that begins what grows above, and that ends what grew
+    below; all of them if there is none."""
     leads = []
-    for alike in ((change.above, "up"), (change.below, "down")):
-        leading = [c for c in group if (c.kind, c.direction) == alike]
-        leads += sorted(leading, key=lambda c: not c.changes_verdict)[:1]
+    for alike in ((change.above, 1), (change.below, -1)):
+        leads += [c for c in group if (c.kind, c.direction) == alike][:1]
     return leads or list(group)
 
 
-def _net(c: Crossing) -> int:
-    return (1 if c.direction == "up" else -1) * (2 if c.kind == "flutter" else 1)
-
-
-def _kinds(group: Sequence[Crossing], way: str) -> frozenset[str]:
-    return frozenset(c.kind for c in group if c.direction == way)
+def _residual(c: Event) -> float | None:
+    return c.residual if math.isfinite(c.residual) else None
