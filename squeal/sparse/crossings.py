@@ -252,11 +252,10 @@ def axis_crossing(
     p, w, real = float(value), float(omega), omega == 0.0
     x, y = right / np.linalg.norm(right), left / np.linalg.norm(left)
     unit = abs(p) or 1.0
-    for step in range(OPTIONS.steps):
+    for _ in range(OPTIONS.steps):
         problem, root = scaled.at({name: p}), complex(0.0, w)
         size = float(problem.size(np.array(root)))
-        free = step < 2  # without a factorisation, from vectors that are nearly right
-        g, u, v = _functional(problem, root, x, y) if free else _bordered(problem, root, x, y)
+        g, u, v = _bordered(problem, root, x, y)
         slope_root = u @ (problem.slope(root) @ v)
         slope_p = u @ (scaled.slope(name, {name: p}, root) @ v)
         columns, goal = [1j * slope_root, slope_p], g
@@ -265,13 +264,9 @@ def axis_crossing(
         jacobian = np.array([np.real(columns), np.imag(columns)])
         sizes = np.abs(jacobian).max(axis=0)
         if not (sizes.all() and np.linalg.cond(jacobian / sizes) <= 1e12):
-            if free:
-                continue
             break
         inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
         moves = -inverse @ [goal.real, goal.imag]
-        if free and abs(moves[1]) > 1e-3 * unit:
-            continue
         # by rounding of P x
         noise = size * 2 * EPS * float(np.linalg.norm(u) * np.linalg.norm(v))
         uncertain = noise * float(np.abs(inverse[1]).sum())
@@ -279,7 +274,7 @@ def axis_crossing(
         small = abs(moves[1]) <= OPTIONS.converged * max(abs(p), unit)
         small &= abs(moves[0]) <= OPTIONS.converged * max(abs(w), 1.0)
         x, y = v / np.linalg.norm(v), u.conj() / np.linalg.norm(u)
-        if not free and (small or abs(moves[1]) <= uncertain):
+        if small or abs(moves[1]) <= uncertain:
             slope = -float((slope_p / slope_root).real)
             residual = problem.backward_errors(np.array([root]), x[:, None])[0]
             half = uncertain + abs(float(moves[1])) + 2 * EPS * abs(p)
@@ -290,13 +285,6 @@ def axis_crossing(
         f"no crossing of the imaginary axis was found near {name} = {value:.9g} at "
         f"{omega / (2 * math.pi):.6g} Hz"
     )
-
-
-def _functional(
-    problem: Quadratic, root: complex, x: ComplexArray, y: ComplexArray
-) -> tuple[complex, ComplexArray, ComplexArray]:
-    """y^H P x, which vanishes at a root with these vectors, with u, v of its slopes u' dP v."""
-    return complex(y.conj() @ (problem.at(root) @ x)), y.conj(), x
 
 
 def _bordered(
