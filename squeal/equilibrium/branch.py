@@ -110,7 +110,7 @@ class Branches:
         a, b, target = node[go], node[go] + 1, mu[go]
         start, end, part = self.z[:, a], self.z[:, b], self.statics.pick(pad[go])
         curve = _cubic(start, end, self.leaves[:, a], self.arrives[:, b], self.scale[:, pad[go]])
-        share = _first(lambda s: polyval(s, curve[:, 3], tensor=False) > target, go.size, 50)
+        share = _first(lambda s: polyval(s, curve[:, 3], tensor=False) > target, go.size, 30)
         guess = polyval(share, curve, tensor=False)
         guess[3] = target
         root, on = guess.copy(), 1.0 * touching[:, go]
