@@ -31,7 +31,7 @@ from squeal.sparse.quadratic import (
 
 DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
 NODES = (6, 12, 24, 48)  # on a circle, until two numbers of them foresee the same phases
-BOUND_ROWS = 20_000  # of larger systems no bound is sought: it costs as much as the roots
+BOUND_ROWS = 20_000  # of larger systems no bound is computed: it costs as much as the roots
 ROUNDING = 1e-13  # of a matrix: a semidefinite one passes, and a mass that is nearly symmetric
 
 

@@ -95,7 +95,7 @@ class Along:
         elif b - a > least and len(self._states) < OPTIONS.states:
             yield from self.crossings(a, cut, least)
             yield from self.crossings(cut, b, least)
-        else:  # as near as values of the parameter are told apart
+        else:  # as near as values of the parameter differ
             for i, j in pairs:
                 if _changes_sign(before.roots[i], after.roots[j]):
                     first = abs(before.roots[i].real) < abs(after.roots[j].real)

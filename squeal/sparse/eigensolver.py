@@ -43,14 +43,14 @@ class SolverOptions:
     """What a search for roots may cost, and when it is content."""
 
     steps: int = 180  # columns of a subspace; what it does not reach is left to other shifts
-    block: int = 3  # vectors of a step: roots of that multiplicity are found at once
-    rough: float = 1e-4  # residual of a Ritz value that counts as found
+    block: int = 3  # vectors of a step: roots of that multiplicity converge at once
+    rough: float = 1e-4  # residual of a Ritz value that has converged
     exact: float = 1e-13  # backward error of right and left vectors with which corrections end
     accepted: float = 2e-9  # the same that suffices where they gain no more
     rounds: int = 12  # corrections
     beyond: float = 1.6  # reach around a region, relative: the count then needs few determinants
     pieces: int = 200  # shifts before a region is refused
-    attempts: int = 3  # starts for a region whose count tells of missing roots
+    attempts: int = 3  # starts for a region whose count shows missing roots
 
 
 OPTIONS = SolverOptions()
@@ -143,7 +143,7 @@ class Modes:
 
     eigenvalues: tuple[Eigenvalue, ...]
     region: Region
-    count: int | None  # None if it was not asked for, or not settled
+    count: int | None  # None where none was made or settled
     shifts: int
     roots: Roots = field(repr=False)  # the same in scaled coordinates
 
@@ -221,8 +221,8 @@ def _principal(columns: Array, least: float) -> tuple[Array, float]:
     is more, 1e-5 of the largest; and this limit. Products of matrices, much faster than an SVD."""
     squares, axes = np.linalg.eigh(columns.T @ columns)
     least = max(least, 1e-5 * float(np.sqrt(max(squares[-1], 0.0))))
-    kept = squares > least**2
-    return columns @ (axes[:, kept] / np.sqrt(squares[kept])), least
+    large = squares > least**2
+    return columns @ (axes[:, large] / np.sqrt(squares[large])), least
 
 
 def modes_in(
@@ -236,7 +236,7 @@ def modes_in(
 ) -> Modes:
     """All roots in a rectangle with left vectors, and the count that certifies them.
 
-    The region is divided until one subspace each finds all roots around it. If the count tells of
+    The region is divided until one subspace each finds all roots around it. If the count shows
     more roots than are listed, the search starts again in double precision from more vectors.
     Orthonormal vectors `start` (n, d) that nearly hold the modes save corrections, whose backward
     error is `exact`, if not that of the options. Raises ComputationError if the region holds too
@@ -245,12 +245,12 @@ def modes_in(
     options = options if exact is None else replace(options, exact=exact)
     V = np.zeros((problem.n, 0)) if start is None else start
     none = np.zeros((problem.n, 0), dtype=complex)
-    found, missing = Roots(np.zeros(0, dtype=complex), none, none), 0 if certify else None
+    every, missing = Roots(np.zeros(0, dtype=complex), none, none), 0 if certify else None
     todo, shifts, inner = [region], 0, region.widened(-1e-9)
     while todo:
         if shifts >= options.pieces:
             raise ComputationError(
-                f"the region holds too many roots: {len(found.values)} after {shifts} shifts; a "
+                f"the region holds too many roots: {len(every.values)} after {shifts} shifts; a "
                 "narrower band or region is required"
             )
         part = todo.pop()
@@ -265,9 +265,9 @@ def modes_in(
         if np.any(edge & ~part.widened(-1e-9).contains(roots.values)):
             missing = None
         missing = None if missing is None or lacking is None else missing + lacking
-        found = found.joined(roots.picked(part.contains(roots.values)))
-    count = None if missing is None else len(found.values) + missing
-    return Modes(listed(problem, found), region, count, shifts, found)
+        every = every.joined(roots.picked(part.contains(roots.values)))
+    count = None if missing is None else len(every.values) + missing
+    return Modes(listed(problem, every), region, count, shifts, every)
 
 
 def _halves(region: Rectangle) -> list[Rectangle]:

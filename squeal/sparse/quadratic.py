@@ -238,7 +238,7 @@ class Roots:
 def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
     """Roots with backward errors, conditions and `root_rounding`, by rising frequency.
 
-    What rounding of K moves is the square of a slow root: its own size tells less than the
+    What rounding of K moves is the square of a slow root: its own size says less than the
     problem's rate. Exact zeros have no rounding.
     """
     values, right, left = roots.values, roots.right, roots.left
@@ -355,7 +355,7 @@ class _Full:
         from scipy.linalg import lu_factor
 
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # singular: told below
+            warnings.simplefilter("ignore")  # singular: refused below
             self._lu, self._rows = lu_factor(matrix.toarray(), check_finite=False)
         if not np.all(np.abs(np.diag(self._lu)) > 0):
             raise ZeroDivisionError

@@ -152,13 +152,13 @@ class Reduction:
         """
         p = changes or {}
         M, C, K = self.system.at(p)
-        found = dense_values(M, C, K, self.basis.stiffness(p))
-        found = found[region.contains(found)]
-        doubted = (found.real > 1e-6 * np.abs(found)) | (self.spurious > 0)
-        if self.method == "modal" or not np.any(doubted):
-            return found
-        kept = self._genuine(roots_at(M, C, K, found[doubted]), p).values
-        return np.concatenate([found[~doubted], kept])
+        values = dense_values(M, C, K, self.basis.stiffness(p))
+        values = values[region.contains(values)]
+        doubtful = (values.real > 1e-6 * np.abs(values)) | (self.spurious > 0)
+        if self.method == "modal" or not np.any(doubtful):
+            return values
+        genuine = self._genuine(roots_at(M, C, K, values[doubtful]), p).values
+        return np.concatenate([values[~doubtful], genuine])
 
     def _genuine(self, roots: Roots, changes: Changes) -> ReducedModes:
         """Roots with their errors, without those that are none of the full problem."""
@@ -266,10 +266,10 @@ def reduce_to_real_modes(
 def _structure(scaled: ScaledSystem, part: str) -> np.ndarray:
     at = frictionless(scaled.system)
     terms = zip(getattr(scaled.system, part), scaled.terms(part), strict=True)
-    found = sum(t.factor.value(at) * A for t, A in terms)
-    if not abs(found).max():
+    matrix = sum(t.factor.value(at) * A for t, A in terms)
+    if not abs(matrix).max():
         raise InputError(f"{part}: is zero without friction; real modes need a structure")
-    return found
+    return matrix
 
 
 def _named(changes: Changes) -> str:

@@ -46,7 +46,7 @@ class SystemThresholds:
     agrees, at one value each, and so do the roots at all values that were looked at; None if it
     was not made. It does not prove that no window lies between these values. `unconfirmed` names
     what the full system did not confirm, `left_out` what leaves the band while it grows. With a
-    band all is told of its roots; `crossings_outside` it, None if they are not known.
+    band the list is of its roots; `crossings_outside` it, None if they are not known.
     """
 
     low: float
