@@ -131,7 +131,10 @@ class Number(Kind):
             return value.dtype.kind not in "biuf" or bool(self._holds(value).all())
         if not isinstance(value, _PLAIN) or isinstance(value, bool):
             return not isinstance(value, _NO_NUMBERS)
-        return bool(self._holds(value))
+        try:
+            return bool(self._holds(float(value)))
+        except OverflowError:  # a whole number may be finite and yet too great for a float
+            return False
 
     def check(self, value: Any, at: Place) -> None:
         """Refuse what is not admitted; of an array the first such entry. Raises InputError."""

@@ -138,6 +138,12 @@ FILE_OPTIONS = {
 }
 
 
+_BEGINS = {
+    ".pdf": (b"%PDF",), ".png": (b"\x89PNG",), ".svg": (b"<?xml", b"<svg"), ".gif": (b"GIF8",),
+    ".json": (b"{", b"["),
+}  # fmt: skip
+
+
 class Once(argparse.Action):
     """Reads the value, keeps it with the option and text, and refuses a second one.
 
@@ -206,8 +212,9 @@ def write_files(given: argparse.Namespace, answer: Any, **drawn: Any) -> None:
 def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
     """Refuse outputs that could not be written or would destroy something, before any work.
 
-    Refused are a name without a known ending, an input, the same file twice, a link to itself and
-    what is no plain file in a writable folder. Raises InputError.
+    Refused are a name without a known ending, an input, the same file twice, a link to itself, what
+    is no plain file in a writable folder, and an existing file that is not of the format its name
+    says. Raises InputError.
     """
     taken = {Path(os.path.realpath(path)): "an input" for path in inputs}
     for name, (_, endings) in FILE_OPTIONS.items():
@@ -224,8 +231,22 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
             raise InputError(f"{option}: the folder {place.parent} does not exist, or not to write")
         if place in taken:
             raise InputError(f"{option}: is {taken[place]} too; another name is allowed")
+        if place.is_file() and not _is_of(path):
+            kind = path.suffix[1:].upper()
+            raise InputError(f"{option}: exists and is no {kind} file; another name is allowed")
         taken[place] = "another output"
 
 
 def _listed(endings: Sequence[str]) -> str:
     return " or ".join(part for part in (", ".join(endings[:-1]), endings[-1]) if part)
+
+
+def _is_of(path: Path) -> bool:
+    """True if a file is empty or begins as its ending says."""
+    with path.open("rb") as stream:
+        head = stream.read(1024)
+    if path.suffix == ".csv":
+        line = head.split(b"\n", 1)[0]
+        text = b"\0" not in head and b"," in line and not line.startswith((b"%PDF", b"{", b"<"))
+        return text or not head
+    return not head or head.lstrip().startswith(_BEGINS[path.suffix])

@@ -2,6 +2,7 @@
 
 import argparse
 import dataclasses
+import math
 from typing import Any
 
 from squeal.cli.command import Parser, Reply
@@ -9,6 +10,8 @@ from squeal.cli.options import said, take_files
 from squeal.cli.streams import progress_line
 from squeal.io.scene import OUTPUTS, Scene
 from squeal.simulation import simulate
+
+LEAST = 4_000  # samples of a picture
 
 
 def options(parser: Parser) -> None:
@@ -39,14 +42,21 @@ def run(given: argparse.Namespace) -> Reply:
                 "it must be above 0"
             )
         outputs = needed
+    steps, every = (scene.samples or 2) - 1, 1
+    if given.figure is not None:  # few samples would draw another motion
+        every = math.ceil(LEAST / steps)
+    task = dataclasses.replace(scene, outputs=outputs, samples=steps * every + 1)
     with progress_line("per cent") as progress:
         tell = None if progress is None else lambda share: progress(round(100 * share), 100)
-        motion = simulate(dataclasses.replace(scene, outputs=outputs), given.integrator, tell)
-    if given.table is not None:
-        motion.save(given.table)
+        motion = simulate(task, given.integrator, tell)
     if given.figure is not None:
         name = given.source.name.removesuffix(".yaml")
         motion.plot(given.figure, name=name, scene=scene, inputs=[given.source.file])
+    if motion.history is not None:
+        history = {name: column[::every] for name, column in motion.history.items()}
+        motion = dataclasses.replace(motion, history=history)
+    if given.table is not None:
+        motion.save(given.table)
     unnamed: dict[str, Any] = {name: None for name in OUTPUTS if not scene.wants(name)}
     reply = Reply.of(dataclasses.replace(motion, **unnamed))
     return dataclasses.replace(reply, warnings=_start_warnings(scene))

@@ -25,11 +25,7 @@ from squeal.io.writing import write_whole
 
 HEAD = 4096  # bytes that a format is recognised by
 MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
-MATRIX_MARKET = (  # words of the first line
-    ("coordinate", "array"),
-    ("real", "double", "integer"),
-    ("general", "symmetric", "skew-symmetric"),
-)
+SYMMETRIES = ("general", "symmetric", "skew-symmetric")
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +48,17 @@ def _numbers(lines: Iterable[str], comments: str | None) -> NDArray[np.float64]:
     """The table of numbers in some lines (rows, columns), (0, 0) if there are none."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of no data
-        table = np.loadtxt(lines, comments=comments, ndmin=2)
+        try:
+            table = np.loadtxt(lines, comments=comments, ndmin=2)
+        except ValueError as error:
+            message = str(error)
+            bad = re.match(r"could not convert string '(.*)' to float64 at row (\d+)", message)
+            if not bad:
+                raise ValueError(message.partition(";")[0]) from None
+            exponent = re.search(r"\d[dD][+-]?\d", bad[1])
+            fortran = "; Fortran's exponent D is not read" if exponent else ""
+            words = f"entry {int(bad[2]) + 1}: {bad[1]} is no number{fortran}"
+            raise ValueError(words) from None
     return table if table.size else np.empty((0, 0))
 
 
@@ -99,36 +105,43 @@ def _mirrored(matrix: Any, kind: str = "symmetric") -> Any:
 
 
 def _read_matrix_market(path: Path) -> MatrixFile:
-    """Real, coordinate or array, general, symmetric or skew-symmetric."""
+    """Coordinate or array, general, symmetric or skew-symmetric."""
     with path.open(encoding="utf-8") as stream:
         words = stream.readline().lower().split()
+        if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
+            raise ValueError("the first line must be %%MatrixMarket matrix and three words")
+        form, entry, symmetry = words[2:]
         size = next((line for line in stream if line.strip() and line.lstrip()[0] != "%"), "")
         table = _numbers(stream, "%")
-    if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
-        raise ValueError("the first line must be %%MatrixMarket matrix and three words")
-    for word, allowed in zip(words[2:], MATRIX_MARKET, strict=True):
-        if word not in allowed:
-            raise ValueError(f"{' '.join(words[2:])}: of {word}, {', '.join(allowed)} are read")
-    form, _, symmetry = words[2:]
+    if form not in ("coordinate", "array") or symmetry not in SYMMETRIES:
+        allowed = ", ".join(SYMMETRIES)
+        raise ValueError(f"{form} {symmetry}: coordinate or array, {allowed} are read")
     placed, general, skew = form == "coordinate", symmetry == "general", symmetry[:4] == "skew"
     numbers = [int(word) for word in size.split()]
     if len(numbers) != 2 + placed:
         raise ValueError(f"the line of sizes, {size.strip()}, must hold {2 + placed} numbers")
     n = (numbers[0], numbers[1])
     count = math.prod(n) if general else n[0] * (n[0] + 1 - 2 * skew) // 2
-    shape = (numbers[2], 3) if placed else (count, 1)
+    width = 2 * placed + {"pattern": 0, "complex": 2}.get(entry, 1)
+    shape = (numbers[2] if placed else count, width)
     if len(table) != shape[0] or (shape[0] and table.shape != shape):
         raise ValueError(
             f"{len(table)} lines of {table.shape[1]} numbers; {shape[0]} of {shape[1]} are required"
         )
     table = table.reshape(shape)
+    if entry == "integer" and np.any(table != np.round(table)):
+        raise ValueError("entries must be whole numbers, as the first line says")
     if placed:
-        indices = _places(table[:, :2].T, 1) - 1
+        where = _places(table[:, :2].T, 1) - 1
     elif general:
-        indices = np.array(np.unravel_index(np.arange(count), n, order="F"))
+        where = np.array(np.unravel_index(np.arange(count), n, order="F"))
     else:
-        indices = np.array(np.triu_indices(n[0], int(skew)))[::-1]
-    matrix = _assembled(path, indices, table[:, -1], n)
+        where = np.array(np.triu_indices(n[0], int(skew)))[::-1]
+    parts = table[:, 2 * placed :].T
+    values = np.ones(shape[0]) if entry == "pattern" else parts[0]
+    if entry == "complex":
+        values = values + 1j * parts[1]
+    matrix = _assembled(path, where, values, n)
     if skew and np.any(matrix.diagonal()):
         raise ValueError("a skew-symmetric file has no diagonal, and this has")
     return MatrixFile(matrix if general else _mirrored(matrix, symmetry))
@@ -159,9 +172,10 @@ def _read_abaqus(path: Path) -> MatrixFile:
     if table.shape[1] == 3:
         where = _places(table[:, :2].T, 1) - 1
     else:
-        rows = _places(table[:, :4], 0).reshape(-1, 2)
-        unique, index = np.unique(rows, axis=0, return_inverse=True)
-        labels = tuple((int(node), int(dof)) for node, dof in unique)
+        given = _places(table[:, :4], 0)
+        base = int(given[:, 1::2].max()) + 1
+        codes, index = np.unique(given[:, ::2] * base + given[:, 1::2], return_inverse=True)
+        labels = tuple(divmod(code, base) for code in codes.tolist())
         where = index.reshape(-1, 2).T
     n = int(where.max()) + 1
     kind = re.search(r"TYPE=(UN)?SYMMETRIC", heads)
@@ -181,13 +195,18 @@ def _read_harwell_boeing(path: Path) -> MatrixFile:
     from scipy.io import hb_read
 
     lines = path.read_text(encoding="ascii").splitlines(keepends=True)
-    kind = lines[2][:3].upper() if len(lines) > 2 else ""
-    if kind not in ("RUA", "RSA"):
+    if len(lines) < 5 or len(lines[2]) < 3:
+        raise ValueError("the header is missing")
+    kind = lines[2][:3].upper()
+    if kind[0] not in "RI" or kind[1] not in "US" or kind[2] != "A":
         raise ValueError(f"type {kind}; RUA and RSA (real, assembled) are read")
-    lines[2] = f"RUA{lines[2][3:]}"  # SciPy reads no symmetric ones
+    lines[2] = f"{kind[0]}UA{lines[2][3:]}"  # SciPy reads no symmetric ones
+    if lines[1][56:72].strip() not in ("", "0"):  # right-hand sides come last: leave them out
+        lines[1] = f"{lines[1][:56].ljust(56)}{'0':>14}\n"
+        del lines[4]
     matrix = hb_read(io.StringIO("".join(lines)), spmatrix=False)
     matrix.check_format(full_check=True)
-    return MatrixFile(_mirrored(matrix) if kind == "RSA" else matrix)
+    return MatrixFile(_mirrored(matrix) if kind[1] == "S" else matrix)
 
 
 def _picked(path: Path, matrices: dict[str, Any], key: str | None) -> MatrixFile:
@@ -277,8 +296,9 @@ def read_matrix(
     """The real square matrix in a file, as a SciPy CSC array (n, n) without explicit zeros.
 
     `key` names it in a file that holds several. `symmetric` says whether entries on one side of
-    the diagonal alone stand for the other side too; where neither it nor the file does, such a
-    matrix is refused. Raises InputError for anything that is no real, finite, square matrix.
+    the diagonal alone stand for the other side too; where neither it nor the file does, a matrix
+    that looks as Abaqus writes a symmetric one is completed with an `InputWarning`, and any other
+    is refused. Raises InputError for anything that is no real, finite, square matrix.
     """
     path = Path(path)
     name = path.suffix
@@ -298,9 +318,7 @@ def read_matrix(
     except MemoryError:
         words = "the matrix is too large for this machine's memory"
     except Exception as error:  # each library has its own words for a broken file
-        lines = str(error).partition("; use `usecols`")[0].strip().splitlines() or [
-            type(error).__name__
-        ]
+        lines = str(error).strip().splitlines() or [type(error).__name__]
         words = f"no readable {name} matrix: {lines[0].rstrip('.:')}"
         if reason := getattr(error, "strerror", None):
             words = f"cannot be read ({reason}); the name of a matrix file is allowed"
@@ -337,16 +355,41 @@ def _complete(path: Path, matrix: Any, file: MatrixFile, symmetric: bool | None)
     said = file.symmetric if symmetric is None else symmetric
     one_sided = _one_sided(csc_array(file.matrix))  # a zero that is written is an entry too
     if said is None and one_sided and matrix.nnz > np.count_nonzero(matrix.diagonal()):
-        raise InputError(
-            f"{path}: all entries stand on one side of the diagonal, and nothing says whether "
-            "they stand for the other side too; the key symmetric: true or symmetric: false "
-            "beside the file must"
+        if file.labels is None or not _as_abaqus_writes(matrix, np.array(file.labels)[:, 0]):
+            raise InputError(
+                f"{path}: all entries stand on one side of the diagonal, and nothing says whether "
+                "they stand for the other side too; the key symmetric: true or symmetric: false "
+                "beside the file must"
+            )
+        warnings.warn(
+            f"{path}: all entries stand on one side of the diagonal; they are taken for the other "
+            "side too, as Abaqus writes symmetric matrices (symmetric: false beside the file says "
+            "otherwise)",
+            InputWarning,
+            stacklevel=3,
         )
+        said = True
     if said and one_sided:
         return _mirrored(matrix)
     if said and abs(matrix - matrix.T).max() > 0.0:
         raise InputError(f"{path}: is not symmetric; symmetric: true is not allowed")
     return matrix
+
+
+def _as_abaqus_writes(matrix: Any, nodes: NDArray[np.intp]) -> bool:
+    """True if a triangle can only be that of a symmetric stiffness or mass.
+
+    It couples different nodes, which a one-sided law does not do without its mirror image, and no
+    entry is greater than the diagonal of its row and column allows (k_ij^2 <= k_ii k_jj), which a
+    part such as friction without its own diagonal does not satisfy.
+    """
+    entries = matrix.tocoo()
+    rows, columns = entries.coords
+    off = rows != columns
+    diagonal = matrix.diagonal()
+    bound = diagonal[rows[off]] * diagonal[columns[off]]
+    positive = bool(np.all(diagonal >= 0.0) and np.all(entries.data[off] ** 2 <= bound))
+    return positive and bool(np.any(nodes[rows[off]] != nodes[columns[off]]))
 
 
 def aligned(files: Sequence[MatrixFile]) -> list[Any]:

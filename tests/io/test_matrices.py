@@ -107,7 +107,12 @@ CONTACT = "1,1,1,1,5.0\n1,2,1,1,0.4\n1,2,1,2,5.0\n"  # friction at one node, upo
 NUMBERED = "1 1 3.0\n2 1 -1.0\n2 2 3.0\n"
 
 
-@pytest.mark.parametrize("text", [FRICTION, CONTACT, NUMBERED, SPRING])
+def test_a_triangle_as_abaqus_writes_it_is_completed_with_a_warning(read):
+    with pytest.warns(InputWarning, match="one side of the diagonal.*symmetric: false"):
+        assert read("K.mtx", SPRING) == [[3, -1], [-1, 3]]
+
+
+@pytest.mark.parametrize("text", [FRICTION, CONTACT, NUMBERED, SPRING.replace("-1.0", "-3.1")])
 def test_one_sided_friction_is_not_mirrored(read, text):
     with pytest.raises(InputError, match="symmetric: true or symmetric: false"):
         read("K.mtx", text)
@@ -132,16 +137,35 @@ def test_entries_that_meet_are_summed_with_a_warning(read, text, total):
         assert np.sum(read("K.mtx", text)) == total
 
 
+SYMMETRIC = """\
+{title}{key}
+             {lines}             1             1             1{rhs}
+RSA                        2             2             3             0
+(8I10)          (8I10)          (3E26.18)
+{rhs_line}         1         3         4
+         1         2         2
+  4.000000000000000000E+00 -1.500000000000000000E+00  2.000000000000000000E+00
+{values}"""
+
+
+@pytest.mark.parametrize("rhs", [False, True])
+def test_symmetric_harwell_boeing(read, rhs):
+    text = SYMMETRIC.format(
+        title="t" * 72,
+        key="key     ",
+        lines=4 if rhs else 3,
+        rhs=" " * 13 + "1" if rhs else "",
+        rhs_line="F                          1             0\n" if rhs else "",
+        values="  1.0  2.0\n" if rhs else "",
+    )
+    assert read("K.rsa", text) == [[4.0, -1.5], [-1.5, 2.0]]
+
+
 def harwell_boeing(kind, pointers, rows, values):
     head = f"{'t':80}\n{3:14}{1:14}{1:14}{1:14}{0:14}\n"
     head += f"{kind:14}{2:14}{2:14}{len(rows):14}{0:14}\n{'(8I10)':16}{'(8I10)':16}(8E10.1)\n"
     lists = ("".join(f"{k:10}" for k in numbers) for numbers in (pointers, rows))
     return head + "\n".join([*lists, "".join(f"{v:10.1e}" for v in values)]) + "\n"
-
-
-def test_symmetric_harwell_boeing(read):
-    text = harwell_boeing("RSA", [1, 3, 4], [1, 2, 2], [4.0, -1.5, 2.0])
-    assert read("K.rsa", text) == [[4.0, -1.5], [-1.5, 2.0]]
 
 
 def test_op4_by_its_package(tmp_path, matrix):
@@ -177,17 +201,18 @@ REFUSED = [
     (*coordinates("2 2 2", "1 2 1", "2 1 1", kind="real symmetric"), "one triangle"),
     (*coordinates("2 2 2", "1 2 1", "2 1 1", kind="real skew-symmetric"), "one triangle"),
     (*coordinates("2 2 2", "1 2 1", "1 1 1", kind="real skew-symmetric"), "diagonal"),
-    (*coordinates("1 1 1", "1 1 2.0D+01"), "2.0D+01"),
+    (*coordinates("1 1 1", "1 1 2.0D+01"), "2.0D+01", "exponent D"),
     *((*coordinates("1 1 1", f"1 1 {x}"), x) for x in ("2,5", "2.5abc", "0x10", "2.0+101")),
     (*coordinates("1 1 1", "1 1 2 0.1"), "1 of 3"),
     (*coordinates("1 1 2", "1 1 2", "1 1"), "columns"),
-    (*coordinates("1 1 1", "1 1", kind="pattern general"), "pattern"),
+    (*coordinates("1 1 1", "1 1 2.7", kind="integer general"), "whole numbers"),
+    (*coordinates("1 1 1", "1 1 2", kind="pattern general"), "1 of 2"),
     ("K.mtx", lines("array real general", "1 1", "2.0D+01"), "2.0D+01"),
     ("K.mat", "no such thing", "MATLAB"),
     ("k.mat", b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(384), "-v7"),
     ("K.npz", "no such thing", "NumPy"),
     ("K.hb", "no such thing", "Harwell-Boeing"),
-    ("K.hb", "complex\n1 1 1 1 0\nCUA 1 1 1 0\n(1I8)\n1\n", "RUA and RSA"),
+    ("K.hb", "complex\n1 1 1 1 0\nCUA 1 1 1 0\n(1I8)\n1\n", "CUA", "RUA and RSA"),
     ("K.rsa", harwell_boeing("RSA", [1, 3, 5], [1, 2, 1, 2], [2, -1, -1, 3]), "one triangle"),
     ("K.hb", harwell_boeing("RUA", [1, 2, 3], [1, 7], [2, 3]), "ind"),
     ("K.txt", "1 2\n", "2 columns"),
@@ -222,17 +247,21 @@ def test_what_cannot_hold_a_matrix_is_refused(tmp_path, matrix):
         write_matrix(tmp_path / "K.doc", np.eye(2))
 
 
-def test_a_matrix_market_number_may_be_written_in_many_ways(read):
-    for value in ("-.5e-1", "5.", "1E+3", " 7\t", "7\r"):
-        text = lines("coordinate REAL general", "% note\n", f"1 1 1\n\n 1\t1 {value}")
+@pytest.mark.parametrize("value", ["-.5e-1", "5.", "1E+3", " 7\t", "7\r"])
+def test_a_matrix_market_number_may_be_written_in_many_ways(read, value):
+    for entry in ("real", "double", "REAL"):
+        text = lines(f"coordinate {entry} general", "% note\n", f"1 1 1\n\n 1\t1 {value}")
         assert read("K.mtx", text) == [[float(value)]]
 
 
-@pytest.mark.parametrize("entry", ["real", "integer"])
+@pytest.mark.parametrize("entry", ["real", "integer", "complex", "pattern"])
 @pytest.mark.parametrize("kind", ["general", "symmetric", "skew-symmetric"])
 @pytest.mark.parametrize("form", [np.array, coo_array])
 def test_what_scipy_writes_is_read(tmp_path, entry, kind, form):
+    if entry == "pattern" and (form is np.array or kind == "skew-symmetric"):
+        return
     some = np.array([[2, -1, 5], [0, 3, 4], [1, 7, 0]])
     square = {"general": some, "symmetric": some + some.T}.get(kind, some - some.T)
+    square = (square != 0).astype(int) if entry == "pattern" else square
     mmwrite(tmp_path / "K.mtx", form(square), field=entry, symmetry=kind)
     assert np.array_equal(read_matrix(tmp_path / "K.mtx").matrix.toarray(), square)
