@@ -184,3 +184,20 @@ def test_the_zero_roots_of_a_small_body_are_counted_beside_stiff_motions(stiff, 
     roots = system_roots(system, Wanted(band=(0.0, 40.0)))
     assert [e.value.imag for e in roots.eigenvalues] == pytest.approx([0.0, 0.0, 100.0], rel=1e-6)
     assert roots.certified
+
+
+@pytest.mark.parametrize("rows", [8, 400])
+@pytest.mark.parametrize("seed", range(6))
+def test_damped_free_bodies_stay_real_beside_a_structural_loss_factor(rows, seed, monkeypatch):
+    """Rounding puts a real root of complex matrices on either side of the real axis."""
+    monkeypatch.setattr("squeal.analysis.systems.roots.ALL_ROWS", rows)
+    rng = np.random.default_rng(seed)
+    Q = np.eye(20) + 0.1 * rng.standard_normal((20, 20))
+    damping, squares = np.full(20, 0.2), np.r_[0.0, 0.0, np.linspace(5.0, 50.0, 18) ** 2]
+    damping[:2] = 0.1, 0.4
+    M, C, K = (Q.T @ X @ Q for X in (np.eye(20), np.diag(damping), np.diag(squares * (1 + 0.01j))))
+    found = system_roots(TermSystem((Term(M),), (Term(C),), (Term(K),)), Wanted(modes=6))
+    values = np.sort([e.value.real for e in found.eigenvalues if abs(e.value.imag) < 1e-6])
+    assert np.allclose(values, [-0.4, -0.1, 0.0, 0.0], atol=1e-9)
+    assert len(found.eigenvalues) == 6
+    assert found.certified

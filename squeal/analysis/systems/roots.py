@@ -259,7 +259,7 @@ def _of_all(
         if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     # of complex matrices those of falling motion mean nothing
-    values = every if real else tuple(e for e in every if e.value.imag >= 0.0)
+    values = every if real else _above(every, real)
     words = words or judged(values)
     problem, known = quadratic(M, C, K), np.array([e.value for e in every], dtype=complex)
     rectangle = wanted.rectangle
@@ -287,6 +287,11 @@ def _of_all(
     return SystemRoots(inside_roots, rectangle, inside, *words, growing_outside=outside)
 
 
+def _above(every: tuple[Eigenvalue, ...], real: bool) -> tuple[Eigenvalue, ...]:
+    """The roots with Im >= 0; of complex matrices rounding may put a real one below."""
+    return tuple(e for e in every if e.value.imag >= (0.0 if real else -e.rounding))
+
+
 def _upper(
     every: tuple[Eigenvalue, ...], count: int | None, real: bool
 ) -> tuple[tuple[Eigenvalue, ...], int | None]:
@@ -295,7 +300,7 @@ def _upper(
     Of real matrices they come in pairs but for those that are real; of complex ones as many lie
     below as were found there.
     """
-    upper = tuple(e for e in every if e.value.imag >= 0.0)
+    upper = _above(every, real)
     if count is None:
         return upper, None
     if not real:
@@ -391,7 +396,8 @@ def reduced_for(
 def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
     """The roots of a small system in the band or region, by rising frequency, values alone."""
     roots = dense_values(*system.arrays(changes))
-    if not system.real:
+    if not system.real:  # rounding may put a real one below
+        roots = np.where(np.abs(roots.imag) <= 1e-7 * np.abs(roots), roots.real, roots)
         roots = roots[roots.imag >= 0.0]
     if wanted.band is not None:  # of any real part
         low, high = (2 * np.pi * f for f in wanted.band)
