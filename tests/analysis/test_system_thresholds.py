@@ -187,3 +187,12 @@ def test_roots_that_real_modes_lose_are_told(monkeypatch):
 def test_a_chart_over_a_parameter_that_no_matrix_uses_is_refused():
     with pytest.raises(InputError, match="kc"):
         squeal.map(disc_and_pad("plain"), (Axis("mu", 0.0, 1.0, 2), Axis("kc", 1e6, 2e6, 2)))
+
+
+def test_growth_that_no_crossing_explains_is_not_certified(monkeypatch):
+    monkeypatch.setattr(critical, "crossings_along", lambda *_: ((), ()))
+    block = np.array([[2.0, -1.0], [-1.0, 2.0]])  # flutters from mu = 3/4 on
+    coupled = beside(csc_array(block), csc_array([[0.0, 4 / 3], [0.0, 0.0]]), 1e-2)
+    answer = system_thresholds(coupled, 1.0, wanted=Wanted(band=(0.05, 1.0)))
+    assert not answer.certified
+    assert "flutter at mu = 0.7" in answer.unconfirmed[0]
