@@ -15,7 +15,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.polynomial import polyval
+from numpy.polynomial.polynomial import polyder, polyval
 
 from squeal.equilibrium.statics import WHY_HIDDEN, Statics, solve_stack
 from squeal.model.equations import natural_units, net_loads
@@ -93,6 +93,17 @@ class Branches:
         mu[there] = self.z[3, self.last[there]]
         return mu
 
+    @cached_property
+    def _sides(self) -> np.ndarray:
+        """The sign (n,) of the balance's determinant, which mu keeps as long as it rises; 0 without
+        a place of rest."""
+        sides, pads = np.zeros(len(self.end)), np.flatnonzero(self.first[1:] > self.first[:-1])
+        start = self.first[:-1][pads]
+        on = 1.0 * self.touching[:, start]
+        J = self.statics.pick(pads).linearised(self.z[:, start], on, 3)[1]
+        sides[pads] = np.sign(np.linalg.det(np.moveaxis(J, -1, 0)))
+        return sides
+
     def at(self, pad: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """The equilibria of pads (k,) at mu (k,).
 
@@ -110,14 +121,23 @@ class Branches:
         a, b, target = node[go], node[go] + 1, mu[go]
         start, end, part = self.z[:, a], self.z[:, b], self.statics.pick(pad[go])
         curve = _cubic(start, end, self.leaves[:, a], self.arrives[:, b], self.scale[:, pad[go]])
-        share = _first(lambda s: polyval(s, curve[:, 3], tensor=False) > target, go.size, 30)
+        share = (target - start[3]) / (end[3] - start[3])
+        with np.errstate(all="ignore"):
+            for _ in range(4):  # Newton's steps: mu rises along the curve
+                slope = polyval(share, polyder(curve[:, 3]), tensor=False)
+                off = (polyval(share, curve[:, 3], tensor=False) - target) / slope
+                share = np.clip(share - np.where(np.isfinite(off), off, 0.0), 0.0, 1.0)
+        if (fold := self.kind[b] == FOLD).any():  # where it ceases to
+            mus = curve[:, 3, fold]
+            share[fold] = _first(
+                lambda s: polyval(s, mus, tensor=False) > target[fold], int(fold.sum()), 30
+            )
         guess = polyval(share, curve, tensor=False)
         guess[3] = target
         root, on = guess.copy(), 1.0 * touching[:, go]
         side = part.settle(root, on, 12)
-        before = np.sign(np.linalg.det(np.moveaxis(part.linearised(start, on, 3)[1], -1, 0)))
         # across a fold the sign differs; other branches lie farther off
-        good = (side == before) & (
+        good = (side == self._sides[pad[go]]) & (
             np.abs(root - guess).max(axis=0) <= np.abs(end - start).max(axis=0)
         )
         # within rounding of a fold the balance is singular, and the cubic as good as it gets
