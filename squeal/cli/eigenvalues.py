@@ -17,12 +17,8 @@ def options(parser: Parser) -> None:
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
     take(parser, "at modes region method memory shape")
-    take_files(
-        parser,
-        table="the eigenvalues, or those of the sweep,",
-        figure="a picture of them",
-        animation="a mode of a system with coordinates, moving,",
-    )
+    table = "the eigenvalues, or those of the sweep,"
+    take_files(parser, table=table, figure="a picture of them, or of --shape")
 
 
 def run(given: argparse.Namespace) -> Reply:
@@ -31,7 +27,7 @@ def run(given: argparse.Namespace) -> Reply:
     subject, inputs = source.subject()
     options: dict[str, Any] = {}
     if isinstance(subject, Scene):
-        refuse(given, "band modes region method shape animation at", f"{source.name}, a scene")
+        refuse(given, "band modes region method shape at", f"{source.name}, a scene")
         if given.sweep is not None and not 0.0 <= given.sweep[0] < given.sweep[-1] <= 1e3:
             raise not_allowed(said(given, "sweep"), "A:B:N with 0 <= A < B <= 1000")
     else:
@@ -53,34 +49,21 @@ def run(given: argparse.Namespace) -> Reply:
         answers.append(squeal.sensitivity(subject, known=spectrum))
     if given.shape is None:
         write_files(given, shown)
-    elif given.table is not None:
-        shown.save(given.table)
-    _draw_shape(given, spectrum)
+    else:
+        spectrum.plot(given.figure, name=source.name, shape=given.shape)
+        if given.table is not None:
+            shown.save(given.table)
     return Reply.of(*answers, inputs=inputs, judged=isinstance(subject, Scene))
 
 
 def _check_shape(given: argparse.Namespace, file: Any) -> None:
-    """Refuse a shape of a system that says not where its rows are. Raises InputError."""
-    for name in ("shape", "animation"):
-        if getattr(given, name) is None:
-            continue
-        if given.figure is None and given.animation is None:
-            raise InputError(f"{said(given, 'shape')}: needs --png FILE or --gif FILE beside it")
-        if file.coordinates is None:
-            raise InputError(
-                f"{said(given, name)}: is not allowed with {given.source.name}, which says not "
-                "where its rows are; a system file with `coordinates: {file: nodes.csv}` is allowed"
-            )
-
-
-def _draw_shape(given: argparse.Namespace, spectrum: Any) -> None:
-    """Draw the requested mode, or the one that grows most. Raises InputError."""
-    paths = [given.animation, None if given.shape is None else given.figure]
-    count = len(spectrum.eigenvalues)
-    for path in filter(None, paths):
-        if not count:
-            raise InputError("shape: no root is listed; another band or region is required")
-        if given.shape and given.shape > count:
-            raise not_allowed(said(given, "shape"), f"a whole number from 1 to {count}")
-        number = given.shape or int(spectrum.values.real.argmax()) + 1
-        spectrum.plot(path, name=given.source.name, shape=number)
+    """Refuse a shape without a picture, or of a system that says not where its rows are."""
+    if given.shape is None:
+        return
+    if given.figure is None:
+        raise InputError(f"{said(given, 'shape')}: needs --png FILE beside it")
+    if file.coordinates is None:
+        raise InputError(
+            f"{said(given, 'shape')}: is not allowed with {given.source.name}, which says not "
+            "where its rows are; a system file with `coordinates: {file: nodes.csv}` is allowed"
+        )

@@ -134,13 +134,11 @@ FILE_OPTIONS = {
     "table": ("--table --csv", (".csv", ".json")),
     "curve": ("--curve --threshold-curve", (".csv", ".json")),
     "figure": ("--figure --pdf --svg --png", (".pdf", ".svg", ".png")),
-    "animation": ("--animation --gif", (".gif",)),
 }
 
 
 _BEGINS = {
-    ".pdf": (b"%PDF",), ".png": (b"\x89PNG",), ".svg": (b"<?xml", b"<svg"), ".gif": (b"GIF8",),
-    ".json": (b"{", b"["),
+    ".pdf": (b"%PDF",), ".png": (b"\x89PNG",), ".svg": (b"<?xml", b"<svg"), ".json": (b"{", b"["),
 }  # fmt: skip
 
 

@@ -31,9 +31,6 @@ def draw(answer: Answer, path: Path | None = None, name: str = "", **more: Any) 
     for kind, function in DRAWN.items():
         if isinstance(answer, kind):
             name = name or getattr(answer, "name", "") or "the scene"
-            if path is not None and path.suffix == ".gif":
-                modes.animate_shape(path, *_shape(answer, **more))
-                return Figure()
             drawing: Drawing = function(answer, name, **more)
             if path is not None:
                 save(drawing, path, text=False)
@@ -41,17 +38,17 @@ def draw(answer: Answer, path: Path | None = None, name: str = "", **more: Any) 
     raise InputError(f"plot: {type(answer).__name__} has no figure")
 
 
-def _shape(answer: Any, shape: int = 1) -> tuple[str, Any, Any]:
-    """Words, places of the nodes and shape of one mode of a system."""
-    root, where = answer.eigenvalues[shape - 1], answer.source[0].coordinates
-    words = f"mode {shape}, {number(root.frequency_hz)} Hz, growth rate "
-    return words + f"{number(root.growth_rate)} 1/s", where, root.right
-
-
 def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Drawing:
     subject, analysis = answer.source
-    if shape is not None:
-        return modes.shape_drawing(name, *_shape(answer, shape))
+    if shape is not None:  # one of these modes on the nodes of a system
+        count = len(answer.eigenvalues)
+        if not 1 <= shape <= count:
+            allowed = f"a whole number from 1 to {count}" if count else "left out without a root"
+            raise InputError(f"shape: {shape} is not allowed; it must be {allowed}")
+        root = answer.eigenvalues[shape - 1]
+        growth = f"growth rate {number(root.growth_rate)} 1/s"
+        words = f"mode {shape}, {number(root.frequency_hz)} Hz, {growth}"
+        return modes.shape_drawing(name, words, subject.coordinates, root.right)
     if not isinstance(subject, Scene):
         return modes.modes_drawing(name, answer.values)
     shapes = shapes_of_pad(analysis, subject.pad.w)

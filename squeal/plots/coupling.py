@@ -1,6 +1,6 @@
 """Modes over a parameter: frequencies, growth rates, and the root locus beside them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,7 @@ LOOKS: list[dict[str, Any]] = [
     {"color": RED, "linestyle": (0, (5, 1.5, 1, 1.5))},
 ]
 """Of the modes of a pad."""
+NOWHERE = "no equilibrium"
 
 
 def draw_modes(
@@ -79,7 +80,7 @@ def mark_events(
 
 def _panels(
     parameter: str, at: np.ndarray, values: np.ndarray, ends: tuple[float, float]
-) -> tuple[Figure, Axes, Axes, tuple[Unit, Unit]]:
+) -> tuple[Figure, tuple[Axes, Axes], tuple[Unit, Unit]]:
     """Empty panels of frequency over growth rate, beside them the roots as dots coloured by `at`.
 
     at, values (m,): the parameter and the roots (rad/s), of pairs both.
@@ -88,49 +89,47 @@ def _panels(
     reach = 1.1 * np.abs(values.real).max(initial=0.0) / units[1].factor or 1.0
     figure = Figure(figsize=(DOUBLE, 3.9))
     grid = figure.add_gridspec(2, 2, width_ratios=[1.55, 1.0], height_ratios=[1.6, 1.0])
-    upper = figure.add_subplot(grid[0, 0])
+    upper, beside = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[:, 1])
     lower = figure.add_subplot(grid[1, 0], sharex=upper)
-    beside = figure.add_subplot(grid[:, 1])
     name = f"friction {symbol_of(parameter)}" if parameter == "mu" else symbol_of(parameter)
     frequency, growth = f"frequency [{units[0].name}]", f"growth rate [{units[1].name}]"
     span = frequency_limits(values, units[0])
     upper.set(xlim=ends, ylim=span, ylabel=frequency)
+    upper.tick_params(labelbottom=False)
     lower.set(ylim=(-reach, reach), xlabel=name, ylabel=growth)
     beside.set(xlim=(-reach, reach), ylim=span, xlabel=growth, ylabel=frequency)
-    upper.tick_params(labelbottom=False)
     shown = values.imag >= -1e-9 * np.abs(values)
     x, y, mu = values.real[shown] / units[1].factor, values.imag[shown] / units[0].factor, at[shown]
     few = len(values) <= 6 * len(np.unique(at))
     beside.axvline(0.0, color="0.75", linewidth=0.5, zorder=0)
-    look: dict[str, Any] = {"cmap": "viridis", "vmin": ends[0], "vmax": ends[1], "lw": 0}
-    dots = beside.scatter(x, y, c=mu, s=9.0 if few else 3.0, gid="mu", zorder=2, **look)
+    look: Any = {"cmap": "viridis", "vmin": ends[0], "vmax": ends[1], "lw": 0, "zorder": 2}
+    dots = beside.scatter(x, y, c=mu, s=9.0 if few else 3.0, **look)
     start = mu == mu.min(initial=np.inf)
-    beside.plot(x[start], y[start], "k_", ms=11 if few else 5, mew=0.8, gid="start")
+    beside.plot(x[start], y[start], "k_", ms=11 if few else 5, mew=0.8)
     figure.colorbar(dots, ax=beside, label=name, aspect=35, pad=0.02)
     figure.align_ylabels([upper, lower])
-    return figure, upper, lower, units
+    return figure, (upper, lower), units
 
 
-Entries = list[tuple[Any, str]]
-"""What stands in a legend, with its words."""
-
-
-def _background(spans: Sequence[tuple[float, float, str]], both: tuple[Axes, Axes]) -> Entries:
-    """Ranges in the colour of their verdict where something grows; what a legend says of them."""
-    patches = {}
+def _shaded(both: tuple[Axes, Axes], spans: Iterable[tuple[float, float, str]]) -> dict[str, Patch]:
+    """Ranges in the colour of their verdict where something grows; what a legend shows of them."""
+    looks: dict[str, Any] = {
+        verdict: {"fc": COLOUR_OF[verdict], "alpha": 0.13, "lw": 0} for verdict in GROWING
+    }
+    looks[NOWHERE] = {"fc": "none", "ec": "0.7", "hatch": "////", "lw": 0}
+    entries = {}
     for low, high, verdict in spans:
-        if verdict in GROWING:
-            look: dict[str, Any] = {"color": COLOUR_OF[verdict], "alpha": 0.13, "lw": 0}
+        if verdict in looks and high > low:
             for axes in both:
-                axes.axvspan(low, high, zorder=0, gid=verdict, **look)
-            patches[verdict] = Patch(facecolor=COLOUR_OF[verdict], alpha=0.13)
-    return [(patch, name) for name, patch in patches.items()]
+                axes.axvspan(low, high, zorder=0, gid=verdict, **looks[verdict])
+            entries[verdict] = Patch(**looks[verdict])
+    return entries
 
 
-def _legend(figure: Figure, entries: Entries) -> None:
+def _legend(figure: Figure, entries: dict[str, Any]) -> None:
+    look: Any = {"loc": "outside upper center", "ncols": 3, "columnspacing": 1.4}
     if entries:
-        handles, names = (list(part) for part in zip(*entries, strict=True))
-        figure.legend(handles, names, loc="outside upper center", ncols=3, columnspacing=1.4)
+        figure.legend(list(entries.values()), list(entries), **look)
 
 
 def coupling_figure(sweep: ModeSweep, own: float | None = None) -> Figure:
@@ -144,37 +143,30 @@ def coupling_figure(sweep: ModeSweep, own: float | None = None) -> Figure:
     pairs = values.reshape(len(mus), -1, 2)
     rank = np.where(pairs.imag >= 0.0, pairs.real, -np.inf)
     modes = np.take_along_axis(pairs, rank.argmax(axis=2)[:, :, None], axis=2)[:, :, 0]
-    noise = 1e-7 * np.abs(values).max()
-    best = modes.real.max(axis=0)
-    grows = any(verdict in GROWING for *_, verdict in sweep.spans)
-    entries: Entries = []
+    # rounding alone grows where no verdict says so
+    noise = 1e-7 * np.abs(values).max() if {v for *_, v in sweep.spans} & {*GROWING} else np.inf
+    best, entries = modes.real.max(axis=0), dict[str, Any]()
     with style():
         at = np.repeat(mus, values.shape[1])
-        figure, upper, lower, units = _panels("mu", at, values.ravel(), (low, high))
-        draw_modes(upper, lower, mus, values, LOOKS, units)
+        figure, both, units = _panels("mu", at, values.ravel(), (low, high))
+        draw_modes(*both, mus, values, LOOKS, units)
         for k in np.argsort(-best).tolist():
-            if grows and best[k] > noise:
+            if best[k] > noise:
                 on = modes[:, k].real > noise
                 frequency = np.where(on, np.abs(modes[:, k].imag) / units[0].factor, np.nan)
-                look: dict[str, Any] = {"color": LOOKS[k]["color"], "linewidth": 2.4}
-                upper.plot(mus, frequency, zorder=4, gid=f"grows {k + 1}", **look)
+                look: Any = {"color": LOOKS[k]["color"], "linewidth": 2.4}
+                both[0].plot(mus, frequency, zorder=4, gid=f"grows {k + 1}", **look)
                 words = _words(sweep, float(mus[int(np.argmax(on))]), modes[on, k], units[0])
-                entries.append((Line2D([], [], **look), words))
-        entries = entries or [(Line2D([], [], color="k"), "nothing grows")]
+                entries[words] = Line2D([], [], **look)
+        entries = entries or {"nothing grows": Line2D([], [], color="k")}
         if own is not None and low <= own <= high:
             look = {"color": "0.5", "linewidth": 0.8, "linestyle": "-."}
-            for axes in (upper, lower):
-                axes.axvline(own, zorder=0, gid="own", **look)
-            words = f"present {symbol_of('mu')} = {own:.4g}"
-            entries.append((Line2D([], [], **look), words))
-        entries += _background(sweep.spans, (upper, lower))
-        if sweep.end < high:
-            look = {"fc": "none", "ec": "0.7", "hatch": "////", "lw": 0}
-            for axes in (upper, lower):
-                axes.axvspan(sweep.end, high, gid="no equilibrium", **look)
-            entries.append((Patch(**look), "no equilibrium"))
+            for axes in both:
+                axes.axvline(own, zorder=0, **look)
+            entries[f"present {symbol_of('mu')} = {own:.4g}"] = Line2D([], [], **look)
+        entries |= _shaded(both, [*sweep.spans, (sweep.end, high, NOWHERE)])
         contacts = [(mu, state_label(name), ":") for mu, name in sweep.contacts]
-        mark_events(contacts, upper, lower, low, high - low)
+        mark_events(contacts, *both, low, high - low)
         _legend(figure, entries)
     return figure
 
@@ -192,18 +184,14 @@ def _words(sweep: ModeSweep, start: float, values: np.ndarray, unit: Unit) -> st
 
 def coupling_drawing(name: str, sweep: ModeSweep, own: float | None = None) -> Drawing:
     """The coupling figure of what is called `name`, ready to be saved."""
-    spans = ", ".join(f"{v} from {low:.6g} to {high:.6g}" for low, high, v in sweep.spans)
+    spans = [*sweep.spans, *[(sweep.end, sweep.high, NOWHERE)] * (sweep.end < sweep.high)]
+    words = ", ".join(f"{v} from {low:.6g} to {high:.6g}" for low, high, v in spans)
     ups = [f"{c.kind} at {c.mu:.6g} ({c.frequency_hz:.4g} Hz)" for c in sweep.crossings]
     text = (
-        f"Frequencies, growth rates and root locus of {name} over {'mu'} from "
-        f"{sweep.low:g} to {sweep.high:g}: {spans}."
+        f"Frequencies, growth rates and root locus of {name} over mu from {sweep.low:g} to "
+        f"{sweep.high:g}: {words}. Crossings of the imaginary axis: {', '.join(ups) or 'none'}."
     )
-    if ups:
-        text += f" Crossings of the imaginary axis: {', '.join(ups)}."
-    if sweep.end < sweep.high:
-        text += f" No equilibrium on the branch beyond {sweep.end:.6g}."
-    title = f"Mode coupling of {name}"
-    return Drawing(coupling_figure(sweep, own), text, title, origin(__name__))
+    return Drawing(coupling_figure(sweep, own), text, f"Mode coupling of {name}", origin(__name__))
 
 
 def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
@@ -211,36 +199,34 @@ def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
 
     Those that grow are red; the frequencies that grow anywhere are named where they grow most.
     """
-    steps = [(row.value, row.roots, row.verdict) for row in rows if row.roots is not None]
+    steps = [(row.value, row.roots, row.verdict or "") for row in rows if row.roots is not None]
     x = np.array([value for value, *_ in steps])
     at = np.concatenate([np.full(len(roots), value) for value, roots, _ in steps])
     values = np.concatenate([roots for _, roots, _ in steps])
     edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
-    spans = zip(edges, edges[1:], [verdict or "" for *_, verdict in steps], strict=False)
     with style():
-        ends = (float(x[0]), float(x[-1]))
-        figure, upper, lower, units = _panels(parameter, at, values, ends)
+        figure, (upper, lower), units = _panels(parameter, at, values, (float(x[0]), float(x[-1])))
         above = values.imag >= -1e-9 * np.abs(values)
         at, values = at[above], values[above]
         grows = growing(values)
         for some, colour, size in ((~grows, "0.25", 1.5), (grows, RED, 4.0)):
-            look: dict[str, Any] = {"s": size, "color": colour, "linewidth": 0}
+            look: Any = {"s": size, "color": colour, "linewidth": 0}
             upper.scatter(at[some], values.imag[some] / units[0].factor, **look)
             lower.scatter(at[some], values.real[some] / units[1].factor, **look)
         lower.axhline(0.0, color="0.5", linewidth=0.6)
-        _legend(figure, _background(list(spans), (upper, lower)))
+        spans = zip(edges, edges[1:], [verdict for *_, verdict in steps], strict=False)
+        _legend(figure, _shaded((upper, lower), spans))
         _name_growing(upper, at[grows], values[grows], units[0])
     verdicts = ", ".join(dict.fromkeys(row.verdict or "-" for row in rows))
     text = (
         f"Frequencies and growth rates of the roots of {name} over {parameter} from "
-        f"{rows[0].value:g} to {rows[-1].value:g}, and their way in the complex plane; verdicts "
-        f"in this order: {verdicts}."
+        f"{rows[0].value:g} to {rows[-1].value:g}; verdicts in this order: {verdicts}."
     )
     return Drawing(figure, text, f"Sweep of {name}", origin(__name__))
 
 
 def _name_growing(axes: Axes, at: np.ndarray, values: np.ndarray, unit: Unit) -> None:
-    """Different frequencies that grow, each where it grows most; names stay within the frame."""
+    """Six frequencies that grow, each where it grows most; names stay within the frame."""
     taken: list[float] = []
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     for k in np.argsort(-values.real):
@@ -249,8 +235,6 @@ def _name_growing(axes: Axes, at: np.ndarray, values: np.ndarray, unit: Unit) ->
             taken.append(one)
             share, place = (at[k] - left) / (right - left), (at[k], one / unit.factor)
             below = place[1] - bottom > 0.8 * (top - bottom)
-            side, aside = ("left", 3) if share < 0.1 else ("right", -3)
-            if 0.1 <= share <= 0.9:
-                side, aside = "center", 0
+            side = "left" if share < 0.1 else "right" if share > 0.9 else "center"
             look: Any = {"ha": side, "va": "top" if below else "bottom"}
-            axes.annotate(in_unit(one, unit), place, (aside, -4 if below else 4), **look, **NAME)
+            axes.annotate(in_unit(one, unit), place, (0, -4 if below else 4), **look, **NAME)

@@ -1,12 +1,10 @@
 """Eigenvalues in the complex plane, and mode shapes: of a pad, and on the nodes of a system."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
@@ -14,7 +12,6 @@ from numpy.typing import NDArray
 
 from squeal.analysis.answers import ModeShape
 from squeal.io.system import Coordinates
-from squeal.io.writing import write_whole
 from squeal.model.pad import Pad
 from squeal.plots.style import (
     DOUBLE,
@@ -30,7 +27,6 @@ from squeal.plots.style import (
 
 LARGEST = 0.35  # drawn size of the largest of x, y, w theta, in half lengths
 LARGEST_OF_NODES = 0.08  # of the body's size: the largest displacement of nodes as drawn
-FRAMES = 24  # of a period
 RING, RED = "#3498DB", "#C8380E"
 NAME: Any = {"textcoords": "offset points", "fontsize": 7, "color": RED}
 PHASES: dict[str, dict[str, Any]] = {
@@ -178,72 +174,34 @@ def displacements(where: Coordinates, shape: NDArray) -> NDArray[np.complex128]:
     return np.asarray(u / largest if largest > 0 else u)
 
 
-class _Box:
-    """The nodes in a box that holds them at every phase."""
-
-    def __init__(self, where: Coordinates, u: NDArray[np.complex128]) -> None:
-        some = slice(None, None, 1 + len(where.places) // 15_000)  # points that show a shape
-        self.rest, self.u = where.places[some], u[some]
-        sides = np.ptp(where.places, axis=0)
-        self.size = float(sides.max()) or 1.0
-        self.middle = (where.places.max(axis=0) + where.places.min(axis=0)) / 2
-        self.sides = np.maximum(sides, 0.08 * self.size) + 2 * LARGEST_OF_NODES * self.size
-        self.amplitude = np.sqrt(np.sum(np.abs(self.u) ** 2, axis=1))
-        self.point = float(np.clip(6e3 / len(self.rest), 0.3, 12.0))
-
-    def axes(self, figure: Figure, place: tuple[float, float, float, float]) -> Any:
-        axes: Any = figure.add_axes(place, projection="3d")
-        axes.set_box_aspect(tuple(self.sides), zoom=1.5)
-        axes.set_axis_off()
-        return axes
-
-    def draw(self, axes: Any, turn: complex) -> Any:
-        moved = self.rest + LARGEST_OF_NODES * self.size * (self.u * turn).real
-        drawn = axes.scatter(
-            *moved.T, c=self.amplitude, s=self.point, vmin=0.0, vmax=1.0, lw=0, clip_on=False
-        )
-        for name, middle, side in zip("xyz", self.middle, self.sides, strict=True):
-            getattr(axes, f"set_{name}lim")(middle - side / 2, middle + side / 2)
-        return drawn
-
-
 def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> Drawing:
     """The nodes at the phase of largest motion and a quarter of a period later.
 
     words: frequency and growth of the mode of what is called `name`.
     """
+    some = slice(None, None, 1 + len(where.places) // 15_000)  # points that show a shape
+    u, rest = displacements(where, shape)[some], where.places[some]
+    low, high = where.places.min(axis=0), where.places.max(axis=0)
+    size = float((high - low).max()) or 1.0
+    # a box that holds the nodes at every phase, and is no plate
+    half = np.maximum(high - low, 0.08 * size) / 2 + LARGEST_OF_NODES * size
+    look: Any = {"c": np.linalg.norm(u, axis=1), "vmin": 0.0, "vmax": 1.0, "lw": 0}
+    look |= {"s": float(np.clip(6e3 / len(rest), 0.3, 12.0)), "clip_on": False}
     with style():
         figure = Figure(figsize=(DOUBLE, 2.5))
         figure.set_layout_engine("none")
-        box = _Box(where, displacements(where, shape))
         panels = ((0.0, 1.0, "(a) largest motion"), (0.45, 1j, "(b) a quarter of a period later"))
         for left, turn, title in panels:
-            dots = box.draw(box.axes(figure, (left, 0.0, 0.45, 0.85)), turn)
+            axes: Any = figure.add_axes((left, 0.0, 0.45, 0.85), projection="3d")
+            axes.set_box_aspect(tuple(half), zoom=1.5)
+            axes.set_axis_off()
+            dots = axes.scatter(*(rest + LARGEST_OF_NODES * size * (u * turn).real).T, **look)
+            for k, axis in enumerate("xyz"):
+                middle = (low[k] + high[k]) / 2
+                axes.set(**{f"{axis}lim": (middle - half[k], middle + half[k])})
             figure.text(left + 0.225, 0.82, title, ha="center")
         bar = figure.colorbar(dots, cax=figure.add_axes((0.92, 0.15, 0.012, 0.6)))
         bar.set_label("amplitude [largest]")
         figure.text(0.5, 0.93, literal(words), ha="center")
     text = f"Shape of a mode of {name}: {words}."
     return Drawing(figure, text, f"Mode of {name}", origin(__name__))
-
-
-def animate_shape(path: Path, words: str, where: Coordinates, shape: NDArray) -> None:
-    """Save one period of a mode as a GIF that repeats; growth is left out."""
-    from PIL import Image
-
-    with style():
-        figure = Figure(figsize=(SINGLE, 2.2), dpi=150)
-        figure.set_layout_engine("none")
-        canvas: Any = FigureCanvasAgg(figure)
-        box = _Box(where, displacements(where, shape))
-        axes = box.axes(figure, (0.0, 0.0, 1.0, 0.9))
-        figure.text(0.5, 0.92, literal(words), ha="center")
-        frames = []
-        for k in range(FRAMES):
-            drawn = box.draw(axes, np.exp(2j * np.pi * k / FRAMES))
-            canvas.draw()
-            frames.append(Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("P"))
-            drawn.remove()
-    first, *rest = frames
-    options = {"save_all": True, "duration": round(1200 / FRAMES), "loop": 0}
-    write_whole(path, lambda to: first.save(to, "GIF", append_images=rest, **options), binary=True)

@@ -58,7 +58,6 @@ def folder(tmp_path, monkeypatch):
         (f"eigenvalues {B1} --mu 0:1", "A:B:N"),
         (f"eigenvalues {B1} --at 0.3", "--at 0.3"),
         (f"eigenvalues {B1} --modes 3", "--modes 3"),
-        (f"eigenvalues {B1} --gif a.gif", "--gif a.gif"),
         (f"eigenvalues {B1} --band 1:0", "--band 1:0"),
         (f"eigenvalues {B1} --band=-1:2", "--band -1:2"),
         (f"eigenvalues {B1} --band 0:inf", "--band 0:inf"),

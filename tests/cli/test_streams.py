@@ -94,21 +94,20 @@ def test_a_full_disc_is_exit_code_1(arguments):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="limits of POSIX")
-@pytest.mark.parametrize("name", ["motion.png", "motion.csv", "shape.gif", "roots.json", "folder"])
+@pytest.mark.parametrize("name", ["motion.png", "motion.csv", "roots.svg", "roots.json", "folder"])
 def test_a_file_that_cannot_grow_is_refused_and_nothing_of_it_left(tmp_path, name):
     target = tmp_path / "out" / name
     target.parent.mkdir()
-    (tmp_path / "nodes.csv").write_text("node,dof,x,y,z\n1,x,0,0,0\n2,x,1,0,0\n3,x,0,1,0\n")
     system = tmp_path / "s.yaml"
     numbers = "[[3, -1, 0], [-1, 3, -1], [0, -1, 3]]"
-    system.write_text(f"M: {numbers}\nK: {numbers}\ncoordinates: {{file: nodes.csv}}\n")
+    system.write_text(f"M: {numbers}\nK: {numbers}\n")
     if name.startswith("motion"):
         words = f"simulate {B1} --set stop=1e-3 --{target.suffix[1:]}"
     elif name == "folder":
         target.mkdir()
         words = f"export {system} --output"
     else:
-        words = f"eigenvalues {system} --{'gif' if 'gif' in name else 'csv'}"
+        words = f"eigenvalues {system} --{'svg' if 'svg' in name else 'csv'}"
     command = f"{sys.executable} -m squeal {words} {target}"
     done = subprocess.run(
         f"ulimit -f 0; exec {command}", shell=True, capture_output=True, text=True

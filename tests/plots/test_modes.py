@@ -4,7 +4,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from PIL import Image
 
 from squeal.analysis.answers import Step
 from squeal.analysis.pads import analyse, shapes_of_pad
@@ -12,10 +11,8 @@ from squeal.io.scene import read_scene
 from squeal.io.system import Coordinates
 from squeal.plots.coupling import sweep_drawing
 from squeal.plots.modes import (
-    FRAMES,
     LARGEST,
     LARGEST_OF_NODES,
-    animate_shape,
     displacements,
     exaggeration,
     modes_drawing,
@@ -102,17 +99,3 @@ def test_a_still_figure_shows_two_phases():
         assert np.allclose(heights, LARGEST_OF_NODES * 0.4 * (u * turn).real, rtol=1e-2)
     for axes in figure.axes[:2]:  # both panels show the same box
         assert axes.get_xlim() == pytest.approx((-0.232, 0.232), rel=1e-2)
-
-
-def test_a_moving_one_has_a_period(tmp_path):
-    path = tmp_path / "mode.gif"
-    animate_shape(path, "a mode", WHERE, _shape(np.cos(2 * T)))
-    image: Any
-    with Image.open(path) as image:
-        assert image.n_frames == FRAMES
-        frames = []
-        for k in (0, FRAMES // 2):
-            image.seek(k)
-            frames.append(np.asarray(image.convert("L"), dtype=int))
-    assert np.any(np.abs(frames[0] - frames[1]) > 50)
-    assert path.read_bytes().count(b"NETSCAPE") == 1  # it repeats
