@@ -77,15 +77,9 @@ def _map(answer: Map, name: str) -> Drawing:
     if not isinstance(answer.source[0], Scene):
         return maps.map_drawing(name, answer)
     scene, curves = answer.source
-    own = tuple(getattr(scene.pad, axis.name) for axis in answer.axes)
-    if answer.quantity is not None:
-        level = scene.pad.mu if answer.quantity[0] == "critical-friction" else None
-        return maps.contour_drawing(name, answer, own, level, curves)
-    return maps.map_drawing(name, answer, own, curves)
-
-
-def _scatter(answer: Scatter, name: str) -> Drawing:
-    return scatter_drawing(name, answer, answer.name)
+    own = getattr(scene.pad, answer.axes[0].name), getattr(scene.pad, answer.axes[1].name)
+    critical = answer.quantity is not None and answer.quantity[0] == "critical-friction"
+    return maps.map_drawing(name, answer, own, curves, scene.pad.mu if critical else None)
 
 
 def _motion(answer: Simulation, name: str, scene: Scene | None = None, inputs: Any = ()) -> Drawing:
@@ -112,7 +106,7 @@ DRAWN: dict[type[Answer], Callable[..., Drawing]] = {
     Sweep: _sweep,
     Thresholds: _thresholds,
     Map: _map,
-    Scatter: _scatter,
+    Scatter: scatter_drawing,
     Simulation: _motion,
     Cycles: cycles.cycles_drawing,
 }

@@ -97,69 +97,65 @@ def map_drawing(
     answer: Map,
     own: Own = None,
     curves: Sequence[ThresholdCurve] = (),
+    level: float | None = None,
 ) -> Drawing:
-    """Verdict over two parameters, a cell for each point.
+    """Verdicts over two parameters, a cell for each point, or contours of the map's quantity.
 
-    own: the numbers of a pad, which is marked; curves: continued thresholds.
+    own: the numbers of a pad, which is marked; curves: continued thresholds; level: a value of the
+    quantity whose curve is drawn thick.
     """
-    colours = [COLOUR_OF.get(verdict, VERDICT_COLOURS[4]) for verdict in answer.verdicts]
+    contours = own is not None and answer.quantity is not None
     units = [unit_of(axis, own is not None) for axis in answer.axes]
     x, y = (axis.values / unit for axis, unit in zip(answer.axes, units, strict=True))
     with style():
-        figure = Figure(figsize=(SINGLE, 3.6))
-        axes = figure.add_subplot()
-        look: Any = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
-        axes.pcolormesh(x, y, answer.codes.T, shading="nearest", rasterized=True, **look)
-        handles: list[Any] = [
-            Patch(fc=colour, ec="k", lw=0.5, label=f"{verdict} ({100 * share:.1f} %)")
-            for verdict, colour in zip(answer.verdicts, colours, strict=True)
-            if (share := answer.share[verdict]) > 0.0
-        ]
-        if answer.admissible is not None:
-            far = ~answer.admissible & (answer.codes != NAMES.index("beyond a fold"))
-            if far.any():
-                look = {"hatches": ["////"], "colors": "none", "zorder": 1.5}
-                axes.contourf(x, y, far.T.astype(float), [0.5, 1.5], **look)
-                look = {"fc": "none", "ec": "k", "hatch": "////", "lw": 0.5}
-                handles.append(Patch(label="not admissible", **look))
+        figure = Figure(figsize=(SINGLE, 3.2 if contours else 3.6))
+        axes = figure.add_subplot(facecolor="0.85")
+        draw = _contours if contours else _cells
+        handles, what, text = draw(axes, x, y, answer, level)
         handles += _settle(axes, answer, curves, own)
-        figure.legend(handles=handles, loc="outside upper center", ncols=2)
-    title = f"Verdict on {name} over {answer.axes[0].name} and {answer.axes[1].name}"
-    shares = ", ".join(f"{verdict} {100 * s:.1f} %" for verdict, s in answer.share.items() if s)
-    return Drawing(figure, f"{title}; shares of the area: {shares}.", title, origin(__name__))
+        if handles:
+            figure.legend(handles=handles, loc="outside upper center", ncols=2)
+    title = f"{what} of {name} over {answer.axes[0].name} and {answer.axes[1].name}"
+    return Drawing(figure, f"{title}: {text}.", title, origin(__name__))
 
 
-def contour_drawing(
-    name: str,
-    answer: Map,
-    own: Own = None,
-    level: float | None = None,
-    curves: Sequence[ThresholdCurve] = (),
-) -> Drawing:
-    """Labelled contours of a map's quantity over filled ones; grey where there is no value.
+Drawn = tuple[list[Any], str, str]
+"""What stands in the legend, the name of what is drawn, and its extent in words."""
 
-    own: the numbers of a pad, which is marked; level: a value whose curve is drawn thick.
-    """
+
+def _cells(axes: Axes, x: np.ndarray, y: np.ndarray, answer: Map, _: float | None) -> Drawn:
+    """Verdicts, hatched where no equilibrium is admissible."""
+    colours = [COLOUR_OF.get(verdict, VERDICT_COLOURS[4]) for verdict in answer.verdicts]
+    look: Any = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
+    axes.pcolormesh(x, y, answer.codes.T, shading="nearest", rasterized=True, **look)
+    some = {verdict: f"{100 * share:.1f} %" for verdict, share in answer.share.items() if share}
+    handles = [
+        Patch(fc=colour, ec="k", lw=0.5, label=f"{verdict} ({some[verdict]})")
+        for verdict, colour in zip(answer.verdicts, colours, strict=True)
+        if verdict in some
+    ]
+    if answer.admissible is not None:
+        far = ~answer.admissible & (answer.codes != NAMES.index("beyond a fold"))
+        if far.any():
+            look = {"hatches": ["////"], "colors": "none", "zorder": 1.5}
+            axes.contourf(x, y, far.T.astype(float), [0.5, 1.5], **look)
+            handles.append(Patch(fc="none", ec="k", hatch="////", lw=0.5, label="not admissible"))
+    return handles, "Verdict", ", ".join(f"{verdict} {share}" for verdict, share in some.items())
+
+
+def _contours(axes: Axes, x: np.ndarray, y: np.ndarray, answer: Map, level: float | None) -> Drawn:
+    """Labelled contours of the quantity over filled ones; grey where there is no value."""
     assert answer.quantity is not None
     quantity, unit, numbers = answer.quantity
     words = QUANTITIES[quantity][0]
-    x, y = (axis.values / unit_of(axis, own is not None) for axis in answer.axes)
     values = np.ma.masked_invalid(numbers.T)
-    with style():
-        figure = Figure(figsize=(SINGLE, 3.2))
-        axes = figure.add_subplot(facecolor="0.85")
-        if values.count() and np.ptp(values.compressed()) > 0.0:
-            filled = axes.contourf(x, y, values, 9, cmap="viridis", alpha=0.85)
-            edges = axes.contour(x, y, values, filled.levels, colors="k", linewidths=0.5)
-            axes.clabel(edges, fontsize=7, fmt="%g")
-            figure.colorbar(filled, ax=axes, label=f"{words} [{unit}]" if unit else words)
-            if level is not None and values.min() < level < values.max():
-                axes.contour(x, y, values, [level], colors=OWN_LEVEL, linewidths=1.6)
-        lines = _settle(axes, answer, curves, own)
-        if lines:
-            figure.legend(handles=lines, loc="outside upper center")
-    title = f"{words.capitalize()} of {name} over {answer.axes[0].name} and {answer.axes[1].name}"
     known = values.compressed()
-    span = f"from {known.min():.4g} to {known.max():.4g} {unit}" if known.size else "nowhere"
-    text = f"{title}: {span}, on {100 * known.size / values.size:.1f} % of the area."
-    return Drawing(figure, text, title, origin(__name__))
+    if known.size and np.ptp(known) > 0.0:
+        filled = axes.contourf(x, y, values, 9, cmap="viridis", alpha=0.85)
+        edges = axes.contour(x, y, values, filled.levels, colors="k", linewidths=0.5)
+        axes.clabel(edges, fontsize=7, fmt="%g")
+        axes.figure.colorbar(filled, ax=axes, label=f"{words} [{unit}]" if unit else words)
+        if level is not None and known.min() < level < known.max():
+            axes.contour(x, y, values, [level], colors=OWN_LEVEL, linewidths=1.6)
+    span = f"{known.min():.4g} to {known.max():.4g} {unit}" if known.size else "no value"
+    return [], words.capitalize(), f"{span}, on {100 * known.size / values.size:.1f} % of the area"

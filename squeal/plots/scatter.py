@@ -10,13 +10,14 @@ from squeal.plots.maps import symbol_of
 from squeal.plots.style import SINGLE, Drawing, origin, style
 
 
-def scatter_drawing(name: str, scatter: Scatter, parameter: str = "mu") -> Drawing:
+def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
     """Histogram over the cumulative share with the intervals of its quantiles, one axis of mu.
 
     Pads without a threshold in the range are missing from the histogram, and keep the share
     below 1.
     """
     known, n = scatter.critical[np.isfinite(scatter.critical)], len(scatter.critical)
+    parameter = scatter.name
     with style():
         figure = Figure(figsize=(SINGLE, 3.6))
         upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1, 1.3]})

@@ -10,7 +10,6 @@ from typing import Any
 
 import matplotlib
 import numpy as np
-from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 
 from squeal.io.provenance import Provenance, digest
@@ -101,17 +100,6 @@ def _metadata(drawing: Drawing, kind: str) -> dict[str, Any]:
     return {"Title": title, "Description": text, "Source": made, **own}
 
 
-def _lay_out(figure: Figure) -> None:
-    """Lay a figure out for a PDF, for which `savefig` alone would draw it twice."""
-    figure.set_dpi(72)  # as a PDF has it
-    FigureCanvasPdf(figure)
-    layout = figure.get_layout_engine()
-    if layout is not None:
-        layout.execute(figure)
-    with matplotlib.rc_context({"figure.constrained_layout.use": False}):
-        figure.set_layout_engine(None)
-
-
 def save(drawing: Drawing, path: Path, text: bool = True) -> None:
     """Write a PDF, SVG or PNG by the end of the name, equal bytes for equal input.
 
@@ -119,8 +107,6 @@ def save(drawing: Drawing, path: Path, text: bool = True) -> None:
     """
     kind = path.suffix[1:]
     with style(), matplotlib.rc_context({"svg.hashsalt": "squeal"}):
-        if kind == "pdf":
-            _lay_out(drawing.figure)
         made = BytesIO()  # a disc that fills up leaves Matplotlib in the middle of a file
         drawing.figure.savefig(made, format=kind, dpi=200, metadata=_metadata(drawing, kind))
     write_whole(path, lambda stream: stream.write(made.getbuffer()), binary=True)

@@ -21,14 +21,14 @@ def test_own_pad_and_its_level_are_drawn():
     found = squeal.map(scene, axes, quantity="critical-friction")
     own = (scene.pad.alpha1, scene.pad.k_c)
     level = float(np.nanmedian(found.quantity[2]))
-    panel = maps.contour_drawing("b3", found, own, level).figure.axes[0]
+    panel = maps.map_drawing("b3", found, own, level=level).figure.axes[0]
     (mark,) = [line for line in panel.get_lines() if line.get_gid() == "own pad"]
     place = np.asarray(mark.get_xydata())[0] * [maps.unit_of(axis) for axis in found.axes]
     assert place == pytest.approx(own)
     assert "N/m" in panel.get_ylabel()
     assert panel.get_xlabel() == r"$\alpha_1$ [rad]"
     aside = (scene.pad.alpha1, 2.1 * scene.pad.k_c)
-    outside = maps.contour_drawing("b3", found, aside).figure.axes[0]
+    outside = maps.map_drawing("b3", found, aside).figure.axes[0]
     assert not [line for line in outside.get_lines() if line.get_gid() == "own pad"]
 
 
