@@ -6,6 +6,7 @@ Give matrices and get eigenvalues, a verdict and sensitivities; give a function
 
 from squeal.linear.eigen import (
     GROWING,
+    VERDICTS,
     Eigenvalue,
     Judgement,
     Spectrum,
@@ -18,7 +19,6 @@ from squeal.linear.eigen import (
     verdict,
 )
 from squeal.linear.events import Crossing
-from squeal.linear.matrices import VERDICTS
 from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_modes
 from squeal.linear.system import Batched, Matrices, System
 from squeal.linear.thresholds import (

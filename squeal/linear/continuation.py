@@ -39,7 +39,7 @@ from squeal.linear.matrices import (
     reduce,
     unit_diagonal,
 )
-from squeal.linear.system import Dense, Parametrised, System, TermSystem
+from squeal.linear.system import Parametrised, System, TermSystem
 
 ComplexArray = NDArray[np.complex128]
 Bools = NDArray[np.bool_]
@@ -223,7 +223,7 @@ class Continuation:
             )
         self._family = Parametrised(system, low, high, self.options.difference)
         inside = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
-        each = [_filled(matrices) for matrices in self._family.at_many(inside)]
+        each = self._family.at_many(inside)
         self._normal: tuple[Array, Array, Array] | None = None  # the last M with L, R
         self._free = _free_motions(each)
         self.n = len(each[0][0]) if self._free is None else self._free[0].shape[1]
@@ -281,8 +281,7 @@ class Continuation:
         return (-1j * A, -1j * dA, E) if self.form == "gyroscopic" else (A, dA, E)
 
     def _standards(self, ps: Sequence[float]) -> list[tuple[NDArray, NDArray, Array]]:
-        both = self._family.with_derivatives(ps)
-        return [self._standard(_filled(matrices), slopes) for matrices, slopes in both]
+        return [self._standard(*both) for both in self._family.with_derivatives(ps)]
 
     def both(self, p: float) -> tuple[NDArray, NDArray, Array]:
         """A(p), dA/dp, and the sizes of which the rounding of each entry is a part eps."""
@@ -308,11 +307,6 @@ class Continuation:
         values, right = np.linalg.eig(np.array([A for A, _, _ in each]))
         for p, (A, slope, _), z, X in zip(ps, each, values, right, strict=True):
             self._states[p] = _state(p, A, slope, *_with_left(A, z, X), self.form)
-
-
-def _filled(matrices: Dense) -> tuple[Array, Array, Array]:
-    M, C, K = matrices
-    return M, np.zeros_like(M) if C is None else C, K
 
 
 def _form(each: Sequence[tuple[Array, Array, Array]]) -> str:

@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -29,34 +29,36 @@ from numpy.typing import ArrayLike, NDArray
 from squeal.errors import ComputationError
 from squeal.linear.matrices import (
     BEYOND,
-    DIVERGENCE,
     EPS,
-    FLUTTER,
-    STABLE,
-    UNDECIDED,
-    VERDICTS,
     Array,
-    Cubic,
     Reduced,
     checked,
-    cubic_of,
     first_order,
+    invariants,
     noise_of,
     null_spaces,
     reduce,
     scaled_rank,
-    sum_codes,
-    undamped_codes,
     unstable_roots,
     zero_roots,
 )
 
 ComplexArray = NDArray[np.complex128]
-HIDDEN = 1e-2  # of the slowest root's square: rounding that hides it
+Codes = NDArray[np.int8]
 STIFF = (
     "one stiffness or damping is so much greater than others that rounding of it hides the slow "
     "modes; values that differ by fewer decades are required"
 )
+STABLE, MARGINAL, FLUTTER, DIVERGENCE = range(4)
+VERDICTS = ("stable", "marginal", "flutter", "divergence")
+"""Verdicts in the order of their int8 codes."""
+GROWING = ("flutter", "divergence")
+UNKNOWN = "unknown"
+"""The verdict where some root is too uncertain and none of the others grows."""
+ACCEPTED = 1e-6  # backward error up to which a root decides
+
+
+# Roots with what rounding does to them
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,9 +148,8 @@ class Spectrum:
         return len(self.eigenvalues)
 
     def __repr__(self) -> str:
-        most = 6
-        shown = ", ".join(f"{f:.6g}" for f in self.frequencies_hz[:most])
-        more = ", ..." if len(self) > 2 * most else ""
+        shown = ", ".join(f"{f:.6g}" for f in self.frequencies_hz[:6])
+        more = ", ..." if len(self) > 12 else ""
         growth = self.dominant.growth_rate
         return f"Spectrum({len(self)} eigenvalues, {shown}{more} Hz, growth {growth:.6g} 1/s)"
 
@@ -200,7 +201,7 @@ def _left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> Comple
     return left / np.linalg.norm(left, axis=0)
 
 
-def standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -> Roots:
+def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -> Roots:
     """Eigenvalues of a real matrix (m, m) whose entries carry a relative error `rounding`.
 
     Zero roots counted by rank are set to exactly zero, with vectors from the null spaces; of a
@@ -208,52 +209,53 @@ def standard_roots(A: Array, rounding: float, stiffness: Array | None = None) ->
     """
     values, right = (x.astype(complex) for x in np.linalg.eig(A))
     left = _left_vectors(A, values, right)
-    regular = stiffness is not None and not zero_roots(stiffness, noise_of(stiffness, rounding))
-    noise = noise_of(A, rounding)
-    zeros = 0 if regular else zero_roots(A, noise)
+    zeros, noise = 0, noise_of(A, rounding)
+    if stiffness is None or zero_roots(stiffness, noise_of(stiffness, rounding)):
+        zeros = zero_roots(A, noise)
     where = np.argsort(np.abs(values))[:zeros]
     if zeros:
         values[where] = 0.0
         null, conull = null_spaces(A, noise)
-        overlap = conull.T @ null
-        if zeros == null.shape[1] and np.linalg.cond(overlap) < 1e8:
-            conull = conull @ np.linalg.inv(overlap).T  # biorthogonal within the null spaces
         pick = np.arange(zeros) % null.shape[1]  # a chain repeats its one vector
         right[:, where], left[:, where] = null[:, pick], conull[:, pick]
-        left[:, where] /= np.linalg.norm(left[:, where], axis=0)
     with np.errstate(divide="ignore"):
         condition = 1.0 / np.abs(np.sum(left.conj() * right, axis=0))
-    size = float(np.linalg.norm(A, 2))
-    moved = root_rounding(values, condition, 2 * len(A) * rounding, size)
+    moved = root_rounding(values, condition, 2 * len(A) * rounding, float(np.linalg.norm(A, 2)))
     if stiffness is not None:
         moved[where] = 0.0  # found by rank, hence exact
     return Roots(values, right, left, condition, moved)
 
 
-def squared_frequencies(reduced: Reduced) -> Roots:
+def _squared_frequencies(reduced: Reduced) -> Roots:
     """The n roots s = -lambda^2 of an undamped system (rad^2/s^2).
 
     A complex pair within its own rounding is a coalescence and is returned as a real double root.
     Up to three rows the invariants decide that, which know the discriminant and the determinant to
     full digits where roots coalesce or pass zero.
     """
-    roots = standard_roots(reduced.A, reduced.rounding)
-    cubic = cubic_of(reduced) if reduced.n <= 3 else None
-    if cubic is not None and not cubic.vague:
-        _agree(roots.values, roots.rounding, cubic)
-    else:
+    roots, n = _standard_roots(reduced.A, reduced.rounding), reduced.n
+    if n > 3 or not _agree(roots.values, roots.rounding, reduced):
         real = np.abs(roots.values.imag) <= roots.rounding
         roots.values[real] = roots.values.real[real]
     return roots
 
 
-def _agree(s: ComplexArray, rounding: Array, cubic: Cubic) -> None:
-    """Give up to three roots the pairs and signs, beyond rounding, that their invariants tell."""
+def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> bool:
+    """Give up to three roots the pairs and signs, beyond rounding, of their invariants; False if
+    these are vague."""
+    A, n = np.zeros((3, 3)), reduced.n  # a missing row is one of zeros: a zero root
+    A[:n, :n] = reduced.A
+    diagonal = np.count_nonzero(reduced.T) == n
+    floor = 0.0 if diagonal else reduced.rounding * float(np.abs(A).max())
+    with np.errstate(over="ignore", invalid="ignore"):
+        cubic = invariants(A.ravel().tolist(), floor=floor)
+    if cubic.vague:
+        return False
     pairs, negative = unstable_roots(cubic)
-    reals = np.arange(len(s))
+    reals = np.arange(n)
     if pairs:
         # two conjugates, or where rounding made them real the closest two
-        apart = np.abs(s[:, None] - s.conj()) + np.diag(np.full(len(s), np.inf))
+        apart = np.abs(s[:, None] - s.conj()) + np.diag(np.full(n, np.inf))
         pair = np.array(np.unravel_index(np.argmin(apart), apart.shape))
         reals = np.setdiff1d(reals, pair)
         if np.any(np.abs(s[pair].imag) <= rounding[pair]):
@@ -269,11 +271,11 @@ def _agree(s: ComplexArray, rounding: Array, cubic: Cubic) -> None:
     for k in rising[:negative]:
         if s[k].real >= 0.0 or rounding[k] >= -s[k].real:
             others = float(np.prod(np.delete(s, k)).real)
-            product = (cubic.a, cubic.b, cubic.c)[len(s) - 1].value
-            s[k] = -abs(product / others) if others else -rounding[k]
+            s[k] = -abs(cubic[n - 1].value / others) if others else -rounding[k]
         rounding[k] = min(rounding[k], abs(s[k]) / 2)
     least = rising[negative:]
     s[least] = np.maximum(s[least].real, 0.0)
+    return True
 
 
 def roots_of(reduced: Reduced) -> Roots:
@@ -284,19 +286,14 @@ def roots_of(reduced: Reduced) -> Roots:
     """
     if reduced.B is not None:
         matrix, rate = first_order(reduced.A, reduced.B)
-        values, x, y, condition, moved = standard_roots(matrix, reduced.rounding, reduced.A)
-        n = reduced.n
-        values, x, y, moved = values * rate, x[:n], y[n:], moved * rate
+        values, x, y, condition, moved = _standard_roots(matrix, reduced.rounding, reduced.A)
+        values, x, y, moved = values * rate, x[: reduced.n], y[reduced.n :], moved * rate
     else:
-        s, x, y, condition, moved = squared_frequencies(reduced)
-        # the partner of s is its exact conjugate: one root serves both
-        half = np.sqrt(-(s.real + 1j * np.abs(s.imag)))
-        half = np.where(s.imag < 0, half.conj(), half)
-        half = np.where((s.imag == 0) & (s.real > 0), 1j * np.abs(half.imag), half)
-        size = np.abs(s)
+        s, x, y, condition, moved = _squared_frequencies(reduced)
+        size, half = np.abs(s), np.sqrt(-s)
         below = size <= moved
         moved = np.where(below, np.sqrt(moved), moved / (2 * np.sqrt(np.where(below, 1.0, size))))
-        values = np.asarray(np.ravel([half, -half], order="F") + 0.0, dtype=complex)
+        values = np.asarray(np.ravel([half, -half], order="F") + 0.0)
         x, y = np.repeat(x, 2, axis=1), np.repeat(y, 2, axis=1)
         condition, moved = np.repeat(condition, 2), np.repeat(moved, 2)
     if not np.isfinite(values).all():
@@ -341,39 +338,25 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
 
 def spectrum_of(reduced: Reduced) -> Spectrum:
     """As `complex_eigenvalues`, for a system in mass-normalised coordinates."""
-    roots = roots_of(reduced)
-    residuals = _residuals(reduced, roots.values, roots.right)
-    return Spectrum(
-        tuple(
-            Eigenvalue(
-                complex(roots.values[k]),
-                _physical(reduced.T, roots.right[:, k]),
-                _physical(reduced.T, roots.left[:, k]),
-                float(residuals[k]),
-                float(roots.condition[k]),
-                float(roots.rounding[k]),
-            )
-            for k in ordered(roots.values)
-        )
-    )
-
-
-def _residuals(reduced: Reduced, values: ComplexArray, x: ComplexArray) -> Array:
-    """Backward errors (m,) of roots with vectors (n, m)."""
+    values, x, y, condition, rounding = roots_of(reduced)
     A, B = reduced.A, np.zeros_like(reduced.A) if reduced.B is None else reduced.B
     length, norms = np.abs(values), [float(np.linalg.norm(X, 2)) for X in (A, B)]
     size = (length**2 + length * norms[1] + norms[0]) * np.linalg.norm(x, axis=0)
     rest = np.linalg.norm(values**2 * x + values * (B @ x) + A @ x, axis=0)
-    return np.divide(rest, size, out=np.zeros_like(rest), where=size > 0)
+    residuals = np.divide(rest, size, out=np.zeros_like(rest), where=size > 0)
+    right, left = (_physical(reduced.T, vectors) for vectors in (x, y))
+    numbers = [part.tolist() for part in (residuals, condition, rounding)]
+    each = list(zip(values.tolist(), right.T, left.T, *numbers, strict=True))
+    return Spectrum(tuple(Eigenvalue(*each[k]) for k in ordered(values)))
 
 
 def _physical(T: Array, z: ComplexArray) -> ComplexArray:
-    """A unit mass-normalised vector in the caller's coordinates, its largest part positive."""
-    z = z / np.linalg.norm(z)
-    largest = z[np.argmax(np.abs(z))]
-    vector = T @ (z * (abs(largest) / largest))
-    vector.setflags(write=False)
-    return np.asarray(vector, dtype=complex)
+    """Mass-normalised vectors (n, m) of unit length in the caller's coordinates, their largest
+    parts positive."""
+    largest = z[np.argmax(np.abs(z), axis=0), np.arange(z.shape[1])]
+    vectors = T @ (z * (np.abs(largest) / largest / np.linalg.norm(z, axis=0)))
+    vectors.setflags(write=False)
+    return np.asarray(vectors, dtype=complex)
 
 
 def sensitivities(
@@ -401,99 +384,57 @@ def sensitivities(
     """
     mass, damping, _ = checked(M, C, K)
     known = spectrum or complex_eigenvalues(M, C, K)
-    z = known.values
-    right, left = np.swapaxes([(e.right, e.left) for e in known.eigenvalues], 0, 1)
+    z, x = known.values, np.array([e.right for e in known.eigenvalues])
+    y = np.array([e.left.conj() for e in known.eigenvalues])
 
-    def form(parts: list[tuple[ComplexArray, ArrayLike | None]]) -> tuple[ComplexArray, Array]:
-        """y^H (sum of factors times matrices) x, and the size of which eps is rounding."""
-        total, size = np.zeros(len(z), dtype=complex), np.zeros(len(z))
-        for factor, X in parts:
-            X = np.zeros_like(mass) if X is None else np.asarray(X, dtype=float)
-            total += factor * np.sum((left.conj() @ X) * right, axis=1)
-            size += np.abs(factor) * np.sum((np.abs(left) @ np.abs(X)) * np.abs(right), axis=1)
-        return total, size
+    def form(*terms: tuple[ComplexArray, ArrayLike | None]) -> tuple[ComplexArray, NDArray]:
+        """y^H (sum of factors times matrices) x, and where it is more than rounding."""
+        parts = [(factor, np.asarray(X, dtype=float)) for factor, X in terms if X is not None]
+        total = sum((f * np.sum(y @ X * x, axis=1) for f, X in parts), 0 * z)
+        sizes = (np.abs(f) * np.sum(np.abs(y) @ np.abs(X) * np.abs(x), axis=1) for f, X in parts)
+        return total, np.abs(total) > 100 * EPS * sum(sizes, 0.0)
 
-    moved, moved_size = form([(z**2, dM), (z, dC), (z**0, dK)])
-    weight, weight_size = form([(2 * z, mass), (z**0, damping)])
-    rounding = 100 * EPS
-    still = np.where(np.abs(moved) <= rounding * moved_size, 0.0, np.inf)
-    regular = np.abs(weight) > rounding * weight_size
+    (moved, moves), (weight, regular) = (
+        form((z**2, dM), (z, dC), (z**0, dK)),
+        form((2 * z, mass), (z**0, damping)),
+    )
+    still = np.where(moves, np.inf, 0.0)
     return np.where(regular, -moved / np.where(regular, weight, 1.0), still)
 
 
-def hidden_share(reduced: Reduced, C: Array | None, K: Array) -> float:
-    """How much of the slowest mode's stiffness rounding of A or B may be, infinite where all of it
-    or of its damping: where a mass is light, a spring stiff or a damper strong beside others."""
+def hidden(reduced: Reduced, C: Array | None, K: Array) -> bool:
+    """True if rounding of A or B leaves slow modes too few digits: a hundredth of the slowest
+    one's stiffness or more, or all of some stiffness or damping. So it is where a mass is light, a
+    spring stiff or a damper strong beside others."""
     sizes = np.linalg.svd(reduced.A, compute_uv=False)
-    square = sizes[0]
-    if reduced.B is not None:
-        square = max(square, float(np.linalg.norm(reduced.B, 2)) ** 2)
-    error = 2 * reduced.n * reduced.rounding
+    error, square = 2 * reduced.n * reduced.rounding, sizes[0]
     present = sizes[sizes > error * sizes[0]]
     if len(present) != scaled_rank(K):
-        return np.inf
-    if C is not None and reduced.B is not None and len(present) < reduced.n:
-        # of what K leaves free the roots are those of its damping
-        parts = (X / np.linalg.norm(X, 2) for X in (reduced.A, reduced.B) if X.any())
-        both = np.linalg.svd(np.vstack(list(parts)), compute_uv=False)
-        if np.sum(both > error) != scaled_rank(np.vstack([K, C])):
-            return np.inf
-    return float(error * square / present[-1]) if len(present) else 0.0
-
-
-def hidden(reduced: Reduced, C: Array | None, K: Array) -> bool:
-    """True if rounding leaves slow modes too few digits, see `hidden_share`."""
-    return hidden_share(reduced, C, K) > HIDDEN
+        return True
+    if C is not None and reduced.B is not None:
+        square = max(square, float(np.linalg.norm(reduced.B, 2)) ** 2)
+        if len(present) < reduced.n:  # of what K leaves free the roots are those of its damping
+            parts = [X / np.linalg.norm(X, 2) for X in (reduced.A, reduced.B) if X.any()]
+            both = np.linalg.svd(np.vstack(parts), compute_uv=False)
+            if np.sum(both > error) != scaled_rank(np.vstack([K, C])):
+                return True
+    return bool(len(present) and error * square > 0.01 * present[-1])
 
 
 # The verdict
 
 
-GROWING = ("flutter", "divergence")
-UNKNOWN = "unknown"
-"""The verdict where some root is too uncertain and none of the others grows."""
-ACCEPTED = 1e-6  # backward error up to which a root decides
-
-
 @dataclass(frozen=True)
 class Judgement:
-    """A verdict with the number that decided it and the tolerance that number was held against."""
+    """A verdict, the largest real part and the rounding (rad/s) that it was held against."""
 
     verdict: str
-    criterion: str
     value: float
     tolerance: float
 
     def __str__(self) -> str:
         size = f"{self.value:.6g} (rounding {self.tolerance:.2g})"
-        return f"{self.verdict}: {self.criterion} = {size}"
-
-
-@dataclass(frozen=True)
-class UnstableCount:
-    """How many pairs and how many real roots grow, and the fastest rate of each (1/s)."""
-
-    pairs: int
-    reals: int
-    pair_rate: float
-    real_rate: float
-
-    @property
-    def verdict(self) -> str:
-        """flutter or divergence, whichever grows faster, or quiet."""
-        if not self.pairs and not self.reals:
-            return "quiet"
-        return "flutter" if self.pairs and self.pair_rate >= self.real_rate else "divergence"
-
-    @property
-    def numbers(self) -> tuple[int, int]:
-        """Growing pairs and growing real roots."""
-        return self.pairs, self.reals
-
-    @property
-    def roots(self) -> int:
-        """Growing roots, two for a pair."""
-        return 2 * self.pairs + self.reals
+        return f"{self.verdict}: largest Re lambda = {size}"
 
 
 def decide(values: ArrayLike, rounding: ArrayLike, residuals: ArrayLike = 0.0) -> Judgement:
@@ -516,17 +457,42 @@ def decide(values: ArrayLike, rounding: ArrayLike, residuals: ArrayLike = 0.0) -
         name = "marginal" if np.any(np.abs(values.real) <= rounding) else "stable"
         name = name if sure.all() else UNKNOWN
         k = int(np.argmax(values.real))
-    return Judgement(name, "largest Re lambda", float(values[k].real), float(rounding[k]))
+    return Judgement(name, float(values[k].real), float(rounding[k]))
+
+
+@dataclass(frozen=True)
+class UnstableCount:
+    """How many pairs and how many real roots grow, and the fastest rate of each (1/s)."""
+
+    pairs: int
+    reals: int
+    pair_rate: float
+    real_rate: float
+
+    @classmethod
+    def of(cls, rates: Array, pairs: NDArray[np.bool_], reals: NDArray[np.bool_]) -> UnstableCount:
+        """Of the rates (m,) of roots, of which some are those of pairs and some of real ones."""
+        fastest = (float(np.max(rates[some], initial=0.0)) for some in (pairs, reals))
+        return cls(int(pairs.sum()), int(reals.sum()), *fastest)
+
+    @property
+    def verdict(self) -> str:
+        """flutter or divergence, whichever grows faster, or quiet."""
+        if not self.roots:
+            return "quiet"
+        return "flutter" if self.pairs and self.pair_rate >= self.real_rate else "divergence"
+
+    @property
+    def roots(self) -> int:
+        """Growing roots, two for a pair."""
+        return 2 * self.pairs + self.reals
 
 
 def unstable_count(values: ComplexArray, rounding: float | Array) -> UnstableCount:
     """How many of the roots (m,) of a system, both of each pair, grow; as `decide` does."""
     grows, oscillates = values.real > rounding, np.abs(values.imag) > rounding
-    both = grows & oscillates & (values.imag > 0), grows & ~oscillates
-    pairs, reals = (int(np.sum(some)) for some in both)
-    return UnstableCount(
-        pairs, reals, *(float(np.max(values.real[some], initial=0.0)) for some in both)
-    )
+    upper = grows & oscillates & (values.imag > 0)
+    return UnstableCount.of(values.real, upper, grows & ~oscillates)
 
 
 def judge(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Judgement:
@@ -547,7 +513,8 @@ def judge(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Judgement:
     >>> judge([[1, 0], [0, 1]], None, [[2, -1], [0.25, 2]]).verdict
     'flutter'
     """
-    return judge_reduced(reduce(M, C, K))
+    roots = roots_of(reduce(M, C, K))
+    return decide(roots.values, roots.rounding)
 
 
 def verdict(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> str:
@@ -555,17 +522,18 @@ def verdict(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> str:
     return judge(M, C, K).verdict
 
 
-def judge_reduced(reduced: Reduced) -> Judgement:
-    """As `judge`, for a system in mass-normalised coordinates."""
-    roots = roots_of(reduced)
-    return decide(roots.values, roots.rounding)
+# Verdicts on arrays of systems, for maps
+
+
+CHUNK = 8192  # matrices per pass: temporaries of 64 kB stay in the cache and in malloc's pool
 
 
 def _code(A: Array, B: Array | None, rounding: float) -> int:
-    return VERDICTS.index(judge_reduced(Reduced(A, B, np.eye(len(A)), rounding)).verdict)
+    roots = roots_of(Reduced(A, B, np.eye(len(A)), rounding))
+    return VERDICTS.index(decide(roots.values, roots.rounding).verdict)
 
 
-def damped_verdicts(A: Array, B: Array, rounding: float = 4 * EPS) -> NDArray[np.int8]:
+def damped_verdicts(A: Array, B: Array, rounding: float = 4 * EPS) -> Codes:
     """Verdict codes (N,), indices into VERDICTS, of z'' + B z' + A z = 0; A, B of (N, n, n).
 
     The coordinates are mass-normalised and no B is zero throughout. The codes are those of
@@ -588,20 +556,78 @@ def damped_verdicts(A: Array, B: Array, rounding: float = 4 * EPS) -> NDArray[np
     return codes
 
 
-def undamped_verdicts(A: Array, rounding: float = 4 * EPS) -> NDArray[np.int8]:
+def undamped_verdicts(A: Array, rounding: float = 4 * EPS) -> Codes:
     """Verdict codes (...), indices into VERDICTS, of undamped systems A = M^-1 K (..., 3, 3)."""
-    codes = undamped_codes(A, rounding)
-    for at in map(tuple, np.argwhere(codes == UNDECIDED)):
-        codes[at] = _code(A[at], None, rounding)
+    entries = np.ascontiguousarray(A.reshape(-1, 9).T)
+    parts = [
+        _by_invariants(entries[:, k : k + CHUNK], rounding)
+        for k in range(0, entries.shape[1], CHUNK)
+    ]
+    return np.concatenate([np.zeros(0, np.int8), *parts]).reshape(A.shape[:-2])
+
+
+def _by_invariants(entries: Any, rounding: float) -> Codes:
+    """Verdict codes (N,) of the nine entries (N,) of A.
+
+    Real and non-negative roots s are marginal; a negative one is divergence, a complex pair
+    flutter. A coalescence that rounding cannot tell from real roots counts as real. Where both
+    occur that which grows faster names the verdict; what is vague is judged by its roots.
+    """
+    cubic = invariants(list(entries), rounding)
+    a, b, c = cubic[:3]
+    zero, below = np.abs(c.value) <= c.bound, c.value < -c.bound
+    disc = np.where(zero, cubic.discriminant2.value, cubic.discriminant.value)
+    pair = disc < -np.where(zero, cubic.discriminant2.bound, cubic.discriminant.bound)
+    falling = below | (b.value < -b.bound) | (a.value < -a.bound)
+    codes = np.where(pair, FLUTTER, np.where(falling, DIVERGENCE, MARGINAL)).astype(np.int8)
+    both, vague = np.flatnonzero(pair & below), np.flatnonzero(cubic.vague)
+    if len(both) or len(vague):
+        A = np.stack(entries, axis=-1).reshape(-1, 3, 3)
+        s = np.linalg.eigvals(A[both]).astype(complex)
+        first = np.argmax(np.abs(np.sqrt(-s).real), axis=1)
+        codes[both] = np.where(s.imag[np.arange(len(s)), first] != 0.0, FLUTTER, DIVERGENCE)
+        codes[vague] = [_code(A[k], None, rounding) for k in vague]
     return codes
 
 
-def sum_verdicts(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> NDArray[np.int8]:
+def sum_verdicts(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> Codes:
     """Verdict codes (n1, n2), indices into VERDICTS, of A = Q[:, :, k] + u[:, i] u[:, i]'.
 
-    Q (3, 3, n2) and u (3, n1) are in coordinates with a mass matrix of one.
+    Q (3, 3, n2) and u (3, n1) are in coordinates with a mass matrix of one. A rank-one term enters
+    the coefficients linearly: with P = u u' the trace is tr Q + tr P, the sum of minors b(Q) + u'
+    (tr Q - Q) u, the determinant det Q + u' adj(Q) u. Over a grid each is the product of a matrix
+    over i with one over k, so that no matrix A is formed but at a boundary.
     """
-    codes = sum_codes(Q, u, rounding)
-    for i, k in np.argwhere(codes == UNDECIDED):
-        codes[i, k] = _code(Q[:, :, k] + np.outer(u[:, i], u[:, i]), None, rounding)
+    trace = Q[0, 0] + Q[1, 1] + Q[2, 2]
+    cofactors = np.array([np.cross(Q[i - 2], Q[i - 1], axis=0) for i in range(3)])
+    minors = cofactors[0, 0] + cofactors[1, 1] + cofactors[2, 2]
+    rows = np.vstack([np.ones(u.shape[1]), np.einsum("in,jn->ijn", u, u).reshape(9, -1)]).T
+    of_b = np.vstack([minors, (trace * np.eye(3)[:, :, None] - Q).reshape(9, -1)])
+    of_c = np.vstack([np.sum(Q[0] * cofactors[0], axis=0), cofactors.reshape(9, -1)])
+    squares = np.sum(u * u, axis=0)
+    # coefficients and the deviator's invariants are at most size, size^2 and size^3: coarse bounds
+    # of their rounding errors are multiples of these
+    size = 2 * float(np.sqrt(np.sum(Q * Q, axis=(0, 1))).max() + squares.max())
+    unit = 64 * (rounding + 4 * EPS)
+    codes = np.empty((u.shape[1], Q.shape[2]), dtype=np.int8)
+    step = max(1, CHUNK // Q.shape[2])
+    for start in range(0, len(codes), step):
+        own = slice(start, start + step)
+        a, b, c = squares[own, None] + trace, rows[own] @ of_b, rows[own] @ of_c
+        aa = a * a
+        J2 = aa / 3 - b
+        J3 = (aa * (2 / 27) - b / 3) * a + c
+        disc = J2 * J2 * J2 * 4 - 27 * J3 * J3
+        pair, below = disc < 0.0, c < 0.0
+        part = np.where(below | (b < 0.0) | (a < 0.0), np.int8(DIVERGENCE), np.int8(MARGINAL))
+        part[pair] = FLUTTER
+        unsettled = (np.abs(disc) <= 16 * unit * size**6) | (pair & below)
+        for power, value in enumerate((a, b, c), 1):
+            unsettled |= np.abs(value) <= unit * size**power
+        i, k = np.nonzero(unsettled)
+        if len(i):
+            v = u[:, i + start]
+            entries = [Q[m, n, k] + v[m] * v[n] for m in range(3) for n in range(3)]
+            part[i, k] = _by_invariants(entries, rounding)
+        codes[own] = part
     return codes

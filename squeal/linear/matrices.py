@@ -12,7 +12,7 @@ is smaller than the bound of its own rounding, of the entries of A included, cou
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -26,7 +26,6 @@ Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
 SKEW = 1e-12  # of a matrix: an unsymmetric part up to this is rounding
 ILL = 1e-7  # reciprocal condition of M, its diagonal scaled to 1, below which it is not inverted
-REQUIRED = "a well-conditioned matrix is required"
 BEYOND = "M, C, K: the eigenvalues are beyond double precision"
 
 
@@ -38,9 +37,8 @@ class LightMassError(MatrixError):
 class Reduced:
     """z'' + B z' + A z = 0, where q = T z and T' M T = 1.
 
-    A (n, n) in rad^2/s^2 and B (n, n) in rad/s, B None without damping: all entries carry the
-    same unit whatever mixture of translations, rotations and masses M holds. A symmetric K gives
-    a symmetric A.
+    A (n, n) in rad^2/s^2 and B (n, n) in rad/s, None without damping, whatever units M mixes. A
+    symmetric K gives a symmetric A.
     """
 
     A: Array
@@ -111,28 +109,19 @@ def _normalised(T: Array, X: Array) -> Array:
 def _factor(mass: bytes, n: int) -> tuple[Array, float]:
     """T with T' M T = 1, and the relative size of the errors that it brings."""
     M = np.frombuffer(mass).reshape(n, n)
-    diagonal = np.diag(M)
-    if np.any(diagonal < 0.0):
-        raise MatrixError("M: its diagonal must be positive (M symmetric, positive definite)")
-    if np.any(diagonal == 0.0):
-        light_motions(M)
-        row = int(np.argmin(diagonal)) + 1
-        raise LightMassError(f"M: row {row} has no mass; {REQUIRED}")
-    scale = 1.0 / np.sqrt(diagonal)
     unit = unit_diagonal(M)
     if np.abs(unit - unit.T).max() > SKEW:
         raise MatrixError("M: a symmetric matrix is required")
-    if np.count_nonzero(M) == n:
-        T, inverse = np.diag(scale), np.eye(n)
-    else:
-        least, *_, greatest = np.linalg.eigvalsh(unit)
-        if least < -4 * EPS * n * greatest:
-            raise MatrixError("M: a positive definite matrix is required")
-        if least < ILL * greatest:
-            size = max(least / greatest, 0.0)
-            raise LightMassError(f"M: some motion has {size:.1g} of the others' mass; {REQUIRED}")
-        inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
-        T = scale[:, None] * inverse.T
+    np.fill_diagonal(unit, np.sign(np.diag(M)))  # without rounding
+    sizes = np.linalg.eigvalsh(unit)
+    if sizes[0] < -4 * EPS * n * abs(sizes[-1]):
+        raise MatrixError("M: a positive definite matrix is required")
+    if sizes[0] <= ILL * sizes[-1]:
+        least = max(sizes[0] / (sizes[-1] or 1.0), 0.0)
+        words = f"some motion has {least:.1g} of the others' mass"
+        raise LightMassError(f"M: {words}; a well-conditioned matrix is required")
+    inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
+    T = (1.0 / np.sqrt(np.diag(M)))[:, None] * inverse.T
     T.setflags(write=False)  # the cache holds it
     return T, 4 * EPS * float(np.linalg.norm(inverse, 2) ** 2)
 
@@ -142,22 +131,6 @@ def unit_diagonal(M: Any) -> Any:
     size = np.sqrt(np.abs(np.diag(M)))
     size = 1.0 / np.where(size > 0, size, 1.0)
     return M * size[:, None] * size
-
-
-def light_motions(M: Array) -> tuple[Array, Array]:
-    """Rising masses (n,), 0 where they are rounding, of motions, the columns of T: T' M T diagonal.
-
-    Raises InputError unless M is symmetric, positive semidefinite.
-    """
-    size = np.sqrt(np.abs(np.diag(M)))
-    if not size.any():
-        raise MatrixError("M: has no mass on its diagonal; a mass is required")
-    masses, vectors = np.linalg.eigh(unit_diagonal(M))
-    least = 4 * EPS * len(M) * masses[-1]
-    if masses[0] < -least:
-        raise MatrixError("M: a positive definite matrix is required")
-    scale = 1.0 / np.where(size > 0, size, 1.0)
-    return np.where(masses > least, masses, 0.0), scale[:, None] * vectors
 
 
 def check_regular(M: Any, C: Any, K: Any) -> None:
@@ -173,7 +146,7 @@ def check_regular(M: Any, C: Any, K: Any) -> None:
 
 def rank_of(singular: Array, size: float | None = None) -> int:
     """How many falling singular values are more than rounding of a matrix of that size (2-norm)."""
-    largest = size if size is not None else float(singular[0]) if len(singular) else 0.0
+    largest = size if size is not None else np.max(singular, initial=0.0)
     return int(np.sum(singular > 4 * EPS * len(singular) * largest))
 
 
@@ -206,9 +179,8 @@ def first_order(A: Any, B: Any, rate: ArrayLike | None = None) -> tuple[Any, Arr
 
 def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
     """A (2n, 2n) of the states (q, q') of M q'' + C q' + K q = f, and B (2n, n) of the forces f."""
-    n, eye, zero = len(M), np.eye(len(M)), np.zeros(np.shape(M))
-    lower = np.linalg.solve(M, np.hstack([-K, -C, eye]))
-    return np.block([[zero, eye], [lower[:, : 2 * n]]]), np.vstack([zero, lower[:, 2 * n :]])
+    inverse = np.linalg.inv(M)
+    return first_order(inverse @ K, inverse @ C, 1.0)[0], np.vstack([0.0 * inverse, inverse])
 
 
 def norm_of(A: Any) -> float:
@@ -230,11 +202,10 @@ def null_spaces(A: Any, noise: float) -> tuple[Any, Any]:
 
 
 def zero_roots(A: Any, noise: float, M: Any = None) -> int:
-    """Algebraic multiplicity of the root 0 of A - s M, from ranks instead of small roots.
+    """Algebraic multiplicity of the root 0 of A - s M (without M of A - s), from ranks.
 
     The null space is split off and the rest examined again until it has full rank, so that chains
     such as a free body (double zero root of the first-order problem) are counted to their end.
-    Without M it is one.
     """
     count = 0
     while len(A):
@@ -255,13 +226,6 @@ def zero_roots(A: Any, noise: float, M: Any = None) -> int:
 # Stability of undamped systems of up to three degrees of freedom, without eigenvalues
 
 
-STABLE, MARGINAL, FLUTTER, DIVERGENCE = range(4)
-VERDICTS = ("stable", "marginal", "flutter", "divergence")
-"""Verdicts in the order of their int8 codes."""
-UNDECIDED = 4
-CHUNK = 8192  # matrices per pass: temporaries of 64 kB stay in the cache and in malloc's pool
-
-
 class Value(NamedTuple):
     """A number (or array) and a bound of its rounding error."""
 
@@ -280,47 +244,49 @@ class Cubic(NamedTuple):
     vague: Any  # True where a great root and rounding together hide what the others do
 
 
-def _cycles(e: Sequence[Any]) -> tuple[Any, Any, Any, Any, Any]:
-    """Products around the five cycles of the off-diagonal entries e (row by row)."""
-    return e[1] * e[3], e[2] * e[6], e[5] * e[7], e[1] * e[5] * e[6], e[2] * e[3] * e[7]
+def _cycles(e: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
+    """Products around cycles of two of the off-diagonal entries e (row by row), 12, 13 and 23, and
+    the sum of those of three."""
+    return e[1] * e[3], e[2] * e[6], e[5] * e[7], e[1] * e[5] * e[6] + e[2] * e[3] * e[7]
 
 
-def invariants(
-    entries: Sequence[Any], rounding: float = 4 * EPS, floor: Any = 0.0, stiff: float = 0.03
-) -> Cubic:
+def _pairs(x: Any, y: Any, z: Any) -> Any:
+    return x * y + (x + y) * z
+
+
+def invariants(entries: Sequence[Any], rounding: float = 4 * EPS, floor: Any = 0.0) -> Cubic:
     """Invariants of A from its nine entries, row by row (numbers or arrays of one shape).
 
     `rounding` bounds the relative error of each entry, `floor` (rad^2/s^2) adds an absolute one
-    (a product with a full M^-1 spreads its errors over all entries). Where the other roots are less
-    than `stiff` times the greatest, that one is split off.
+    (a product with a full M^-1 spreads its errors over all entries).
     """
-    d = entries[0], entries[4], entries[8]
-    p12, p13, p23, t1, t2 = _cycles(entries)
     size = [np.abs(x) + floor for x in entries]
-    D1, D2, D3 = size[0], size[4], size[8]
-    P12, P13, P23, T1, T2 = _cycles(size)
-    unit = rounding + 4 * EPS
+    d, D = entries[::4], size[::4]
+    p12, p13, p23, t = _cycles(entries)
+    P12, P13, P23, T = _cycles(size)
+    p, P, unit = p12 + p13 + p23, P12 + P13 + P23, rounding + 4 * EPS
 
-    a, D = d[0] + d[1] + d[2], D1 + D2 + D3
-    p, P = p12 + p13 + p23, P12 + P13 + P23
-    b = d[0] * d[1] + (d[0] + d[1]) * d[2] - p
-    c = d[0] * (d[1] * d[2] - p23) - d[1] * p13 - d[2] * p12 + (t1 + t2)
-    C = D1 * (D2 * D3 + P23) + D2 * P13 + D3 * P12 + T1 + T2
-    bound_a, bound_c = unit * D, 3 * unit * C
-    bound_b = 2 * unit * (D1 * D2 + (D1 + D2) * D3 + P)
+    def determinant(x: Sequence[Any]) -> Any:
+        """With a diagonal x."""
+        return x[0] * (x[1] * x[2] - p23) - x[1] * p13 - x[2] * p12 + t
 
-    m = a / 3
-    e1, e2, e3 = d[0] - m, d[1] - m, d[2] - m
-    E1, E2, E3 = np.abs(e1), np.abs(e2), np.abs(e3)
-    J2 = 0.5 * (e1 * e1 + e2 * e2 + e3 * e3) + p
-    J3 = e1 * (e2 * e3 - p23) - e2 * p13 - e3 * p12 + (t1 + t2)
-    E = E1 + E2 + E3
-    h = bound_a  # error of a deviator
-    e_2 = h * (E + 1.5 * h) + 2 * unit * (0.5 * (E1 * E1 + E2 * E2 + E3 * E3) + P)
-    minors = E1 * E2 + (E1 + E2) * E3 + P
-    e_3 = h * (minors + h * (E + h)) + 3 * unit * (
-        E1 * (E2 * E3 + P23) + E2 * P13 + E3 * P12 + T1 + T2
-    )
+    def magnitude(x: Sequence[Any]) -> Any:
+        """The same of the sizes of its terms."""
+        return x[0] * (x[1] * x[2] + P23) + x[1] * P13 + x[2] * P12 + T
+
+    a = Value(d[0] + d[1] + d[2], unit * (D[0] + D[1] + D[2]))
+    b = Value(_pairs(*d) - p, 2 * unit * (_pairs(*D) + P))
+    c = Value(determinant(d), 3 * unit * magnitude(D))
+
+    m, h = a.value / 3, a.bound  # error of a deviator
+    e = [x - m for x in d]
+    E = [np.abs(x) for x in e]
+    wide = E[0] + E[1] + E[2]
+    J2 = 0.5 * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) + p
+    J3 = determinant(e)
+    squares = 0.5 * (E[0] * E[0] + E[1] * E[1] + E[2] * E[2])
+    e_2 = h * (wide + 1.5 * h) + 2 * unit * (squares + P)
+    e_3 = h * (_pairs(*E) + P + h * (wide + h)) + 3 * unit * magnitude(E)
     J22, absJ2, absJ3 = J2 * J2, np.abs(J2), np.abs(J3)
     disc = 4 * J22 * J2 - 27 * J3 * J3
     bound = (
@@ -329,17 +295,17 @@ def invariants(
         + 4 * EPS * (4 * absJ2 * J22 + 27 * J3 * J3)
     )
     vague = ~np.isfinite(disc + bound)
-    far = (np.abs(b) < stiff * a * a) & (np.abs(c) < stiff**2 * np.abs(a * a * a))
+    share, aa = 0.03, a.value * a.value  # of the greatest root, below which others are far from it
+    far = (np.abs(b.value) < share * aa) & (np.abs(c.value) < share**2 * np.abs(aa * a.value))
     if np.any(far):
-        split, known = _split(Value(a, bound_a), Value(b, bound_b), Value(c, bound_c))
+        split, known = _split(a, b, c)
         disc, bound = np.where(far, split.value, disc), np.where(far, split.bound, bound)
-        vague = np.where(far, (bound_c > 0.0) & ~known, vague)
+        vague = np.where(far, (c.bound > 0.0) & ~known, vague)
     # a^2 - 4 b without the cancellation, exact in the difference for a padded 2 x 2
     apart = d[0] - d[1] - d[2]
     disc2 = apart * apart + 4 * (p - d[1] * d[2])
-    bound2 = bound_a * (2 * np.abs(apart) + bound_a) + 8 * unit * (P + D2 * D3)
-    coefficients = Value(a, bound_a), Value(b, bound_b), Value(c, bound_c)
-    return Cubic(*coefficients, Value(disc, bound), Value(disc2, bound2), vague)
+    bound2 = h * (2 * np.abs(apart) + h) + 8 * unit * (P + D[1] * D[2])
+    return Cubic(a, b, c, Value(disc, bound), Value(disc2, bound2), vague)
 
 
 def _split(a: Value, b: Value, c: Value) -> tuple[Value, Any]:
@@ -365,16 +331,6 @@ def _split(a: Value, b: Value, c: Value) -> tuple[Value, Any]:
         return Value(value, bound), bound <= 1e-9 * terms * apart
 
 
-def cubic_of(reduced: Reduced) -> Cubic:
-    """Invariants of one undamped system of n <= 3; a missing row is one of zeros: a zero root."""
-    A = np.zeros((3, 3))
-    A[: reduced.n, : reduced.n] = reduced.A
-    diagonal = np.count_nonzero(reduced.T) == reduced.n
-    floor = 0.0 if diagonal else reduced.rounding * float(np.abs(A).max())
-    with np.errstate(over="ignore", invalid="ignore"):
-        return invariants([float(x) for x in A.ravel()], floor=floor)
-
-
 def unstable_roots(cubic: Cubic) -> tuple[int, int]:
     """How many complex pairs and how many negative real roots s the cubic of one system has."""
     a, b, c = (0 if abs(v.value) <= v.bound else v.value for v in cubic[:3])
@@ -384,112 +340,3 @@ def unstable_roots(cubic: Cubic) -> tuple[int, int]:
     # all roots are real: the coefficients of p(-s) change sign once for each negative one
     signs = [np.sign(v) for v in (1.0, a, b, c) if v]
     return 0, sum(bool(x != y) for x, y in itertools.pairwise(signs))
-
-
-def code(entries: Sequence[Any], rounding: float = 4 * EPS) -> NDArray[np.int8]:
-    """Verdict codes (N,), MARGINAL, FLUTTER, DIVERGENCE or UNDECIDED, of nine entries (N,) of A.
-
-    Real and non-negative roots s are marginal; a negative one is divergence, a complex pair
-    flutter. A coalescence that rounding cannot tell from real roots counts as real.
-    """
-    cubic = invariants(entries, rounding)
-    a, b, c = cubic[:3]
-    zero = np.abs(c.value) <= c.bound
-    disc = np.where(zero, cubic.discriminant2.value, cubic.discriminant.value)
-    pair = disc < -np.where(zero, cubic.discriminant2.bound, cubic.discriminant.bound)
-    falling = (c.value < -c.bound) | (b.value < -b.bound) | (a.value < -a.bound)
-    verdict = np.where(pair, FLUTTER, np.where(falling, DIVERGENCE, MARGINAL)).astype(np.int8)
-    both = pair & (c.value < -c.bound)
-    if np.any(both):
-        verdict[both] = _faster([x[both] for x in entries])
-    verdict[cubic.vague] = UNDECIDED
-    return verdict
-
-
-def _faster(entries: Sequence[Any]) -> NDArray[np.int8]:
-    """FLUTTER or DIVERGENCE where both occur: that which grows faster."""
-    s = np.linalg.eigvals(np.stack(entries, axis=-1).reshape(-1, 3, 3)).astype(complex)
-    first = np.argmax(np.abs(np.sqrt(-s).real), axis=1)[:, None]
-    pair = np.take_along_axis(s.imag, first, axis=1)[:, 0] != 0.0
-    return np.where(pair, np.int8(FLUTTER), np.int8(DIVERGENCE))
-
-
-def undamped_codes(A: NDArray, rounding: float = 4 * EPS) -> NDArray[np.int8]:
-    """Verdict codes (...), UNDECIDED among them, of undamped systems A = M^-1 K (..., 3, 3)."""
-    entries = np.ascontiguousarray(A.reshape(-1, 9).T)
-    codes = np.empty(entries.shape[1], dtype=np.int8)
-    for k in range(0, len(codes), CHUNK):
-        codes[k : k + CHUNK] = code(list(entries[:, k : k + CHUNK]), rounding)
-    return codes.reshape(A.shape[:-2])
-
-
-def sum_codes(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> NDArray[np.int8]:
-    """Verdict codes (n1, n2) of the undamped systems A = Q[:, :, k] + u[:, i] u[:, i]'.
-
-    UNDECIDED is among them. Q (3, 3, n2) and u (3, n1) are in coordinates with a mass matrix of
-    one. A rank-one term enters the coefficients linearly: with P = u u' the trace is tr Q + tr P,
-    the sum of minors b(Q) + u' (tr Q - Q) u, the determinant det Q + u' adj(Q) u. Over a grid each
-    is the product of a matrix over i with one over k, so that no matrix A is formed but at a
-    boundary.
-    """
-    trace = Q[0, 0] + Q[1, 1] + Q[2, 2]
-    cofactors = np.array([np.cross(Q[i - 2], Q[i - 1], axis=0) for i in range(3)])
-    minors = cofactors[0, 0] + cofactors[1, 1] + cofactors[2, 2]
-    rows = np.vstack([np.ones(u.shape[1]), np.einsum("in,jn->ijn", u, u).reshape(9, -1)]).T
-    of_b = np.vstack([minors, (trace * np.eye(3)[:, :, None] - Q).reshape(9, -1)])
-    of_c = np.vstack([np.sum(Q[0] * cofactors[0], axis=0), cofactors.reshape(9, -1)])
-    squares = np.sum(u * u, axis=0)
-    size = 2 * float(np.sqrt(np.sum(Q * Q, axis=(0, 1))).max() + squares.max())
-    step = max(1, CHUNK // Q.shape[2])
-
-    def part(start: int) -> NDArray[np.int8]:
-        own = slice(start, start + step)
-
-        def picked(which: Any) -> list[Any]:
-            i, k = np.nonzero(which)
-            i = i + start
-            return [Q[m, n, k] + u[m, i] * u[n, i] for m in range(3) for n in range(3)]
-
-        values = squares[own, None] + trace, rows[own] @ of_b, rows[own] @ of_c
-        return _settled(*values, size, rounding, picked)
-
-    return np.concatenate([part(start) for start in range(0, u.shape[1], step)])
-
-
-def _settled(
-    a: NDArray,
-    b: NDArray,
-    c: NDArray,
-    size: float,
-    rounding: float,
-    picked: Callable[[Any], Sequence[Any]],
-) -> NDArray[np.int8]:
-    """Verdict codes from the coefficients; `picked` gives the entries where they do not decide.
-
-    The coefficients and the deviator's invariants are at most size, size^2 and size^3: bounds of
-    their rounding errors, coarser than those of `invariants`, are multiples of these.
-    """
-    aa = a * a
-    J2 = aa / 3
-    J2 -= b
-    J3 = aa
-    J3 *= 2 / 27
-    J3 -= b / 3
-    J3 *= a
-    J3 += c
-    disc = J2 * J2
-    disc *= J2
-    disc *= 4
-    disc -= 27 * J3 * J3
-
-    unit = 64 * (rounding + 4 * EPS)
-    pair, below = disc < 0.0, c < 0.0
-    verdict = np.where(below | (b < 0.0) | (a < 0.0), np.int8(DIVERGENCE), np.int8(MARGINAL))
-    verdict[pair] = FLUTTER
-    unsettled = np.abs(disc) <= 16 * unit * size**6
-    for power, value in enumerate((a, b, c), 1):
-        unsettled |= np.abs(value) <= unit * size**power
-    unsettled |= pair & below
-    if np.any(unsettled):
-        verdict[unsettled] = code(picked(unsettled), rounding)
-    return verdict

@@ -60,9 +60,7 @@ def growth_at(along: Continuation, p: float) -> UnstableCount:
     """What grows at p by more than rounding."""
     some, pairs = growing(along, p)
     rates = np.abs(along.exponents(along.at(p).roots).real)
-    both = some & pairs, some & ~pairs
-    fastest = (float(np.max(rates[one], initial=0.0)) for one in both)
-    return UnstableCount(*(int(one.sum()) for one in both), *fastest)
+    return UnstableCount.of(rates, some & pairs, some & ~pairs)
 
 
 def growing_pairs(along: Continuation, p: float) -> list[float]:

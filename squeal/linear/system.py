@@ -1,16 +1,12 @@
 """Parametrised systems M(p) q'' + C(p) q' + K(p) q = 0: functions of p, or sums of terms.
 
-A system is any function of one parameter that gives M, C and K. `Parametrised` gives
-every kind one form, with dense, checked matrices and their derivatives.
+A system is any function of one parameter that gives M, C and K. `Parametrised` gives every kind one
+form, and `Slow` is the system of the slow motions where others have no mass, or hardly any.
 
-In eigenvectors of M and with s = -lambda^2, K21 q1 + K22 q2 = s D2 q2. On the subspace of the slow
-roots q2 = -X q1, K22 X = K21 + D2 X L and D1 L = K11 - K12 X: static condensation of what has no
-mass, and with a light one a few iterations more, each of which gains a factor of D2 L / K22.
-
-All three refer to the structure's own stiffness: the symmetric part of K at the system's own
-parameters, without friction. The friction coefficient is the parameter `mu`; in a system without
-one it is the swept parameter, if all matrices of K that it multiplies are unsymmetric. A factor of
-one changes nothing.
+Damping that is not given as a matrix refers to the structure's own stiffness: the symmetric part of
+K at the system's own parameters, without friction. The friction coefficient is the parameter `mu`;
+in a system without one it is the swept parameter, if all matrices of K that it multiplies are
+unsymmetric. A factor of one changes nothing.
 """
 
 from __future__ import annotations
@@ -26,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError, MatrixError
-from squeal.linear.matrices import EPS, SKEW, Array, checked, light_motions, unit_diagonal
+from squeal.linear.matrices import EPS, SKEW, Array, checked, unit_diagonal
 from squeal.numerics.differentiation import ONE, Formula
 
 Matrix = Any
@@ -34,8 +30,7 @@ Matrix = Any
 Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
 System = Callable[[float], Matrices]
 """A family of systems: p -> (M, C, K); C may be None (undamped)."""
-Dense = tuple[Array, Array | None, Array]
-Slopes = tuple[Array, Array, Array]
+Dense = tuple[Array, Array, Array]
 
 
 def is_sparse(matrix: Matrix) -> bool:
@@ -117,31 +112,36 @@ class TermSystem:
         values = {self.parameter: 0.0} | dict(self.parameters)
         object.__setattr__(self, "parameters", values)
         shape = self.M[0].matrix.shape
-        for letter, term in self._all():
-            if term.matrix.shape != shape or shape[0] != shape[1] or not shape[0]:
-                raise InputError(
-                    f"{letter}: shape {term.matrix.shape}; every matrix must be square and of "
-                    f"the shape of the first M, {shape}"
-                )
-            for name in sorted(term.factor.names - values.keys()):
-                raise InputError(
-                    f"{letter}: factor {term.factor.text}: {name} is no parameter; allowed are "
-                    f"{', '.join(sorted(values))}"
-                )
-
-    def _all(self) -> Iterator[tuple[str, Term]]:
-        for letter, terms in zip("MCK", (self.M, self.C, self.K), strict=True):
+        for letter, terms in zip("MCK", self.parts, strict=True):
             for term in terms:
-                yield letter, term
+                if term.matrix.shape != shape or shape[0] != shape[1] or not shape[0]:
+                    raise InputError(
+                        f"{letter}: shape {term.matrix.shape}; every matrix must be square and of "
+                        f"the shape of the first M, {shape}"
+                    )
+                for name in sorted(term.factor.names - values.keys()):
+                    words = f"factor {term.factor.text}: {name} is no parameter; allowed are "
+                    raise InputError(f"{letter}: {words}{', '.join(sorted(values))}")
 
-    def _changed(self, change: Callable[[tuple[Term, ...]], Iterable[Term]]) -> TermSystem:
-        M, C, K = (tuple(change(terms)) for terms in (self.M, self.C, self.K))
+    @property
+    def parts(self) -> tuple[tuple[Term, ...], tuple[Term, ...], tuple[Term, ...]]:
+        """The terms of M, of C and of K."""
+        return self.M, self.C, self.K
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """All terms."""
+        return self.M + self.C + self.K
+
+    def changed(self, change: Callable[[tuple[Term, ...]], Iterable[Term]]) -> TermSystem:
+        """The same system with other terms of M, of C and of K."""
+        M, C, K = (tuple(change(terms)) for terms in self.parts)
         return dataclasses.replace(self, M=M, C=C, K=K)
 
     @property
     def names(self) -> frozenset[str]:
         """Parameters that some matrix depends on."""
-        return frozenset().union(*(term.factor.names for _, term in self._all()))
+        return frozenset().union(*(term.factor.names for term in self.terms))
 
     @property
     def n(self) -> int:
@@ -151,12 +151,12 @@ class TermSystem:
     @property
     def sparse(self) -> bool:
         """True if any matrix is sparse; the sums are then sparse too."""
-        return any(is_sparse(term.matrix) for _, term in self._all())
+        return any(is_sparse(term.matrix) for term in self.terms)
 
     @property
     def real(self) -> bool:
         """True if all matrices are real, so that roots come in conjugate pairs."""
-        return not any(np.iscomplexobj(term.matrix) for _, term in self._all())
+        return not any(np.iscomplexobj(term.matrix) for term in self.terms)
 
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
         """The parameters with some of them changed. Raises InputError for an unknown name."""
@@ -170,14 +170,6 @@ class TermSystem:
         """The same system with other values of some parameters."""
         return dataclasses.replace(self, parameters=self.values(changes))
 
-    def restricted(self, rows: NDArray[np.intp]) -> TermSystem:
-        """The system of some rows and columns; all other coordinates are held."""
-
-        def part(X: Matrix) -> Matrix:
-            return (X.tocsc() if is_sparse(X) else X)[rows][:, rows]
-
-        return self._changed(lambda terms: (Term(part(t.matrix), t.factor) for t in terms))
-
     def simplified(self) -> TermSystem:
         """The same system with one term for each factor, all constant ones in a single term."""
 
@@ -189,7 +181,7 @@ class TermSystem:
                 weights = [t.factor.value({}) if t.constant else 1.0 for t in same]
                 yield Term(self._sum(same, weights), factor)
 
-        return self._changed(joined)
+        return self.changed(joined)
 
     def at(
         self, changes: Mapping[str, float] | None = None
@@ -199,16 +191,12 @@ class TermSystem:
         Raises InputError, naming the parameters, where an entry is not finite.
         """
         p = self.values(changes)
-        M, C, K = (
-            self._sum(terms, [t.factor.value(p) for t in terms])
-            for terms in (self.M, self.C, self.K)
-        )
+        M, C, K = (self._sum(terms, [t.factor.value(p) for t in terms]) for terms in self.parts)
         for letter, X in zip("MCK", (M, C, K), strict=True):
             if X is not None and not np.isfinite(X.data if is_sparse(X) else X).all():
                 where = ", ".join(f"{name} = {p[name]:g}" for name in sorted(self.names))
-                raise MatrixError(
-                    f"{letter}: all entries must be finite, at {where or 'any value'}"
-                )
+                where = where or "any value"
+                raise MatrixError(f"{letter}: all entries must be finite, at {where}")
         return M, C, K
 
     def arrays(
@@ -233,11 +221,9 @@ class TermSystem:
         """Derivatives of M, C, K by a parameter, exact; None where they vanish."""
         self.values({name: 0.0})
         p = self.values(changes)
-        result = []
-        for terms in (self.M, self.C, self.K):
-            moved = [t for t in terms if name in t.factor.names]
-            result.append(self._sum(moved, [t.factor.slope(p, name) for t in moved]))
-        return result[0], result[1], result[2]
+        moved = ([t for t in terms if name in t.factor.names] for terms in self.parts)
+        M, C, K = (self._sum(terms, [t.factor.slope(p, name) for t in terms]) for terms in moved)
+        return M, C, K
 
     def _sum(self, terms: Sequence[Term], factors: list[float]) -> Matrix | None:
         if not terms:
@@ -261,8 +247,9 @@ class Parametrised:
     the system gives no square, finite, real matrices of one size.
 
     >>> family = Parametrised(lambda p: (np.eye(1), None, np.array([[1 + p * p]])), 0.0, 2.0)
-    >>> family.at(1.0)[2].item(), round(family.derivative(1.0)[2].item(), 6)
-    (2.0, 2.0)
+    >>> [((_, C, K), (_, _, dK))] = family.with_derivatives([1.0])
+    >>> C.item(), K.item(), round(dK.item(), 6)
+    (0.0, 2.0, 2.0)
     """
 
     system: System
@@ -270,83 +257,61 @@ class Parametrised:
     high: float
     difference: float = 1e-6
 
-    def at(self, p: float) -> Dense:
-        """M, C (None without damping) and K, arrays (n, n)."""
-        return self.at_many([p])[0]
-
-    def derivative(self, p: float) -> Slopes:
-        """dM/dp, dC/dp and dK/dp, arrays (n, n)."""
-        return self.with_derivatives([p])[0][1]
-
     def at_many(self, ps: Sequence[float]) -> list[Dense]:
-        """M, C and K at each value."""
+        """M, C (zero without damping) and K, arrays (n, n), at each value."""
         if isinstance(self.system, Batched):
             given = self.system.many(list(ps))
         else:
             given = [matrices_at(self.system, p) for p in ps]
-        return [checked(dense(M), None if C is None else dense(C), dense(K)) for M, C, K in given]
+        arrays = (checked(dense(M), None if C is None else dense(C), dense(K)) for M, C, K in given)
+        return [(M, np.zeros_like(M) if C is None else C, K) for M, C, K in arrays]
 
-    def with_derivatives(self, ps: Sequence[float]) -> list[tuple[Dense, Slopes]]:
-        """Matrices and derivatives at each value."""
+    def with_derivatives(self, ps: Sequence[float]) -> list[tuple[Any, Any]]:
+        """M, C and K, and their derivatives by the parameter, at each value."""
         if isinstance(self.system, TermSystem):
-            name = self.system.parameter
-            slopes = [self.system.derivative(name, {name: p}) for p in ps]
-            return [(at, _filled(at, by)) for at, by in zip(self.at_many(ps), slopes, strict=True)]
+            name, zero = self.system.parameter, np.zeros((self.system.n,) * 2)
+            slopes = (self.system.derivative(name, {name: p}) for p in ps)
+            filled = [[zero if X is None else dense(X) for X in each] for each in slopes]
+            return list(zip(self.at_many(ps), filled, strict=True))
         step = self.difference * (self.high - self.low)
         inside = np.clip(ps, self.low, self.high)
         before, after = np.maximum(self.low, inside - step), np.minimum(self.high, inside + step)
-        matrices = self.at_many([*ps, *before.tolist(), *after.tolist()])
-        result, k = [], len(ps)
-        for i, width in enumerate(after - before):
-            at, first, last = (
-                matrices[i],
-                _filled(matrices[i], matrices[k + i]),
-                matrices[2 * k + i],
-            )
-            M, C, K = ((y - x) / width for x, y in zip(first, _filled(at, last), strict=True))
-            result.append((at, (M, C, K)))
-        return result
+        at, first, last = np.split(np.array(self.at_many([*ps, *before, *after])), 3)
+        return list(zip(at, (last - first) / (after - before)[:, None, None, None], strict=True))
 
 
-def _filled(like: Dense, matrices: Sequence[Any]) -> Slopes:
-    M, C, K = (np.zeros_like(like[0]) if X is None else dense(X) for X in matrices)
-    return M, C, K
-
-
-def supports(system: TermSystem) -> NDArray[np.intp]:
-    """Rows whose coordinates are held by a penalty on the diagonal of K.
+def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
+    """The system without the rows that a penalty on the diagonal of K holds, and these rows.
 
     Finite-element programs write a support as a diagonal entry of 1e22 or more. A row is one if its
     diagonal entry, at the system's own parameters, is 1e10 times greater than all else in its row
     and column and than the diagonal of the other rows, as a stiffness and per mass.
     """
+    from scipy.sparse import csc_array
+
     M, _, K = system.at()
-    size, mass, gap = abs(K), np.abs(M.diagonal()), 1e10
-    diagonal = size.diagonal()
+    beside, mass, gap = csc_array(abs(K)), np.abs(M.diagonal()), 1e10
+    diagonal = beside.diagonal()
     order = np.argsort(diagonal)
     order = order[diagonal[order] > 0.0]
     gaps = np.flatnonzero(diagonal[order[1:]] >= gap * diagonal[order[:-1]])
     if not gaps.size:
-        return gaps
-    rows = np.sort(order[gaps[0] + 1 :])
-    others = np.setdiff1d(np.flatnonzero(mass), rows)
-    fastest = np.max(diagonal[others] / mass[others], initial=0.0)
-    beside = size.copy()
-    if is_sparse(beside):
-        beside.setdiag(0.0)
-    else:
-        np.fill_diagonal(beside, 0.0)
-    least = diagonal[rows].min() / gap
-    held = least >= max(beside[rows].max(), beside[:, rows].max(), fastest * mass[rows].max())
-    return np.asarray(rows if held else rows[:0])
+        return system, gaps
+    rows, rest = (
+        np.sort(order[gaps[0] + 1 :]),
+        np.setdiff1d(np.arange(system.n), order[gaps[0] + 1 :]),
+    )
+    heavy = rest[mass[rest] > 0.0]
+    fastest = np.max(diagonal[heavy] / mass[heavy], initial=0.0)
+    beside.setdiag(0.0)
+    most = max(beside[rows].max(), beside[:, rows].max(), fastest * mass[rows].max())
+    if diagonal[rows].min() < gap * most:
+        return system, rows[:0]
 
+    def part(X: Matrix) -> Matrix:
+        return (X.tocsc() if is_sparse(X) else X)[rest][:, rest]
 
-def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
-    """The system without its `supports`, whose coordinates are held, and their rows."""
-    rows = supports(system)
-    if not rows.size:
-        return system, rows
-    return system.restricted(np.setdiff1d(np.arange(system.n), rows)), rows
+    return system.changed(lambda terms: (Term(part(t.matrix), t.factor) for t in terms)), rows
 
 
 def check_system(system: object, verb: str, other: str = "") -> None:
@@ -400,77 +365,68 @@ REFUSED = (
 )
 
 
-class FastMotionError(MatrixError):
-    """What has no mass, or hardly any, cannot be eliminated."""
-
-    def __init__(self) -> None:
-        super().__init__(REFUSED)
+def _require(fine: Any) -> None:
+    if not fine:
+        raise MatrixError(REFUSED)
 
 
-@dataclass
 class Slow:
-    """The slow roots of `system`, which has to be like that at p, as a system of their own, M = 1.
+    """The slow motions of `system`, some of whose motions are light at p, as a system with M = 1.
 
-    A motion is light whose mass is below `light` times the next heavier one. Calls raise
-    FastMotionError if M varies, light motions are damped or may grow, or their stiffness has a
-    condition above `condition`, which leaves the slow roots too few digits. `growth` is by how much
-    what was eliminated so far has increased rounding.
+    In eigenvectors of M and with s = -lambda^2, K21 q1 + K22 q2 = s D2 q2, where q2 are light. On
+    the subspace of the slow roots q2 = -X q1, K22 X = K21 + D2 X L and D1 L = K11 - K12 X: static
+    condensation of what has no mass, and with a light one a few iterations more, each of which
+    gains a factor of D2 L / K22. Raises InputError if M varies, if what is light is damped, may
+    grow or leaves the slow roots too few digits. `growth` is by how much it has increased rounding.
     """
 
-    system: System
-    p: float
-    light: float = 1e-4
-    condition: float = 1e8
-    growth: float = field(default=1.0, init=False)
-
-    def __post_init__(self) -> None:
-        self._family = Parametrised(self.system, self.p, self.p)
-        self.M, _, K = self._family.at(self.p)
-        masses, self.turn = light_motions(self.M)
+    def __init__(self, system: System, p: float) -> None:
+        self._family, self.growth = Parametrised(system, p, p), 1.0
+        self._M, _, K = self._family.at_many([p])[0]
+        size = np.sqrt(np.abs(np.diag(self._M)))
+        if not size.any():
+            raise MatrixError("M: has no mass on its diagonal; a mass is required")
+        masses, vectors = np.linalg.eigh(unit_diagonal(self._M))
+        self._turn = vectors / np.where(size > 0, size, 1.0)[:, None]
+        masses = np.where(masses > 4 * EPS * len(masses) * masses[-1], masses, 0.0)
         gaps = masses[1:] / np.maximum(masses[:-1], EPS * masses[-1])
-        self.count = int(np.argmax(gaps)) + 1
-        self.fast, self.heavy = masses[: self.count], masses[self.count :]
-        if gaps.max() * self.light < 1.0 or np.count_nonzero(self.fast) > 1:
-            raise FastMotionError
-        self.sign = float(np.linalg.slogdet(self._turned(K)[0])[0])
-        if self.sign <= 0.0 and np.any(self.fast):
-            raise FastMotionError
+        count = int(np.argmax(gaps)) + 1
+        self._light, self._heavy = masses[:count], masses[count:]
+        _require(gaps.max() >= 1e4 and np.count_nonzero(self._light) <= 1)
+        self._sign = float(np.linalg.slogdet(self._turned(K)[0])[0])
+        _require(self._sign > 0.0 or not self._light.any())
 
     def _turned(self, X: Array) -> tuple[Array, Array, Array, Array]:
         """Blocks 22, 21, 12 and 11 of a matrix, 2 being the light motions."""
-        X, k = self.turn.T @ X @ self.turn, self.count
+        X, k = self._turn.T @ X @ self._turn, len(self._light)
         return X[:k, :k], X[:k, k:], X[k:, :k], X[k:, k:]
 
     def __call__(self, p: float) -> Matrices:
         """M, C and K of the slow motions at p."""
-        M, C, K = self._family.at(p)
-        unit = np.sqrt(np.outer(self.heavy, self.heavy))
-        if C is not None:
-            *light, C = self._turned(C)
-            least = 4 * EPS * len(M) * np.abs(C).max(initial=0.0)
-            if np.any(self.fast) or any(np.abs(X).max() > least for X in light):
-                raise FastMotionError
-            C = C / unit
-        if not np.array_equal(M, self.M):
-            raise FastMotionError
-        return np.eye(len(unit)), C, self._condensed(*self._turned(K)) / unit
+        M, C, K = self._family.at_many([p])[0]
+        *light, own = self._turned(C)
+        noise = 4 * EPS * len(M) * np.abs(own).max()
+        _require(not any(np.abs(X).max() > noise for X in light))
+        _require(np.array_equal(M, self._M) and not (C.any() and self._light.any()))
+        unit = np.sqrt(np.outer(self._heavy, self._heavy))
+        return np.eye(len(unit)), own / unit, self._condensed(*self._turned(K)) / unit
 
     def _condensed(self, K22: Array, K21: Array, K12: Array, K11: Array) -> Array:
         """D1 L (n1, n1)."""
         condition = float(np.linalg.cond(unit_diagonal(K22)))
-        if not condition < self.condition or np.linalg.slogdet(K22)[0] != self.sign:
-            raise FastMotionError
+        _require(condition < 1e8 and np.linalg.slogdet(K22)[0] == self._sign)
         X = np.linalg.solve(K22, K21)
         for _ in range(60):
-            inertia = self.fast[:, None] * (X @ ((K11 - K12 @ X) / self.heavy[:, None]))
+            inertia = self._light[:, None] * (X @ ((K11 - K12 @ X) / self._heavy[:, None]))
             before, X = X, np.linalg.solve(K22, K21 + inertia)
             if np.abs(X - before).max() <= 4 * EPS * np.abs(X).max():
-                terms, rest = np.abs(K11) + np.abs(K12) @ np.abs(X), K11 - K12 @ X
-                lost = float(np.abs(terms).max() / np.abs(rest).max())
-                lost *= float(self.heavy[-1] / self.heavy[0])
-                self.growth = max(self.growth, len(self.M) * condition * lost)
-                return rest
-        raise FastMotionError
+                break
+        else:
+            _require(False)
+        terms, rest = np.abs(K11) + np.abs(K12) @ np.abs(X), K11 - K12 @ X
+        lost = np.abs(terms).max() / np.abs(rest).max() * self._heavy[-1] / self._heavy[0]
+        self.growth = max(self.growth, len(self._M) * condition * float(lost))
+        return rest
 
 
 # Damping that is not given as a matrix
@@ -482,38 +438,28 @@ def structure_stiffness(system: TermSystem) -> tuple[Matrix, tuple[int, ...]]:
     Raises InputError where there is none.
     """
     at = frictionless(system)
-    factors = [term.factor.value(at) for term in system.K]
-    parts = [(i, f * t.matrix) for i, (f, t) in enumerate(zip(factors, system.K)) if f]  # noqa: B905
-    K = sum(part for _, part in parts).real if parts else None
-    if K is None or not abs(K).max():
+    parts = [(i, t.factor.value(at) * t.matrix) for i, t in enumerate(system.K)]
+    parts = [(i, part) for i, part in parts if abs(part).max()]
+    if not parts:
         raise InputError("damping: K has no stiffness without friction; it must have some")
+    K = sum(part for _, part in parts).real
     return (K + K.T) / 2, tuple(i for i, _ in parts)
 
 
 def frictionless(system: TermSystem) -> dict[str, float]:
     """The nominal parameters without friction, at which a structure's stiffness is taken."""
-    return dict(system.values(dict.fromkeys(_friction(system), 0.0)))
-
-
-def _friction(system: TermSystem) -> list[str]:
-    if "mu" in system.parameters:
-        return ["mu"]
-    own = [t.matrix for t in system.K if system.parameter in t.factor.names]
-    return [system.parameter] if own and not any(map(_symmetric, own)) else []
-
-
-def _symmetric(X: Matrix) -> bool:
-    return bool(abs(X - X.T).max() <= SKEW * abs(X).max())
+    name = "mu" if "mu" in system.parameters else system.parameter
+    own = [t.matrix for t in system.K if name in t.factor.names]
+    symmetric = (abs(X - X.T).max() <= SKEW * abs(X).max() for X in own)
+    held = name != "mu" and (not own or any(symmetric))
+    return system.values({} if held else {name: 0.0})
 
 
 def rayleigh(system: TermSystem, alpha: float, beta: float) -> TermSystem:
     """C with alpha M + beta K added (alpha in 1/s, beta in s), K the structure's stiffness."""
-    added = tuple(Term(t.matrix, Formula(f"{alpha!r} * ({t.factor.text})")) for t in system.M)
-    if not alpha:
-        added = ()
-    if beta:
-        added += (Term(beta * structure_stiffness(system)[0]),)
-    return dataclasses.replace(system, C=system.C + added)
+    of_mass = (Term(t.matrix, Formula(f"{alpha!r} * ({t.factor.text})")) for t in system.M if alpha)
+    of_stiffness = (Term(beta * structure_stiffness(system)[0]),) if beta else ()
+    return dataclasses.replace(system, C=(*system.C, *of_mass, *of_stiffness))
 
 
 def structural(system: TermSystem, loss_factor: float) -> TermSystem:

@@ -203,7 +203,8 @@ class Verdicts:
         p, moved = b.value, 0
         for k in range(120):
             low, high = a.value, b.value
-            level = a.growth.numbers == b.growth.numbers and a.verdict != b.verdict
+            numbers = [(mark.growth.pairs, mark.growth.reals) for mark in (a, b)]
+            level = numbers[0] == numbers[1] and a.verdict != b.verdict
             # a few halvings before a meeting of two roots is looked for
             if k == 8 and not level and (met := self.meeting(low, high)) is not None:
                 return met

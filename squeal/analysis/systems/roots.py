@@ -23,7 +23,6 @@ from squeal.linear.eigen import (
     Eigenvalue,
     decide,
     hidden,
-    judge_reduced,
     ordered,
     spectrum_of,
 )
@@ -252,8 +251,9 @@ def _of_all(
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
             reduced = reduce(M, C, K)
             if not hidden(reduced, C, K):
-                every, verdict = spectrum_of(reduced).eigenvalues, judge_reduced(reduced)
-                words = (verdict.verdict, str(verdict))
+                spectrum = spectrum_of(reduced)
+                verdict = decide(spectrum.values, spectrum.rounding)
+                every, words = spectrum.eigenvalues, (verdict.verdict, str(verdict))
     if words is None:
         every = dense_spectrum(M, C, K)
         if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:
