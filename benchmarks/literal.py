@@ -158,7 +158,7 @@ def literal(scene: Scene, changes: dict[str, np.ndarray], n: int) -> Literal:
     C = None
     if scene.damping is not None:
         C = np.broadcast_to(np.array(scene.damping.matrix), (n, 3, 3))
-    if "uniform" in values and scene.pad.uniform:
+    if "uniform" in values and "I" in scene.pad.derived:
         m, w, h = ((values | changes)[name] for name in ("m", "w", "h"))
         values["I"] = m * (w**2 + h**2) / 3
     return Literal(scene.model, values | changes, scene.formulation, C)

@@ -310,7 +310,7 @@ def advise(
     nominal, scene = varied.outcome({}, mu_max), varied.subject
     outcomes: dict[str, list[Outcome]] = {}
     # an inertia that follows m, w and h stands alone
-    alone = {"I"} if isinstance(scene, Scene) and scene.pad.uniform else set[str]()
+    alone = {"I"}.intersection(scene.pad.derived) if isinstance(scene, Scene) else set[str]()
     for names in ([n for n in steps if n not in alone], [n for n in steps if n in alone]):
         own = np.array([varied.values[name] for name in names])[:, None]
         change = np.diag([steps[name] for name in names])

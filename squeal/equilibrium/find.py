@@ -30,7 +30,6 @@ from squeal.model.equations import (
     PadModel,
     about_origin,
     linearise,
-    linearised_at,
     natural_units,
 )
 
@@ -348,8 +347,9 @@ class Path:
     def linearisations(self, mus: Sequence[float]) -> list[Linearisation]:
         """`linearisation` of each mu, which together take hardly longer than one."""
         z, touching = self.places(mus)
-        model = self.model.replace(mu=np.asarray(mus, dtype=float))
-        return linearised_at(model, self.statics.to_si(z), 1.0 * touching)
+        model = self.model.replace(mu=np.array(mus, dtype=float))
+        M, C, K = linearise(model, self.statics.to_si(z), 1.0 * touching)
+        return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(len(mus))]
 
 
 def modal_damping(A: np.ndarray, ratios: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:

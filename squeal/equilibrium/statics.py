@@ -59,15 +59,11 @@ class Statics:
     def pick(self, index: np.ndarray, mu: np.ndarray | None = None) -> Statics:
         """Of the pads those that `index` names, numbers or bools; with other friction mu (k,)."""
         pad, model = copy.copy(self.model.pad), copy.copy(self.model)
-        for name, value in vars(pad).items():
-            if np.ndim(value):
-                object.__setattr__(pad, name, value[index])
-        c = Coefficients(*(value[index] if np.ndim(value) else value for value in self.model.c))
+        vars(pad).update({name: v[index] for name, v in pad.given().items() if np.ndim(v)})
+        c = Coefficients(*(v[index] if np.ndim(v) else v for v in self.model.c))
         if mu is not None:
-            object.__setattr__(pad, "mu", mu)
-            c = c._replace(mu=mu)
-        object.__setattr__(model, "pad", pad)
-        model.__dict__["c"] = c  # neither checked nor computed again
+            vars(pad)["mu"], c = mu, c._replace(mu=mu)
+        vars(model).update(pad=pad, c=c)  # neither checked nor computed again
         return dataclasses.replace(self, model=model)
 
     def place(self, z: np.ndarray) -> np.ndarray:

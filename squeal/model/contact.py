@@ -13,10 +13,10 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
-from functools import cache, cached_property, lru_cache
-from typing import Any, ClassVar, Literal, NamedTuple
+from functools import cached_property, lru_cache
+from typing import Any, ClassVar, Literal, NamedTuple, get_args
 
 import numpy as np
 
@@ -26,7 +26,6 @@ from squeal.model.pad import (
     Forces,
     Loads,
     Number,
-    Pad,
     Point,
     Pose,
     edges,
@@ -69,12 +68,7 @@ class State(tuple[bool, ...]):
 
     def flip(self, point: int) -> State:
         """The state after a contact point (its index) has separated or touched."""
-        return _flipped(self, point)
-
-
-@lru_cache(maxsize=1024)  # needed at every contact change
-def _flipped(state: State, point: int) -> State:
-    return State(*(touches ^ (i == point) for i, touches in enumerate(state)))
+        return State(*(touches ^ (i == point) for i, touches in enumerate(self)))
 
 
 def states(points: int) -> tuple[State, ...]:
@@ -128,7 +122,8 @@ class ContactLaw(ABC):
     """Loads on the pad from unilateral contact at points of its lower face.
 
     Pure formulas over generic numbers: c are the pad's coefficients, `at` its pose, `on` says
-    which contact points touch. A law is hashable and holds no state.
+    which contact points touch. A law is hashable and holds no state. The face is straight, so that
+    two normal forces at its edges stand for any pressure along it.
 
     parameters: names of the stiffnesses of `Pad` that it uses; absolute_gap: the surface lies at
     y = -h and y0, theta0 open a gap, instead of contact that is relaxed in the initial position;
@@ -161,25 +156,33 @@ class ContactLaw(ABC):
         """Height of each contact point over the surface; contact changes where it passes zero."""
 
     @abstractmethod
+    def edge_forces(self, c: Coefficients, at: Pose, on: Touching) -> Point:
+        """Normal forces at the leading and the trailing edge, zero where nothing touches."""
+
+    @abstractmethod
+    def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
+        """Potential energy of the contact."""
+
     def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
-        """Normal and friction forces; zero where nothing touches."""
+        """Normal and friction forces, Eqs. (8)-(10), friction at the constant arm h."""
+        leading, trailing = self.edge_forces(c, at, on)
+        normal = Forces.of((c.rlx, c.rly), 0.0, leading) + Forces.of((c.rtx, c.rty), 0.0, trailing)
+        friction = c.mu * normal.y
+        return normal._replace(x=friction, moment=c.h * friction)
 
     def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
         """These forces and their moment."""
         return self.forces(c, at, on).loads(at)
 
-    @abstractmethod
+    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """Total normal reaction and its distance from the mass centre along x, 0/0 apart."""
+        (f1, f2), (x1, x2) = self.edge_forces(c, at, on), edges(c, at)
+        return f1 + f2, (x1 * f1 + x2 * f2) / (f1 + f2)
+
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         """The signals `plotted`, in units of force and length; a place is 0/0 apart: NaN in
         arrays."""
-
-    @abstractmethod
-    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Total normal reaction and its distance from the mass centre along x, 0/0 apart."""
-
-    @abstractmethod
-    def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
-        """Potential energy of the contact."""
+        return self.resultant(c, at, on)
 
 
 class Spring(NamedTuple):
@@ -197,15 +200,11 @@ class Spring(NamedTuple):
 class Springs(ContactLaw):
     """Unilateral springs along the lower face, whose points are the contact points.
 
-    The face is straight. A spring at the place p therefore has the gap a g_l + b g_t of the gaps
-    at the edges, a = (1 - p)/2 and b = (1 + p)/2, and loads the pad as the shares a and b of its
-    force at the edges would. All springs together are a symmetric stiffness (2, 2) between the
-    gaps of the edges and the forces there, and only that stiffness knows which of them touch.
-
-    level_friction: friction acts at the arm h, as in Eq. (10), instead of where its edge is.
+    A spring at the place p has the gap a g_l + b g_t of the gaps at the edges, a = (1 - p)/2 and
+    b = (1 + p)/2, and loads the pad as the shares a and b of its force at the edges would. All
+    springs together are a symmetric stiffness (2, 2) between the gaps of the edges and the forces
+    there, and only that stiffness knows which of them touch.
     """
-
-    level_friction: ClassVar[bool] = True
 
     @property
     @abstractmethod
@@ -231,32 +230,12 @@ class Springs(ContactLaw):
             ll, lt, tt = ll + k * (a * a), lt + k * (a * b), tt + k * (b * b)
         return ll, lt, tt
 
-    def _edge_forces(self, c: Coefficients, at: Pose, on: Touching) -> Point:
-        """The forces at the leading and the trailing edge that stand for all springs."""
-        gl, gt = gaps(c, at)
-        ll, lt, tt = self._stiffness(c, on)
+    def edge_forces(self, c: Coefficients, at: Pose, on: Touching) -> Point:
+        (gl, gt), (ll, lt, tt) = gaps(c, at), self._stiffness(c, on)
         return -(ll * gl + lt * gt), -(lt * gl + tt * gt)
 
-    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
-        """Normal and friction forces of Eqs. (4)-(6)."""
-        total = Forces(0.0, 0.0, 0.0, 0.0)
-        corners = (c.rlx, c.rly), (c.rtx, c.rty)
-        for force, r in zip(self._edge_forces(c, at, on), corners, strict=True):
-            friction = c.mu * force
-            if self.level_friction:
-                normal = Forces.of(r, 0.0, force)
-                total += normal._replace(x=friction, moment=c.h * friction)
-            else:
-                total += Forces.of(r, friction, force)
-        return total
-
-    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        (fl, ft), (al, at_) = self._edge_forces(c, at, on), edges(c, at)
-        return fl + ft, (al * fl + at_ * ft) / (fl + ft)
-
     def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
-        gl, gt = gaps(c, at)
-        ll, lt, tt = self._stiffness(c, on)
+        (gl, gt), (ll, lt, tt) = gaps(c, at), self._stiffness(c, on)
         return 0.5 * (ll * gl * gl + 2.0 * lt * gl * gt + tt * gt * gt)
 
 
@@ -266,7 +245,6 @@ class PointContact(Springs):
 
     parameters: ClassVar[tuple[str, ...]] = ("k3", "k4")
     absolute_gap = False
-    level_friction = False
     springs = (Spring(-1.0, "k3"), Spring(1.0, "k4"))
     plotted = (
         Signal("F3", "F_n", "F_{s,3}", "leading edge", "leading-edge force"),
@@ -283,8 +261,13 @@ class PointContact(Springs):
         """The article's number of a state (Fig. 3)."""
         return str(1 + STATES.index(state))
 
+    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
+        """Normal and friction forces of Eqs. (4)-(6), friction where its edge is."""
+        f1, f2 = self.edge_forces(c, at, on)
+        return Forces.of((c.rlx, c.rly), c.mu * f1, f1) + Forces.of((c.rtx, c.rty), c.mu * f2, f2)
+
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        return self._edge_forces(c, at, on)
+        return self.edge_forces(c, at, on)
 
 
 @dataclass(frozen=True)
@@ -313,32 +296,14 @@ class SpringContact(Springs):
         return force, np.where(np.less(force, light), np.nan, place)
 
 
-def _partial(
-    c: Coefficients, gl: Number, gt: Number, on: Touching
-) -> tuple[Number, Number, Number]:
-    """Partial contact; zeros, without 0/0, where both edges touch or none.
-
-    Penetration of the edge that touches, contact length over 2 w, and the centroid of the pressure
-    from the middle of the lower face.
-    """
-    leading, trailing = on
-    side = trailing - leading  # 1 on the trailing edge alone, -1 on the leading edge alone
-    one = side * side
-    p = -one * (leading * gl + trailing * gt)
-    part = p / (side * (gl - gt) + (1.0 - one))
-    return p, part, side * c.w * (1.0 - part * (2.0 / 3.0))
-
-
 @dataclass(frozen=True)
 class LineContact(ContactLaw):
-    """Distributed stiffness along the lower face.
+    """Distributed stiffness along the lower face, in the variants of `Formulation`.
 
     With pl, pt the penetrations of the leading and trailing edge, the pressure varies linearly
     between them. In full contact both line-force laws give Rn = k_c (pl + pt)/2. In partial
     contact, p being the penetration of the touching edge, the contact length over 2w is
     p/|pl - pt|, and the integral law weighs Rn = k_c p/2 (the printed mean) with it.
-
-    The choices are those of `squeal.model.contact.Formulation`.
     """
 
     line_force: LineForce = "integral"
@@ -353,59 +318,42 @@ class LineContact(ContactLaw):
         """False with the sign of Eq. (21), which turns the pad ever further."""
         return self.delta_moment == "+"
 
-    def _reaction(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Point, Point, Number]:
-        """Partial and full contact, one of which is zero, and the centroid of the partial one.
+    def _partial(self, gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]:
+        """Penetration of the edge that touches alone and contact length over 2 w; zeros, without
+        0/0, where both edges touch or none."""
+        side = on[1] - on[0]
+        one = side * side
+        p = -one * (on[0] * gl + on[1] * gt)
+        return p, p / (side * (gl - gt) + (1.0 - one))
 
-        Each is Rn with its moment about the middle of the lower face.
-        """
+    def edge_forces(self, c: Coefficients, at: Pose, on: Touching) -> Point:
         gl, gt = gaps(c, at)
-        p, part, aside = _partial(c, gl, gt, on)
-        Rn = 0.5 * c.k_c * p
-        if self.line_force == "integral":
-            Rn = Rn * part
-        full = on[0] * on[1] * c.k_c
-        return (
-            (Rn, Rn * aside),
-            (full * (-0.5 * (gl + gt)), full * (c.w * (gl - gt) / 6.0)),
-            aside,
-        )
+        p, part = self._partial(gl, gt, on)
+        Rn = 0.5 * c.k_c * p * (part if self.line_force == "integral" else 1.0)
+        # the pressure's centroid lies at a third of the contact length
+        near, far = Rn * (1.0 - part / 3.0), Rn * (part / 3.0)
+        full = on[0] * on[1] * (c.k_c / 6.0)
+        leading = on[0] * near + on[1] * far - full * (2.0 * gl + gt)
+        return leading, on[1] * near + on[0] * far - full * (gl + 2.0 * gt)
 
-    def _middle(self, c: Coefficients, at: Pose) -> tuple[Number, Number]:
-        """cos(theta0 + theta), and where the middle of the face lies, as delta is counted."""
-        leading, trailing = edges(c, at)
-        cos_phi, middle = (trailing - leading) / (2.0 * c.w), (leading + trailing) / 2.0
-        return cos_phi, middle if self.delta_from == "centre" else middle + c.x0 + at.x
+    def _origin(self, c: Coefficients, at: Pose) -> Number:
+        """Where delta is counted from, before the mass centre."""
+        return c.x0 + at.x if self.delta_from == "frame" else 0.0
 
     def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
-        """Rn and Rf = mu Rn, Eqs. (8)-(10) (friction at the constant arm h)."""
-        partial, full, _ = self._reaction(c, at, on)
-        Rn, along = partial[0] + full[0], partial[1] + full[1]
-        Rf, sign = c.mu * Rn, 1.0 if self.delta_moment == "+" else -1.0
-        # sums of the coordinates of the points where Rn acts, each times its part
-        aside, down = (
-            sign * (0.5 * (t + l) * Rn + (t - l) / (2.0 * c.w) * along)
-            for l, t in ((c.rlx, c.rtx), (c.rly, c.rty))
-        )
-        moment = c.h * Rf
-        if self.delta_from == "frame":
-            moment = moment + sign * ((c.x0 + at.x) * Rn)
-        return Forces(Rf, Rn, aside, down, moment)
+        f, sign = super().forces(c, at, on), 1.0 if self.delta_moment == "+" else -1.0
+        moment = f.moment + sign * (self._origin(c, at) * f.y)
+        return f._replace(across=sign * f.across, along=sign * f.along, moment=moment)
 
-    def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Rn (in units of force) and delta (of length), Eqs. (13)-(20); delta is 0/0 apart."""
-        (partial, _), (full, along), aside = self._reaction(c, at, on)
-        cos_phi, middle = self._middle(c, at)
-        both = on[0] * on[1]
-        place = aside + along / (full + (1.0 - both))
-        touching = on[0] + on[1] - both
-        return partial + full, (cos_phi * place + middle) * touching / touching
-
-    resultant = signals
+    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """Rn and delta, Eqs. (13)-(20)."""
+        Rn, delta = super().resultant(c, at, on)
+        return Rn, delta + self._origin(c, at)
 
     def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
         """(k_c/4w) x integral of the squared penetration: the potential of the integral law."""
         gl, gt = gaps(c, at)
-        p, part, _ = _partial(c, gl, gt, on)
+        p, part = self._partial(gl, gt, on)
         full = on[0] * on[1] * ((gl + gt) ** 2 / 8.0 + (gl - gt) ** 2 / 24.0)
         return c.k_c * (p * p * part / 6.0 + full)
 
@@ -437,13 +385,13 @@ class Formulation:
 FORMULATION = Group({
     "line_force": Key(
         "integral: (k_c / 2w) x integral of the penetration; mean: Eq. (13) as printed",
-        Word(("integral", "mean")), default="integral"),
+        Word(get_args(LineForce)), default="integral"),
     "delta_from": Key(
         "where delta is counted from: the centre of mass, or the frame as in Eqs. (17)-(20)",
-        Word(("centre", "frame")), default="centre"),
+        Word(get_args(DeltaFrom)), default="centre"),
     "delta_moment": Key(
         "sign of the moment of Rn: + as in Eq. (10), - as in Eq. (21)",
-        Word(("+", "-")), default="+"),
+        Word(get_args(DeltaMoment)), default="+"),
     "springs": Key(
         "how many springs the lower face has, at w (2 i + 1 - N)/sqrt(N^2 - 1) from its middle",
         Whole(2, 1000), default="16"),
@@ -459,80 +407,54 @@ CONSISTENT = Formulation()
 class ContactModel:
     """A contact model as scenes name it.
 
-    words: what it is; law: its contact law; choices: the keys of `Formulation` that it reads;
-    linear: it is its law's linearisation about the origin in full contact, which has no motion,
-    load or sliding equilibrium of its own.
+    words: what it is; law: its contact law, made of `choices`, the keys of `Formulation` that it
+    reads; linear: it is its law's linearisation about the origin in full contact, which has no
+    motion, load or sliding equilibrium of its own.
     """
 
     name: str
     words: str
-    law: Callable[[Formulation], ContactLaw]
+    law: type[ContactLaw]
     choices: tuple[str, ...] = ()
     linear: bool = False
 
     def uses(self, parameter: str) -> bool:
         """True if a parameter of `Pad` means anything in this model."""
-        if any(parameter in model.stiffnesses for model in MODELS.values()):
-            return parameter in self.stiffnesses
-        return not (self.linear and parameter in _OF_MOTION)
+        if any(parameter in model.law.parameters for model in MODELS.values()):
+            return parameter in self.law.parameters
+        return PARAMETERS[parameter].common or not self.linear
 
-    @property
-    def stiffnesses(self) -> tuple[str, ...]:
-        """The contact stiffnesses that it needs."""
-        return self.law(CONSISTENT).parameters
-
-
-def _line(f: Formulation) -> ContactLaw:
-    return LineContact(f.line_force, f.delta_from, f.delta_moment)
+    @cached_property
+    def needs(self) -> tuple[str, ...]:
+        """The parameters of `Pad` that it has to know."""
+        return tuple(name for name, p in PARAMETERS.items() if p.required and self.uses(name))
 
 
-MODEL = Place("model")
 _LINE = ("line_force", "delta_from", "delta_moment")
-_OF_MOTION = ("L1", "L2", "F_n", "V", "mu_s", "mu_k", "v_ref", "x0", "y0")
 MODELS: dict[str, ContactModel] = {
     model.name: model
     for model in (
-        ContactModel("B1", "point contacts at the two edges", lambda _: PointContact()),
-        ContactModel("B2", "line contact", _line, _LINE),
-        ContactModel("B3", "line contact, linearised", _line, _LINE, linear=True),
-        ContactModel(
-            "BN",
-            "equal springs along the lower face",
-            lambda f: SpringContact(f.springs),
-            ("springs",),
-        ),
+        ContactModel("B1", "point contacts at the two edges", PointContact),
+        ContactModel("B2", "line contact", LineContact, _LINE),
+        ContactModel("B3", "line contact, linearised", LineContact, _LINE, linear=True),
+        ContactModel("BN", "equal springs along the lower face", SpringContact, ("springs",)),
     )
 }
-
-
 CONTACT_MODELS = tuple(name for name, model in MODELS.items() if not model.linear)
 
 
-def contact_model(name: str, at: Place = MODEL) -> ContactModel:
+def contact_model(name: str, at: Place | None = None) -> ContactModel:
     """A model by its name. Raises InputError if there is none of that name."""
-    return MODELS.get(name) or MODELS[Word(tuple(MODELS)).read(name, at)]
+    return MODELS.get(name) or MODELS[Word(tuple(MODELS)).read(name, at or Place("model"))]
 
 
-@cache
 def models_with(parameter: str) -> tuple[str, ...]:
     """Names of the models in which a parameter of `Pad` means anything."""
     return tuple(name for name, model in MODELS.items() if model.uses(parameter))
 
 
-@cache
-def _needed(name: str) -> tuple[str, ...]:
-    return tuple(n for n, p in PARAMETERS.items() if p.required and name in models_with(n))
-
-
-def check_pad(name: str, pad: Pad, at: Place) -> None:
-    """Refuse an unknown model, or a pad without a parameter that it needs. Raises InputError."""
-    contact_model(name, at / "name")
-    for parameter in _needed(name):
-        if getattr(pad, parameter) is None:
-            raise PARAMETERS[parameter].missing(at / parameter, f"model {name}")
-
-
 @lru_cache(maxsize=256)
 def contact_law(name: str, formulation: Formulation = CONSISTENT) -> ContactLaw:
     """The contact law of a model, always the same object for the same choices."""
-    return contact_model(name).law(formulation)
+    model = contact_model(name)
+    return model.law(*(getattr(formulation, choice) for choice in model.choices))

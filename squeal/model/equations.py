@@ -21,12 +21,12 @@ from squeal.model.contact import (
     Formulation,
     State,
     Touching,
-    check_pad,
     contact_law,
     contact_model,
     states,
 )
 from squeal.model.pad import (
+    PARAMETERS,
     Coefficients,
     Loads,
     Model,
@@ -73,7 +73,10 @@ class PadModel:
     damping: Rows | None = None
 
     def __post_init__(self) -> None:
-        check_pad(self.name, self.pad, Place("PadModel"))
+        at = Place("PadModel")
+        for name in contact_model(self.name, at / "name").needs:
+            if getattr(self.pad, name) is None:
+                raise PARAMETERS[name].missing(at / name, f"model {self.name}")
 
     @property
     def linear(self) -> bool:
@@ -156,14 +159,9 @@ class PadModel:
         """
         if self.damping is None:
             return np.zeros((3, 3))
-        pad = self.pad
-        turn, mass = (1.0, 1.0, pad.w), (pad.m, pad.m, pad.I)
-        entries = [
-            c * turn[i] / (mass[i] * turn[j])
-            for i, row in enumerate(self.damping)
-            for j, c in enumerate(row)
-        ]
-        return np.array(np.broadcast_arrays(*entries)).reshape(3, 3, *np.shape(entries[0]))
+        turn = np.array(np.broadcast_arrays(1.0, 1.0, self.pad.w))
+        mass = np.array(np.broadcast_arrays(self.pad.m, self.pad.m, self.pad.I))
+        return np.asarray(np.array(self.damping) * turn[:, None] / (mass[:, None] * turn))
 
     def signals(self, q: Any, state: State) -> np.ndarray:
         """The plotted signals (F3, F4 or Rn, delta) at q (3, ...), in units of the pad."""
@@ -193,11 +191,6 @@ class PadModel:
         """Full contact: all points touch."""
         return self.states[0]
 
-    @property
-    def apart(self) -> State:
-        """No contact."""
-        return self.states[1]
-
     def state_name(self, state: State) -> str:
         """The name of a contact state: "1" to "4" (Fig. 3), or "FC", "PC", "SS" (Fig. 8)."""
         return self.law.state_name(state)
@@ -223,12 +216,6 @@ def linearise(model: PadModel, q: Any, state: Touching) -> Linearisation:
     for X in matrices:
         X.flags.writeable = False
     return matrices
-
-
-def linearised_at(model: PadModel, q: np.ndarray, state: Touching) -> list[Linearisation]:
-    """`linearise` about each of the places q (3, n); parameters of the pad may be arrays (n,)."""
-    M, C, K = linearise(model, q, state)
-    return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(q.shape[1])]
 
 
 def about_origin(model: PadModel) -> Linearisation:
@@ -278,14 +265,12 @@ class Units:
 
     def scaled(self, model: PadModel) -> PadModel:
         """A model in SI units measured in these."""
-        pad, C = model.pad.scaled(self.mass, self.length, self.time), model.damping
-        if C is not None:
-            turn, rate = (1.0, 1.0, self.length), self.time / self.mass
-            C = tuple(
-                tuple(c * rate / (turn[i] * turn[j]) for j, c in enumerate(row))
-                for i, row in enumerate(C)
-            )
-        return dataclasses.replace(model, pad=pad, damping=C)
+        pad, rows = model.pad.scaled(self.mass, self.length, self.time), model.damping
+        if rows is not None:
+            turn = np.array(np.broadcast_arrays(1.0, 1.0, self.length))
+            C = np.array(rows) * (self.time / self.mass) / (turn[:, None] * turn)
+            rows = tuple(map(tuple, C))
+        return dataclasses.replace(model, pad=pad, damping=rows)
 
     def to_scaled(self, state: np.ndarray) -> np.ndarray:
         """(x, y, theta, rates) in SI units to the integrated state."""

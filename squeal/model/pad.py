@@ -15,7 +15,6 @@ import copy
 import dataclasses
 import math
 import operator
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -58,12 +57,17 @@ _TURN = schema.Angle(low=-math.pi / 2, high=math.pi / 2)
 
 
 def _field(meaning: str, unit: str, kind: schema.Number, **more: Any) -> Any:
-    needed = "default" not in more or "unless" in more
-    parameter = Parameter(
-        meaning=meaning, unit=unit, dimension=_DIMENSIONS[unit], kind=kind, required=needed, **more
+    required = "default" not in more or "unless" in more
+    p = Parameter(
+        meaning=meaning,
+        unit=unit,
+        dimension=_DIMENSIONS[unit],
+        kind=kind,
+        required=required,
+        **more,
     )
     # a placement is zero unless it is given; everything else is None where no model needs it
-    return field(default=0.0 if parameter.default == "0" else None, metadata={"p": parameter})
+    return field(default=0.0 if p.default == "0" else None, metadata={"p": p})
 
 
 def _some(meaning: str, unit: str, kind: schema.Number = _POSITIVE, **more: Any) -> Any:
@@ -76,9 +80,9 @@ class Pad:
     """Parameters of the rigid pad of Figs. 1 and 2, in SI units unless `scaled`.
 
     A parameter that the model at hand does not use is None (or 0 for a placement); each may also be
-    an array, a symbol or a dual number. `uniform` tells that I was left out, so that it follows
-    m, w and h, `follows` that mu was, so that it is that of mu_s, mu_k, v_ref and V. Raises
-    InputError for a number, or an entry of an array, that is out of range.
+    an array, a symbol or a dual number. `derived` names what was left out and so follows others: I
+    follows m, w and h, and mu follows mu_s, mu_k, v_ref and V. Raises InputError for a number, or
+    an entry of an array, that is out of range.
     """
 
     m: float = _field("mass", "kg", _POSITIVE)
@@ -87,7 +91,6 @@ class Pad:
     # fmt: off
     I: float = _field("moment of inertia about the mass centre", "kg m^2", _POSITIVE,
                       default="m (w^2 + h^2)/3, a uniform rectangle")
-    # fmt: on
     k1: float = _field("stiffness of the inclined spring at the leading side", "N/m", _FROM_ZERO)
     k2: float = _field("stiffness of the inclined spring at the trailing side", "N/m", _FROM_ZERO)
     k3: float = _some("contact stiffness at the leading edge", "N/m")
@@ -97,7 +100,6 @@ class Pad:
     L2: float = _some("free length of spring 2", "m")
     alpha1: float = _field("inclination of spring 1", "rad", schema.Angle())
     alpha2: float = _field("inclination of spring 2", "rad", schema.Angle())
-    # fmt: off
     mu: float = _field("coefficient of friction", "1", _FROM_ZERO, unless="mu_s",
                        default="refused, unless mu_s, mu_k, v_ref and V give it")
     F_n: float = _some("actuation (brake) force", "N", _FROM_ZERO)
@@ -119,31 +121,31 @@ class Pad:
     # fmt: on
     theta0: float = _field("initial angle", "rad", _TURN, default="0")
 
-    uniform: bool = field(init=False, default=False, repr=False, compare=False)
-    follows: bool = field(init=False, default=False, repr=False, compare=False)
+    derived: tuple[str, ...] = field(init=False, default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        _check(vars(self))
-        self._set(uniform=self.I is None, follows=self.mu is None)
-        self._follow()
-
-    def _follow(self) -> None:
-        if self.uniform:
-            self._set(I=self.m * (self.w**2 + self.h**2) / 3)
-        check_needs(_FALLING, vars(self), Place("Pad"))
-        if self.follows:
+        at, own = Place("Pad"), vars(self)
+        for name, key in PARAMETERS.items():
+            if own[name] is None:
+                if key.default == "0" or (key.required and key.common and not key.unless):
+                    raise key.missing(at / name, "every model")
+            elif not key.kind.admits(own[name]):
+                key.kind.check(own[name], at / name)
+        check_needs(PARAMETERS, own, at)
+        own["derived"] = tuple(name for name in ("I", "mu") if own[name] is None)
+        if self.I is None:
+            own["I"] = self.m * (self.w**2 + self.h**2) / 3
+        if self.mu is None:
             if self.mu_s is None or self.mu_k is None:
-                raise PARAMETERS["mu"].missing(Place("Pad") / "mu", "every model")
-            self._set(mu=self.mu_k + (self.mu_s - self.mu_k) * self._at_speed)
+                raise PARAMETERS["mu"].missing(at / "mu", "every model")
+            own["mu"] = self.mu_k + self._more
 
     @property
-    def _at_speed(self) -> Any:
-        """exp(-V/v_ref)."""
+    def _more(self) -> Any:
+        """By how much friction at the speed V exceeds mu_k."""
         ratio = self.V / self.v_ref  # type: ignore[operator]
-        if isinstance(ratio, dual.Dual):
-            return dual.exp(-ratio)
-        share = np.exp(-ratio)
-        return float(share) if np.ndim(share) == 0 else share
+        share = dual.exp(-ratio) if isinstance(ratio, dual.Dual) else np.exp(-ratio)
+        return (self.mu_s - self.mu_k) * share  # type: ignore[operator]
 
     @property
     def fall(self) -> tuple[Any, Any] | None:
@@ -154,12 +156,7 @@ class Pad:
         """
         if self.mu_s is None or self.mu_k is None:
             return None
-        more = (self.mu_s - self.mu_k) * self._at_speed
-        return more / (self.mu_k + more), 1.0 / self.v_ref  # type: ignore[operator]
-
-    def _set(self, **numbers: Any) -> None:
-        for name, value in numbers.items():
-            object.__setattr__(self, name, value)
+        return self._more / (self.mu_k + self._more), 1.0 / self.v_ref  # type: ignore[operator]
 
     def given(self) -> dict[str, Any]:
         """The parameters that are not None, by name."""
@@ -170,8 +167,7 @@ class Pad:
         return {
             name: value
             for name, value in self.given().items()
-            if not (self.uniform and name == "I")
-            and not (self.follows and name == "mu")
+            if name not in self.derived
             and not (PARAMETERS[name].default == "0" and isinstance(value, float) and not value)
         }
 
@@ -183,25 +179,15 @@ class Pad:
         return f"Pad({', '.join(shown)})"
 
     def replace(self, **changes: Any) -> Pad:
-        """A copy with some parameters changed; I follows m, w and h if it was left out, and mu
-        the parameters of falling friction.
+        """A copy with some parameters changed; those that are `derived` follow.
 
         Raises InputError for an unknown name or a value out of range.
         """
-        for name in changes:
-            if name not in PARAMETERS:
-                words = f"unknown key; allowed are {', '.join(PARAMETERS)}"
-                raise (Place("Pad") / name).refuse(words)
-        _check(changes)
-        new = copy.copy(self)
-        new._set(**changes)
-        if "I" in changes:
-            new._set(uniform=new.I is None)
-        if "mu" in changes:
-            new._set(follows=new.mu is None)
-        if not changes.keys().isdisjoint(("m", "w", "h", "I", "mu", "V", *_FALLING)):
-            new._follow()
-        return new
+        for name in changes.keys() - PARAMETERS.keys():
+            words = f"unknown key; allowed are {', '.join(PARAMETERS)}"
+            raise (Place("Pad") / name).refuse(words)
+        own = {name: v for name, v in self.given().items() if name not in self.derived}
+        return Pad(**(own | changes))
 
     def scaled(self, mass: float, length: float, time: float) -> Pad:
         """The same pad measured in other units (each given in the present ones)."""
@@ -209,34 +195,13 @@ class Pad:
         for name, value in self.given().items():
             a, b, c = PARAMETERS[name].dimension
             if a or b or c:
-                new._set(**{name: value / (mass**a * length**b * time**c)})
+                vars(new)[name] = value / (mass**a * length**b * time**c)
         return new
 
 
 PARAMETERS: dict[str, Parameter] = {
     f.name: f.metadata["p"] for f in dataclasses.fields(Pad) if f.init
 }
-_FALLING = {name: PARAMETERS[name] for name in ("mu_s", "mu_k", "v_ref", "V")}
-_LIMITS = {
-    # both ends excluded; and whether the parameter may be None
-    name: (*p.kind.bounds, p.default != "0" and not (p.required and p.common and not p.unless))
-    for name, p in PARAMETERS.items()
-}
-
-
-def _check(numbers: Mapping[str, Any]) -> None:
-    """Refuse a parameter that no model could take. Raises InputError."""
-    for name, value in numbers.items():
-        if name not in _LIMITS:
-            continue
-        low, high, optional = _LIMITS[name]
-        # the usual case first: pads are made by the thousand
-        if (value.__class__ is float and low < value < high) or (value is None and optional):
-            continue
-        at = Place("Pad") / name
-        if value is None:
-            raise PARAMETERS[name].missing(at, "every model")
-        PARAMETERS[name].kind.check(value, at)
 
 
 class Coefficients(NamedTuple):
@@ -384,49 +349,45 @@ class Forces(NamedTuple):
         return Loads(self.x, self.y, self.moment + turned)
 
 
-def _stretched(ops: Any, D: Point, u: Point) -> tuple[Point, Number, Number]:
-    """Vector v and length of a spring of vector D whose end has moved by u, and |v|^2 - |D|^2,
-    written so that it keeps its digits when D is much larger than u."""
+def _each_spring(c: Coefficients) -> list[tuple[Number, Number, Point, Point]]:
+    """k, L, vector D without load and upper corner r of springs 1 and 2."""
+    return [
+        (c.k1, c.L1, (c.D1x, c.D1y), (c.r1x, c.r1y)),
+        (c.k2, c.L2, (c.D2x, c.D2y), (c.r2x, c.r2y)),
+    ]
+
+
+def spring_vectors(c: Coefficients, at: Pose) -> list[Point]:
+    """Present vectors r_i - r_f,i of springs 1 and 2."""
+    moved = ((D, at.displacement(*r)) for _, _, D, r in _each_spring(c))
+    return [(D[0] + u[0], D[1] + u[1]) for D, u in moved]
+
+
+def stretched(ops: Any, L: Number, D: Point, u: Point) -> tuple[Point, Number, Number]:
+    """Vector v = D + u, length and elongation |v| - L of a spring with |D| = L, written so that
+    the elongation keeps its digits when D is much larger than u."""
     v = D[0] + u[0], D[1] + u[1]
     # not by L^2 + more, which rounding makes negative where the spring passes through no length
     length = ops.sqrt(v[0] * v[0] + v[1] * v[1])
-    return v, length, 2.0 * (D[0] * u[0] + D[1] * u[1]) + u[0] * u[0] + u[1] * u[1]
-
-
-def elongation(ops: Any, L: Number, D: Point, u: Point) -> Number:
-    """Elongation |D + u| - L of a spring with |D| = L."""
-    _, length, more = _stretched(ops, D, u)
-    return more / (length + L)
-
-
-def _each_spring(c: Coefficients, at: Pose) -> list[tuple[Number, Number, Point, Point, Point]]:
-    """k, L, D, upper corner r and its displacement u of springs 1 and 2."""
-    r1, r2 = (c.r1x, c.r1y), (c.r2x, c.r2y)
-    return [
-        (c.k1, c.L1, (c.D1x, c.D1y), r1, at.displacement(*r1)),
-        (c.k2, c.L2, (c.D2x, c.D2y), r2, at.displacement(*r2)),
-    ]
+    more = 2.0 * (D[0] * u[0] + D[1] * u[1]) + u[0] * u[0] + u[1] * u[1]
+    return v, length, more / (length + L)
 
 
 def springs(ops: Any, c: Coefficients, at: Pose) -> Forces:
     """Forces of springs 1 and 2 together, Eq. (3), where they act in Eqs. (6) and (10)."""
     forces = []
-    for k, L, D, r, u in _each_spring(c, at):
-        v, length, more = _stretched(ops, D, u)
-        f = -k * more / (length * (length + L))
+    for k, L, D, r in _each_spring(c):
+        v, length, more = stretched(ops, L, D, at.displacement(*r))
+        f = -k * more / length
         forces.append(Forces.of(r, f * v[0], f * v[1]))
     return forces[0] + forces[1]
 
 
 def spring_energy(ops: Any, c: Coefficients, at: Pose) -> Number:
     """Potential energy of springs 1 and 2."""
-    e1, e2 = (elongation(ops, L, D, u) for _, L, D, _, u in _each_spring(c, at))
-    return 0.5 * c.k1 * e1 * e1 + 0.5 * c.k2 * e2 * e2
-
-
-def spring_vectors(c: Coefficients, at: Pose) -> list[Point]:
-    """Present vectors r_i - r_f,i of springs 1 and 2."""
-    return [(D[0] + u[0], D[1] + u[1]) for _, _, D, _, u in _each_spring(c, at)]
+    each = ((k, stretched(ops, L, D, at.displacement(*r))[2]) for k, L, D, r in _each_spring(c))
+    (k1, e1), (k2, e2) = each
+    return 0.5 * k1 * e1 * e1 + 0.5 * k2 * e2 * e2
 
 
 def gaps(c: Coefficients, at: Pose) -> Point:

@@ -138,4 +138,4 @@ def test_replace_takes_parameters_and_fields():
 )
 def test_a_scene_goes_to_a_mapping_and_back(scene):
     back = Scene.from_dict(scene.to_dict(), Place("here"))
-    assert (back, back.pad.uniform) == (scene, scene.pad.uniform)
+    assert (back, back.pad.derived) == (scene, scene.pad.derived)

@@ -31,7 +31,7 @@ class _Halves(PointContact):
 @pytest.mark.parametrize("case", "abcd")
 @needs_heyoka
 def test_two_springs_at_the_edges_are_model_b1(case, monkeypatch):
-    halves = ContactModel("halves", "two halves of a stiffness", lambda _: _Halves())
+    halves = ContactModel("halves", "two halves of a stiffness", _Halves)
     monkeypatch.setitem(contact.MODELS, "halves", halves)
     scene = read_scene(SCENES / f"b1-{case}.yaml", "simulate")
     scene = scene.replace(k4=scene.pad.k3)
