@@ -31,7 +31,7 @@ from squeal.model.contact import (
 )
 from squeal.model.equations import term_count
 from squeal.model.pad import PARAMETERS
-from squeal.schema import Number, Row
+from squeal.schema import Number, Several
 from squeal.simulation.hybrid import LIMITS
 from squeal.simulation.taylor import NAMES
 
@@ -44,7 +44,7 @@ def limits(kind: Number) -> dict[str, Any]:
         "low": max(kind.low, -1e300),
         "high": min(kind.high, 1e300),
         "lowAllowed": kind.low_allowed,
-        "allowed": f"a finite number{kind.range()}",
+        "allowed": f"a finite number{kind.range}",
     }
 
 
@@ -58,7 +58,8 @@ def tables(scenes: Path) -> dict[str, Any]:
     ]
     order = steps[0].order
     ratios = DAMPING.keys["ratios"].kind
-    assert isinstance(ratios, Row)
+    assert isinstance(ratios, Several)
+    assert isinstance(ratios.each, Number)
     return {
         "order": order,
         "tape": max(len(step.decomposition) for step in steps) * (order + 1),

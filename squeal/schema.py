@@ -8,7 +8,6 @@ words of a refusal, serves arrays and dual numbers, and loads in no time.
 
 from __future__ import annotations
 
-import inspect
 import math
 import os
 import re
@@ -16,11 +15,10 @@ import reprlib
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from functools import wraps
+from dataclasses import dataclass
 from numbers import Integral
 from pathlib import Path
-from typing import Any, ParamSpec, TypeVar
+from typing import Any
 
 import numpy as np
 import yaml
@@ -30,15 +28,13 @@ from squeal.errors import InputError, InputWarning
 MOST = 100_000  # values that aliases may make of a file, if it is shorter than that
 _TAG = "tag:yaml.org,2002:"
 
-P = ParamSpec("P")
-T = TypeVar("T")
-_SHORT = reprlib.Repr()  # aliases can make a short file mean a value of any size
+_SHORT = reprlib.Repr()  # a refused value may be of any size
 _SHORT.maxstring = _SHORT.maxother = 200
 _FACTOR = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _ANGLE = re.compile(rf"\s*([-+]?)\s*(?:({_FACTOR})\s*\*\s*)?pi\s*(?:/\s*({_FACTOR}))?\s*", re.ASCII)
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _PLAIN = (int, float, np.integer, np.floating)
-_NO_NUMBERS = (bool, np.bool_, str, bytes, list, tuple, set, dict)
+_CHECKED = (*_PLAIN, np.bool_, str, bytes, list, tuple, set, dict)
 
 
 class Place:
@@ -62,10 +58,6 @@ class Place:
         """The InputError of a value that is not what is allowed."""
         return self.refuse(f"{shown(value)} is not allowed; it must be {allowed}")
 
-    def unused(self, value: Any, owner: str) -> InputError:
-        """The InputError of a value that is given in vain."""
-        return self.refuse(f"{shown(value)} is not allowed; {owner} does not use it, leave it out")
-
     @contextmanager
     def named(self) -> Iterator[None]:
         """Let what is refused meanwhile begin with this place."""
@@ -83,105 +75,113 @@ def shown(value: Any) -> str:
 
 
 class Kind:
-    """What all kinds of values offer: each says what it allows (`named`) and reads it."""
+    """What a value may be: `named` follows "it must be".
 
-    named = ""
+    `convert` gives a value of a file as it is used, None where it is not allowed.
+    """
 
-    def allowed(self) -> str:
-        """What is allowed, to follow "it must be"."""
-        return self.named
+    convert: Callable[[Any], Any]
 
-    def convert(self, value: Any) -> Any:
-        """The value of a file as it is used, None where it is not allowed."""
-        return None
+    def __init__(self, named: str = "", convert: Callable[[Any], Any] | None = None) -> None:
+        self.named = named
+        if convert is not None:
+            self.convert = convert
 
     def read(self, value: Any, at: Place, model: str = "") -> Any:
         """The value of a file, converted; `model`: that of the file. Raises InputError."""
         result = self.convert(value)
         if result is None:
-            raise at.must_be(value, self.allowed())
+            raise at.must_be(value, self.named)
         return result
 
 
-@dataclass(frozen=True)
+def instance(kind: type, named: str) -> Kind:
+    """An object of a class."""
+    return Kind(named, lambda value: value if isinstance(value, kind) else None)
+
+
+TEXT, FLAG = instance(str, "text"), instance(bool, "true or false")
+FILE = Kind(
+    "the path of a file",
+    lambda value: Path(value) if isinstance(value, str | os.PathLike) else None,
+)
+NAME = Kind(
+    "a name of letters, digits and underscores",
+    lambda value: value if isinstance(value, str) and _NAME.fullmatch(value) else None,
+)
+
+
 class Number(Kind):
-    """A finite number in a range whose ends are excluded unless they are allowed."""
+    """A finite number in a range whose ends are excluded unless they are allowed.
 
-    low: float = -math.inf
-    high: float = math.inf
-    low_allowed: bool = False
-    high_allowed: bool = False
-    bounds: tuple[float, float] = field(init=False, repr=False, compare=False)
+    bounds: the range, both ends excluded; range: the same in words.
+    """
 
-    def __post_init__(self) -> None:
-        low = math.nextafter(self.low, -math.inf) if self.low_allowed else self.low
-        high = math.nextafter(self.high, math.inf) if self.high_allowed else self.high
-        object.__setattr__(self, "bounds", (low, high))  # both excluded
+    def __init__(
+        self,
+        low: float = -math.inf,
+        high: float = math.inf,
+        low_allowed: bool = False,
+        high_allowed: bool = False,
+    ) -> None:
+        self.low, self.high, self.low_allowed = low, high, low_allowed
+        self.bounds = (
+            math.nextafter(low, -math.inf) if low_allowed else low,
+            math.nextafter(high, math.inf) if high_allowed else high,
+        )
+        above = f" {'of at least' if low_allowed else 'above'} {low:.6g}"
+        self.range = above if low > -math.inf else ""
+        if high_allowed:
+            self.range = f"{above} and at most {high:.6g}"
+        elif high < math.inf:
+            self.range = f" between {low:.6g} and {high:.6g}, both excluded"
+        super().__init__(f"a finite number{self.range}")
 
     def _holds(self, value: Any) -> Any:
         low, high = self.bounds
         return (value > low) & (value < high)
 
-    def admits(self, value: Any) -> bool:
-        """True if a number, or every entry of an array, is in the range.
+    def check(self, value: Any, at: Place) -> None:
+        """Refuse a number, or the first entry of an array, out of the range. Raises InputError.
 
         Symbols, dual numbers, complex steps and more digits are taken on trust.
         """
-        if isinstance(value, np.ndarray):
-            return value.dtype.kind not in "biuf" or bool(self._holds(value).all())
-        if not isinstance(value, _PLAIN) or isinstance(value, bool):
-            return not isinstance(value, _NO_NUMBERS)
-        try:
-            return bool(self._holds(float(value)))
-        except OverflowError:  # a whole number may be finite and yet too great for a float
-            return False
-
-    def check(self, value: Any, at: Place) -> None:
-        """Refuse what is not admitted; of an array the first such entry. Raises InputError."""
-        if self.admits(value):
+        real = isinstance(value, np.ndarray) and value.dtype.kind in "biuf"
+        if real and not self._holds(value).all():
+            entry = tuple(np.argwhere(~self._holds(value))[0])
+            at, value = at / f"entry {', '.join(map(str, entry))}", value[entry]
+        elif not isinstance(value, _CHECKED) or Number.convert(self, value) is not None:
             return
-        if isinstance(value, np.ndarray):
-            first = tuple(int(i) for i in np.argwhere(~self._holds(value))[0])
-            at, value = at / f"entry {', '.join(map(str, first))}", value[first]
-        raise at.must_be(value, self.allowed())
-
-    def allowed(self) -> str:
-        return f"a finite number{self.range()}"
-
-    def range(self) -> str:
-        """The range in words, to follow "number"; empty where there is none."""
-        low = f"{'of at least' if self.low_allowed else 'above'} {self.low:.6g}"
-        if self.bounds == (-math.inf, math.inf):
-            return ""
-        if self.high == math.inf:
-            return f" {low}"
-        if self.high_allowed:
-            return f" {low} and at most {self.high:.6g}"
-        return f" between {self.low:.6g} and {self.high:.6g}, both excluded"
+        raise at.must_be(value, self.named)
 
     def convert(self, value: Any) -> float | None:
-        return float(value) if isinstance(value, _PLAIN) and self.admits(value) else None
+        if not isinstance(value, _PLAIN) or isinstance(value, bool):
+            return None
+        try:
+            return float(value) if self._holds(float(value)) else None
+        except OverflowError:  # a whole number may be finite and yet too great for a float
+            return None
 
 
-NOT_NEGATIVE = Number(low=0.0, low_allowed=True)
+ANY, NOT_NEGATIVE = Number(), Number(low=0.0, low_allowed=True)
 
 
-@dataclass(frozen=True)
 class Angle(Number):
     """An angle: a number of radians, in a file also a multiple of pi such as 0.75*pi or pi/2."""
+
+    def __init__(self, low: float = -math.inf, high: float = math.inf) -> None:
+        super().__init__(low, high)
+        self.named += " (radians) or a multiple of pi such as 0.75*pi"
 
     def convert(self, value: Any) -> float | None:
         match = _ANGLE.fullmatch(value) if isinstance(value, str) else None
         if match is None:
             return super().convert(value)
-        sign, factor, divisor = match.groups()
-        if divisor is not None and float(divisor) == 0.0:
+        sign, factor, divisor = match.groups(default="1")
+        if float(divisor) == 0.0:
             return None
-        size = float(factor or 1) * math.pi / float(divisor or 1)
+        size = float(factor) * math.pi / float(divisor)
         return super().convert(-size if sign == "-" else size)
-
-    def allowed(self) -> str:
-        return f"{super().allowed()} (radians) or a multiple of pi such as 0.75*pi"
 
 
 def warn_of_degrees(value: Any, at: Place) -> None:
@@ -191,29 +191,24 @@ def warn_of_degrees(value: Any, at: Place) -> None:
         warnings.warn(f"{words}{value / 180:.6g}*pi", InputWarning, stacklevel=2)
 
 
-@dataclass(frozen=True)
 class Whole(Kind):
     """A whole number from low to high."""
 
-    low: int
-    high: int
-
-    def allowed(self) -> str:
-        return f"a whole number from {self.low} to {self.high}"
+    def __init__(self, low: int, high: int) -> None:
+        self.low, self.high = low, high
+        super().__init__(f"a whole number from {low} to {high}")
 
     def convert(self, value: Any) -> int | None:
         whole = isinstance(value, Integral) and not isinstance(value, bool)
         return int(value) if whole and self.low <= int(value) <= self.high else None
 
 
-@dataclass(frozen=True)
 class Word(Kind):
     """One of a few words."""
 
-    choices: tuple[str, ...]
-
-    def allowed(self) -> str:
-        return f"one of {', '.join(self.choices)}"
+    def __init__(self, choices: tuple[str, ...]) -> None:
+        self.choices = choices
+        super().__init__(f"one of {', '.join(choices)}")
 
     def convert(self, value: Any) -> str | None:
         if value == [None]:  # what YAML makes of a minus sign by itself
@@ -221,161 +216,74 @@ class Word(Kind):
         return value if isinstance(value, str) and value in self.choices else None
 
 
-@dataclass(frozen=True)
-class Words(Word):
-    """Some of a few words, in the order of the choices, each once."""
-
-    def allowed(self) -> str:
-        return f"a list of {', '.join(self.choices)}"
-
-    def read(self, value: Any, at: Place, model: str = "") -> tuple[str, ...]:
-        if not isinstance(value, list | tuple):
-            raise at.must_be(value, self.allowed())
-        given = [Word(self.choices).read(entry, at) for entry in value]
-        return tuple(name for name in self.choices if name in given)
-
-
-@dataclass(frozen=True)
-class Instance(Kind):
-    """An object of a class, or of one of several; `named` says which."""
-
-    kind: type | tuple[type, ...]
-    named: str = ""
-
-    def read(self, value: Any, at: Place, model: str = "") -> Any:
-        if not isinstance(value, self.kind):
-            raise at.must_be(value, self.named)
-        return value
-
-
-TEXT = Instance(str, "text")
-FLAG = Instance(bool, "true or false")
-FILE = Instance((str, os.PathLike), "the path of a file")
-
-
-class Name(Kind):
-    """A name: letters, digits and underscores, no digit first."""
-
-    named = "a name of letters, digits and underscores"
-
-    def convert(self, value: Any) -> str | None:
-        return value if isinstance(value, str) and _NAME.fullmatch(value) else None
-
-
-class Numbers(Kind):
-    """A mapping of names to finite numbers."""
-
-    named = "a mapping of names to finite numbers"
-
-    def read(self, value: Any, at: Place, model: str = "") -> dict[str, float]:
-        if not isinstance(value, dict):
-            raise at.must_be(value, self.allowed())
-        return {Name().read(name, at): Number().read(v, at / name) for name, v in value.items()}
-
-
-@dataclass(frozen=True)
-class Row(Kind):
-    """A list of so many numbers."""
-
-    count: int
-    each: Number = Number()
-
-    def allowed(self) -> str:
-        return f"a list of {self.count} finite numbers{self.each.range()}"
-
-    def convert(self, value: Any) -> tuple[float, ...] | None:
-        if not isinstance(value, list | tuple) or len(value) != self.count:
-            return None
-        entries = tuple(self.each.convert(entry) for entry in value)
-        return None if None in entries else entries  # type: ignore[return-value]
-
-
-@dataclass(frozen=True)
-class Square(Kind):
-    """A square matrix, a list of rows: of `count` rows like the matrix `like`, or of any number."""
-
-    count: int | None = None
-    like: str = ""
-    most: int = 100
-
-    def allowed(self) -> str:
-        size = f"{self.count} x {self.count}" if self.count else "n x n"
-        like = f" like {self.like}" if self.like else ""
-        return f"a square matrix of finite numbers, a list of rows, {size}{like}"
-
-    def read(self, value: Any, at: Place, model: str = "") -> tuple[tuple[float, ...], ...]:
-        if not isinstance(value, list | tuple) or not value or len(value) > self.most:
-            raise at.must_be(value, f"{self.allowed()} with at most {self.most} rows")
-        count = self.count or len(value)
-        if len(value) != count:
-            raise at.refuse(f"{len(value)} rows are not allowed; it must be {self.allowed()}")
-        rows = {f"row {i}": row for i, row in enumerate(value, 1)}
-        for name, row in rows.items():
-            if not isinstance(row, list | tuple) or len(row) != count:
-                words = f"{name}, {shown(row)}, is not allowed"
-                raise at.refuse(f"{words}; it must be {self.allowed()}")
-        return tuple(tuple(Number().read(v, at / n) for v in row) for n, row in rows.items())
-
-
-@dataclass(frozen=True)
 class Several(Kind):
-    """A sequence, also one that can be gone through once only: of `count`, or of one at least."""
+    """A sequence, also one to be gone through once only: of `count`, or of `least` at least."""
 
-    each: Kind
-    named: str = ""
-    count: int = 0
+    def __init__(self, each: Kind, named: str, count: int | None = None, least: int = 1) -> None:
+        self.each, self.count, self.least = each, count, least
+        super().__init__(named)
 
     def read(self, value: Any, at: Place, model: str = "") -> tuple[Any, ...]:
         try:
-            entries = () if isinstance(value, str) else tuple(value)
+            entries = None if isinstance(value, str | dict) else tuple(value)
         except TypeError:
-            entries = ()
-        if not entries or (self.count and len(entries) != self.count):
+            entries = None
+        if entries is None or len(entries) < self.least or self.count not in (None, len(entries)):
             raise at.must_be(value, self.named)
         return tuple(self.each.read(one, at / str(i)) for i, one in enumerate(entries, 1))
 
 
-def takes(**kinds: Kind) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """The same function with the arguments of these names read as given; a default passes."""
+def row(count: int, each: Number = ANY) -> Several:
+    """A list of so many numbers."""
+    return Several(each, f"a list of {count} finite numbers{each.range}", count)
 
-    def decorate(function: Callable[P, T]) -> Callable[P, T]:
-        signature = inspect.signature(function)
 
-        @wraps(function)
-        def checked(*args: P.args, **more: P.kwargs) -> T:
-            bound = signature.bind(*args, **more)
-            for name, kind in kinds.items():
-                if name in bound.arguments:
-                    at = Place(function.__name__, name)
-                    bound.arguments[name] = kind.read(bound.arguments[name], at)
-            return function(*bound.args, **bound.kwargs)
+class Named(Kind):
+    """A mapping of names to values of one kind."""
 
-        return checked
+    def __init__(self, each: Kind, named: str) -> None:
+        self.each = each
+        super().__init__(named)
 
-    return decorate
+    def read(self, value: Any, at: Place, model: str = "") -> dict[str, Any]:
+        if not isinstance(value, dict):
+            raise at.must_be(value, self.named)
+        return {NAME.read(name, at): self.each.read(v, at / name) for name, v in value.items()}
+
+
+class Square(Kind):
+    """A square matrix, a list of rows: of `count` rows, or of any number up to `most`."""
+
+    def __init__(self, count: int | None = None, most: int = 100) -> None:
+        self.count, self.most = count, most
+        size = f"{count} x {count}" if count else f"n x n with at most {most} rows"
+        super().__init__(f"a square matrix of finite numbers, a list of rows, {size}")
+
+    def read(self, value: Any, at: Place, model: str = "") -> tuple[tuple[float, ...], ...]:
+        rows = value if isinstance(value, list | tuple | np.ndarray) else ()
+        if not 0 < len(rows) <= self.most or self.count not in (None, len(rows)):
+            raise at.must_be(value, self.named)
+        each = row(len(rows))
+        return tuple(each.read(one, at / f"row {i}") for i, one in enumerate(rows, 1))
 
 
 # fmt: off
-_SCALARS: tuple[tuple[str, str, str, Callable[[str], Any]], ...] = (
-    ("bool", "true|True|TRUE|false|False|FALSE", "tTfF", lambda text: text.lower() == "true"),
-    ("null", "~|null|Null|NULL|", "~nN", lambda _: None),
+_SCALARS: tuple[tuple[str, str, Callable[[str], Any]], ...] = (
+    ("bool", "true|True|TRUE|false|False|FALSE", lambda text: text.lower() == "true"),
+    ("null", "~|null|Null|NULL|", lambda _: None),
     # a very long whole number is out of every range, and int() refuses it
-    ("int", "[-+]?[0-9]+", "-+0123456789", lambda text: (int if len(text) < 300 else float)(text)),
-    ("float", r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", "-+.0123456789", float),
-    ("float", r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)", "-+.",
-     lambda text: float(text.replace(".", ""))),
+    ("int", "[-+]?[0-9]+", lambda text: (int if len(text) < 300 else float)(text)),
+    ("float", r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?", float),
+    ("float", r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)", lambda text: float(text.replace(".", ""))),
 )
 # fmt: on
 
 
-class _Loader(yaml.SafeLoader):
-    """Tags plain scalars as YAML 1.2 does: 1.0e6 is a number, `on` and 1:30 are not."""
+class _Loader(yaml.BaseLoader):
+    """Leaves plain scalars to `_SCALARS`, as YAML 1.2 has them: `on` and 1:30 are no numbers."""
 
 
-_Loader.yaml_implicit_resolvers = {}
-for _name, _pattern, _first, _ in _SCALARS:
-    _starts = [*_first, *([""] if _name == "null" else [])]
-    _Loader.add_implicit_resolver(_TAG + _name, re.compile(f"^(?:{_pattern})$"), _starts)
+_Loader.add_implicit_resolver("plain", re.compile(""), None)
 
 
 def _refused(problem: str, mark: Any) -> yaml.MarkedYAMLError:
@@ -400,11 +308,11 @@ def _value(node: yaml.Node, left: Iterator[int]) -> Any:
         return mapping
     if isinstance(node, yaml.ScalarNode):
         text = str(node.value)
-        if node.tag in (_TAG + "str", "!"):
-            return text
-        for name, pattern, _, made in _SCALARS:
-            if node.tag == _TAG + name and re.fullmatch(pattern, text):
+        for name, pattern, made in _SCALARS:
+            if node.tag in ("plain", _TAG + name) and re.fullmatch(pattern, text):
                 return made(text)
+        if node.tag in ("plain", _TAG + "str", "!"):
+            return text
     raise _refused(f"{shown(node.value)} is no {node.tag.rpartition(':')[2]}", node.start_mark)
 
 
@@ -457,8 +365,7 @@ def parse_document(content: bytes, at: Place) -> dict[str, Any]:
         reason = getattr(error, "problem", None) or str(error).partition("\n")[0]
         raise at.refuse(f"{line}{reason}; exactly one YAML mapping is allowed") from None
     if not isinstance(document, dict):
-        words = f"the content {shown(document)} is not allowed; it must be a mapping of keys to"
-        raise at.refuse(f"{words} values")
+        raise at.must_be(document, "a mapping of keys to values")
     return document
 
 
@@ -489,17 +396,12 @@ class Key:
     unless: str = ""
     needs: tuple[str, ...] = ()
 
-    def used_by(self, model: str) -> bool:
-        """True if a model (or a file without one, "") uses the key."""
-        return not model or not self.models or model in self.models
-
     def missing(self, at: Place, owner: str) -> Exception:
         """The InputError of a key that its owner needs and that is left out."""
         unit = f", {self.unit}" if self.unit not in ("", "1") else ""
         return at.refuse(f"missing; {owner} needs it ({self.meaning.partition(';')[0]}{unit})")
 
 
-@dataclass(frozen=True)
 class Group(Kind):
     """A mapping of known keys. `owner` needs them, the scene's model if it is empty.
 
@@ -507,14 +409,11 @@ class Group(Kind):
     for a mapping of it.
     """
 
-    keys: Mapping[str, Key]
-    owner: str = ""
-    only_one: bool = False
-    short: str = ""
-
-    def allowed(self) -> str:
-        alone = f", or {self.keys[self.short].kind.allowed()}" if self.short else ""
-        return f"a mapping{alone}"
+    def __init__(
+        self, keys: Mapping[str, Key], owner: str = "", only_one: bool = False, short: str = ""
+    ) -> None:
+        self.keys, self.owner, self.only_one, self.short = keys, owner, only_one, short
+        super().__init__("a mapping" + (f", or {keys[short].kind.named}" if short else ""))
 
     def mapping(self, value: Any) -> Any:
         """The mapping that a word alone stands for; any other value as it is."""
@@ -524,7 +423,7 @@ class Group(Kind):
         """The values of the keys that are given, in the order of the table. Raises InputError."""
         value = self.mapping(value)
         if not isinstance(value, dict):
-            raise at.must_be(value, self.allowed())
+            raise at.must_be(value, self.named)
         for name in value:
             if name not in self.keys:
                 raise (at / name).refuse(f"unknown key; allowed are {', '.join(self.keys)}")
@@ -533,14 +432,14 @@ class Group(Kind):
             raise at.refuse(f"it must hold one of {each}")
         values: dict[str, Any] = {}
         for name, key in self.keys.items():
-            here = at / name
-            if name not in value:
-                if key.required and key.used_by(model) and key.unless not in value:
-                    raise key.missing(here, self.owner or f"model {model}")
-            elif not key.used_by(model):
-                raise here.unused(value[name], f"model {model}")
-            else:
+            here, used = at / name, not model or not key.models or model in key.models
+            if name in value and not used:
+                words = f"model {model} does not use it, leave it out"
+                raise here.refuse(f"{shown(value[name])} is not allowed; {words}")
+            if name in value:
                 values[name] = key.kind.read(value[name], here, model)
+            elif key.required and used and key.unless not in value:
+                raise key.missing(here, self.owner or f"model {model}")
         check_needs(self.keys, values, at)
         return values
 
@@ -549,18 +448,18 @@ class Group(Kind):
 
         Raises InputError for an unknown name, listing all.
         """
-        every = dict(self.paths())
+        every = dict(self._paths())
         for keys, key in every.items():
             if name in (".".join(keys), keys[-1]):
                 return keys, key
         raise at.refuse(f"unknown key; allowed are {', '.join(keys[-1] for keys in every)}")
 
-    def paths(self, before: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Key]]:
+    def _paths(self, before: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Key]]:
         """Every key in the group and the groups in it, with the keys that lead to it."""
         for name, key in self.keys.items():
             yield (*before, name), key
             if isinstance(key.kind, Group):
-                yield from key.kind.paths((*before, name))
+                yield from key.kind._paths((*before, name))
 
 
 def check_needs(keys: Mapping[str, Key], given: Mapping[str, Any], at: Place) -> None:

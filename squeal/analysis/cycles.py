@@ -13,7 +13,7 @@ import numpy as np
 from squeal.analysis.pads import analyse
 from squeal.equilibrium.find import damped_model
 from squeal.errors import ComputationError
-from squeal.io.scene import COORDINATES, Scene, check_simulation, takes_scene
+from squeal.io.scene import COORDINATES, Scene, check_simulation
 from squeal.io.writing import Answer, Column, Table, number
 from squeal.model.pad import PARAMETERS
 from squeal.schema import Place
@@ -240,7 +240,6 @@ def _verdict(scene: Scene) -> str | None:
         return None
 
 
-@takes_scene
 def cycles(
     scene: Scene, over: tuple[str, float, float] | None = None, windows: int = WINDOWS
 ) -> Cycles:
@@ -283,7 +282,7 @@ def cycles(
     <BLANKLINE>
     sliding at mu = 0.1: stable
     """
-    check_simulation(scene, Place(str(scene.source or "Scene")))
+    check_simulation(scene)
     name, low, high = _over(scene, over)
     units, _, start, stop = in_natural_units(scene)
     value = getattr(scene.pad, name)

@@ -18,12 +18,12 @@ from squeal.analysis.pads import MU_MAX
 from squeal.analysis.stack import QUIET, Names, PadStack, Places, parameters, verdicts
 from squeal.equilibrium.statics import LIMITS
 from squeal.errors import InputError
-from squeal.io.scene import Scene, takes_scene
+from squeal.io.scene import Scene
 from squeal.io.writing import unit_word
 from squeal.linear import VERDICTS, sum_verdicts
 from squeal.model.equations import PadModel, about_origin, spring_directions
 from squeal.model.pad import PARAMETERS
-from squeal.schema import Instance, Place, Several, takes
+from squeal.schema import Place, Several, instance
 
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
 UNKNOWN = BEYOND_FOLD + 1  # whether it does could not be decided
@@ -125,11 +125,9 @@ def _checked(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> tup
     return names
 
 
-AXES = Several(Instance(Axis, "an Axis"), "two of Axis, such as angle_axes(200) gives", 2)
+AXES = Several(instance(Axis, "an Axis"), "two of Axis, such as angle_axes(200) gives", 2)
 
 
-@takes_scene
-@takes(axes=AXES, mu_max=MU_MAX)
 def stability_map(
     scene: Scene,
     axes: tuple[Axis, Axis],
@@ -144,7 +142,8 @@ def stability_map(
     the axis), the critical friction is the first loss of stability, or of the equilibrium, on the
     way from mu = 0 up to mu_max. Raises InputError.
     """
-    names = _checked(scene, axes, quantity)
+    axes, at = AXES.read(axes, Place("map", "axes")), Place("map", "mu_max")
+    mu_max, names = MU_MAX.read(mu_max, at), _checked(scene, axes, quantity)
     linear = scene.pad_model.linear
     if linear and names == ("alpha1", "alpha2") and scene.damping is None:
         codes = _angle_codes(scene.pad_model, axes)

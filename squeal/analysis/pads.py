@@ -14,7 +14,7 @@ from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
 from squeal.equilibrium.find import damped_model
 from squeal.equilibrium.statics import excursion
 from squeal.errors import ComputationError, InputError
-from squeal.io.scene import Scene, takes_scene
+from squeal.io.scene import Scene
 from squeal.linear import (
     Batched,
     CriticalPoint,
@@ -35,10 +35,11 @@ from squeal.linear.eigen import STIFF, decide, hidden, ordered, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce, scaled_rank
 from squeal.model.contact import State, contact_law, contact_model
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
-from squeal.schema import Instance, Number, Place, Several, takes
+from squeal.schema import NOT_NEGATIVE, Number, Place, Several
 
 LOST = 0.03  # of an eigenvalue: rounding of K that leaves no digit of it
 MU_MAX = Number(low=0.0, high=1000.0, high_allowed=True)
+MUS = Several(NOT_NEGATIVE, "a sequence of numbers of at least 0")
 PAD_COORDINATES = ("x", "y", "theta")
 SAMPLES = 201  # values of mu that a sweep looks at
 Located = TypeVar("Located", CriticalPoint, Crossing)
@@ -85,7 +86,6 @@ def at_equilibrium(model: PadModel, e: Equilibrium) -> Linearisation:
     return linearise(model, np.array(e.q), e.state)
 
 
-@takes_scene
 def analyse(scene: Scene) -> Analysis:
     """Complex eigenvalue analysis of the scene's sliding equilibrium (B3: about the origin).
 
@@ -117,15 +117,13 @@ def held_system(scene: Scene, at: Analysis | Equilibrium) -> System:
     return lambda mu: linearise(own.replace(mu=mu), q, at.state)
 
 
-@takes_scene
-@takes(mus=Several(Number(low=0.0, low_allowed=True), "a sequence of numbers of at least 0"))
 def sweep_mu(scene: Scene, mus: Iterable[float]) -> list[tuple[float, Analysis | None]]:
     """The analysis at each mu along the branch from mu = 0; None where the branch does not reach.
 
     Raises InputError for no mu at all or one below 0, ComputationError if there is no equilibrium
     without friction.
     """
-    mus = list(mus)
+    mus = MUS.read(mus, Place("sweep", "values"))
     model = damped_model(scene)
     if model.linear:
         return [(mu, _about_origin(model.replace(mu=mu))) for mu in mus]
@@ -135,7 +133,6 @@ def sweep_mu(scene: Scene, mus: Iterable[float]) -> list[tuple[float, Analysis |
     return [(mu, None if e is None else _about(model, e, how)) for mu, e in places]
 
 
-@takes_scene
 def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
     """All sliding equilibria at the scene's mu with the verdict on each, least potential first.
 
@@ -206,7 +203,6 @@ def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:
     return Batched(path.linearisation, path.linearisations), path
 
 
-@takes_scene
 def growing_modes(scene: Scene, analysis: Analysis) -> tuple[UnstableMode, ...]:
     """The modes of an analysed scene that grow, the fastest first.
 
@@ -227,7 +223,6 @@ def growing_modes(scene: Scene, analysis: Analysis) -> tuple[UnstableMode, ...]:
     return unstable_modes(along, mu, thresholds(along, mu, path.breakpoints if path else ()))
 
 
-@takes(spectrum=Instance(Spectrum, "a Spectrum, such as that of an Analysis"))
 def mode_shapes(spectrum: Spectrum, levers: Sequence[float] = ()) -> tuple[ModeShape, ...]:
     """The shape of each mode: of a pair of eigenvalues, and of half of the real ones.
 
@@ -270,7 +265,6 @@ class ModeSweep:
     contacts: tuple[tuple[float, str], ...]
 
 
-@takes_scene
 def sweep_modes(scene: Scene, low: float, high: float) -> ModeSweep:
     """Follow the modes of a scene along its branch from mu = low to high.
 
@@ -320,8 +314,6 @@ def values_of_mu(
     return np.unique(np.concatenate([grid, extra]))
 
 
-@takes_scene
-@takes(mu_max=MU_MAX)
 def critical_friction(scene: Scene, mu_max: float = 2.0) -> Thresholds:
     """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
 
@@ -329,6 +321,7 @@ def critical_friction(scene: Scene, mu_max: float = 2.0) -> Thresholds:
     the last entry. Raises InputError for a mu_max that is not `MU_MAX`, ComputationError if there
     is no equilibrium without friction.
     """
+    mu_max = MU_MAX.read(mu_max, Place("thresholds", "high"))
     system, path = branch_system(scene, mu_max)
     if path is None:
         return replace(critical_parameter(system, mu_max), name=scene.model, source=(scene,))

@@ -21,7 +21,7 @@ from squeal.equilibrium.find import (
     without_friction,
 )
 from squeal.errors import ComputationError
-from squeal.io.scene import Scene, takes_scene
+from squeal.io.scene import Scene
 from squeal.linear import CriticalPoint, Spectrum, complex_eigenvalues, sensitivities
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
@@ -108,7 +108,6 @@ def _changes(
     return changes
 
 
-@takes_scene
 def eigenvalue_sensitivities(scene: Scene, analysis: Analysis) -> dict[str, np.ndarray]:
     """d lambda/dp (6,) for each parameter p, in the order of the analysis' eigenvalues.
 
@@ -130,7 +129,6 @@ def _slopes(
     return sensitivities(M, C, K, dM=by.M, dC=by.C, dK=by.K, spectrum=spectrum)
 
 
-@takes_scene
 def threshold_sensitivities(scene: Scene, point: CriticalPoint) -> dict[str, float]:
     """d mu_c/dp of a threshold on the branch for each parameter p but mu.
 

@@ -8,7 +8,7 @@ from control import StateSpace
 
 from squeal.analysis.pads import Analysis, analyse, held_system
 from squeal.errors import ComputationError, InputWarning
-from squeal.io.scene import Scene, takes_scene
+from squeal.io.scene import Scene, the_scene
 from squeal.linear.matrices import state_matrices
 
 STATES = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
@@ -16,13 +16,13 @@ STATES = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
 
 def _analysed(scene: Scene, mu: float | None) -> Analysis:
     """The analysis at mu; its warnings, for which a state space has no place, are given at once."""
+    scene = the_scene(scene)
     analysis = analyse(scene if mu is None else scene.replace(mu=mu))
     for words in analysis.warnings:
         warnings.warn(words, InputWarning, stacklevel=4)
     return analysis
 
 
-@takes_scene
 def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
     """A scene's pad about its sliding equilibrium at a friction mu, its own if left out.
 
@@ -37,7 +37,6 @@ def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
     return control.ss(A, B, np.eye(3, 6), D, name=scene.model, states=list(STATES), **words)
 
 
-@takes_scene
 def friction_plant(scene: Scene, mu: float | None = None) -> StateSpace:
     """The pad without friction, and where friction acts on it: a plant with two inputs.
 

@@ -27,7 +27,7 @@ from squeal.io.writing import Answer, Column, Table, columns, number, picked, un
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
-from squeal.schema import FILE, Group, Key, Kind, Number, Place, Whole, read_document, takes
+from squeal.schema import FILE, Group, Key, Kind, Number, Place, Whole, read_document
 
 LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again
 ROUNDING = 1e-11  # relative: what a query and a stack may differ by
@@ -430,13 +430,13 @@ class Spreads:
         return np.array(rows)
 
 
-@takes(path=FILE)
 def read_spreads(path: Path | str) -> Spreads:
     """Read a file of spreads, checked but for its parameters, which a scene or system has to have.
 
     Raises InputError with one sentence that names the file, the key and what is allowed.
     """
-    return Spreads(**SPREADS.read(read_document(Path(path)), Place(str(path))))
+    file = FILE.read(path, Place("read_spreads", "path"))
+    return Spreads(**SPREADS.read(read_document(file), Place(str(file))))
 
 
 @dataclass(frozen=True)

@@ -151,8 +151,7 @@ def _keys_of(document: dict[str, Any]) -> Group:
         return SCENE
     room: Any = importlib.import_module("squeal.io.system")
     if not room.is_general(document):
-        rows = document["M"]
-        table: Group = room.short_keys(len(rows) if isinstance(rows, list) else None)
+        table: Group = room.SHORT
         return table
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu")]

@@ -57,7 +57,7 @@ def run(given: argparse.Namespace) -> Reply:
         motion = dataclasses.replace(motion, history=history)
     if given.table is not None:
         motion.save(given.table)
-    unnamed: dict[str, Any] = {name: None for name in OUTPUTS if not scene.wants(name)}
+    unnamed: dict[str, Any] = {name: None for name in OUTPUTS if name not in scene.outputs}
     reply = Reply.of(dataclasses.replace(motion, **unnamed))
     return dataclasses.replace(reply, warnings=_start_warnings(scene))
 

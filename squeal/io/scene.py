@@ -12,8 +12,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal, cast
 
-import numpy as np
-
 from squeal.model.contact import (
     CONSISTENT,
     CONTACT_MODELS,
@@ -25,21 +23,21 @@ from squeal.model.contact import (
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Model, Pad
 from squeal.schema import (
+    ANY,
     FILE,
+    NOT_NEGATIVE,
     Angle,
     Group,
-    Instance,
     Key,
     Number,
     Place,
-    Row,
+    Several,
     Square,
     Whole,
     Word,
-    Words,
     read_document,
+    row,
     shown,
-    takes,
     warn_of_degrees,
 )
 
@@ -53,11 +51,11 @@ INITIAL = Group({
     "from": Key(
         "where the others count from: the origin, or the sliding equilibrium that "
         "`eigenvalues` takes, which they then kick", Word(STARTS), default="origin"),
-    "x": Key("displacement along the surface", Number(), "m", default="0"),
-    "y": Key("displacement normal to the surface", Number(), "m", default="0"),
+    "x": Key("displacement along the surface", ANY, "m", default="0"),
+    "y": Key("displacement normal to the surface", ANY, "m", default="0"),
     "theta": Key("rotation", Angle(), "rad", default="0"),
-    "x_dot": Key("velocity along the surface", Number(), "m/s", default="0"),
-    "y_dot": Key("velocity normal to the surface", Number(), "m/s", default="0"),
+    "x_dot": Key("velocity along the surface", ANY, "m/s", default="0"),
+    "y_dot": Key("velocity normal to the surface", ANY, "m/s", default="0"),
     "theta_dot": Key("rate of rotation", Number(), "rad/s", default="0"),
 }, short="from")
 COORDINATES = tuple(INITIAL.keys)[1:]
@@ -73,10 +71,10 @@ DAMPING = Group({
     "matrix": Key("3 x 3, in x, y and theta", Square(3), "SI units"),
     "ratios": Key(
         "3 modal damping ratios, of the modes without friction by rising frequency",
-        Row(3, Number(low=0.0, low_allowed=True)), "1"),
+        row(3, NOT_NEGATIVE), "1"),
     "rayleigh": Key(
         "alpha (1/s) and beta (s) of C = alpha M + beta K, K without friction",
-        Row(2, Number(low=0.0, low_allowed=True))),
+        row(2, NOT_NEGATIVE)),
 }, only_one=True)
 
 PAD = Group({
@@ -107,7 +105,8 @@ SCENE = Group({
         Number(low=0.0, high=1e-3, high_allowed=True), "1", default=f"{DEFAULT_TOLERANCE:g}"),
     "outputs": Key(
         "what a simulation computes and prints",
-        Words(OUTPUTS), default=", ".join(DEFAULT_OUTPUTS)),
+        Several(Word(OUTPUTS), f"a list of {', '.join(OUTPUTS)}", least=0),
+        default=", ".join(DEFAULT_OUTPUTS)),
     "damping": Key(
         "linear damping -C q', in stability queries and simulations alike; ratios and rayleigh "
         "make C from the pad about its equilibrium without friction, and it is then the same "
@@ -131,22 +130,12 @@ class Damping:
     rayleigh: tuple[float, ...] | None = None
 
     def __post_init__(self) -> None:
-        given = self.to_dict()
-        lists = {n: v.tolist() if isinstance(v, np.ndarray) else v for n, v in given.items()}
-        for name, value in DAMPING.read(lists, Place("Damping")).items():
+        for name, value in DAMPING.read(self.to_dict(), Place("Damping")).items():
             object.__setattr__(self, name, value)
 
     def to_dict(self) -> dict[str, Any]:
         """As it stands in a scene file."""
         return {name: value for name, value in vars(self).items() if value is not None}
-
-
-# fields of a scene that are records
-RECORDS = {
-    "pad": Instance(Pad, "a Pad"),
-    "formulation": Instance(Formulation, "a Formulation"),
-    "damping": Instance((Damping, type(None)), "a Damping"),
-}
 
 
 @dataclass(frozen=True)
@@ -168,19 +157,23 @@ class Scene:
     tolerance: float = DEFAULT_TOLERANCE
     outputs: tuple[str, ...] = DEFAULT_OUTPUTS
     damping: Damping | None = None
-    start: str = "origin"
+    start: str = STARTS[0]
     source: Path | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
         at = Place("Scene")
-        for name, kind in RECORDS.items():
-            kind.read(getattr(self, name), at / name)
-        Row(len(COORDINATES)).read(self.initial, at / "initial")
-        check_document(self.to_dict(), at)
+        for kind in (Pad, Formulation, Damping):
+            name = kind.__name__.lower()
+            value = getattr(self, name)
+            if not (isinstance(value, kind) or (kind is Damping and value is None)):
+                raise (at / name).must_be(value, f"a {kind.__name__}")
+        initial = row(len(COORDINATES)).read(self.initial, at / "initial")
+        object.__setattr__(self, "initial", initial)
+        _read(self.to_dict(), at)
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a mapping of a scene file's form, defaults left out."""
-        initial = zip(("from", *COORDINATES), (self.start, *self.initial), strict=True)
+        initial = zip(INITIAL.keys, (self.start, *self.initial), strict=True)
         times = {"stop": self.stop, "samples": self.samples}
         parts: dict[str, Any] = {
             "model": self.model,
@@ -200,21 +193,19 @@ class Scene:
 
         Raises InputError with one sentence on the first thing that is wrong.
         """
-        given = check_document(document, at)
+        given = _read(document, at)
         for name, parameter in PARAMETERS.items():
             if parameter.angle and name in given["parameters"]:
                 warn_of_degrees(document["parameters"][name], at / "parameters" / name)
-        more: dict[str, Any] = {n: v for n, v in given.items() if n in ("tolerance", "outputs")}
-        if "damping" in given:
-            more["damping"] = Damping(**given["damping"])
-        first = given.get("initial", {})
+        first, damping = given.get("initial", {}), given.get("damping")
         return Scene(
             given["model"],
             Pad(**given["parameters"]),
             Formulation(**given.get("formulation", {})),
             tuple(first.get(name, 0.0) for name in COORDINATES),
             **given.get("time", {}),
-            **more,
+            **{name: given[name] for name in ("tolerance", "outputs") if name in given},
+            damping=damping and Damping(**damping),
             start=first.get("from", STARTS[0]),
             source=source,
         )
@@ -224,38 +215,32 @@ class Scene:
 
         A moment of inertia that was left out follows m, w and h. Raises InputError.
         """
-        fields = sorted(f.name for f in dataclasses.fields(self))
+        allowed = [*PARAMETERS, *sorted(vars(self))]
         for name in changes:
-            if name not in PARAMETERS and name not in fields:
-                words = f"unknown key; allowed are {', '.join([*PARAMETERS, *fields])}"
+            if name not in allowed:
+                words = f"unknown key; allowed are {', '.join(allowed)}"
                 raise (Place("Scene") / name).refuse(words)
         of_pad = {name: changes.pop(name) for name in list(changes) if name in PARAMETERS}
-        pad = RECORDS["pad"].read(changes.pop("pad", self.pad), Place("Scene") / "pad")
-        return dataclasses.replace(self, pad=pad.replace(**of_pad), **changes)
+        pad = changes.pop("pad", self.pad)
+        if of_pad and isinstance(pad, Pad):
+            pad = pad.replace(**of_pad)
+        return dataclasses.replace(self, pad=pad, **changes)
 
     @property
     def pad_model(self) -> PadModel:
         """The pad under the contact model that the scene names."""
         return PadModel(self.model, self.pad, self.formulation)
 
-    def wants(self, output: str) -> bool:
-        """True if the scene names this output."""
-        return output in self.outputs
 
-
-takes_scene = takes(scene=Instance(Scene, "a Scene, from read_scene or Scene(...)"))
-
-
-def check_document(document: Any, at: Place) -> dict[str, Any]:
+def _read(document: Any, at: Place) -> dict[str, Any]:
     """The values of a mapping of a scene file's form, converted. Raises InputError."""
     if isinstance(document, dict) and "M" in document and "model" not in document:
         raise (at / "M").refuse("a system of matrices is not allowed here; it must be a scene")
-    model = document.get("model", "") if isinstance(document, dict) else ""
+    model = document.get("model") if isinstance(document, dict) else None
     given = SCENE.read(document, at, model if isinstance(model, str) and model in MODELS else "")
-    tilt = given["parameters"].get("theta0", 0.0)
     first = given.get("initial", {})
     turn = first.get("theta", 0.0) if first.get("from") in (None, STARTS[0]) else 0.0
-    if abs(tilt + turn) >= math.pi / 2:
+    if abs(given["parameters"].get("theta0", 0.0) + turn) >= math.pi / 2:
         raise (at / "initial" / "theta").refuse(
             f"{shown(turn)} is not allowed; theta0 + theta must lie between "
             f"-{math.pi / 2:.6g} and {math.pi / 2:.6g} (the lower face faces the surface)"
@@ -263,8 +248,16 @@ def check_document(document: Any, at: Place) -> dict[str, Any]:
     return given
 
 
-def check_simulation(scene: Scene, at: Place) -> None:
+def the_scene(value: object) -> Scene:
+    """The same scene. Raises InputError for what is none."""
+    if not isinstance(value, Scene):
+        raise Place("scene").must_be(value, "a Scene, from read_scene or Scene(...)")
+    return value
+
+
+def check_simulation(scene: Scene, at: Place | None = None) -> None:
     """Refuse a scene that cannot be simulated. Raises InputError."""
+    pad, at = the_scene(scene).pad, at or Place(str(scene.source or "Scene"))
     if scene.model not in CONTACT_MODELS:
         raise (at / "model").refuse(
             f"{scene.model} is not allowed; only {', '.join(CONTACT_MODELS)} can be simulated, "
@@ -272,30 +265,28 @@ def check_simulation(scene: Scene, at: Place) -> None:
         )
     if scene.stop is None:
         raise (at / "time").refuse("missing; a simulation needs time.stop and time.samples")
-    if scene.pad.fall is not None and scene.initial[3] >= cast(float, scene.pad.V):
+    if pad.fall is not None and scene.initial[3] >= cast(float, pad.V):
         raise (at / "initial" / "x_dot").refuse(
             f"{shown(scene.initial[3])} is not allowed with friction that falls with speed; it "
-            f"must be below V = {scene.pad.V:g}"
+            f"must be below V = {pad.V:g}"
         )
-    if scene.pad.F_n == 0.0:
-        for output in ("extrema", "history"):
-            if scene.wants(output):
-                raise (at / "parameters" / "F_n").refuse(
-                    f"0 is not allowed with the output {output}, which gives forces over F_n; "
-                    "it must be above 0, or leave that output out"
-                )
+    forces = [output for output in ("extrema", "history") if output in scene.outputs]
+    if forces and pad.F_n == 0.0:
+        raise (at / "parameters" / "F_n").refuse(
+            f"0 is not allowed with the output {forces[0]}, which gives forces over F_n; it must "
+            "be above 0, or leave that output out"
+        )
 
 
-@takes(path=FILE)
 def read_scene(path: str | Path, purpose: Literal["simulate", "query"] = "query") -> Scene:
     """Read and validate a scene file.
 
     `purpose` "simulate" asks for a nonlinear model and its time; queries need neither.
     Raises InputError with one sentence on the first thing that is wrong.
     """
-    path = Path(path)
-    at = Place(str(path))
-    scene = Scene.from_dict(read_document(path), at, path)
+    file = FILE.read(path, Place("read_scene", "path"))
+    at = Place(str(file))
+    scene = Scene.from_dict(read_document(file), at, file)
     if purpose == "simulate":
         check_simulation(scene, at)
     return scene

@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from keyword import iskeyword
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,21 +40,21 @@ from squeal.linear.system import (
 )
 from squeal.numerics.differentiation import ALLOWED, Formula
 from squeal.schema import (
+    ANY,
     FILE,
     FLAG,
+    NAME,
     NOT_NEGATIVE,
     TEXT,
     Group,
     Key,
     Kind,
-    Name,
-    Numbers,
+    Named,
     Place,
-    Row,
     Several,
     Square,
     read_document,
-    takes,
+    row,
 )
 
 PARTS = ("M", "C", "K")
@@ -70,28 +70,30 @@ DIRECTIONS |= dict.fromkeys(("4", "5", "6", "rx", "ry", "rz", "-"), -1)
 
 # fmt: off
 TERM = Group({
-    "file": Key(f"matrix file beside this one ({SUFFIXES})", TEXT),
-    "key": Key("which matrix of a .mat, .npz or .op4 file", TEXT, default="the only one"),
+    "file": Key(
+        f"matrix file beside this one ({SUFFIXES})", TEXT, required=True, unless="matrix",
+        default="refused, unless matrix gives it"),
+    "key": Key(
+        "which matrix of a .mat, .npz or .op4 file", TEXT, default="the only one",
+        needs=("file",)),
     "matrix": Key("the rows themselves, instead of a file", Square(most=MOST_ROWS)),
     "symmetric": Key(
         "whether entries on one side of the diagonal stand for the other side too",
-        FLAG, default="what the file says"),
+        FLAG, default="what the file says", needs=("file",)),
     "factor": Key(f"what it is multiplied with: {ALLOWED}", TEXT, default="1"),
-})
+}, owner="a term")
 # fmt: on
 
 
 class Part(Kind):
     """A matrix of the system: its rows, a term, or a list of terms, as mappings of `TERM`."""
 
-    named = "rows of numbers, {file: NAME}, or a list of terms {file: NAME, factor: FORMULA}"
-
     def read(self, value: Any, at: Place, model: str = "") -> tuple[dict[str, Any], ...]:
         """The terms, none of them read from its file yet. Raises InputError."""
         if isinstance(value, dict):
             return (self._term(value, at),)
         if not isinstance(value, list) or not value:
-            raise at.must_be(value, self.allowed())
+            raise at.must_be(value, self.named)
         if isinstance(value[0], list):
             return ({"matrix": Square(most=MOST_ROWS).read(value, at)},)
         return tuple(self._term(one, at / str(i)) for i, one in enumerate(value, 1))
@@ -100,23 +102,21 @@ class Part(Kind):
         if isinstance(value, dict) and isinstance(value.get("factor"), int | float):
             value = value | {"factor": repr(value["factor"])}
         term = TERM.read(value, at)
-        if ("file" in term) == ("matrix" in term):
+        if "file" in term and "matrix" in term:
             raise at.refuse("it must hold one of file and matrix")
-        for name in ("key", "symmetric"):
-            if name in term and "file" not in term:
-                raise (at / name).unused(term[name], "a matrix without a file")
         return term
+
+
+PART = Part("rows of numbers, {file: NAME}, or a list of terms {file: NAME, factor: FORMULA}")
 
 
 class Ratios(Kind):
     """One damping ratio for all modes, or a list of them for the first ones."""
 
-    named = "a number of at least 0, or a list of them"
-
     def read(self, value: Any, at: Place, model: str = "") -> float | tuple[float, ...]:
-        if isinstance(value, list):
-            return Several(NOT_NEGATIVE, self.named).read(value, at)
-        return NOT_NEGATIVE.read(value, at)
+        several = isinstance(value, list)
+        kind = Several(NOT_NEGATIVE, self.named) if several else NOT_NEGATIVE
+        return kind.read(value, at)
 
 
 # fmt: off
@@ -125,17 +125,20 @@ _OF_BOTH = {
     "reference": Key("where it is from", TEXT, default="empty"),
 }
 DAMPING = Group({
-    "rayleigh": Key("alpha and beta: C gains alpha M + beta K", Row(2, NOT_NEGATIVE), "1/s, s"),
-    "ratios": Key("damping ratios of the modes without friction", Ratios(), "1"),
+    "rayleigh": Key("alpha and beta: C gains alpha M + beta K", row(2, NOT_NEGATIVE), "1/s, s"),
+    "ratios": Key(
+        "damping ratios of the modes without friction",
+        Ratios("a number of at least 0, or a list of them"), "1"),
     "structural": Key("loss factor eta: K becomes (1 + i eta) K", NOT_NEGATIVE, "1"),
 })
 SYSTEM = Group({
     **_OF_BOTH,
-    "parameters": Key("named numbers", Numbers(), default="none"),
-    "parameter": Key("the one that is swept", Name(), default="mu"),
-    "M": Key("mass", Part(), required=True),
-    "C": Key("damping and gyroscopic forces", Part(), default="none"),
-    "K": Key("stiffness, friction included", Part(), required=True),
+    "parameters": Key(
+        "named numbers", Named(ANY, "a mapping of names to finite numbers"), default="none"),
+    "parameter": Key("the one that is swept", NAME, default="mu"),
+    "M": Key("mass", PART, required=True),
+    "C": Key("damping and gyroscopic forces", PART, default="none"),
+    "K": Key("stiffness, friction included", PART, required=True),
     "damping": Key(
         "of the structure: M and the symmetric K without friction", DAMPING, default="none"),
     "coordinates": Key(
@@ -143,21 +146,18 @@ SYSTEM = Group({
         Group({"file": Key("a .csv file", TEXT, required=True)}, owner="coordinates"),
         default="none"),
 }, owner="every system")
+_POWERS = {
+    f"{letter}{power}": Key(
+        f"{what}: what is multiplied with that power of the parameter", Square(),
+        required=(letter, power) == ("K", 0), default="0")
+    for letter, what in (("C", "damping and gyroscopic forces"), ("K", "stiffness"))
+    for power in range(POWER + 1)
+}
+SHORT = Group(_OF_BOTH | {
+    "parameter": Key("what the free parameter is called", TEXT, default="mu"),
+    "M": Key("mass matrix, symmetric and positive definite", Square(), required=True),
+} | _POWERS, owner="every system")
 # fmt: on
-
-
-def short_keys(count: int | None) -> Group:
-    """The keys of the short form, for matrices with so many rows."""
-    keys = _OF_BOTH | {
-        "parameter": Key("what the free parameter is called", TEXT, default="mu"),
-        "M": Key("mass matrix, symmetric and positive definite", Square(), required=True),
-    }
-    for letter, what in (("C", "damping and gyroscopic forces"), ("K", "stiffness")):
-        meaning = f"{what}: what is multiplied with that power of the parameter"
-        for power in range(POWER + 1):
-            keys[f"{letter}{power}"] = Key(meaning, Square(count, "M"), default="0")
-    keys["K0"] = Key(keys["K0"].meaning, Square(count, "M"), required=True)
-    return Group(keys, owner="every system")
 
 
 @dataclass(frozen=True, eq=False)
@@ -193,47 +193,43 @@ def _read_coordinates(path: Path, rows: int) -> Coordinates:
     """
     at = Place(str(path))
     try:
-        text = path.read_text(encoding="utf-8")
+        lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
     except (OSError, UnicodeDecodeError) as error:
         reason = getattr(error, "strerror", None) or "it is no UTF-8 table"
         words = f"cannot be read ({reason}); the name of a .csv file is allowed"
         raise at.refuse(words) from None
-    heads, *table = csv.reader(filter(str.strip, text.splitlines())) if text.strip() else [[]]
-    heads = [name.strip().lower() for name in heads]
+    heads = [name.strip().lower() for name in next(csv.reader(lines[:1]), [])]
     if missing := [name for name in COLUMNS if name not in heads]:
         raise at.refuse(f"no column {missing[0]}; the columns {', '.join(COLUMNS)} are")
-    if len(table) != rows:
-        raise at.refuse(f"{len(table)} lines; the system's {rows} rows need one each")
-    places: dict[str, tuple[float, ...]] = {}
-    names, directions = [], []
-    for number, line in enumerate(table, 2):
-        cells = dict(zip(heads, map(str.strip, (*line, *[""] * len(heads))), strict=False))
-        node, direction = cells["node"], cells["dof"].lower()
+    if len(lines) - 1 != rows:
+        raise at.refuse(f"{len(lines) - 1} lines; the system's {rows} rows need one each")
+    index, places = dict[str, int](), dict[str, list[float]]()
+    nodes, directions = [], []
+    for number, cells in enumerate(csv.DictReader(lines[1:], heads, restval=""), 2):
+        node, direction = cells["node"].strip(), cells["dof"].strip().lower()
         try:
-            place = tuple(float(cells[name]) for name in "xyz")
+            place = [float(cells[name]) for name in "xyz"]
         except ValueError:
-            place = (np.nan,)
+            place = [np.nan]
         if not node or not np.isfinite(place).all():
             raise at.refuse(f"line {number}: a node and three finite coordinates are needed")
         if direction not in DIRECTIONS:
             words = f"line {number}: dof {direction} is not allowed; it must be "
             raise at.refuse(words + ", ".join(DIRECTIONS))
         places.setdefault(node, place)
-        names.append(node)
+        index.setdefault(node, len(index))
+        nodes.append(index[node])
         directions.append(DIRECTIONS[direction])
-    index = {node: i for i, node in enumerate(places)}
-    nodes = np.array([index[node] for node in names])
-    return Coordinates(nodes, np.array(directions), np.array(list(places.values())))
+    return Coordinates(np.array(nodes), np.array(directions), np.array(list(places.values())))
 
 
-@dataclass(frozen=True, eq=False)
-class TermOrigin:
+class TermOrigin(NamedTuple):
     """Where a matrix came from: the key of its part, its file (empty if in the system file)."""
 
     part: str
     file: str
     factor: str
-    matrix: Any = field(repr=False)
+    matrix: Any
 
 
 @dataclass(frozen=True, eq=False)
@@ -254,28 +250,31 @@ def is_general(document: dict[str, Any]) -> bool:
     return ("M" in document and not rows) or any(key in document for key in OWN)
 
 
-@takes(path=FILE)
 def read_system(path: Path | str) -> SystemFile:
     """The system that a file of either form describes, its matrices read and checked.
 
     Raises InputError with one sentence that names the file, the key, the value and what is
     allowed.
     """
-    path = Path(path)
-    return system_file(read_document(path), Place(str(path)), path.parent)
+    file = FILE.read(path, Place("read_system", "path"))
+    return system_file(read_document(file), Place(str(file)), file.parent)
 
 
 def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile:
     """The system in a mapping of a file's form; matrix files are named relative to `folder`."""
     general = is_general(document)
-    given = SYSTEM.read(document, at) if general else _terms_of_powers(document, at)
+    given, terms = (_general if general else _short)(document, at)
     read: dict[Any, MatrixFile] = {}  # by file, key and symmetry, since terms may share one
-    terms: list[tuple[str, Place, dict[str, Any]]] = []
-    for part in PARTS:
-        of_part = given.get(part, ())
-        for i, term in enumerate(of_part, 1):
-            terms.append((part, at / part / str(i) if len(of_part) > 1 else at / part, term))
-    matrices = [_matrix(term, here, folder, read) for _, here, term in terms]
+    matrices = []
+    for _, here, term in terms:
+        if "matrix" in term:
+            matrices.append(MatrixFile(csc_array(np.array(term["matrix"]))))
+            continue
+        wanted = folder / term["file"], term.get("key"), term.get("symmetric")
+        if wanted not in read:
+            with (here / "file").named():
+                read[wanted] = read_matrix(*wanted)
+        matrices.append(read[wanted])
     _compare_labels(at, [part for part, *_ in terms], matrices)
     with at.named():
         common = aligned(matrices)
@@ -285,11 +284,17 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     origins = []
     for (part, here, term), matrix in zip(terms, common, strict=True):
         if matrix.shape[0] != rows:
-            raise here.refuse(
-                f"{_name_of(term)} of {matrix.shape[0]} rows is not allowed; it must have the "
-                f"{rows} rows of {_name_of(terms[0][2])} in M"
+            name, first = (
+                "file " + t["file"] if "file" in t else "the matrix" for t in (term, terms[0][2])
             )
-        formula = _formula(term.get("factor", "1"), here / "factor")
+            raise here.refuse(
+                f"{name} of {matrix.shape[0]} rows is not allowed; it must have the {rows} rows "
+                f"of {first} in M"
+            )
+        with (here / "factor").named():
+            formula = Formula(term.get("factor", "1"), str(here / "factor"))
+        if not formula.names:
+            formula.value({})  # may be none
         if general:
             origins.append(TermOrigin(part, term.get("file", ""), formula.text, matrix))
         dense = full and rows <= MOST_ROWS
@@ -316,26 +321,35 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     return SystemFile(system, reference, tuple(origins), tuple(inputs), coordinates)
 
 
-def _terms_of_powers(document: dict[str, Any], at: Place) -> dict[str, Any]:
-    """The short form as what the general form holds. Raises InputError."""
-    rows = document.get("M")
-    given = short_keys(len(rows) if isinstance(rows, list) else None).read(document, at)
+Terms = list[tuple[str, Place, dict[str, Any]]]
+"""The part of each term, the place of its key, and its values."""
+
+
+def _general(document: dict[str, Any], at: Place) -> tuple[dict[str, Any], Terms]:
+    given, terms = SYSTEM.read(document, at), []
+    for part in PARTS:
+        each = given.get(part, ())
+        for i, term in enumerate(each, 1):
+            terms.append((part, at / part / str(i) if len(each) > 1 else at / part, term))
+    return given, terms
+
+
+def _short(document: dict[str, Any], at: Place) -> tuple[dict[str, Any], Terms]:
+    given = SHORT.read(document, at)
     M = np.array(given["M"])
     try:
         reduce(M, None, np.zeros_like(M))
     except InputError:
-        raise (at / "M").must_be(rows, "symmetric and positive definite") from None
+        raise (at / "M").must_be(document["M"], "symmetric and positive definite") from None
     parameter = given.get("parameter") or "mu"
     if not parameter.isidentifier() or iskeyword(parameter):
         parameter = "p"  # in formulas a parameter is a word
-    result = given | {"parameter": parameter, "M": ({"matrix": given["M"]},)}
-    for letter in "CK":
-        result[letter] = tuple(
-            {"matrix": given[f"{letter}{k}"], "factor": f"{parameter}**{k}" if k else "1"}
-            for k in range(POWER + 1)
-            if f"{letter}{k}" in given
-        )
-    return result
+    terms: Terms = [("M", at / "M", {"matrix": given["M"]})]
+    for name, matrix in given.items():
+        if name[1:].isdigit():
+            factor = "1" if name[1:] == "0" else f"{parameter}**{name[1:]}"
+            terms.append((name[0], at / name, {"matrix": matrix, "factor": factor}))
+    return given | {"parameter": parameter}, terms
 
 
 def _warn(at: Place, words: str) -> None:
@@ -373,27 +387,3 @@ def _damped(system: TermSystem, damping: dict[str, Any], at: Place) -> TermSyste
     if "structural" in damping:
         system = structural(system, damping["structural"])
     return system
-
-
-def _name_of(term: dict[str, Any]) -> str:
-    return f"file {term['file']}" if "file" in term else "the matrix"
-
-
-def _formula(text: str, at: Place) -> Formula:
-    with at.named():
-        formula = Formula(text, str(at))
-    if not formula.names:
-        formula.value({})
-    return formula
-
-
-def _matrix(
-    term: dict[str, Any], at: Place, folder: Path, read: dict[Any, MatrixFile]
-) -> MatrixFile:
-    if "matrix" in term:
-        return MatrixFile(csc_array(np.array(term["matrix"])))
-    wanted = folder / term["file"], term.get("key"), term.get("symmetric")
-    if wanted not in read:
-        with (at / "file").named():
-            read[wanted] = read_matrix(*wanted)
-    return read[wanted]

@@ -14,7 +14,7 @@ from typing import Any, Literal
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.io.scene import COORDINATES, INITIAL, Scene, check_simulation, takes_scene
+from squeal.io.scene import COORDINATES, INITIAL, Scene, check_simulation
 from squeal.io.writing import Answer, Column, Table, number, plain
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
@@ -230,11 +230,10 @@ def _observers(
         "history": lambda: History(model, units, scene.stop or 0.0, scene.samples or 0),
         "response": lambda: Watch(model, units, stop),
     }
-    found = [make() for name, make in wanted.items() if scene.wants(name)]
+    found = [make() for name, make in wanted.items() if name in scene.outputs]
     return found if scene.pad.V is None else [*found, Sliding(units, scene.pad.V, options)]
 
 
-@takes_scene
 def simulate(
     scene: Scene, backend: Backend = "auto", progress: Any = None, options: Options = DEFAULT
 ) -> Simulation:
@@ -274,7 +273,7 @@ def simulate(
     1.0
     """
     BACKENDS.read(backend, Place("simulate") / "backend")
-    check_simulation(scene, Place(str(scene.source or "Scene")))
+    check_simulation(scene)
     started = clock.process_time()
     units, model, start, stop = in_natural_units(scene)
     observers = _observers(scene, model, units, stop, options)

@@ -133,7 +133,7 @@ NO_NODES = [
 NO_POWERS = [
     ("M: [[1]]\n", "K0"),
     ("K0: [[1]]\n", "M"),
-    (f"{SHORT}K3: [[1, 2]]\n", "K3", "1 rows"),
+    (f"{SHORT}K3: [[1, 2]]\n", "K3", "row 1"),
     (f"{SHORT}K3: [[1, 2], [3]]\n", "K3", "row 2"),
     *(
         (f"{SHORT}K3: [[1, 2], [3, {x}]]\n", "K3.row 2", y)
@@ -163,7 +163,7 @@ NO_TERMS = [
     ("{file: k0.mtx}", "{file: k0.mtx, symmetric: 3}", "K.1.symmetric", "true or false"),
     ("M: {file: m.mtx}", "M: [{file: m.mtx}, 3]", "M.2", "3"),
     ("M: {file: m.mtx}", "M: []", "M: []"),
-    ("{matrix: [[0", "{key: K, matrix: [[0", "C.2.key"),
+    ("{matrix: [[0", "{key: K, matrix: [[0", "C.2.file", "key"),
     ("parameters: {Omega: 2.0, mu: 0.4}", "parameters: 3", "parameters", "names"),
     ("mu: 0.4", "mu: x", "parameters.mu", "'x'"),
     ("parameter: Omega", "parameter: 2x", "parameter", "'2x'"),

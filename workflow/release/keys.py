@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from squeal.io.scene import SCENE
-from squeal.io.system import DAMPING, POWER, SYSTEM, TERM, short_keys
+from squeal.io.system import DAMPING, POWER, SHORT, SYSTEM, TERM
 from squeal.io.writing import write_text
 from squeal.model.contact import MODELS
 from squeal.schema import Group, Key
@@ -82,11 +82,10 @@ def page() -> str:
     for name, key in SCENE.keys.items():
         if isinstance(key.kind, Group):
             parts.append(_table(f"`{name}`", key.kind))
-    system = short_keys(None)
     powers = {f"{letter}1": f"{letter}1 to {letter}{POWER}" for letter in "CK"}
     shown = {
         powers.get(name, name): key
-        for name, key in system.keys.items()
+        for name, key in SHORT.keys.items()
         if name[1:] not in map(str, range(2, POWER + 1))
     }
     general = [_table("The file", SYSTEM), _table("A term", TERM), _table("`damping`", DAMPING)]
@@ -106,7 +105,7 @@ def _table(title: str, group: Group) -> str:
 def _row(name: str, key: Key) -> list[str]:
     left_out = "refused" if key.required and not key.unless else key.default or "-"
     models = ", ".join(key.models) if key.models and key.models != tuple(MODELS) else "all"
-    return [f"`{name}`", key.meaning, key.unit or "-", key.kind.allowed(), left_out, models]
+    return [f"`{name}`", key.meaning, key.unit or "-", key.kind.named, left_out, models]
 
 
 def main() -> int:

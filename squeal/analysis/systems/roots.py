@@ -28,7 +28,7 @@ from squeal.linear.eigen import (
 )
 from squeal.linear.matrices import rank_of, reduce, unit_diagonal
 from squeal.linear.system import TermSystem
-from squeal.schema import Instance, Place, Row, Whole, takes
+from squeal.schema import Place, Whole, row
 from squeal.sparse.argument_principle import (
     Disc,
     Rectangle,
@@ -49,7 +49,6 @@ NO_BAND = (
     "band: is missing; a sweep of a large system, or one by the method reduced or modal, needs "
     "a band, a region or modes"
 )
-TERMS = Instance(TermSystem, "a TermSystem, such as that of `read_system`")
 Changes = Mapping[str, float]
 
 
@@ -69,9 +68,7 @@ class Wanted:
             raise InputError("band, region: one of them is allowed")
         at = Place("Wanted")
         if self.band is not None:
-            band(*Row(2).read(self.band, at / "band"))
-        if self.region is not None:
-            Instance(Rectangle, "a Rectangle").read(self.region, at / "region")
+            band(*row(2).read(self.band, at / "band"))
         if self.modes is not None:
             Whole(1, 10**6).read(self.modes, at / "modes")
 
@@ -166,7 +163,6 @@ class SystemRoots:
         return replace(self, eigenvalues=self.eigenvalues[:modes], others=self.eigenvalues[modes:])
 
 
-@takes(system=TERMS)
 def system_roots(
     system: TermSystem,
     wanted: Wanted | None = None,

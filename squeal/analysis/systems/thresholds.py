@@ -10,7 +10,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from squeal.analysis.systems.roots import (
-    TERMS,
     Wanted,
     is_small,
     noise_of,
@@ -27,7 +26,6 @@ from squeal.linear.matrices import ILL, unit_diagonal
 from squeal.linear.search import fastest_first, search, together
 from squeal.linear.system import TermSystem, dense
 from squeal.linear.thresholds import Place, VerdictChange, Verdicts
-from squeal.schema import takes
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import OPTIONS, modes_in
@@ -61,7 +59,6 @@ class SystemThresholds:
     crossings_outside: int | None = None
 
 
-@takes(system=TERMS)
 def system_thresholds(
     system: TermSystem,
     high: float,
