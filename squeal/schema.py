@@ -141,7 +141,7 @@ class Number(Kind):
         low, high = self.bounds
         return (value > low) & (value < high)
 
-    def check(self, value: Any, at: Place) -> None:
+    def check(self, value: Any, at: Place, name: str) -> None:
         """Refuse a number, or the first entry of an array, out of the range. Raises InputError.
 
         Symbols, dual numbers, complex steps and more digits are taken on trust.
@@ -149,10 +149,10 @@ class Number(Kind):
         real = isinstance(value, np.ndarray) and value.dtype.kind in "biuf"
         if real and not self._holds(value).all():
             entry = tuple(np.argwhere(~self._holds(value))[0])
-            at, value = at / f"entry {', '.join(map(str, entry))}", value[entry]
+            name, value = f"{name}.entry {', '.join(map(str, entry))}", value[entry]
         elif not isinstance(value, _CHECKED) or Number.convert(self, value) is not None:
             return
-        raise at.must_be(value, self.named)
+        raise (at / name).must_be(value, self.named)
 
     def convert(self, value: Any) -> float | None:
         if not isinstance(value, _PLAIN) or isinstance(value, bool):

@@ -348,8 +348,8 @@ class Axis:
     def __post_init__(self) -> None:
         at = Place("Axis", self.name)
         Whole(1, 100_000).read(self.n, at / "n")
-        Number().check(self.low, at / "low")
-        Number().check(self.high, at / "high")
+        Number().check(self.low, at, "low")
+        Number().check(self.high, at, "high")
         if not self.low < self.high or (self.log and not self.low > 0.0):
             allowed = "a range with low < high" + (", above 0 on a logarithmic axis" * self.log)
             raise at.must_be(f"{self.low:g} to {self.high:g}", allowed)

@@ -114,7 +114,7 @@ def _checked(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> tup
             used = f"a parameter of the scene: {', '.join(allowed)}"
             raise (at / "name").must_be(axis.name, used)
         for end in axis.values[[0, -1]].tolist():
-            PARAMETERS[axis.name].kind.check(end, at / axis.name)
+            PARAMETERS[axis.name].kind.check(end, at, axis.name)
     names = axes[0].name, axes[1].name
     if names[0] == names[1]:
         raise (at / "name").refuse(f"{names[1]} is the first parameter too; take another one")

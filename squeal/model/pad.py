@@ -129,8 +129,8 @@ class Pad:
             if own[name] is None:
                 if key.default == "0" or (key.required and key.common and not key.unless):
                     raise key.missing(at / name, "every model")
-            elif not key.kind.admits(own[name]):
-                key.kind.check(own[name], at / name)
+            else:
+                key.kind.check(own[name], at, name)
         check_needs(PARAMETERS, own, at)
         own["derived"] = tuple(name for name in ("I", "mu") if own[name] is None)
         if self.I is None:
