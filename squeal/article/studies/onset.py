@@ -492,5 +492,9 @@ def sentences(found: Onset) -> Mapping[str, bool]:
         "d-flutters-with-damping-of-the-normal-force": all(
             growth > 0.0 for one in found.contact_damping.values() for growth in one.growth.values()
         ),
+        "growth-in-proportion-to-small-damping-of-the-normal-force": all(
+            9.5 < one.growth["0.01"] / one.growth["0.001"] < 10.5
+            for one in found.contact_damping.values()
+        ),
         "d-survives-other-damping": all(one is not None and one.goes_on for one in others),
     }
