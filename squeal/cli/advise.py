@@ -6,7 +6,6 @@ import argparse
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.critical_friction import check_high
 from squeal.cli.options import take, take_files, write_files
 from squeal.errors import InputError
 from squeal.io.scene import Scene
@@ -28,9 +27,7 @@ def options(parser: Parser) -> None:
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and answer."""
-    subject, inputs = given.source.subject()
-    if isinstance(subject, Scene):
-        check_high(given)
+    subject = given.source.subject()
     tolerances: dict[str, float | str] = {}
     for one in given.tolerance:
         name, _, text = (part.strip() for part in one.partition("="))
@@ -39,4 +36,4 @@ def run(given: argparse.Namespace) -> Reply:
         tolerances[name] = text
     advice = squeal.advise(subject, tolerances, given.high)
     write_files(given, advice)
-    return Reply.of(advice, inputs=inputs, judged=isinstance(subject, Scene))
+    return Reply.of(advice, judged=isinstance(subject, Scene))

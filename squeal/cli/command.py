@@ -15,9 +15,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NoReturn
+from typing import Any, Literal, NoReturn
 
-from squeal.cli.options import Once, check_outputs
+from squeal.cli.options import FILES, SYSTEMS, Once, check_outputs
 from squeal.cli.streams import printed, say
 from squeal.errors import BEYOND, InputError, InputWarning, MatrixError
 from squeal.io.provenance import InputFile, provenance
@@ -34,27 +34,54 @@ from squeal.schema import (
     scalar,
 )
 
-if TYPE_CHECKING:
-    from squeal.io.system import SystemFile
-
-STANDARD_INPUT = "-"
-_OF_NUMBERS = re.compile("overflow|underflow|divide by zero|invalid value")  # of NumPy
+_ARGUMENT = re.compile(r"(?:\w+: )?(\w+): ")  # with which the library begins a refusal
 
 
-@dataclass(frozen=True)
 class Source:
-    """A document and where it is from; `changes` are the values that --set has put into it."""
+    """The document of a file, or of standard input for "-", as --set changes it.
 
-    at: Place
-    document: dict[str, Any]
-    file: InputFile
-    path: Path | None
-    changes: dict[str, Any]
+    inputs: the files behind what was read; changes: what --set has put in, by dotted key. Raises
+    InputError.
+    """
 
-    @property
-    def name(self) -> str:
-        """The name of the file, without its folder."""
-        return self.file.name
+    def __init__(self, given: str, sets: Sequence[str]) -> None:
+        self.path = None if given == "-" else Path(given)
+        self.at = Place("standard input" if self.path is None else given)
+        self.name = self.at.source if self.path is None else self.path.name
+        self.folder = Path() if self.path is None else self.path.parent
+        if self.path is not None:
+            content = read_content(self.path, self.at)
+        elif sys.stdin is None:
+            raise self.at.refuse("is closed; a file or a pipe is allowed")
+        else:
+            content = sys.stdin.buffer.read()
+        self.document = parse_document(content, self.at)
+        self.inputs: list[Path | InputFile] = [InputFile(self.name, sha256(content).hexdigest())]
+        self.changes: dict[str, Any] = {}
+        for change in sets:
+            self._set(change)
+
+    def _set(self, change: str) -> None:
+        """Put NAME=VALUE into the document."""
+        at = Place(f"--set {change}")
+        name, equals, text = change.partition("=")
+        group: Any = _keys_of(self.document)
+        keys, key = group.find(name.strip(), at)
+        if not equals:
+            raise at.refuse("it must be NAME=VALUE")
+        value, dotted = scalar(text), ".".join(keys)
+        key.kind.read(value, at)
+        if before := next((b for b in self.changes if f"{b}.".startswith(f"{dotted}.")), None):
+            raise at.refuse(f"{before} is set already; a value is set by one --set only")
+        self.changes[dotted] = value
+        inner: Any = self.document
+        for step in keys[:-1]:
+            group = group.keys[step].kind
+            inner[step] = group.mapping(inner.get(step, {}))
+            inner = inner[step]
+            if not isinstance(inner, dict):  # refused when the document is read
+                return
+        inner[keys[-1]] = value
 
     def scene(self, purpose: Literal["simulate", "query"] = "query") -> Scene:
         """The scene, validated, for a simulation or a query. Raises InputError."""
@@ -63,86 +90,26 @@ class Source:
             check_simulation(scene, self.at)
         return scene
 
-    def subject(self) -> tuple[Scene | SystemFile, list[Path | InputFile]]:
-        """The scene or system that the file holds, and all files behind it. Raises InputError."""
+    def subject(self, swept: bool = False) -> Any:
+        """The Scene or SystemFile that the file holds. Raises InputError.
+
+        swept: warn where nothing depends on the free parameter of a system.
+        """
         if "M" not in self.document:
-            return self.scene(), [self.file]
-        system = self.system()
-        return system, [self.file, *system.inputs]
-
-    def named_files(self) -> list[Path]:
-        """The files that the document names: matrices and coordinates of a system."""
-        folder = Path() if self.path is None else self.path.parent
-        return [folder / name for name in named_files(self.document)]
-
-    def check_at(self, file: SystemFile, said: str) -> None:
-        """Refuse a value of the parameter that --set gives too. Raises InputError."""
-        name = file.system.parameter
-        if f"parameters.{name}" in self.changes:
-            raise InputError(f"{said}: --set gives {name} too; one of both is allowed")
-
-    def warn_if_constant(self, file: SystemFile) -> None:
-        """Warn where a range of the parameter is requested and nothing depends on it."""
-        name = file.system.parameter
-        if name not in file.system.names:
-            warnings.warn(f"no matrix depends on {name}", InputWarning, stacklevel=2)
-
-    def system(self) -> SystemFile:
-        """The system that the file holds, in either form. Raises InputError."""
+            return self.scene()
         room = importlib.import_module("squeal.io.system")  # formats, which no scene needs
-        folder = Path() if self.path is None else self.path.parent
-        file: SystemFile = room.system_file(self.document, self.at, folder)
+        file = room.system_file(self.document, self.at, self.folder)
+        self.inputs += file.inputs
+        system = file.system
         for key, value in self.changes.items():
             name = key.removeprefix("parameters.")
-            if name != key and name not in file.system.names:
-                raise InputError(
-                    f"--set {name}={value:g}: no matrix of {self.name} depends on {name}"
-                )
+            if name != key and name not in system.names:
+                words = f"no matrix of {self.name} depends on {name}"
+                raise InputError(f"--set {name}={value:g}: {words}")
+        if swept and system.parameter not in system.names:
+            words = f"no matrix depends on {system.parameter}"
+            warnings.warn(words, InputWarning, stacklevel=2)
         return file
-
-
-def read_source(given: str, changes: Sequence[str]) -> Source:
-    """Read a file, or standard input for "-", and change what `changes` (NAME=VALUE) name.
-
-    Raises InputError.
-    """
-    path = None if given == STANDARD_INPUT else Path(given)
-    at = Place("standard input" if path is None else given)
-    if path is None and sys.stdin is None:
-        raise at.refuse("is closed; a file or a pipe is allowed")
-    content = sys.stdin.buffer.read() if path is None else read_content(path, at)
-    document = parse_document(content, at)
-    made: dict[str, Any] = {}
-    for change in changes:
-        key, value = _changed(document, change)
-        if before := next((old for old in made if f"{old}.".startswith(f"{key}.")), None):
-            words = f"{before} is set already; a value is set by one --set only"
-            raise Place(f"--set {change}").refuse(words)
-        made[key] = value
-    name = at.source if path is None else path.name
-    return Source(at, document, InputFile(name, sha256(content).hexdigest()), path, made)
-
-
-def _changed(document: dict[str, Any], change: str) -> tuple[str, Any]:
-    """Put NAME=VALUE into a document; the dotted key and the value."""
-    at = Place(f"--set {change}")
-    name, equals, text = change.partition("=")
-    table = _keys_of(document)
-    keys, key = table.find(name.strip(), at)
-    if not equals:
-        raise at.refuse("it must be NAME=VALUE")
-    value = scalar(text)
-    key.kind.read(value, at)
-    inner: Any = document
-    for step in keys[:-1]:
-        group = table.keys[step].kind
-        table = group if isinstance(group, Group) else table
-        inner[step] = table.mapping(inner.get(step, {}))
-        inner = inner[step]
-        if not isinstance(inner, dict):  # refused when the document is read
-            return ".".join(keys), value
-    inner[keys[-1]] = value
-    return ".".join(keys), value
 
 
 def _keys_of(document: dict[str, Any]) -> Group:
@@ -156,8 +123,7 @@ def _keys_of(document: dict[str, Any]) -> Group:
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu")]
     numbers = Group({str(name): Key("a parameter", Number()) for name in names})
-    single = {name: key for name, key in room.SYSTEM.keys.items() if name != "coordinates"}
-    return Group({**single, "parameters": Key("named numbers", numbers)}, "every system")
+    return Group(room.SYSTEM.keys | {"parameters": Key("named numbers", numbers)}, "every system")
 
 
 @dataclass(frozen=True)
@@ -176,10 +142,10 @@ class Reply:
     warnings: Sequence[str] | None = None
 
     @staticmethod
-    def of(*answers: Answer, inputs: Any = None, judged: bool = False, **more: Any) -> Reply:
+    def of(*answers: Answer, inputs: Any = None, judged: bool = False) -> Reply:
         """One reply of several answers, whose objects and texts follow each other.
 
-        judged: their warnings speak of equilibria; more: further keys of the object.
+        judged: their warnings speak of equilibria.
         """
 
         def data() -> dict[str, Any]:
@@ -187,7 +153,7 @@ class Reply:
             for answer in answers:  # what an answer does not know another may have said
                 own = answer.to_dict().items()
                 joined |= {key: v for key, v in own if v is not None or key not in joined}
-            return joined | more
+            return joined
 
         reasons = [words for answer in answers for words in answer.warnings]
         for words in [] if judged else reasons:
@@ -200,22 +166,26 @@ class Reply:
 
 
 class Parser(argparse.ArgumentParser):
-    """An argument parser whose refusals read like all others, and whose values may be negative.
+    """The arguments of a command. Refusals read like all others, and values may be negative.
 
     An option that takes one value may be given once, by whichever of its names.
     """
 
-    def __init__(self, *arguments: Any, **options: Any) -> None:
-        super().__init__(*arguments, **options)
+    def __init__(self, name: str, module: Any, scene: bool) -> None:
+        about = " ".join(module.__doc__.partition("`: ")[2].split())
+        about = about[0].upper() + about[1:]
+        super().__init__(prog=f"squeal {name}", description=about, allow_abbrev=False)
         self._negative_number_matcher = re.compile(r"-\.?\d")  # -50:1000:0:2e4 is a value too
         self.register("action", None, Once)
-        self._groups: dict[str, Any] = {"": self}
-
-    def within(self, name: str) -> Any:
-        """The group of options of that name."""
-        if name not in self._groups:
-            self._groups[name] = self.add_argument_group(name)
-        return self._groups[name]
+        self.groups: dict[str, Any] = {"": self}
+        self.groups |= {title: self.add_argument_group(title) for title in (SYSTEMS, FILES)}
+        add = self.add_argument
+        if scene:
+            add("scene", metavar="SCENE.yaml", help="the scene file; - reads standard input")
+            words = "change one value of the file, such as mu=0.3 or time.stop=0.1 (repeatable)"
+            add("--set", metavar="NAME=VALUE", action="append", default=[], help=words)
+        module.options(self)
+        add("--json", action="store_true", help="print one JSON object instead")
 
     def error(self, message: str) -> NoReturn:
         raise InputError(f"{message}; see {self.prog} --help")
@@ -225,77 +195,58 @@ class Parser(argparse.ArgumentParser):
         raise SystemExit(printed(self.format_help().rstrip("\n")))
 
 
-@dataclass(frozen=True)
-class Command:
-    """A command: its name and its module, whose docstring says what it does.
+def _reply(module: Any, given: argparse.Namespace) -> Reply:
+    """The answer of a command about a scene or system. Raises InputError."""
+    source = given.source = Source(given.scene, given.set)
+    inputs = [given.scene, *([given.scatter] if getattr(given, "scatter", None) else [])]
+    inputs += [source.folder / name for name in named_files(source.document)]
+    check_outputs(given, inputs)
+    try:
+        reply: Reply = module.run(given)
+    except MatrixError as error:
+        raise InputError(f"{source.name}: {error}") from None
+    except InputError as error:
+        match = _ARGUMENT.match(str(error))
+        option = match and getattr(given, f"{match[1]}_said", None)
+        if not match or not option:
+            raise
+        raise InputError(f"{option}: {str(error)[match.end() :]}") from None
+    for words in reply.warnings or ():
+        warnings.warn(words, InputWarning, stacklevel=2)
+    return reply
 
-    The module's function `options` adds options to a parser, and `run` makes the reply from them.
-    With `scene` it finds what the first argument names as `source` in them.
+
+def run(name: str, module: Any, scene: bool, arguments: Sequence[str]) -> int:
+    """Run a command; the exit code 0, or 1 where the answer cannot be printed.
+
+    The module's docstring says what it does, its function `options` adds options to a parser, and
+    `run` makes the reply from them. With `scene` they hold the first argument's Source as `source`.
+    Raises InputError and what the command raises.
     """
+    given, shown = Parser(name, module, scene).parse_args(arguments), list[str]()
 
-    name: str
-    module: Any
-    scene: bool = True
+    def show(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
+        words = str(message)
+        if issubclass(category, RuntimeWarning):  # NumPy's of overflow and the like
+            words += f"; {BEYOND}"
+        if words not in shown:
+            shown.append(words)
+            say(f"squeal: warning: {words}")
 
-    def parser(self) -> Parser:
-        """The parser of this command's arguments."""
-        summary = " ".join(self.module.__doc__.partition("`: ")[2].split())
-        summary = summary[0].upper() + summary[1:]
-        parser = Parser(prog=f"squeal {self.name}", description=summary, allow_abbrev=False)
-        if self.scene:
-            add = parser.add_argument
-            add("scene", metavar="SCENE.yaml", help="the scene file; - reads standard input")
-            words = "change one value of the file, such as mu=0.3 or time.stop=0.1 (repeatable)"
-            add("--set", metavar="NAME=VALUE", action="append", default=[], help=words)
-        self.module.options(parser)
-        parser.add_argument("--json", action="store_true", help="print one JSON object instead")
-        return parser
-
-    def _reply(self, options: argparse.Namespace) -> Reply:
-        if not self.scene:
-            reply: Reply = self.module.run(options)
-            return reply
-        inputs = [] if options.scene == STANDARD_INPUT else [Path(options.scene)]
-        if scatter := getattr(options, "scatter", None):
-            inputs.append(scatter)
-        check_outputs(options, inputs)
-        options.source = read_source(options.scene, options.set)
-        check_outputs(options, options.source.named_files())
-        try:
-            reply = self.module.run(options)
-        except MatrixError as error:
-            raise InputError(f"{options.source.name}: {error}") from None
-        for words in reply.warnings or ():
-            warnings.warn(words, InputWarning, stacklevel=2)
-        return reply
-
-    def main(self, arguments: Sequence[str] | None = None) -> int:
-        """Run from arguments; the exit code 0, or 1 where the answer cannot be printed."""
-        options, shown = self.parser().parse_args(arguments), list[str]()
-
-        def show(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
-            words = str(message)
-            if issubclass(category, RuntimeWarning) and _OF_NUMBERS.search(words):
-                words += f"; {BEYOND}"
-            if words not in shown:
-                shown.append(words)
-                say(f"squeal: warning: {words}")
-
-        with warnings.catch_warnings():
-            for kind in (RuntimeWarning, InputWarning):
-                warnings.simplefilter("always", kind)
-            warnings.showwarning = show
-            reply = self._reply(options)
-            if not options.json:
-                return printed(str(reply.text()))
-            answer = reply.data()
-        first: dict[str, Any] = {} if reply.warnings is None else {"admissible": not reply.warnings}
-        joined = first | {"warnings": shown} | answer | {"warnings": shown}
-        inputs = reply.inputs
-        if self.scene and inputs is None:
-            inputs = [options.source.file]
-        if inputs is not None:
-            joined["provenance"] = provenance(inputs, self.module.__name__).to_dict()
-        if self.scene and options.set:
-            joined["set"] = options.source.changes
-        return printed(to_json(joined))
+    with warnings.catch_warnings():
+        for kind in (RuntimeWarning, InputWarning):
+            warnings.simplefilter("always", kind)
+        warnings.showwarning = show
+        reply: Reply = _reply(module, given) if scene else module.run(given)
+        if not given.json:
+            return printed(reply.text())
+        answer = reply.data()
+    first = {} if reply.warnings is None else {"admissible": not reply.warnings}
+    joined = first | answer | {"warnings": shown}
+    inputs = reply.inputs
+    if scene:
+        inputs = given.source.inputs if inputs is None else inputs
+        joined |= {"set": given.source.changes} if given.set else {}
+    if inputs is not None:
+        joined["provenance"] = provenance(inputs, module.__name__).to_dict()
+    return printed(to_json(joined))

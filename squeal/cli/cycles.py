@@ -2,26 +2,11 @@
 and the branch of such motions over a parameter, also where sliding is stable."""
 
 import argparse
-import math
 
 import squeal
 from squeal.analysis.cycles import WINDOWS
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import not_allowed, said, take_files, whole, write_files
-from squeal.errors import InputError
-
-
-def parameter_range(given: str, option: str) -> tuple[str, float, float]:
-    """The parameter and range that NAME:LOW:HIGH names. Raises InputError."""
-    name, *ends = given.split(":")
-    try:
-        low, high = map(float, ends)
-    except ValueError:
-        low = high = 0.0
-    if not -math.inf < low < high < math.inf:
-        words = "NAME:LOW:HIGH with LOW < HIGH, such as mu:0.1:0.6"
-        raise not_allowed(f"{option} {given}", words)
-    return name, low, high
+from squeal.cli.options import named_range, take_files, whole, write_files
 
 
 def options(parser: Parser) -> None:
@@ -29,7 +14,7 @@ def options(parser: Parser) -> None:
     parser.add_argument(
         "--over",
         metavar="NAME:LOW:HIGH",
-        read=parameter_range,
+        read=named_range,
         help="follow the motion over this parameter, such as mu:0.1:0.6",
     )
     parser.add_argument(
@@ -45,12 +30,6 @@ def options(parser: Parser) -> None:
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene, find and follow its cycle, write the files that are requested."""
     scene = given.source.scene("simulate")
-    try:
-        answer = squeal.cycles(scene, given.over, given.windows)
-    except InputError as error:
-        if given.over is None:
-            raise
-        words = str(error).removeprefix("cycles: over: ")
-        raise InputError(f"{given.source.name}: {said(given, 'over')}: {words}") from None
+    answer = squeal.cycles(scene, given.over, given.windows)
     write_files(given, answer)
     return Reply.of(answer)

@@ -5,10 +5,11 @@ from typing import Any
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import not_allowed, refuse, said, take, take_files, write_files
+from squeal.cli.options import refuse, said, take, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.errors import InputError
 from squeal.io.scene import Scene
+from squeal.io.writing import picked
 
 
 def options(parser: Parser) -> None:
@@ -24,46 +25,26 @@ def options(parser: Parser) -> None:
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and analyse it."""
     source = given.source
-    subject, inputs = source.subject()
-    options: dict[str, Any] = {}
-    if isinstance(subject, Scene):
-        refuse(given, "band modes region method shape at", f"{source.name}, a scene")
-        if given.sweep is not None and not 0.0 <= given.sweep[0] < given.sweep[-1] <= 1e3:
-            raise not_allowed(said(given, "sweep"), "A:B:N with 0 <= A < B <= 1000")
-    else:
-        options = {"region": given.region, "modes": given.modes, "memory": given.memory}
-        options |= {"band": given.band, "progress": steps()}
-        if given.at is not None:
-            source.check_at(subject, said(given, "at"))
-        _check_shape(given, subject)
-        if given.sweep:
-            source.warn_if_constant(subject)
-    spectrum = squeal.eigenvalues(subject, given.at, **options)
+    subject = source.subject(swept=given.sweep is not None)
+    scene = isinstance(subject, Scene)
+    if scene:
+        refuse(given, "at method shape", f"{source.name}, a scene")
+        if given.sweep and given.sweep[0] < 0.0:
+            raise InputError(f"{said(given, 'sweep')}: is not allowed; friction is at least 0")
+    elif given.at is not None and f"parameters.{subject.system.parameter}" in source.changes:
+        raise InputError(f"{said(given, 'at')}: --set gives it too; one of both is allowed")
+    if given.shape and (given.figure is None or subject.coordinates is None):
+        needed = "--png FILE beside it, and `coordinates: {file: nodes.csv}` in the system file"
+        raise InputError(f"{said(given, 'shape')}: needs {needed}")
+    asked: dict[str, Any] = picked(given, "band region modes memory") | {"progress": steps()}
+    spectrum = squeal.eigenvalues(subject, given.at, **asked)
     answers: list[Any] = [spectrum]
     if given.sweep:
-        if options:
-            options["method"] = given.method
-        answers.append(squeal.sweep(subject, given.sweep, **options))
-    shown = answers[-1]
+        answers.append(squeal.sweep(subject, given.sweep, method=given.method, **asked))
+    if given.shape:
+        write_files(given, answers[-1], spectrum, shape=given.shape)
+    else:
+        write_files(given, answers[-1])
     if given.sensitivity:
         answers.append(squeal.sensitivity(subject, known=spectrum))
-    if given.shape is None:
-        write_files(given, shown)
-    else:
-        spectrum.plot(given.figure, name=source.name, shape=given.shape)
-        if given.table is not None:
-            shown.save(given.table)
-    return Reply.of(*answers, inputs=inputs, judged=isinstance(subject, Scene))
-
-
-def _check_shape(given: argparse.Namespace, file: Any) -> None:
-    """Refuse a shape without a picture, or of a system that says not where its rows are."""
-    if given.shape is None:
-        return
-    if given.figure is None:
-        raise InputError(f"{said(given, 'shape')}: needs --png FILE beside it")
-    if file.coordinates is None:
-        raise InputError(
-            f"{said(given, 'shape')}: is not allowed with {given.source.name}, which says not "
-            "where its rows are; a system file with `coordinates: {file: nodes.csv}` is allowed"
-        )
+    return Reply.of(*answers, judged=scene)

@@ -14,22 +14,20 @@ from squeal.analysis.of_systems import Question
 from squeal.analysis.pads import analyse
 from squeal.analysis.systems.matrices import write_system
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import path, refuse, said, take, word
+from squeal.cli.options import refuse, said, take
 from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
-from squeal.io.writing import aligned
+from squeal.io.writing import aligned, picked
 from squeal.linear.system import Term, TermSystem
-
-FORMATS = ("mtx", "mat", "npz")
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal export`."""
     words = "a new or empty folder"
-    parser.add_argument("--output", metavar="FOLDER", read=path, required=True, help=words)
-    words = f"one of {', '.join(FORMATS)} (mtx)"
-    parser.add_argument("--format", metavar="NAME", default="mtx", help=words, read=word(*FORMATS))
+    parser.add_argument("--output", metavar="FOLDER", read=Path, required=True, help=words)
+    words = "how matrices are written (mtx)"
+    parser.add_argument("--format", choices=("mtx", "mat", "npz"), default="mtx", help=words)
     take(parser, "method band region sweep memory")
 
 
@@ -39,31 +37,28 @@ def run(given: argparse.Namespace) -> Reply:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         kind = "not empty" if folder.is_dir() else "no folder"
         raise InputError(f"--output {folder}: is {kind}; a new or empty folder is allowed")
-    subject, inputs = given.source.subject()
-    basis = None
-    if isinstance(subject, Scene):
-        refuse(given, "method band region sweep", f"{given.source.name}, a scene with six roots")
-        system = _of_scene(given.source.name, subject)
-    elif given.method in (None, "full"):
+    subject, basis = given.source.subject(), None
+    scene = isinstance(subject, Scene)
+    if scene:
+        refuse(given, "method", f"{given.source.name}, a scene with six roots")
+    if given.method in (None, "full"):
         refuse(given, "band region sweep", "a whole system; --method reduced or modal takes it")
-        system = subject.system
+        system = _of_scene(given.source.name, subject) if scene else subject.system
     else:
         if given.band is None and given.region is None:
             raise InputError(f"{said(given, 'method')}: needs --band or --region")
-        wanted: Any = {"band": given.band, "region": given.region, "memory": given.memory}
-        question = Question.of(subject, **wanted, progress=steps())
-        reduction, basis = question.reduced(given.sweep, given.method)
+        asked: Any = picked(given, "band region memory") | {"progress": steps()}
+        reduction, basis = Question.of(subject, **asked).reduced(given.sweep, given.method)
         if reduction.spurious:
             words = f"the reduced system has {reduction.spurious} roots that the full one has not"
             warnings.warn(words, InputWarning, stacklevel=2)
         system = reduction.system
     rows = write_system(folder, system, given.format)
-    cells = [(r["file"], r["part"], r["factor"]) for r in rows]
     head = f"{system.name}: {system.n} rows, {len(rows)} matrices and system.yaml in {folder}"
+    cells = [(r["file"], r["part"], r["factor"]) for r in rows]
     return Reply(
         lambda: {"folder": str(folder), "rows": system.n, "files": rows, "basis": basis},
         lambda: f"{head}\n{aligned(cells, right=False)}",
-        inputs,
     )
 
 

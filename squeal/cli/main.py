@@ -6,16 +6,10 @@ import difflib
 import importlib
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from squeal import __version__
 from squeal.cli.streams import exit_code, open_closed, printed, say
 
-if TYPE_CHECKING:
-    from squeal.cli.command import Command
-
-# the package that holds a group of commands (the toolkit never imports the companion)
-_HERE, _ARTICLE = "squeal.cli", "squeal.article.commands"
 GROUPS = {
     "pads and systems from matrices": {
         "eigenvalues": "complex eigenvalues and verdict",
@@ -38,7 +32,6 @@ GROUPS = {
     },
 }
 COMMANDS = {name: about for group in GROUPS.values() for name, about in group.items()}
-OF_ARTICLE = tuple(GROUPS["the article"])
 WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take")
 
 
@@ -51,13 +44,12 @@ def _help() -> str:
     return "\n".join([*lines, "", "squeal COMMAND --help lists its options; --version the version"])
 
 
-def command(name: str) -> Command:
-    """A command by its name, for which its module is imported."""
-    from squeal.cli.command import Command
+def _run(name: str, *arguments: str) -> int:
+    from squeal.cli.command import run  # --help and --version need nothing of it
 
-    home = _ARTICLE if name in OF_ARTICLE else _HERE
+    home = "squeal.article.commands" if name in GROUPS["the article"] else "squeal.cli"
     module = importlib.import_module(f"{home}.{name.replace('-', '_')}")
-    return Command(name, module, scene=name not in WITHOUT_SCENE)
+    return run(name, module, name not in WITHOUT_SCENE, arguments)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -76,4 +68,4 @@ def main(arguments: Sequence[str] | None = None) -> int:
         meant = f"did you mean {close[0]}?" if close else f"allowed are {', '.join(COMMANDS)}"
         say(f"squeal: {given[0]!r} is no command; {meant}")
         return 2
-    return exit_code("squeal", lambda: command(given[0]).main(given[1:]))
+    return exit_code("squeal", lambda: _run(*given))

@@ -7,7 +7,7 @@ from typing import Any
 
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import said, take_files
-from squeal.cli.streams import progress_line
+from squeal.cli.streams import counter
 from squeal.io.scene import OUTPUTS, Scene
 from squeal.simulation import simulate
 
@@ -46,12 +46,12 @@ def run(given: argparse.Namespace) -> Reply:
     if given.figure is not None:  # few samples would draw another motion
         every = math.ceil(LEAST / steps)
     task = dataclasses.replace(scene, outputs=outputs, samples=steps * every + 1)
-    with progress_line("per cent") as progress:
-        tell = None if progress is None else lambda share: progress(round(100 * share), 100)
-        motion = simulate(task, given.integrator, tell)
+    show = counter("per cent")
+    tell = None if show is None else lambda share: show(round(100 * share), 100)
+    motion = simulate(task, given.integrator, tell)
     if given.figure is not None:
         name = given.source.name.removesuffix(".yaml")
-        motion.plot(given.figure, name=name, scene=scene, inputs=[given.source.file])
+        motion.plot(given.figure, name=name, scene=scene, inputs=given.source.inputs)
     if motion.history is not None:
         history = {name: column[::every] for name, column in motion.history.items()}
         motion = dataclasses.replace(motion, history=history)

@@ -7,8 +7,7 @@ import os
 import re
 import sys
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import TextIO
 
 from squeal.errors import BEYOND, ComputationError, InputError
@@ -34,17 +33,12 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
     code = 1
     try:
         return work()
-    except InputError as error:
+    except (InputError, UnicodeEncodeError) as error:  # also a name of what are no letters
         code, words = 2, str(error)
     except ComputationError as error:
         words = str(error)
-    except UnicodeEncodeError as error:
-        letter = error.object[error.start]
-        code, words = 2, f"{letter!r} is not allowed in a text; it stands for no letter"
     except (ArithmeticError, ValueError) as error:
-        from numpy.linalg import LinAlgError
-
-        if not isinstance(error, ArithmeticError | LinAlgError):
+        if not isinstance(error, ArithmeticError) and type(error).__name__ != "LinAlgError":
             raise
         words = f"{error.args[-1]}; {BEYOND}"
     except MemoryError:
@@ -73,43 +67,41 @@ def open_closed() -> None:
 
 
 def say(text: str) -> None:
-    """Print on standard error, control characters as escapes.
+    """Print on standard error, in place of the progress there, control characters as escapes.
 
     What cannot be said there stops nothing and changes no exit code.
     """
     try:
-        print(visible(text), file=sys.stderr, flush=True)
+        print(f"{_erase()}{visible(text)}", file=sys.stderr, flush=True)
     except OSError:  # a full disc, a terminal that is gone
         _silence(sys.stderr)
+
+
+def _erase() -> str:
+    return "\r\033[K" if sys.stderr.isatty() else ""
 
 
 def _silence(stream: TextIO) -> None:
     os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
-def steps() -> Callable[[str], None]:
+def steps() -> Callable[[str], None] | None:
     """What says the steps of long work on standard error, if that is a terminal."""
-    return (lambda text: say(f"squeal: {text}")) if sys.stderr.isatty() else lambda _: None
+    return (lambda text: say(f"squeal: {text}")) if sys.stderr.isatty() else None
 
 
-@contextmanager
-def progress_line(what: str) -> Iterator[Callable[[int, int], None] | None]:
-    """A function of (done, count) that shows both on a terminal; None where there is none."""
-    if not sys.stderr.isatty():
-        yield None
-        return
+def counter(what: str) -> Callable[[int, int], None] | None:
+    """What shows (done, count) on standard error until all is done, if that is a terminal."""
     last = 0.0
 
     def show(done: int, count: int) -> None:
         nonlocal last
         if done == count or time.monotonic() - last > EVERY:
             last = time.monotonic()
-            print(f"\r{done} of {count} {what}", end="", file=sys.stderr, flush=True)
+            line = "" if done == count else f"{done} of {count} {what}"
+            print(f"{_erase()}{line}", end="", file=sys.stderr, flush=True)
 
-    try:
-        yield show
-    finally:
-        print("\r\033[K", end="", file=sys.stderr, flush=True)
+    return show if sys.stderr.isatty() else None
 
 
 def printed(text: str) -> int:

@@ -13,7 +13,7 @@ from squeal.article.equations import quasi_static_map
 from squeal.article.figures import charts, histories, sketch
 from squeal.article.runs import read_run
 from squeal.article.transitions import transitions
-from squeal.cli.main import command
+from squeal.cli.main import main
 from squeal.io.scene import read_scene
 from squeal.model.contact import FULL, LEAD, NONE, TRAIL, contact_law
 from squeal.model.pad import coefficients
@@ -34,10 +34,7 @@ def runs(tmp_path_factory):
         with (folder / f"{stem}.json").open("w") as stream, pytest.MonkeyPatch.context() as patch:
             patch.setattr("sys.stdout", stream)
             history = str(folder / f"{stem}.csv")
-            assert (
-                command("simulate").main([str(SCENES / f"{stem}.yaml"), "--csv", history, "--json"])
-                == 0
-            )
+            assert main(["simulate", str(SCENES / f"{stem}.yaml"), "--csv", history, "--json"]) == 0
         runs[stem] = read_run(folder / f"{stem}.json", Path(history))
     return runs
 

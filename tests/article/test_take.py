@@ -12,7 +12,7 @@ from squeal.article.report.captions import captions, title
 from squeal.article.report.plain import plain, table_rows
 from squeal.article.report.taking import ORIGIN, take
 from squeal.article.runs import read_run
-from squeal.cli.main import command, main
+from squeal.cli.main import main
 from squeal.errors import InputError
 from tests.conftest import ROOT
 
@@ -30,7 +30,7 @@ def build(tmp_path_factory):
     with result.open("w") as stream, pytest.MonkeyPatch.context() as patch:
         patch.setattr("sys.stdout", stream)
         history = str(folder / "results" / "b2-c.csv")
-        assert command("simulate").main([scene, "--csv", history, "--json"]) == 0
+        assert main(["simulate", scene, "--csv", history, "--json"]) == 0
     return folder
 
 

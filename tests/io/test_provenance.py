@@ -11,7 +11,7 @@ from importlib import metadata
 
 import pytest
 
-from squeal.cli.main import command
+from squeal.cli.main import main
 from squeal.io import provenance as room
 from squeal.io.provenance import (
     Provenance,
@@ -47,7 +47,7 @@ def test_inputs_sources_versions_and_machine():
 
 def test_commands_of_several_scenes_name_them_all(capsys):
     scenes = ROOT / "workflow" / "scenes"
-    assert command("findings").main(["--scenes", str(scenes), "--json"]) == 0
+    assert main(["findings", "--scenes", str(scenes), "--json"]) == 0
     made = Provenance.from_dict(json.loads(capsys.readouterr().out)["provenance"])
     cases = [f"{model}-{case}.yaml" for model in ("b1", "b2") for case in "abcd"]
     assert [file.name for file in made.inputs] == [*cases, "b3.yaml"]

@@ -17,6 +17,8 @@ from squeal.io.writing import aligned as table
 from squeal.io.writing import picked
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 
+MINUTES = numbers("a number of at least 0", lambda minutes: minutes >= 0.0, float)
+
 
 def options(parser: Parser) -> None:
     """Options of `squeal identify`."""
@@ -24,9 +26,10 @@ def options(parser: Parser) -> None:
         parser.add_argument(
             f"--{key.replace('_', '-')}", choices=choices, default=choices[0], help="formulation"
         )
-    parser.add_argument("--seed", default="1", metavar="N", help="whole number (1 if left out)")
-    parser.add_argument("--minutes", default="10", metavar="M", help="how long (10 if left out)")
-    parser.add_argument("--starts", metavar="N", help="so many starts, however long they take")
+    add, words = parser.add_argument, "so many starts, however long they take"
+    add("--seed", read=whole(0), default=1, metavar="N", help="whole number (1 if left out)")
+    add("--minutes", read=MINUTES, default=10.0, metavar="M", help="how long (10 if left out)")
+    add("--starts", read=whole(1), metavar="N", help=words)
     parser.add_argument(
         "--state",
         type=Path,
@@ -66,17 +69,14 @@ def text(result: SearchResult, claims: list[JudgedClaim]) -> str:
 def run(given: argparse.Namespace) -> Reply:
     """Search, and write the scenes if requested."""
     formulation = Formulation(given.line_force, given.delta_from, given.delta_moment)
-    seed = whole(0)(given.seed, "--seed")
-    words = "a number of at least 0"
-    seconds = 60 * numbers(given.minutes, "--minutes", 1, words, lambda minutes: minutes >= 0.0)[0]
-    starts = math.inf
+    starts, seconds = math.inf, 60.0 * given.minutes
     if given.starts is not None:
-        starts, seconds = whole(1)(given.starts, "--starts"), math.inf
+        starts, seconds = given.starts, math.inf
     if given.scenes is not None:
         check_folder(given.scenes, given.overwrite)
     elif given.overwrite:
         raise InputError("--overwrite: is not allowed without --scenes, which it replaces")
-    result = search(formulation, seed, seconds, given.state, os.cpu_count() or 1, say, starts)
+    result = search(formulation, given.seed, seconds, given.state, os.cpu_count() or 1, say, starts)
     claims = judged(result, formulation)
     if given.scenes is not None:
         write_scenes(result.numbers, formulation, given.scenes)
