@@ -21,18 +21,13 @@ from squeal.linear.eigen import (
 from squeal.linear.events import Crossing
 from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_modes
 from squeal.linear.system import Batched, Matrices, System
-from squeal.linear.thresholds import (
-    CriticalPoint,
-    Thresholds,
-    crossings,
-    thresholds,
-)
+from squeal.linear.thresholds import CriticalPoint, Thresholds, thresholds
 
 # fmt: off
 __all__ = [
     "GROWING", "VERDICTS", "Batched", "CriticalPoint", "Crossing", "Eigenvalue",
     "Judgement", "Matrices", "Spectrum", "System", "Thresholds",
-    "TrackedModes", "UnstableMode", "complex_eigenvalues", "crossings",
+    "TrackedModes", "UnstableMode", "complex_eigenvalues",
     "damped_verdicts", "judge", "sensitivities",
     "sum_verdicts", "thresholds", "track", "undamped_verdicts", "unstable_modes",
     "verdict",

@@ -19,7 +19,6 @@ T_kl = sum_m W_km W_ml (1 / (z_k - z_m) + 1 / (z_l - z_m)) / 2.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -29,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError, MatrixError
+from squeal.linear.eigen import UnstableCount
 from squeal.linear.matrices import (
     EPS,
     ILL,
@@ -64,8 +64,6 @@ class ContinuationOptions:
     near : float
         Part of |z| by which they always may, and of a frequency by which roots that are one may
         differ.
-    exchange : float
-        Part of what two roots exchange by which the prediction of their meeting may be off.
     difference : float
         Step of a difference that stands for a derivative, of the range.
     same : float
@@ -79,12 +77,8 @@ class ContinuationOptions:
         Part of the range that an interval of a certified search may take.
     aside : float
         Part of a step at which it is divided.
-    nudge : float
-        Part of a root by which the shift of inverse iteration lies beside it.
     rounds : int
         Steps of Newton's method, and half of those of inverse iteration.
-    samples : int
-        Points at which the roots of a pair are looked at.
     small : int
         Rows up to which systems are stacked, and loading SciPy costs more than it saves.
     """
@@ -94,16 +88,13 @@ class ContinuationOptions:
     budget: int = 1500
     doubt: float = 0.25
     near: float = 1e-3
-    exchange: float = 0.3
     difference: float = 1e-6
     same: float = 1e-9
     sure: float = 4.0
     resolved: float = 0.02
     wide: float = 1e-4
     aside: float = 0.4837
-    nudge: float = 1e-7
     rounds: int = 25
-    samples: int = 101
     small: int = 40
 
 
@@ -137,11 +128,22 @@ class State:
     coupling: ComplexArray = field(repr=False)
     rounding: Array = field(repr=False)
     form: str = "damped"  # undamped, gyroscopic, damped
+    rate: float = 1.0
 
     @property
     def slopes(self) -> ComplexArray:
         """Derivatives dz/dp (m,)."""
         return np.asarray(self.coupling.diagonal())
+
+    @cached_property
+    def exponents(self) -> ComplexArray:
+        """The eigenvalues lambda (rad/s) of the roots; without damping those that do not decay."""
+        return exponents(self.roots, self.form, self.rate)
+
+    @cached_property
+    def omegas(self) -> Array:
+        """Angular frequencies (rad/s) of the roots."""
+        return np.abs(self.exponents.imag)
 
     @cached_property
     def real(self) -> Bools:
@@ -163,36 +165,77 @@ class State:
         return np.asarray(apart <= 2 * np.add.outer(self.rounding, self.rounding))
 
     @cached_property
+    def grows(self) -> Bools:
+        """Roots that grow by more than rounding, of a pair both."""
+        z, rounding = self.roots, self.rounding
+        if self.form == "undamped":
+            return np.asarray(~self.real | (z.real < -rounding))
+        return np.asarray((z.real if self.form == "damped" else -z.imag) > rounding)
+
+    @cached_property
+    def growing(self) -> tuple[list[int], list[int]]:
+        """The pairs that grow, as indices of their upper roots, and the real roots that grow; the
+        fastest first."""
+        across = self.roots.real if self.form == "gyroscopic" else self.roots.imag
+        pairs = across > self.rounding
+        real = self.real if self.form == "undamped" else np.abs(across) <= self.rounding
+        order = [k for k in np.argsort(-self.exponents.real).tolist() if self.grows[k]]
+        return [k for k in order if pairs[k]], [k for k in order if real[k]]
+
+    @cached_property
+    def growth(self) -> UnstableCount:
+        """How much grows by more than rounding."""
+        rates = (float(self.exponents[k[0]].real) if k else 0.0 for k in self.growing)
+        return UnstableCount(*map(len, self.growing), *rates)
+
+    @cached_property
+    def bounds(self) -> tuple[int, int]:
+        """At least and at most how many roots (two for a pair) grow, rounding considered."""
+        z, rounding = self.roots, 2 * self.rounding  # those of two that are close, see `close`
+        near = self.close.sum(axis=1) > 1
+        if self.form == "damped":
+            sure, near = z.real > rounding, z.real > -rounding
+        elif self.form == "gyroscopic":
+            sure = z.imag < -rounding
+        else:  # each complex s and each negative one gives a growing root
+            sure = (np.abs(z.imag) > rounding) | (z.real < -rounding)
+            near = near | (z.real < rounding)
+        return int(np.sum(sure)), int(np.sum(sure | near))
+
+    @cached_property
     def couplings(self) -> tuple[NDArray, ...]:
-        """Pairs (k, l) that may meet, and of each whether it is conjugate, W and T of kl and lk,
-        half of z_k'' - z_l'' by all others, and what third roots add to T if none cancel."""
-        return _couplings(self)
+        """Pairs (k, l) on the line or above it, or conjugate, and of each whether it is conjugate,
+        W and T of kl and lk, half of z_k'' - z_l'' by all others, and what third roots add to T if
+        none cancel."""
+        z, W, noise, own = self.roots, self.coupling, self.rounding, self.slopes
+        apart, unsure = z[:, None] - z, np.add.outer(noise, noise)
+        conjugate = np.abs(z[:, None] - z.conj()) <= unsure
+        upper = z.imag >= -noise
+        if self.form != "damped":
+            positive = z.real > (0 if self.form == "undamped" else -noise)
+            upper = self.real & positive
+            conjugate &= positive
+        if self.form == "gyroscopic":  # those that meet at zero
+            conjugate |= (np.abs(z[:, None] + z) <= unsure) & self.real
+        k, l = np.nonzero(np.triu((upper[:, None] & upper) | conjugate, 1))
+        pairs = np.stack([k, l]), np.stack([l, k])
+        with np.errstate(all="ignore"):
+            inverse = np.where(np.abs(apart) > unsure, 1 / apart, 0.0)
+            F = W * inverse
+            T = (F @ W - W @ F + F * (own[:, None] - own)) / 2
+            bend = np.einsum("km,mk->k", F, W)
+            bend = bend[k] - bend[l] - 2 * W[k, l] * W[l, k] * inverse[k, l]
+            squares, others = np.abs(W) ** 2, np.abs(F) ** 2
+            size = np.add.outer(squares.diagonal(), squares.diagonal())
+            alone = np.maximum(others @ squares + squares @ others - others * size, 0.0)
+        return k, l, conjugate[k, l], W[pairs], T[pairs], bend, np.sqrt(alone[pairs])
 
 
-def _couplings(state: State) -> tuple[NDArray, ...]:
-    """Of the pairs on the line or above it, and of conjugates."""
-    z, W, noise, own = state.roots, state.coupling, state.rounding, state.slopes
-    apart, unsure = z[:, None] - z, np.add.outer(noise, noise)
-    conjugate = np.abs(z[:, None] - z.conj()) <= unsure
-    upper = z.imag >= -noise
-    if state.form != "damped":
-        positive = z.real > (0 if state.form == "undamped" else -noise)
-        upper = state.real & positive
-        conjugate &= positive
-    if state.form == "gyroscopic":  # those that meet at zero
-        conjugate |= (np.abs(z[:, None] + z) <= unsure) & state.real
-    k, l = np.nonzero(np.triu((upper[:, None] & upper) | conjugate, 1))
-    pairs = np.stack([k, l]), np.stack([l, k])
-    with np.errstate(all="ignore"):
-        inverse = np.where(np.abs(apart) > unsure, 1 / apart, 0.0)
-        F = W * inverse
-        T = (F @ W - W @ F + F * (own[:, None] - own)) / 2
-        bend = np.einsum("km,mk->k", F, W)
-        bend = bend[k] - bend[l] - 2 * W[k, l] * W[l, k] * inverse[k, l]
-        squares, others = np.abs(W) ** 2, np.abs(F) ** 2
-        size = np.add.outer(squares.diagonal(), squares.diagonal())
-        alone = np.maximum(others @ squares + squares @ others - others * size, 0.0)
-    return k, l, conjugate[k, l], W[pairs], T[pairs], bend, np.sqrt(alone[pairs])
+def exponents(roots: ComplexArray, form: str, rate: float) -> ComplexArray:
+    """The eigenvalues lambda (rad/s) of roots; without damping those that do not decay."""
+    if form == "undamped":
+        return np.asarray(np.sqrt(-roots + 0j))
+    return np.asarray((roots if form == "damped" else 1j * roots) * rate)
 
 
 class Continuation:
@@ -221,22 +264,18 @@ class Continuation:
                 "thresholds: complex matrices (structural damping) are not allowed; damping by "
                 "rayleigh or ratios is"
             )
-        self._family = Parametrised(system, low, high, self.options.difference)
+        self.family = Parametrised(system, low, high, self.options.difference)
         inside = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
-        each = self._family.at_many(inside)
+        each = self.family.at_many(inside)
         self._normal: tuple[Array, Array, Array] | None = None  # the last M with L, R
         self._free = _free_motions(each)
-        self.n = len(each[0][0]) if self._free is None else self._free[0].shape[1]
         self.form = _form(each)
+        n = len(each[0][0]) if self._free is None else self._free[0].shape[1]
+        self.size = n if self.form == "undamped" else 2 * n  # rows N of A
         self.rate = 1.0 if self.form == "undamped" else 0.0
         self._states: dict[float, State] = {}
         # of no value, but it sets the rate
         self._last = np.nan, *self._standard(each[2], (np.zeros_like(each[2][0]),) * 3)
-
-    @property
-    def size(self) -> int:
-        """Rows N of A."""
-        return self.n if self.form == "undamped" else 2 * self.n
 
     @property
     def states(self) -> list[State]:
@@ -245,16 +284,7 @@ class Continuation:
 
     def omega(self, z: complex) -> float:
         """Angular frequency (rad/s) of a root."""
-        if self.form == "undamped":
-            return float(abs(np.sqrt(-complex(z)).imag))
-        return abs(z.imag if self.form == "damped" else z.real) * self.rate
-
-    def exponents(self, z: ComplexArray) -> ComplexArray:
-        """The eigenvalues lambda (rad/s) of roots; without damping those that do not decay."""
-        if self.form == "undamped":
-            half = np.sqrt(-z + 0j)
-            return np.asarray(np.where(half.real < 0, -half, half))
-        return np.asarray(z * self.rate if self.form == "damped" else 1j * z * self.rate)
+        return float(np.abs(exponents(np.array(z), self.form, self.rate).imag))
 
     def _standard(self, matrices: Any, slopes: Any) -> tuple[NDArray, NDArray, Array]:
         """A(p), dA/dp and the sizes of what is rounded in the entries of A."""
@@ -281,7 +311,7 @@ class Continuation:
         return (-1j * A, -1j * dA, E) if self.form == "gyroscopic" else (A, dA, E)
 
     def _standards(self, ps: Sequence[float]) -> list[tuple[NDArray, NDArray, Array]]:
-        return [self._standard(*both) for both in self._family.with_derivatives(ps)]
+        return [self._standard(*both) for both in self.family.with_derivatives(ps)]
 
     def both(self, p: float) -> tuple[NDArray, NDArray, Array]:
         """A(p), dA/dp, and the sizes of which the rounding of each entry is a part eps."""
@@ -293,20 +323,40 @@ class Continuation:
         """The state at p, computed once."""
         if p not in self._states:
             A, slope, _ = self.both(p)
-            self._states[p] = _state(p, A, slope, *_vectors(A), self.form)
+            hermitian = np.array_equal(A, A.conj().T)
+            self._add(p, A, slope, *(np.linalg.eigh(A) if hermitian else np.linalg.eig(A)))
         return self._states[p]
 
     def prepare(self, ps: Iterable[float]) -> None:
-        """Compute the states at several values together."""
+        """Compute the states at several values together, if that saves time."""
         ps = [p for p in dict.fromkeys(ps) if p not in self._states]
-        if (
-            not ps or self.size > self.options.small
-        ):  # stacks of larger matrices take as long as one by one
-            return
-        each = self._standards(ps)
-        values, right = np.linalg.eig(np.array([A for A, _, _ in each]))
-        for p, (A, slope, _), z, X in zip(ps, each, values, right, strict=True):
-            self._states[p] = _state(p, A, slope, *_with_left(A, z, X), self.form)
+        if ps and self.size <= self.options.small:
+            each = self._standards(ps)
+            roots = np.linalg.eig(np.array([A for A, _, _ in each]))
+            for p, (A, slope, _), z, X in zip(ps, each, *roots, strict=True):
+                self._add(p, A, slope, z, X)
+
+    def _add(self, p: float, A: NDArray, slope: NDArray, values: NDArray, right: NDArray) -> None:
+        """Add a state, with left vectors by the inverse or, where that loses half the digits, by
+        the transpose."""
+        values, right = values.astype(complex), right.astype(complex)
+        try:
+            left = np.linalg.inv(right).conj().T
+            fine = bool(np.linalg.norm(left, 1) * np.linalg.norm(right, 1) < 0.01 / EPS)
+        except np.linalg.LinAlgError:
+            fine = False
+        if not fine:
+            others, left = np.linalg.eig(A.conj().T)
+            left = left.astype(complex)[:, _assigned(np.abs(values[:, None] - others.conj()))]
+        left = left / np.linalg.norm(left, axis=0)
+        across = np.sum(left.conj() * right, axis=0)
+        with np.errstate(all="ignore"):
+            condition = 1.0 / np.abs(across)
+            coupling = np.nan_to_num(left.conj().T @ (slope @ right) / across[:, None])
+        error = 2 * len(A) * EPS
+        rounding = norm_of(A) * np.minimum(error * condition, np.sqrt(error))
+        spectrum = values, right, left, coupling, rounding
+        self._states[p] = State(p, *spectrum, self.form, self.rate)
 
 
 def _form(each: Sequence[tuple[Array, Array, Array]]) -> str:
@@ -362,48 +412,6 @@ def _normalising(M: Array) -> tuple[Array, Array]:
     return T.T, T
 
 
-def _vectors(A: NDArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Roots, unit right and unit left vectors."""
-    if np.array_equal(A, A.conj().T):
-        values, vectors = np.linalg.eigh(A)
-        return values.astype(complex), vectors.astype(complex), vectors.astype(complex)
-    return _with_left(A, *np.linalg.eig(A))
-
-
-def _with_left(
-    A: NDArray, values: NDArray, right: NDArray
-) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """With left vectors by the inverse or, where that loses half the digits, the transpose."""
-    values, right = values.astype(complex), right.astype(complex)
-    try:
-        left = np.linalg.inv(right).conj().T
-        fine = bool(np.linalg.norm(left, 1) * np.linalg.norm(right, 1) < 0.01 / EPS)
-    except np.linalg.LinAlgError:
-        fine = False
-    if not fine:
-        others, left = np.linalg.eig(A.conj().T)
-        left = left.astype(complex)[:, _assigned(np.abs(values[:, None] - others.conj()))]
-    return values, right, left / np.linalg.norm(left, axis=0)
-
-
-def _state(
-    p: float,
-    A: NDArray,
-    slope: NDArray,
-    values: ComplexArray,
-    right: ComplexArray,
-    left: ComplexArray,
-    form: str,
-) -> State:
-    across = np.sum(left.conj() * right, axis=0)
-    with np.errstate(all="ignore"):
-        condition = 1.0 / np.abs(across)
-        coupling = np.nan_to_num(left.conj().T @ (slope @ right) / across[:, None])
-    error = 2 * len(A) * EPS
-    rounding = norm_of(A) * np.minimum(error * condition, np.sqrt(error))
-    return State(p, values, right, left, coupling, rounding, form)
-
-
 def _assigned(cost: Array) -> NDArray[np.intp]:
     """For each row a column of its own, the cheapest first."""
     order = np.argmin(cost, axis=1)
@@ -442,16 +450,16 @@ class Meeting:
     doubtful: bool  # other roots decide over their coupling
 
 
-def near_coalescences(a: State, b: State, exchange: float = 0.3) -> list[tuple[State, Meeting]]:
+def near_coalescences(a: State, b: State) -> list[tuple[State, Meeting]]:
     """Meetings within a step, seen from both ends; steps are negative from b."""
     return [
         (state, one)
         for state, way in ((a, 1), (b, -1))
-        for one in _meetings(state, way, b.value - a.value, exchange)
+        for one in _meetings(state, way, b.value - a.value)
     ]
 
 
-def _meetings(state: State, way: int, span: float, exchange: float) -> Iterator[Meeting]:
+def _meetings(state: State, way: int, span: float) -> Iterator[Meeting]:
     """Pairs that may meet on the line, or exchange so much that one crosses it, up to `span` away
     for a rising parameter (`way` = 1) or a falling one (-1)."""
     k, l, conjugate, direct, indirect, bend, alone = state.couplings
@@ -479,7 +487,8 @@ def _meetings(state: State, way: int, span: float, exchange: float) -> Iterator[
         looks = 10.0 ** np.linspace(-1.0, 0.9, 12)  # of the half width of a close approach
         looks = np.concatenate([-looks, [0.0], looks])[:, None]
         x = np.clip(centre + looks * np.maximum(half, width), 0.0, span)
-        d, error = (u + x * v) ** 2 / 4 + x**2 * w, x**2 * (third + exchange**2 * np.abs(w))
+        d = (u + x * v) ** 2 / 4 + x**2 * w
+        error = x**2 * (third + 0.1 * np.abs(w))  # of what both exchange a third may be wrong
         mean, mean_slope = (z[k] + z[l]) / 2, (own[k] + own[l]) / 2
         passes = _passes(d.real, error)
         if state.form == "damped":
@@ -519,11 +528,6 @@ class Step:
         missed = np.abs(b.roots - a.roots[:, None] - h / 2 * mean)
         # of two that cross in the middle those that turn back would fit as well
         return Step(a, b, _assigned(missed + 0.01 * np.abs(h * bend)), options)
-
-    @cached_property
-    def meetings(self) -> list[tuple[State, Meeting]]:
-        """The near-coalescences that are predicted within."""
-        return near_coalescences(self.a, self.b, self.options.exchange)
 
     @cached_property
     def ends(self) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
@@ -578,23 +582,3 @@ class Step:
             if abs(b - a - (da + db) / 2) > least:
                 return None
         return hermite_cubic(*mean), hermite_cubic(*square)
-
-
-def pairwise_steps(continuation: Continuation, ps: Sequence[float]) -> Iterator[Step]:
-    """Steps between neighbouring values, halved until every root is matched."""
-    continuation.prepare(ps)
-    for a, b in itertools.pairwise(ps):
-        yield from _halved(continuation, a, b, continuation.options.depth)
-
-
-def _halved(continuation: Continuation, a: float, b: float, depth: int) -> Iterator[Step]:
-    step = Step.of(continuation.at(a), continuation.at(b), continuation.options)
-    middle, fits = (a + b) / 2, step.matched.copy()
-    for k, other in itertools.combinations(np.flatnonzero(~fits).tolist(), 2):
-        if not fits[k] and not fits[other] and step.pair(k, other) is not None:
-            fits[[k, other]] = True
-    if fits.all() or not depth or middle in (a, b):
-        yield step
-        return
-    yield from _halved(continuation, a, middle, depth - 1)
-    yield from _halved(continuation, middle, b, depth - 1)

@@ -61,7 +61,7 @@ class Event:
     omega: float
     direction: int  # +1: growth begins with rising value
     interval: tuple[float, float]
-    residual: float = math.nan
+    residual: float | None = None
     coalesces: bool = False
     converged: bool = True
 
@@ -75,12 +75,12 @@ class Event:
         """Of the interval."""
         return self.interval[1] - self.interval[0]
 
-    def crossing(self, mode: int, changes: bool, residual: float | None) -> Crossing:
-        """The same for callers: number of the mode, whether the verdict changes, error."""
+    def crossing(self, mode: int, changes: bool) -> Crossing:
+        """The same for callers, with the number of the mode and whether the verdict changes."""
         way, hertz = "up" if self.direction > 0 else "down", self.omega / (2 * math.pi)
         ends = (float(self.interval[0]), float(self.interval[1]))
         value = float(self.value)
-        return Crossing(value, self.kind, way, hertz, ends, mode, changes, residual)
+        return Crossing(value, self.kind, way, hertz, ends, mode, changes, self.residual)
 
 
 # Guesses
@@ -161,7 +161,7 @@ def _of_pair(
     step: Step, k: int, other: int, means: Array, squares: Array, form: str
 ) -> Iterator[Guess]:
     """What two roots do that coalesce or part in the step."""
-    h, t = step.b.value - step.a.value, np.linspace(0.0, 1.0, step.options.samples)
+    h, t = step.b.value - step.a.value, np.linspace(0.0, 1.0, 101)
     m, d = (np.polyval(c[::-1].astype(complex), t) for c in (means, squares))
     on = step.a.on_line[[k, other]].all(), step.b.on_line[step.order[[k, other]]].all()
     places = list(_crosses(m, d)) if form == "damped" and not all(on) else []
@@ -256,7 +256,7 @@ def roots_near(along: Continuation, p: float, near: complex, right: NDArray, lef
     if right.shape[1] == 1:
         X, Y = _vectors(A, size, near, right, left, along.options.small)
     else:
-        nudge = along.options.nudge * max(abs(near), 1e-4 * size)
+        nudge = 1e-7 * max(abs(near), 1e-4 * size)
         shift = near + nudge * (1 + 1j)
         if along.form == "undamped" and abs(near.imag) <= nudge:
             shift = shift.real
@@ -531,10 +531,8 @@ def _window(pair: Near, along: Continuation, width: float) -> Iterator[Guess]:
         x = np.array([centre - half, centre + half])
         places = [(n, complex(pair.ahead(x[n])[0]), True) for n in (0, 1) if abs(x[n]) <= width]
     else:
-        samples = along.options.samples
-        x = centre + np.linspace(-8.0, 8.0, 4 * samples) * half
-        x = np.concatenate([x[np.abs(x) < width], np.linspace(-width, width, samples)])
-        x = np.unique(x)
+        x = centre + np.linspace(-8.0, 8.0, 404) * half
+        x = np.unique(np.concatenate([x[np.abs(x) < width], np.linspace(-width, width, 101)]))
         places = list(_crosses(*pair.ahead(x)))
     least = min(4 * half, width)
     for n, z, coalesces in places:

@@ -4,22 +4,16 @@ Both are read off the eigenvalue paths of the continuation, on which slopes tell
 the next which root is which.
 """
 
+import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Self
 
 import numpy as np
 
-from squeal.linear.continuation import (
-    Continuation,
-    ContinuationOptions,
-    State,
-    Step,
-    pairwise_steps,
-)
+from squeal.linear.continuation import Continuation, ContinuationOptions, Step
 from squeal.linear.eigen import ComplexArray, Eigenvalue, complex_eigenvalues, ordered
 from squeal.linear.matrices import Array
-from squeal.linear.search import grows
 from squeal.linear.system import System, check_system, matrices_at, values_of
 from squeal.linear.thresholds import Thresholds
 
@@ -56,31 +50,41 @@ def track(system: System, mus: Iterable[float], halvings: int = 7) -> TrackedMod
     [[1.0, 3.0], [1.9, 2.1], [3.0, 1.0]]
     """
     check_system(system, "track")
-    steps = values_of("track", mus)
-    low, high = min(steps), max(steps)
+    values = values_of("track", mus)
+    low, high = min(values), max(values)
     high = high if high > low else low + 1e-6 * max(abs(low), 1.0)
     along = Continuation(system, low, high, ContinuationOptions(depth=halvings))
-    rows = [along.exponents(along.at(steps[0]).roots)]
+    along.prepare(values)
+    rows = [along.at(values[0]).exponents]
     here = np.arange(len(rows[0]))  # index of each mode
-    upper, wanted = rows[0], iter(steps[1:])
-    goal = next(wanted, None)
-    for step in pairwise_steps(along, steps):
-        here = step.order[here]
-        exponents = along.exponents(step.b.roots)[here]
-        if along.form == "undamped":  # of both square roots that which goes on
-            exponents = np.where(
-                np.abs(exponents - upper) <= np.abs(exponents + upper), exponents, -exponents
-            )
-        upper = exponents
-        if step.b.value == goal:
-            rows.append(upper)
-            goal = next(wanted, None)
-    values = np.array(rows)
+    for a, b in itertools.pairwise(values):
+        now = rows[-1]
+        for step in _halved(along, a, b, halvings):
+            here = step.order[here]
+            before, now = now, step.b.exponents[here]
+            if along.form == "undamped":  # of both square roots that which goes on
+                now = np.where(np.abs(now - before) <= np.abs(now + before), now, -now)
+        rows.append(now)
+    modes = np.array(rows)
     if along.form == "undamped":
-        values = np.hstack([values, -values])
-    free = 2 * len(np.asarray(matrices_at(system, steps[0])[0])) - values.shape[1]
-    values = np.hstack([values, np.zeros((len(values), free))])
-    return TrackedModes(np.array(steps), values[:, ordered(values[0])])
+        modes = np.hstack([modes, -modes])
+    free = 2 * len(np.asarray(matrices_at(system, values[0])[0])) - modes.shape[1]
+    modes = np.hstack([modes, np.zeros((len(modes), free))])
+    return TrackedModes(np.array(values), modes[:, ordered(modes[0])])
+
+
+def _halved(along: Continuation, a: float, b: float, depth: int) -> Iterator[Step]:
+    """Steps from a to b, halved until every root is matched, alone or in a pair."""
+    step = Step.of(along.at(a), along.at(b), along.options)
+    middle, fits = (a + b) / 2, step.matched.copy()
+    for k, other in itertools.combinations(np.flatnonzero(~fits).tolist(), 2):
+        if not fits[k] and not fits[other] and step.pair(k, other) is not None:
+            fits[[k, other]] = True
+    if fits.all() or not depth or middle in (a, b):
+        yield step
+    else:
+        yield from _halved(along, a, middle, depth - 1)
+        yield from _halved(along, middle, b, depth - 1)
 
 
 @dataclass(frozen=True)
@@ -129,40 +133,29 @@ def unstable_modes(
 
 def _onsets(result: Thresholds, mu: float) -> Iterator[tuple[complex, float | None]]:
     """Each eigenvalue that grows at mu, with Im >= 0, and where it began to."""
-    low = result.searched[0].line.low
-    began = [c for c in result.crossings if c.direction == "up"]
-    z, grew, onset = np.zeros(0, dtype=complex), np.zeros(0, dtype=bool), np.zeros(0)
-    before: tuple[Continuation, State] | None = None
-    for line, state in _looked_at(result, mu):
-        old, z, now = z, line.exponents(state.roots), grows(state)
-        if before is None:
-            grew, onset = now, np.full(len(now), np.nan)
-        else:
-            if before[0] is line:
-                back = np.argsort(Step.of(before[1], state, line.options).order)
+    low, began = result.searched[0].line.low, [c for c in result.crossings if c.direction == "up"]
+    margin = 1e-6 * (mu - low)  # next to a crossing rounding may hide what grows
+    taken = [(c.interval[0] - margin, c.interval[1] + margin) for c in result.crossings]
+    lines = [part.line for part in result.searched]
+    known = [
+        (line, state)
+        for line in lines
+        for state in line.states
+        if line.low <= state.value <= line.high
+        and (state.value == mu or not any(a <= state.value <= b for a, b in taken))
+    ]
+    last = lines[-1].at(mu)
+    for own in np.flatnonzero(last.grows).tolist():
+        k, onset, end = own, None, last.exponents[own]
+        for (line, before), (other, after) in reversed(list(itertools.pairwise(known))):
+            hertz = after.omegas[k] / (2 * np.pi)
+            if line is other:
+                k = int(np.argsort(Step.of(before, after, line.options).order)[k])
             else:  # beyond a jump
-                back = np.argmin(np.abs(z[:, None] - old), axis=1)
-            grew, onset = grew[back], onset[back]
-            fresh = [c for c in began if before[1].value < c.mu <= state.value]
-            for k in np.flatnonzero(now & ~grew):
-                hertz = line.omega(complex(state.roots[k])) / (2 * np.pi)
-                own = min(fresh, key=lambda c: abs(c.frequency_hz - hertz), default=None)
-                at_once = own is None or own.mu - low <= line.options.same * (mu - low)
-                onset[k] = np.nan if own is None or at_once else own.mu
-        grew, before = now, (line, state)
-    for k in np.flatnonzero(grew):
-        yield complex(z[k].real, abs(z[k].imag)), None if np.isnan(onset[k]) else float(onset[k])
-
-
-def _looked_at(result: Thresholds, mu: float) -> Iterator[tuple[Continuation, State]]:
-    """The states up to mu, without those next to a crossing, and that at mu."""
-    margin = 1e-6 * (mu - result.searched[0].line.low)  # rounding may hide what grows there
-    for part in result.searched:
-        line = part.line
-        for p in [s.value for s in line.states if line.low <= s.value < min(mu, line.high)]:
-            if all(
-                abs(p - c.mu) > margin + c.interval[1] - c.interval[0] for c in result.crossings
-            ):
-                yield line, line.at(p)
-        if line.low < mu <= line.high:
-            yield line, line.at(mu)
+                k = int(np.argmin(np.abs(before.exponents - after.exponents[k])))
+            if not before.grows[k]:
+                fresh = [c for c in began if before.value < c.mu <= after.value]
+                fresh = sorted(fresh, key=lambda c: abs(c.frequency_hz - hertz))[:1]
+                onset = next((c.mu for c in fresh if c.mu - low > 1e-9 * (mu - low)), None)
+                break
+        yield complex(end.real, abs(end.imag)), onset

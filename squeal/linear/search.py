@@ -21,83 +21,33 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import (
-    Bools,
-    ComplexArray,
     Continuation,
     ContinuationOptions,
     Guess,
     State,
     Step,
+    near_coalescences,
 )
 from squeal.linear.eigen import UnstableCount, hidden
 from squeal.linear.events import Event, certain, guesses_of, located, windows
-from squeal.linear.matrices import checked, norm_of, reduce
-from squeal.linear.system import Slow, System, TermSystem, dense
+from squeal.linear.matrices import norm_of, reduce
+from squeal.linear.system import Slow, System, TermSystem
 
 Counter = Callable[[Continuation, float], int | None]
 """(continuation, p) -> how many roots grow at p (two for a pair), None if it cannot tell."""
+Places = Sequence[Sequence[Event]]
 
 
-def grows(state: State) -> Bools:
-    """Roots that grow by more than rounding, of a pair both."""
-    z, rounding = state.roots, state.rounding
-    if state.form == "undamped":
-        return np.asarray(~state.real | (z.real < -rounding))
-    return np.asarray((z.real if state.form == "damped" else -z.imag) > rounding)
-
-
-def growing(along: Continuation, p: float) -> tuple[Bools, Bools]:
-    """Roots that grow at p, of a pair the upper one, and which of them are one of a pair."""
-    state = along.at(p)
-    z, rounding = state.roots, state.rounding
-    across = z.real if state.form == "gyroscopic" else z.imag
-    pairs = across > rounding
-    real = state.real if state.form == "undamped" else np.abs(across) <= rounding
-    return grows(state) & (pairs | real), pairs
-
-
-def growth_at(along: Continuation, p: float) -> UnstableCount:
-    """What grows at p by more than rounding."""
-    some, pairs = growing(along, p)
-    rates = np.abs(along.exponents(along.at(p).roots).real)
-    return UnstableCount.of(rates, some & pairs, some & ~pairs)
-
-
-def growing_pairs(along: Continuation, p: float) -> list[float]:
-    """Angular frequencies (rad/s) of the pairs that grow at p, the fastest growing first."""
-    some, pairs = growing(along, p)
-    z = along.at(p).roots[some & pairs]
-    order = np.argsort(-np.abs(along.exponents(z).real))
-    return [along.omega(complex(one)) for one in z[order]]
-
-
-def _bounds(along: Continuation, p: float) -> tuple[int, int]:
-    """At least and at most how many roots (two for a pair) grow at p, rounding considered."""
-    state = along.at(p)
-    z, rounding = state.roots, 2 * state.rounding  # those of two that are close, see `State.close`
-    if along.form == "damped":
-        return int(np.sum(z.real > rounding)), int(np.sum(z.real > -rounding))
-    near = state.close.sum(axis=1) > 1
-    if along.form == "gyroscopic":
-        sure = z.imag < -rounding
-        return int(np.sum(sure)), int(np.sum(sure | near))
-    # each complex s and each negative one gives a growing root
-    sure = (np.abs(z.imag) > rounding) | (z.real < -rounding)
-    return int(np.sum(sure)), int(np.sum(sure | near | (z.real < rounding)))
-
-
-Place = tuple[Continuation, float]
-
-
-def difference(below: Place, above: Place) -> Iterator[tuple[float, int]]:
+def difference(below: State, above: State) -> Iterator[tuple[float, int]]:
     """Frequency (0 of a real root) and direction of what has to cross between two values: of the
     pairs those that are farthest from any that grows on the other side."""
     # of two divergent roots that join to a growing pair, or come from one, nothing crosses
-    a, b = growth_at(*below), growth_at(*above)
+    a, b = below.growth, above.growth
     pairs, reals = b.pairs - a.pairs, b.reals - a.reals
     joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs)) if pairs * reals < 0 else 0
     pairs, reals = pairs - joined, reals + 2 * joined
-    here, there = (growing_pairs(*at) for at in ((above, below) if pairs > 0 else (below, above)))
+    more, less = (above, below) if pairs > 0 else (below, above)
+    here, there = ([float(s.omegas[k]) for k in s.growing[0]] for s in (more, less))
     for omega in there[: max(len(here) - abs(pairs), 0)]:
         here.remove(min(here, key=lambda own: abs(own - omega)))
     omegas = (here + [0.0] * abs(pairs))[: abs(pairs)]
@@ -106,33 +56,24 @@ def difference(below: Place, above: Place) -> Iterator[tuple[float, int]]:
 
 
 def explained(place: Sequence[Event], a: UnstableCount, b: UnstableCount) -> bool:
-    """True if the events of a place add up to the change of what grows."""
-    pairs, reals = (
-        sum(c.direction for c in place if c.kind == k) for k in ("flutter", "divergence")
-    )
-    # two divergent roots join to a growing pair, or come from one, and cross nothing
-    joined = b.pairs - a.pairs - pairs
-    return bool(b.reals - a.reals - reals == -2 * joined)
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """What grows between two neighbouring events, and how much a second counter says."""
-
-    low: float
-    high: float
-    growth: UnstableCount
-    counted: int | None  # growing roots, two for a pair
+    """True if the events of a place add up to the change of what grows, but for divergent roots
+    that join to a growing pair, or come from one, and cross nothing."""
+    return b.roots - a.roots == sum(c.direction * (2 if c.omega else 1) for c in place)
 
 
 @dataclass(frozen=True)
 class Searched:
-    """Events by rising parameter, in groups at one place, and the stretches between them."""
+    """Events by rising parameter, in groups at one place, and what grows between these places."""
 
     places: tuple[tuple[Event, ...], ...]
-    stretches: tuple[Stretch, ...]
+    growths: tuple[UnstableCount, ...]
     certified: bool | None
     line: Continuation = field(repr=False)
+
+    @property
+    def edges(self) -> list[float]:
+        """The values between which `growths` are: the ends of the range and the places."""
+        return [self.line.low, *(place[0].value for place in self.places), self.line.high]
 
 
 def search(
@@ -145,11 +86,9 @@ def search(
     """All events for low <= p <= high; `counter` counts again, `sign_count` if none is given."""
     options = options or ContinuationOptions()
     along = Continuation(system, low, high, options)
-    by_terms = isinstance(system, TermSystem)
     rows = along.size
-    fewer = 1 if rows <= 60 else 2 / 3 if rows <= 150 else 5 / 12
-    budget = options.budget if rows <= 60 else options.budget // (4 if rows <= 150 else 16)
-    walk = _Walk(along, budget)
+    fewer, cheaper = (1, 1) if rows <= 60 else (2 / 3, 4) if rows <= 150 else (5 / 12, 16)
+    walk = _Walk(along, options.budget // cheaper)
     count = max(int(options.steps * fewer), 2)
     # values that thresholds do not like to lie at
     inner = [(k + 0.0371 * (1 + k % 3)) / count for k in range(1, count)]
@@ -157,31 +96,29 @@ def search(
     along.prepare(values)
     for a, b in itertools.pairwise(values):
         walk.go(a, b, options.depth)
-    walk.guesses += _meetings_at_end(along)
+    walk.guesses += _meetings_at_end(along.at(high), 1e-6 * (high - low))
     walk.locate()
     places = walk.places()
     middles = _middles(along, places)
-    at = [low, *(p[0].value for p in places), high]
-    stretches = tuple(
-        Stretch(*ends, growth_at(along, p), (counter or sign_count)(along, p) if by_terms else None)
-        for ends, p in zip(itertools.pairwise(at), middles, strict=True)
-    )
-    certified = None
-    if by_terms:
-        certified = not walk.unresolved and _agrees(along, places, stretches)
-    return Searched(tuple(places), stretches, certified, along)
+    growths = tuple(along.at(p).growth for p in middles)
+    found = Searched(tuple(places), growths, None, along)
+    if not isinstance(system, TermSystem):
+        return found
+    counts = [(counter or sign_count)(along, p) for p in middles]
+    return replace(found, certified=not walk.unresolved and _agrees(found, counts))
 
 
 class _Walk:
-    """Steps along a continuation with a budget of values, the events `events` so far, and steps
-    that the budget left `unresolved`: with roots unmatched or a factor too bent."""
+    """Steps along a continuation with a budget of values, the events `events` so far, and whether
+    the budget left a step `unresolved`: with roots unmatched or a factor too bent."""
 
     def __init__(self, along: Continuation, budget: int) -> None:
         self.along, self.budget = along, budget
         self.wide = along.high - along.low
+        self.near = 4 * along.options.same * self.wide
         self.guesses: list[Guess] = []
         self.events: list[Event] = []
-        self.unresolved: list[tuple[float, float]] = []
+        self.unresolved = False
         self.factors = _factors(along.system, along.low, along.high)
 
     def go(self, low: float, high: float, depth: int) -> None:
@@ -189,23 +126,22 @@ class _Walk:
         along = self.along
         step = Step.of(along.at(low), along.at(high), along.options)
         guesses, share = guesses_of(step, along.form, (low == along.low, high == along.high))
+        met = near_coalescences(step.a, step.b)
         most = 8 * along.options.resolved / (high - low) ** 2
         bent = any(not bend(low, high) <= most * size for bend, size in self.factors)
         # half the budget is left for matches
-        several = any(one.doubtful for _, one in step.meetings)
-        divide = share
-        if bent or (several and len(along.states) < self.budget / 2):
-            divide = along.options.aside
-        if divide is not None and depth > 0 and len(along.states) < self.budget:
+        several = any(one.doubtful for _, one in met) and len(along.states) < self.budget / 2
+        divide = along.options.aside if bent or several else share
+        spent = len(along.states) >= self.budget
+        if divide is not None and depth > 0 and not spent:
             middle = low + divide * (high - low)
             if low < middle < high:
                 self.go(low, middle, depth - 1)
                 self.go(middle, high, depth - 1)
                 return
-        if bent or (share is not None and len(along.states) >= self.budget):
-            self.unresolved.append((low, high))
+        self.unresolved |= bent or (share is not None and spent)
         self.guesses += guesses
-        self.guesses += windows(along, step.meetings, high - low)
+        self.guesses += windows(along, met, high - low)
 
     def locate(self) -> None:
         """Add what the guesses lead to."""
@@ -219,7 +155,7 @@ class _Walk:
         self.events.sort(key=lambda c: c.value)
 
     def _same(self, one: Event, other: Event) -> bool:
-        near = self.along.options.same * self.wide + one.width
+        near = self.near / 4 + one.width
         alike = one.direction == other.direction
         alike &= abs(one.omega - other.omega) <= 1e-6 * max(one.omega, other.omega)
         return alike and abs(one.value - other.value) <= near
@@ -228,34 +164,36 @@ class _Walk:
         """An event as it is; at the start of the range exactly if rounding leaves that, and none if
         what does not grow there begins to decay."""
         along = self.along
-        if one.interval[0] > along.low or not _quiet(along, along.low, one.omega):
+        if one.interval[0] > along.low or not _quiet(along, one.omega):
             return one
         return replace(one, value=along.low) if one.direction > 0 else None
 
     def places(self) -> list[tuple[Event, ...]]:
         """Events that add up to what grows between them, as far as can be, by places."""
-        along, near = self.along, 4 * self.along.options.same * self.wide
-        middles = _middles(along, together(self.events, near))
+        along = self.along
+        middles = _middles(along, together(self.events, self.near))
         edges = [along.low, *middles[1:-1], max(middles[-1], along.high)]
         settled = [one for a, b in itertools.pairwise(edges) for one in self._settled(a, b, (a, b))]
         settled.sort(key=lambda c: c.value)
         start = fastest_first(along, [one for one in settled if one.value == along.low])
-        rest = together([one for one in settled if one.value != along.low], near)
+        rest = together([one for one in settled if one.value != along.low], self.near)
         return [tuple(group) for group in (start, *rest) if group]
 
     def _settled(self, a: float, b: float, ends: tuple[float, float]) -> list[Event]:
         """Events from a to b that add up to the change of what grows, intervals within `ends`."""
-        along, wide = self.along, self.wide
+        along = self.along
         inside = [one for one in self.events if a <= one.value <= b]
-        before, after = growth_at(along, a), growth_at(along, b)
-        done, coarse = explained(inside, before, after), b - a > wide / 64
+        before, after = along.at(a).growth, along.at(b).growth
+        done, coarse = explained(inside, before, after), b - a > self.wide / 64
         if b == along.high:  # what crosses there is not seen beyond it
             done |= explained([one for one in inside if one.interval[1] < b], before, after)
-        if done and (not coarse or self._steady(a, b, inside)):
+        first, last = (inside[0].value, inside[-1].value) if inside else (b, b)
+        if done and (
+            not coarse or (_steady(along, a, first, before) and _steady(along, last, b, after))
+        ):
             return inside
-        near = 4 * along.options.same * wide
-        changes = list(difference((along, a), (along, b)))
-        if inside and not done and inside[-1].value - inside[0].value <= near:
+        changes = list(difference(along.at(a), along.at(b)))
+        if inside and not done and last - first <= self.near:
             several = [self._alike(*change, a, b) for change in changes]
             if changes and all(several):  # of equal subsystems, all at one place
                 return [one for one in several if one]
@@ -263,22 +201,17 @@ class _Walk:
         if len(along.states) > 2 * self.budget or (done and middle is None):
             return inside  # and the search is not certified
         if middle is None:
-            at = [
-                self._alike(*change, a - near, b + near) or self._by_count(*change, a, b, ends)
+            at = (
+                self._alike(*change, a - self.near, b + self.near)
+                or self._by_count(*change, a, b, ends)
                 for change in changes
-            ]
+            )
             return [one for one in at if one]
         if coarse:
             self.go(a, middle, along.options.depth)
             self.go(middle, b, along.options.depth)
             self.locate()
         return [*self._settled(a, middle, ends), *self._settled(middle, b, ends)]
-
-    def _steady(self, a: float, b: float, inside: list[Event]) -> bool:
-        """True if as many roots grow up to the events inside as at a, and after them as at b."""
-        first, last = (inside[0].value, inside[-1].value) if inside else (b, b)
-        before, after = growth_at(self.along, a), growth_at(self.along, b)
-        return _steady(self.along, a, first, before) and _steady(self.along, last, b, after)
 
     def _middle(self, a: float, b: float, inside: list[Event]) -> float | None:
         """Where to halve, beside the intervals of events; None where there is no room for that."""
@@ -305,11 +238,11 @@ class _Walk:
         """An event between a and b of which only the count tells, with an interval beside which
         that is sure."""
         along = self.along
-        before, after = growth_at(along, a).roots, growth_at(along, b).roots
+        fewer, more = sorted(along.at(p).growth.roots for p in (a, b))
 
         def sign(p: float) -> int:
-            least, most = _bounds(along, p)
-            return -way if most <= min(before, after) else way * (least >= max(before, after))
+            least, most = along.at(p).bounds
+            return -way if most <= fewer else way * (least >= more)
 
         sides = certain(sign, (a, b), 1e-7 * self.wide, *ends) or ends
         one = Event((a + b) / 2, omega, way, (sides[0], sides[1]), converged=False)
@@ -347,12 +280,12 @@ def together(items: Sequence[Event], near: float) -> list[list[Event]]:
     return groups
 
 
-def _middles(along: Continuation, places: Sequence[Sequence[Event]]) -> list[float]:
+def _middles(along: Continuation, places: Places) -> list[float]:
     """A value between neighbouring places, and beyond the first and the last."""
-    low, high, same = along.low, along.high, along.options.same
+    low, high = along.low, along.high
     at = [low, *(p[0].value for p in places), high]
     middles = [(a + b) / 2 for a, b in itertools.pairwise(at)]
-    if places and high - places[-1][-1].value <= same * (high - low):
+    if places and high - places[-1][-1].value <= along.options.same * (high - low):
         beyond = high + 1e-6 * (high - low)
         with suppress(InputError, ComputationError, ValueError, ArithmeticError):
             along.at(beyond)  # there may be none, beyond a fold
@@ -360,26 +293,21 @@ def _middles(along: Continuation, places: Sequence[Sequence[Event]]) -> list[flo
     return middles
 
 
-def _meetings_at_end(along: Continuation) -> Iterator[Guess]:
+def _meetings_at_end(state: State, width: float) -> Iterator[Guess]:
     """Pairs of roots on the line that are one at the end of the range, as far as rounding tells."""
-    state = along.at(along.high)
-    on = state.real if along.form == "undamped" else state.on_line
+    on = state.real if state.form == "undamped" else state.on_line
     for pair in np.argwhere(np.triu(on & on[:, None] & state.close, 1)):
         right, left = state.right[:, pair], state.left[:, pair]
-        width = 1e-6 * (along.high - along.low)
-        yield Guess(along.high, complex(state.roots[pair].mean()), right, left, True, width)
+        yield Guess(state.value, complex(state.roots[pair].mean()), right, left, True, width)
 
 
-def _quiet(along: Continuation, p: float, omega: float) -> bool:
-    """True if a root of about this frequency may begin to grow at p: it is on the line, without
-    damping together with another one."""
-    state = along.at(p)
+def _quiet(along: Continuation, omega: float) -> bool:
+    """True if a root of about this frequency may begin to grow at the start: it is on the line,
+    without damping together with another one."""
+    state = along.at(along.low)
     if not omega:
         return bool(np.any(np.abs(state.roots) <= state.rounding))
-    near = (
-        np.abs([along.omega(complex(z)) - omega for z in state.roots]) <= along.options.near * omega
-    )
-    on = near & state.on_line
+    on = (np.abs(state.omegas - omega) <= along.options.near * omega) & state.on_line
     if along.form == "damped":
         return bool(on.any())
     return bool(state.close[np.ix_(on, on)].sum() > on.sum())
@@ -394,12 +322,11 @@ def fastest_first(along: Continuation, place: Sequence[Event]) -> list[Event]:
     inside = along.low <= place[0].value + aside <= along.high
     way = 1.0 if inside else -1.0  # at an end what decays fastest inside grows fastest beyond
     state = along.at(place[0].value + way * aside)
-    omegas = np.array([along.omega(complex(z)) for z in state.roots])
-    rates = way * along.exponents(state.roots).real
+    rates = way * state.exponents.real
 
     def rate(one: Event) -> float:
-        near = along.options.near * max(one.omega, float(omegas.min()))
-        own = np.abs(omegas - one.omega) <= near
+        near = along.options.near * max(one.omega, float(state.omegas.min()))
+        own = np.abs(state.omegas - one.omega) <= near
         return float(np.max(rates[own & (rates > 0)], initial=-np.inf))
 
     return sorted(place, key=rate, reverse=True)
@@ -410,50 +337,47 @@ def fastest_first(along: Continuation, place: Sequence[Event]) -> list[Event]:
 
 def _steady(along: Continuation, low: float, high: float, growth: UnstableCount) -> bool:
     """True if at each state between low and high as many roots grow, as far as rounding tells."""
-    inside = [s.value for s in along.states if low < s.value < high]
-    return all(least <= growth.roots <= most for least, most in (_bounds(along, p) for p in inside))
+    inside = (state.bounds for state in along.states if low < state.value < high)
+    return all(least <= growth.roots <= most for least, most in inside)
 
 
-def _agrees(
-    along: Continuation, places: Sequence[tuple[Event, ...]], stretches: Sequence[Stretch]
-) -> bool:
-    """True if the counter and all states agree with the events, and rounding hides no root, in no
+def _agrees(found: Searched, counts: Sequence[int | None]) -> bool:
+    """True if the counts and all states agree with the events, and rounding hides no root, in no
     interval so wide either that others have room in it."""
+    along, places, growths = found.line, found.places, found.growths
     room = along.options.wide * (along.high - along.low)
+    ranges, changes = itertools.pairwise(found.edges), itertools.pairwise(growths)
     return (
-        all(s.counted == s.growth.roots for s in stretches)
-        and all(
-            explained(place, a.growth, b.growth)
-            for place, (a, b) in zip(places, itertools.pairwise(stretches), strict=True)
-        )
-        and all(_steady(along, s.low, s.high, s.growth) for s in stretches)
+        all(count == growth.roots for count, growth in zip(counts, growths, strict=True))
+        and all(explained(place, *ends) for place, ends in zip(places, changes, strict=True))
+        and all(_steady(along, *ends, growth) for ends, growth in zip(ranges, growths, strict=True))
         and all(c.width <= room for p in places for c in p)
         and not _undecided(along, places)
         and not any(_hides(along, p) for p in (along.low, along.high))
     )
 
 
-def _undecided(along: Continuation, places: Sequence[tuple[Event, ...]]) -> bool:
+def _undecided(along: Continuation, places: Places) -> bool:
     """True if away from all events rounding does not tell on which side of the axis a root is."""
     if along.form != "damped":  # a spectrum that is symmetric about the axis has roots on it
         return False
     margin = 1e-6 * (along.high - along.low)
     taken = [(c.interval[0] - margin, c.interval[1] + margin) for p in places for c in p]
-    for state in along.states:
-        apart = along.low < state.value < along.high
-        apart = apart and not any(low <= state.value <= high for low, high in taken)
-        if apart and np.any(state.on_line & (np.abs(state.roots) > state.rounding)):
-            return True
-    return False
+    return any(
+        np.any(state.on_line & (np.abs(state.roots) > state.rounding))
+        for state in along.states
+        if along.low < state.value < along.high
+        and not any(low <= state.value <= high for low, high in taken)
+    )
 
 
 def _hides(along: Continuation, p: float) -> bool:
     """True if rounding leaves the slow roots at p too few digits, see `eigen.hidden`."""
     if isinstance(along.system, Slow):
         return False
-    M, C, K = along.system(p)
+    M, damping, K = along.family.at_many([p])[0]
+    C = damping if damping.any() else None
     with suppress(InputError):  # M is not symmetric
-        M, C, K = checked(dense(M), None if C is None else dense(C), dense(K))
         return hidden(reduce(M, C, K), C, K)
     return False
 
@@ -462,19 +386,18 @@ def sign_count(along: Continuation, p: float) -> int | None:
     """How many roots grow at p, by the sign function: of rates above what separates them from
     rounding, without any eigenvalue. None if it does not settle."""
     state, A = along.at(p), along.both(p)[0]
-    z: ComplexArray = state.roots if along.form == "damped" else 1j * state.roots
-    noise = state.rounding
-    if along.form == "undamped":
+    rates, noise = state.roots.real, state.rounding
+    if along.form == "undamped":  # the roots of the first-order form
         unit = float(np.sqrt(norm_of(A))) or 1.0
-        half = along.exponents(state.roots) / unit
-        z, noise = np.concatenate([half, -half]), np.sqrt(np.tile(state.rounding, 2)) / unit
+        half, noise = state.exponents.real / unit, np.sqrt(noise) / unit
+        rates, noise = np.concatenate([half, -half]), np.tile(noise, 2)
         zero, eye = np.zeros_like(A), np.eye(len(A))
         A = np.block([[zero, eye], [-A / unit**2, zero]])
     elif along.form == "gyroscopic":
-        A = (1j * A).real
-    quiet = z.real <= noise
-    least = float(np.min(z.real[~quiet], initial=np.inf))
-    most = max(float(np.max(z.real[quiet], initial=0.0)), float(np.max(noise, initial=0.0)))
+        rates, A = -state.roots.imag, (1j * A).real
+    quiet = rates <= noise
+    least = float(np.min(rates[~quiet], initial=np.inf))
+    most = max(float(np.max(rates[quiet], initial=0.0)), float(np.max(noise, initial=0.0)))
     if not np.isfinite(least):
         least = max(1e3 * most, 1e-6)
     floor = least / 8 if least > 64 * most else np.sqrt(max(most, 1e-16) * least)

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
@@ -20,32 +20,14 @@ from squeal.linear.continuation import (
     Continuation,
     ContinuationOptions,
     Guess,
+    State,
     hermite_cubic,
 )
 from squeal.linear.eigen import GROWING, UnstableCount
 from squeal.linear.events import Crossing, Event, hertz_of, located
 from squeal.linear.matrices import LightMassError
-from squeal.linear.search import (
-    Counter,
-    Searched,
-    difference,
-    fastest_first,
-    growing,
-    growing_pairs,
-    growth_at,
-    search,
-)
+from squeal.linear.search import Counter, Searched, difference, fastest_first, search
 from squeal.linear.system import Slow, System, check_range, check_system
-
-# Changes of verdict, from what grows and what crosses
-
-
-Count = Callable[[float], UnstableCount]
-"""p -> what grows at p."""
-Lead = Callable[[float], tuple[float, float, float] | None]
-"""p -> by how much the fastest pair outgrows the fastest real root (1/s), slope and rounding."""
-Meeting = Callable[[float, float], tuple[float, float] | None]
-"""(low, high) -> where a growing pair meets on the real axis, and half its interval."""
 
 
 @dataclass(frozen=True)
@@ -66,173 +48,6 @@ class CriticalPoint:
 
     def __str__(self) -> str:
         return f"{self.kind} at mu = {self.mu:.9g}{hertz_of(self.frequency_hz)}"
-
-
-@dataclass(frozen=True)
-class Place:
-    """A place of crossings: its value, and what begins and ends there."""
-
-    value: float
-    begins: frozenset[str]
-    ends: frozenset[str]
-
-
-@dataclass(frozen=True)
-class VerdictChange:
-    """The verdict changes at `value`: at the place of that index, or at none."""
-
-    value: float
-    half: float
-    below: str
-    above: str
-    place: int | None
-
-
-class _Mark(NamedTuple):
-    value: float
-    growth: UnstableCount
-    verdict: str
-
-    @property
-    def ahead(self) -> float:
-        """By how much the fastest pair outgrows the fastest real root (1/s)."""
-        return self.growth.pair_rate - self.growth.real_rate
-
-
-@dataclass(frozen=True)
-class Verdicts:
-    """What the verdict along a parameter follows from.
-
-    Parameters
-    ----------
-    count : callable
-        p -> UnstableCount.
-    lead : callable
-        p -> (lead, slope, rounding) of the fastest pair over the fastest real root, or None.
-    meeting : callable
-        (low, high) -> value and half interval of a pair that meets on the real axis, or None.
-    """
-
-    count: Count
-    lead: Lead = lambda _: None
-    meeting: Meeting = lambda *_: None
-
-    def changes(
-        self,
-        edges: Sequence[float],
-        stretches: Sequence[UnstableCount],
-        places: Sequence[Place],
-        values: Sequence[float],
-    ) -> list[VerdictChange]:
-        """All changes of verdict by rising value.
-
-        `stretches` grows between neighbouring `edges`, of which the inner ones are the places; at
-        the rising `values` it is looked up. Next to rest the verdict is that of what crosses.
-        Everywhere else it changes only where the faster growth changes hands.
-        """
-        changes: list[VerdictChange] = []
-        before: _Mark | None = None
-        for k, growth in enumerate(stretches):
-            for n, mark in enumerate(self._marks(edges[k], edges[k + 1], growth, values)):
-                if before is not None:
-                    place = places[k - 1] if k and not n else None
-                    changes += self._between_marks(before, mark, place, k - 1)
-                before = mark
-        return changes
-
-    def _at(self, p: float) -> _Mark:
-        growth = self.count(p)
-        return _Mark(p, growth, growth.verdict)
-
-    def _marks(
-        self, low: float, high: float, growth: UnstableCount, values: Sequence[float]
-    ) -> list[_Mark]:
-        """Marks of a stretch, at those values where as many roots grow as in all of it."""
-        own = [self._at(v) for v in values if low <= v <= high and growth.roots]
-        marks = [mark for mark in own if mark.growth.roots == growth.roots]
-        return marks or [_Mark((low + high) / 2, growth, growth.verdict)]
-
-    def _between_marks(
-        self, a: _Mark, b: _Mark, place: Place | None, index: int
-    ) -> Iterator[VerdictChange]:
-        """Changes from one mark to the next, which may lie beyond a place of crossings."""
-        if "quiet" not in (a.verdict, b.verdict):
-            yield from self._between(a, b)
-        elif place is not None and a.verdict != "quiet":
-            end = _Mark(place.value, a.growth, _only(place.ends, a.verdict))
-            yield from self._between(a, end)
-            yield VerdictChange(place.value, 0.0, end.verdict, b.verdict, index)
-        elif place is not None and b.verdict != "quiet":
-            start = _Mark(place.value, b.growth, _only(place.begins, b.verdict))
-            yield VerdictChange(place.value, 0.0, "quiet", start.verdict, index)
-            yield from self._between(start, b)
-
-    def _between(self, a: _Mark, b: _Mark, depth: int = 5) -> Iterator[VerdictChange]:
-        """Where growth changes hands between two marks."""
-        if not b.value > a.value:
-            return
-        if a.verdict != b.verdict:
-            value, half = self._exchange(a, b)
-            yield VerdictChange(value, half, a.verdict, b.verdict, None)
-            return
-        both = (a.growth, b.growth)
-        several = any(g.pairs for g in both) and any(g.reals for g in both)
-        if depth and several and self._near(a, b):
-            mark = self._at((a.value + b.value) / 2)
-            if mark.verdict != "quiet":
-                yield from self._between(a, mark, depth - 1)
-                yield from self._between(mark, b, depth - 1)
-
-    def _near(self, a: _Mark, b: _Mark) -> bool:
-        """True if the cubic through both ends, and by what it may be off, leads to an exchange."""
-        first, last = self.lead(a.value), self.lead(b.value)
-        if first is None or last is None:
-            return False
-        way = b.value - a.value
-        da, db = way * first[1], way * last[1]
-        cubic = hermite_cubic(first[0], da, last[0], db)
-        lead = np.polyval(cubic[::-1], np.linspace(0.0, 1.0, 17))
-        sign = 1.0 if a.verdict == "flutter" else -1.0
-        return bool((sign * lead).min() <= abs(last[0] - first[0] - (da + db) / 2))
-
-    def _exchange(self, a: _Mark, b: _Mark) -> tuple[float, float]:
-        """Where the verdict of b begins, and half the interval that holds it: by bisection, and by
-        regula falsi (Illinois) once the same roots grow at both ends."""
-        last, width, f, g = b.verdict, b.value - a.value, 1.0, 1.0
-        a, b = self._at(a.value), self._at(b.value)
-        p, moved = b.value, 0
-        for k in range(120):
-            low, high = a.value, b.value
-            numbers = [(mark.growth.pairs, mark.growth.reals) for mark in (a, b)]
-            level = numbers[0] == numbers[1] and a.verdict != b.verdict
-            # a few halvings before a meeting of two roots is looked for
-            if k == 8 and not level and (met := self.meeting(low, high)) is not None:
-                return met
-            if high - low <= 4 * np.spacing(max(abs(low), abs(high))):
-                break
-            x, y = f * a.ahead, g * b.ahead
-            p = low - x * (high - low) / (y - x) if level and x != y else (low + high) / 2
-            p = min(max(p, low), high)
-            mark = self._at(p)
-            if p in (low, high) or (level and mark.ahead == 0.0):
-                break
-            if mark.verdict == last:
-                f, g, b = (f / 2 if moved > 0 and level else 1.0), 1.0, mark
-            else:
-                f, g, a = 1.0, (g / 2 if moved < 0 and level else 1.0), mark
-            moved = 1 if mark.verdict == last else -1
-        if not level:
-            return (low + high) / 2, 1e-7 * width
-        at = self.lead(p)
-        half = at[2] / abs(at[1]) if at is not None and at[1] else np.inf
-        return p, min(half, 1e-7 * width) + 1e-12 * abs(p)
-
-
-def _only(kinds: frozenset[str], other: str) -> str:
-    return next(iter(kinds)) if len(kinds) == 1 else other
-
-
-# All thresholds
 
 
 @dataclass(frozen=True)
@@ -260,7 +75,10 @@ def thresholds(
 
     A point at mu_min means that the system is quiet there and grows at once above it. A window of
     growth gives two points; one that opens and closes between two values that are looked at is
-    predicted from how the roots are coupled there, to second order.
+    predicted from how the roots are coupled there, to second order. The crossings of the imaginary
+    axis, unlike the points, list what happens while other modes grow. A pair without damping
+    crosses where two frequencies coalesce or part. Divergent roots that join to a growing pair, or
+    come from one, cross nothing.
 
     Parameters
     ----------
@@ -298,215 +116,276 @@ def thresholds(
     """
     check_system(system, "thresholds")
     check_range("thresholds", mu_min, mu_max)
-    inner = sorted({float(b) for b in breakpoints if mu_min < b < mu_max})
+    edges = [mu_min, *sorted({float(b) for b in breakpoints if mu_min < b < mu_max}), mu_max]
     try:
-        return _along(system, mu_min, inner, mu_max, options, counter)
+        return _along(system, edges, options, counter)
     except LightMassError:
-        return _along(Slow(system, mu_min), mu_min, inner, mu_max, options, counter)
-
-
-def crossings(
-    system: System, mu_max: float, breakpoints: Iterable[float] = (), mu_min: float = 0.0
-) -> list[Crossing]:
-    """All crossings of the imaginary axis by any pair or real root, as `thresholds` finds them.
-
-    Unlike the changes of verdict they list what happens while other modes grow. A pair without
-    damping crosses where two frequencies coalesce or part. Divergent roots that join to a growing
-    pair, or come from one, cross nothing.
-    """
-    return thresholds(system, mu_max, breakpoints, mu_min).crossings
+        return _along(Slow(system, mu_min), edges, options, counter)
 
 
 def _along(
     system: System,
-    mu_min: float,
-    inner: Sequence[float],
-    mu_max: float,
+    edges: Sequence[float],
     options: ContinuationOptions | None,
     counter: Counter | None,
 ) -> Thresholds:
     points: list[CriticalPoint] = []
-    crossed: list[Crossing] = []
-    searched: list[Searched] = []
-    edges = [mu_min, *inner, mu_max]
+    crossings: list[Crossing] = []
+    parts: list[Searched] = []
     for a, b in itertools.pairwise(edges):
-        low = float(np.nextafter(a, b)) if a in inner else a
-        high = float(np.nextafter(b, a)) if b in inner else b
+        low = float(np.nextafter(a, b)) if parts else a
+        high = b if b == edges[-1] else float(np.nextafter(b, a))
         part = search(system, low, high, options, counter)
-        if searched:
-            point, rows = _jump(a, searched[-1], part)
-            points += point
-            crossed += rows
+        if parts:
+            jumps = _jump(a, parts[-1].line.at(parts[-1].line.high), part.line.at(low))
+            points, crossings = points + jumps[0], crossings + jumps[1]
         changes = list(_changes(part))
         points += [_point(part, c) for c in changes]
-        crossed += _crossings(part, {c.place: c for c in changes})
-        searched.append(part)
-    answers = [part.certified for part in searched]
+        for k, place in enumerate(part.places):
+            leads = [_leads(part, c) for c in changes if c.place == k]
+            for c in place:
+                changing = any(c in lead.values() or not any(lead.values()) for lead in leads)
+                mode = _mode(part.line.at(c.value), c.omega, 2 if c.coalesces else 1)
+                crossings.append(c.crossing(mode, changing))
+        parts.append(part)
+    answers = [part.certified for part in parts]
     certified = None if None in answers else all(answers)
-    return Thresholds(points, crossed, certified, tuple(searched))
+    return Thresholds(points, crossings, certified, tuple(parts))
 
 
-# Changes of verdict
-
-
-def _changes(part: Searched) -> Iterator[VerdictChange]:
-    """Changes of verdict; an exchange at a place of crossings belongs to that."""
-    line = part.line
-    places = [
-        Place(p[0].value, *(frozenset(c.kind for c in p if c.direction == way) for way in (1, -1)))
-        for p in part.places
+def _jump(at: float, below: State, above: State) -> tuple[list[CriticalPoint], list[Crossing]]:
+    """What changes at a breakpoint, of which only the states on both sides are known."""
+    before, after = below.growth.verdict, above.growth.verdict
+    points = []
+    if before != after:
+        grown, kind = (above, after) if after in GROWING else (below, "restabilised")
+        omega = _leading(grown) if grown.growth.verdict == "flutter" else 0.0
+        points = [CriticalPoint(at, kind, omega / (2 * math.pi), (at, at), True)]
+    crossings = [
+        Event(at, omega, way, (at, at)).crossing(
+            _mode(above if way > 0 else below, omega), before != after
+        )
+        for omega, way in difference(below, above)
     ]
-    verdicts = Verdicts(
-        lambda p: growth_at(line, p), lambda p: _lead(line, p), lambda a, b: _meeting(line, a, b)
-    )
-    edges = [line.low, *(p.value for p in places), line.high]
-    values = [s.value for s in line.states]
-    near = 4 * line.options.same * (line.high - line.low)
-    for change in verdicts.changes(edges, [s.growth for s in part.stretches], places, values):
-        at = [
-            replace(change, value=p.value, place=k)
-            for k, p in enumerate(places)
-            if abs(p.value - change.value) <= near
-            and (change.below, change.above) in itertools.product(p.ends, p.begins)
-        ]
-        yield at[0] if at and change.place is None else change
+    return points, crossings
 
 
-def _lead(line: Continuation, p: float) -> tuple[float, float, float]:
-    """By how much the fastest pair outgrows the fastest real root at p (1/s), the slope of that and
-    its rounding; a root of which there is none grows by 0."""
-    state = line.at(p)
-    z, (some, pairs) = line.exponents(state.roots), growing(line, p)
-    with np.errstate(all="ignore"):  # d lambda / dz
-        turn = -0.5 / z if line.form == "undamped" else z / state.roots
-    slopes, rounding = turn * state.slopes, np.abs(turn) * state.rounding
+def _mode(state: State, omega: float, members: int = 1) -> int:
+    """Number of a mode by rising frequency, from 1; of several that are one there the first."""
+    each = 1 if state.form == "undamped" else 2
+    others = state.omegas[np.argsort(np.abs(state.omegas - omega))][each * members :]
+    return 1 + int(np.sum(others < omega * (1 - 1e-6))) // each
+
+
+def _leading(state: State) -> float:
+    """Angular frequency of the pair that grows fastest (rad/s), 0 if none does."""
+    return float(state.omegas[state.growing[0][0]]) if state.growing[0] else 0.0
+
+
+# Changes of verdict, from what grows and what crosses
+
+
+class VerdictChange(NamedTuple):
+    """The verdict changes at `value` +- `half`: at the place of that index, or at none."""
+
+    value: float
+    half: float
+    below: str
+    above: str
+    place: int | None
+
+
+class _Mark(NamedTuple):
+    value: float
+    growth: UnstableCount
+    verdict: str
+    place: int | None = None
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """The verdict along a parameter, from what `count` says grows at a value, and from the slopes
+    and vectors of a `line` if there is one."""
+
+    count: Callable[[float], UnstableCount]
+    line: Continuation | None = None
+
+    def changes(
+        self,
+        edges: Sequence[float],
+        growths: Sequence[UnstableCount],
+        places: Sequence[Sequence[Event]],
+        values: Sequence[float],
+    ) -> Iterator[VerdictChange]:
+        """All changes of verdict by rising value.
+
+        `growths` are between neighbouring `edges`, of which the inner ones are the places; at the
+        rising `values` more is looked up. Next to rest the verdict is that of what crosses.
+        Everywhere else it changes only where the faster growth changes hands.
+        """
+        marks: list[_Mark] = []
+        for k, growth in enumerate(growths):
+            low, high = edges[k : k + 2]
+            own = [self._at(v) for v in values if low <= v <= high and growth.roots]
+            own = [mark for mark in own if mark.growth.roots == growth.roots]
+            own = own or [_Mark((low + high) / 2, growth, growth.verdict)]
+            quiet = [mark.verdict == "quiet" for mark in (*marks[-1:], own[0])]
+            if k and quiet[0] != quiet[1]:
+                grown, way = (own[0], 1) if quiet[0] else (marks[-1], -1)
+                kinds = {c.kind for c in places[k - 1] if c.direction == way}
+                kind = kinds.pop() if len(kinds) == 1 else grown.verdict
+                two = [_Mark(low, grown.growth, v, k - 1) for v in ("quiet", kind)]
+                marks += two[::way]
+            marks += own
+        for a, b in itertools.pairwise(marks):
+            if a.place is not None and a.place == b.place:
+                yield VerdictChange(a.value, 0.0, a.verdict, b.verdict, a.place)
+            elif a.value < b.value and "quiet" not in (a.verdict, b.verdict):
+                yield from self._between(a, b)
+
+    def _at(self, p: float) -> _Mark:
+        growth = self.count(p)
+        return _Mark(p, growth, growth.verdict)
+
+    def _between(self, a: _Mark, b: _Mark, depth: int = 5) -> Iterator[VerdictChange]:
+        """Where growth changes hands between two marks."""
+        if a.verdict != b.verdict:
+            yield VerdictChange(*self._exchange(a, b), a.verdict, b.verdict, None)
+        elif depth and self.line is not None and self._near(self.line, a, b):
+            mark = self._at((a.value + b.value) / 2)
+            if mark.verdict != "quiet":
+                yield from self._between(a, mark, depth - 1)
+                yield from self._between(mark, b, depth - 1)
+
+    def _near(self, line: Continuation, a: _Mark, b: _Mark) -> bool:
+        """True if the cubic through both ends, and by what it may be off, leads to an exchange."""
+        both = a.growth, b.growth
+        if not (any(g.pairs for g in both) and any(g.reals for g in both)):
+            return False
+        (x, dx, _), (y, dy, _) = (_lead(line.at(m.value)) for m in (a, b))
+        dx, dy = dx * (b.value - a.value), dy * (b.value - a.value)
+        lead = np.polyval(hermite_cubic(x, dx, y, dy)[::-1], np.linspace(0.0, 1.0, 17))
+        sign = 1.0 if a.verdict == "flutter" else -1.0
+        return bool((sign * lead).min() <= abs(y - x - (dx + dy) / 2))
+
+    def _exchange(self, a: _Mark, b: _Mark) -> tuple[float, float]:
+        """Where the verdict of b begins, and half the interval that holds it: by Ridders's method,
+        which bisects where other roots grow on both sides."""
+        low, high, p, half = a.value, b.value, math.inf, 1e-7 * (b.value - a.value)
+        least = 4 * np.spacing(max(abs(low), abs(high)))
+
+        def ahead(p: float) -> float:
+            growth = self.count(p)
+            return growth.pair_rate - growth.real_rate
+
+        for k in range(100):
+            numbers = [(g.pairs, g.reals) for g in map(self.count, (low, high))]
+            level = numbers[0] == numbers[1]
+            # a few halvings before a meeting of two roots is looked for
+            if k == 6 and not level and (met := self._meeting(low, high)) is not None:
+                return met
+            before, p = p, (low + high) / 2
+            tried, (x, middle, y) = {p}, map(ahead, (low, p, high))
+            if x * y < 0.0:
+                p += (p - low) * np.sign(x) * middle / math.sqrt(middle**2 - x * y)
+            if high - low <= least or abs(p - before) <= least:
+                break
+            for v in sorted({*tried, p}):
+                if self.count(v).verdict == b.verdict:
+                    high = v
+                    break
+                low = v
+        if level and self.line is not None:
+            _, slope, rounding = _lead(self.line.at(p))
+            half = min(rounding / abs(slope) if slope else math.inf, half) + 1e-12 * abs(p)
+        return p, half
+
+    def _meeting(self, low: float, high: float) -> tuple[float, float] | None:
+        """Where a growing pair meets on the real axis, from the side on which it is one, and half
+        the interval."""
+        line, sides = self.line, [p for p in (low, high) if self.count(p).verdict == "flutter"]
+        if line is None or line.form != "damped" or not sides:
+            return None
+        state = line.at(sides[0])
+        z, k = state.roots, state.growing[0][0]
+        both = [k, int(np.argmin(np.abs(z - z[k].conj())))]
+        vectors = state.right[:, both], state.left[:, both]
+        guess = Guess((low + high) / 2, complex(z[k].real), *vectors, True, high - low)
+        event = located(line, guess)
+        if event is None or not low - event.width <= event.value <= high + event.width:
+            return None
+        met = line.at(float(np.clip(event.value, low, high)))
+        k = int(np.argmax(met.roots.real))
+        if abs(met.roots[k].imag) > 2 * met.rounding[k]:  # one that meets while another pair leads
+            return None
+        return event.value, event.width / 2
+
+
+def _lead(state: State) -> tuple[float, float, float]:
+    """By how much the fastest pair outgrows the fastest real root (1/s), the slope of that and its
+    rounding; a root of which there is none grows by 0."""
     rates = []
-    for own in (some & pairs, some & ~pairs):
-        k = int(np.argmax(np.where(own, np.abs(z.real), -np.inf)))
-        rate = np.array([abs(z[k].real), np.sign(z[k].real) * slopes[k].real, rounding[k]])
-        rates.append(rate if own[k] else np.zeros(3))
+    for own in state.growing:
+        rate = np.zeros(3)
+        for k in own[:1]:
+            z = state.exponents[k]
+            turn = -0.5 / z if state.form == "undamped" else z / state.roots[k]  # d lambda / dz
+            rate[:] = z.real, (turn * state.slopes[k]).real, abs(turn) * state.rounding[k]
+        rates.append(rate)
     value, slope, _ = rates[0] - rates[1]
     return float(value), float(slope), float(rates[0][2] + rates[1][2])
 
 
-def _meeting(line: Continuation, low: float, high: float) -> tuple[float, float] | None:
-    """Where a growing pair meets on the real axis, from the side on which it is one."""
-    sides = [p for p in (low, high) if growth_at(line, p).verdict == "flutter"]
-    if line.form != "damped" or not sides:
-        return None
-    state = line.at(sides[0])
-    z = state.roots
-    k = int(np.argmax(np.where(~state.real, z.real, -np.inf)))
-    both = [k, int(np.argmin(np.abs(z - z[k].conj())))]
-    vectors = state.right[:, both], state.left[:, both]
-    event = located(line, Guess((low + high) / 2, complex(z[k].real), *vectors, True, high - low))
-    if event is None or not low - event.width <= event.value <= high + event.width:
-        return None
-    met = line.at(float(np.clip(event.value, low, high)))
-    k = int(np.argmax(met.roots.real))
-    if abs(met.roots[k].imag) > 2 * met.rounding[k]:  # one that meets while another pair leads
-        return None
-    return event.value, event.width / 2
+def _changes(part: Searched) -> Iterator[VerdictChange]:
+    """Changes of verdict; an exchange at a place of crossings belongs to that."""
+    line, places = part.line, part.places
+    near = 4 * line.options.same * (line.high - line.low)
+    verdicts, values = Verdicts(lambda p: line.at(p).growth, line), [s.value for s in line.states]
+    for change in verdicts.changes(part.edges, part.growths, places, values):
+        at = [
+            change._replace(value=place[0].value, place=k)
+            for k, place in enumerate(places)
+            if change.place is None
+            and abs(place[0].value - change.value) <= near
+            and {(change.below, -1), (change.above, 1)} <= {(c.kind, c.direction) for c in place}
+        ]
+        yield at[0] if at else change
+
+
+def _leads(part: Searched, change: VerdictChange) -> dict[str, Event | None]:
+    """The fastest of the events at the place of a change that begin what grows above or end what
+    grew below, if there are such."""
+    at, leads = () if change.place is None else part.places[change.place], {}
+    for kind, way in ((change.below, -1), (change.above, 1)):
+        alike = [c for c in at if c.kind == kind and c.direction == way]
+        leads[kind] = next(iter(fastest_first(part.line, alike)), None)
+    return leads
 
 
 def _point(part: Searched, change: VerdictChange) -> CriticalPoint:
     line, at = part.line, () if change.place is None else part.places[change.place]
     grows = change.above in GROWING
     concerned = change.above if grows else change.below
-    lead = _leads(line, at, change)[concerned]
-    interval = _interval(at) or (change.value - change.half, change.value + change.half)
-    side = change.value if change.place is None else _beside(line, interval, grows)
-    growth = growth_at(line, change.value)
-    # without a place a pair and a real root grow alike, or a pair is about to be two real roots
-    alike = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate
+    lead = _leads(part, change)[concerned]
+    low = min([c.interval[0] for c in at], default=change.value - change.half)
+    high = max([c.interval[1] for c in at], default=change.value + change.half)
     omega = 0.0
     if lead is not None:
         omega = lead.omega
-    elif concerned == "flutter" and (change.place is not None or alike):
-        omega = next(iter(growing_pairs(line, side)), 0.0)
-    tight = interval[1] - interval[0] <= line.options.same * max(abs(change.value), 1e-300)
-    settled = all(c.converged for c in at) and (tight or not at)
-    kind = change.above if grows else "restabilised"
-    hertz = omega / (2 * math.pi)
-    residual = None if lead is None else _residual(lead)
-    return CriticalPoint(float(change.value), kind, hertz, interval, settled, residual)
-
-
-def _leads(
-    line: Continuation, at: Sequence[Event], change: VerdictChange
-) -> dict[str, Event | None]:
-    """The fastest of the events at a place that begin what grows above or end what grew below, if
-    there are such."""
-    leads = {}
-    for kind, way in ((change.below, -1), (change.above, 1)):
-        alike = [c for c in at if c.kind == kind and c.direction == way]
-        leads[kind] = next(iter(fastest_first(line, alike)), None)
-    return leads
-
-
-def _interval(at: Sequence[Event]) -> tuple[float, float] | None:
-    if not at:
-        return None
-    return float(min(c.interval[0] for c in at)), float(max(c.interval[1] for c in at))
-
-
-def _residual(one: Event) -> float | None:
-    return one.residual if math.isfinite(one.residual) else None
-
-
-def _beside(line: Continuation, interval: tuple[float, float], above: bool) -> float:
-    """The nearest value looked at on one side of an interval."""
-    low, high = interval
-    values = [s.value for s in line.states]
-    beside = [v for v in values if (v > high if above else v < low)]
-    return min(beside or values, key=lambda v: abs(v - (low + high) / 2))
-
-
-# Crossings
-
-
-def _crossings(part: Searched, changes: Mapping[int | None, VerdictChange]) -> Iterator[Crossing]:
-    for k, place in enumerate(part.places):
-        change = changes.get(k)
-        leads = tuple(_leads(part.line, place, change).values()) if change else ()
-        for c in place:
-            changing = change is not None and (c in leads or not any(leads))
-            yield c.crossing(_mode(part.line, c), changing, _residual(c))
-
-
-def _jump(
-    at: float, before: Searched, after: Searched
-) -> tuple[list[CriticalPoint], list[Crossing]]:
-    """What changes at a breakpoint, of which only the numbers on both sides are known."""
-    sides = (before.line, before.line.high), (after.line, after.line.low)
-    below, above = (growth_at(*side).verdict for side in sides)
-    points = []
-    if below != above:
-        grows = above in GROWING
-        omegas = growing_pairs(*sides[grows]) if (above if grows else below) == "flutter" else []
-        hertz = next(iter(omegas), 0.0) / (2 * math.pi)
-        points = [CriticalPoint(at, above if grows else "restabilised", hertz, (at, at), True)]
-    crossed = []
-    for omega, way in difference(*sides):
-        mode = _number(*sides[way > 0], omega, 1e-6)
-        crossed.append(Event(at, omega, way, (at, at)).crossing(mode, below != above, None))
-    return points, crossed
-
-
-def _mode(line: Continuation, c: Event) -> int:
-    """Number of the mode by rising frequency, from 1; of a coalescing pair the first."""
-    gap = 1e-6
-    if c.coalesces:  # its two members lie on both sides: the closest one below belongs to it
-        omega = _frequencies(line, c.value)
-        apart = np.sort(np.abs(omega / (c.omega or 1.0) - 1.0))
-        gap = max(gap, float(apart[1]) * (1 + 1e-9))
-    return _number(line, c.value, c.omega, gap)
-
-
-def _number(line: Continuation, p: float, omega: float, gap: float) -> int:
-    slower = int(np.sum(_frequencies(line, p) < omega * (1 - gap)))
-    return 1 + (slower if line.form == "undamped" else slower // 2)
-
-
-def _frequencies(line: Continuation, p: float) -> np.ndarray:
-    return np.array([line.omega(complex(z)) for z in line.at(p).roots])
+    elif concerned == "flutter" and at:  # of the nearest value looked at on that side
+        beside = [s for s in line.states if (s.value > high if grows else s.value < low)]
+        omega = _leading(min(beside or line.states, key=lambda s: abs(s.value - change.value)))
+    elif concerned == "flutter":
+        # a pair and a real root grow alike, or a pair is about to be two real roots
+        growth = line.at(change.value).growth
+        if abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate:
+            omega = _leading(line.at(change.value))
+    tight = not at or high - low <= line.options.same * max(abs(change.value), 1e-300)
+    return CriticalPoint(
+        float(change.value),
+        change.above if grows else "restabilised",
+        omega / (2 * math.pi),
+        (float(low), float(high)),
+        tight and all(c.converged for c in at),
+        None if lead is None else lead.residual,
+    )

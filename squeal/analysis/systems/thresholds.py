@@ -25,7 +25,7 @@ from squeal.linear.events import Event
 from squeal.linear.matrices import ILL, unit_diagonal
 from squeal.linear.search import fastest_first, search, together
 from squeal.linear.system import TermSystem, dense
-from squeal.linear.thresholds import Place, VerdictChange, Verdicts
+from squeal.linear.thresholds import VerdictChange, Verdicts
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import OPTIONS, modes_in
@@ -200,11 +200,8 @@ class _Band:
             agrees = (v for v in tried if a < v < b and self.growth(v).roots == number)
             first.append(next(agrees, between[k]))
             stretches.append(self.growth(first[k]))
-        places = [
-            Place(g[0].value, *(frozenset(c.kind for c in g if c.direction == w) for w in (1, -1)))
-            for g in groups
-        ]
-        changes = Verdicts(self.growth).changes(edges, stretches, places, sorted(self.known))
+        seen_at = sorted(self.known)
+        changes = list(Verdicts(self.growth).changes(edges, stretches, groups, seen_at))
         unexplained, left = [], dict[int, str]()
         for v in sorted({*inside, *between}):
             k, seen = sum(group[0].value < v for group in groups), self.growth(v)
@@ -218,11 +215,7 @@ class _Band:
             elif seen.roots < stretches[k].roots:
                 left.setdefault(k, self._leaving(first[k], v))
         crossings = (
-            c.crossing(
-                self._mode(c),
-                any(x.place == k and c in _leads(group, x) for x in changes),
-                _residual(c),
-            )
+            c.crossing(self._mode(c), any(x.place == k and c in _leads(group, x) for x in changes))
             for k, group in enumerate(groups)
             for c in group
         )
@@ -258,7 +251,7 @@ class _Band:
         if change.place is not None:
             c = _leads(groups[change.place], change)[0]
             tight, hertz = c.width <= ContinuationOptions.same * abs(c.value), c.omega / 2 / math.pi
-            return CriticalPoint(c.value, kind, hertz, c.interval, tight, _residual(c))
+            return CriticalPoint(c.value, kind, hertz, c.interval, tight, c.residual)
         hertz = 0.0
         if kind == "flutter":
             at = self.roots(change.value)
@@ -276,7 +269,3 @@ def _leads(group: Sequence[Event], change: VerdictChange) -> list[Event]:
     for alike in ((change.above, 1), (change.below, -1)):
         leads += [c for c in group if (c.kind, c.direction) == alike][:1]
     return leads or list(group)
-
-
-def _residual(c: Event) -> float | None:
-    return c.residual if math.isfinite(c.residual) else None
