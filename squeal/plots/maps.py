@@ -14,7 +14,6 @@ from matplotlib.patches import Patch
 
 from squeal.analysis.answers import Map
 from squeal.analysis.maps import NAMES, QUANTITIES, ThresholdCurve
-from squeal.model.pad import PARAMETERS
 from squeal.plots.style import SINGLE, Drawing, literal, origin, style
 
 VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#E0B040")
@@ -42,53 +41,28 @@ def symbol_of(parameter: str) -> str:
     return symbol(parameter) if parameter == "mu" else literal(parameter)
 
 
-def unit_of(axis: Any, pad: bool = True) -> float:
-    """What the numbers of an axis are divided by: pi over 0 to pi, else a power of a thousand.
-
-    One on a logarithmic axis, of a system's parameter, and for a number without a unit unless it is
-    tiny or huge.
-    """
-    if not pad:
-        return 1.0
-    if PARAMETERS[axis.name].angle and (axis.low, axis.high) == (0.0, math.pi):
-        return math.pi
-    size = max(abs(axis.low), abs(axis.high))
-    if axis.log or (PARAMETERS[axis.name].unit == "1" and 0.01 <= size < 1e4):
-        return 1.0
-    return float(1000.0 ** math.floor(math.log10(size) / 3)) if size else 1.0
-
-
-def _label(axis: Any, factor: float) -> str:
-    """Symbol, power of ten and unit of a pad's parameter."""
-    power = round(math.log10(factor)) if factor != math.pi else 0
-    scale = f"$10^{{{power}}}$" if power else ""
-    unit = PARAMETERS[axis.name].unit.removeprefix("1")
-    words = " ".join(filter(None, (scale, unit)))
-    return f"{symbol(axis.name)} [{words}]" if words else symbol(axis.name)
-
-
 def _settle(axes: Axes, answer: Map, curves: Sequence[ThresholdCurve], own: Own) -> list[Line2D]:
     """Limits, ticks and labels of both axes; the pad marked if it lies in the ranges.
 
     Also draws curves on which stability is lost. Returns what stands for them in a legend.
     """
-    pad = own is not None
-    units = np.array([unit_of(axis, pad) for axis in answer.axes])
     look: Any = {"color": THRESHOLD, "linewidth": 1.8}
     for curve in curves:
-        axes.plot(*(curve.points / units).T, gid="threshold", zorder=4, **look)
-    for axis, way, unit in zip(answer.axes, "xy", units.tolist(), strict=True):
-        words = _label(axis, unit) if pad else literal(axis.name)
-        axes.set(**{f"{way}lim": (axis.low / unit, axis.high / unit), f"{way}label": words})
+        axes.plot(*curve.points.T, gid="threshold", zorder=4, **look)
+    angles = [(axis.low, axis.high) == (0.0, math.pi) for axis in answer.axes]
+    for axis, way, unit, angle in zip(answer.axes, "xy", answer.units, angles, strict=True):
+        name = literal(axis.name) if own is None else symbol(axis.name)
+        words = f"{name} [{unit}]" if unit.removeprefix("1") else name
+        axes.set(**{f"{way}lim": (axis.low, axis.high), f"{way}label": words})
         if axis.log:
             axes.set(**{f"{way}scale": "log"})
-        if unit == math.pi:
-            getattr(axes, f"set_{way}ticks")(*QUARTERS)
-    if np.all(units == math.pi):
+        elif angle and unit == "rad":
+            getattr(axes, f"set_{way}ticks")(np.multiply(QUARTERS[0], math.pi), QUARTERS[1])
+    if all(angles):
         axes.set_aspect("equal")
     if own and all(a.low <= at <= a.high for a, at in zip(answer.axes, own, strict=True)):
         ring: Any = {"mfc": "white", "mec": "black", "ms": 5.0, "mew": 1.0, "zorder": 6}
-        axes.plot(*(np.array(own) / units), "o", clip_on=False, gid="own pad", **ring)
+        axes.plot(*own, "o", clip_on=False, gid="own pad", **ring)
     return [Line2D([], [], label="threshold, continued", **look)] if curves else []
 
 
@@ -105,8 +79,7 @@ def map_drawing(
     quantity whose curve is drawn thick.
     """
     contours = own is not None and answer.quantity is not None
-    units = [unit_of(axis, own is not None) for axis in answer.axes]
-    x, y = (axis.values / unit for axis, unit in zip(answer.axes, units, strict=True))
+    x, y = (axis.values for axis in answer.axes)
     with style():
         figure = Figure(figsize=(SINGLE, 3.2 if contours else 3.6))
         axes = figure.add_subplot(facecolor="0.85")

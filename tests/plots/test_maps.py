@@ -23,8 +23,7 @@ def test_own_pad_and_its_level_are_drawn():
     level = float(np.nanmedian(found.quantity[2]))
     panel = maps.map_drawing("b3", found, own, level=level).figure.axes[0]
     (mark,) = [line for line in panel.get_lines() if line.get_gid() == "own pad"]
-    place = np.asarray(mark.get_xydata())[0] * [maps.unit_of(axis) for axis in found.axes]
-    assert place == pytest.approx(own)
+    assert np.asarray(mark.get_xydata())[0] == pytest.approx(own)
     assert "N/m" in panel.get_ylabel()
     assert panel.get_xlabel() == r"$\alpha_1$ [rad]"
     aside = (scene.pad.alpha1, 2.1 * scene.pad.k_c)
