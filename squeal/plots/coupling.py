@@ -1,5 +1,6 @@
 """Modes over a parameter: frequencies, growth rates, and the root locus beside them."""
 
+import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
@@ -17,13 +18,11 @@ from squeal.plots.modes import NAME, RED, growing
 from squeal.plots.style import (
     DOUBLE,
     Drawing,
-    Unit,
     frequency_limits,
-    in_unit,
+    hertz,
     origin,
     state_label,
     style,
-    units_of,
 )
 
 LOOKS: list[dict[str, Any]] = [
@@ -41,17 +40,17 @@ def draw_modes(
     mu: np.ndarray,
     values: np.ndarray,
     looks: Sequence[dict[str, Any]],
-    units: tuple[Unit, Unit],
+    units: tuple[float, float] = (math.tau, 1.0),
 ) -> None:
     """Curves of each mode over mu (k,); of its conjugate the growth rate too.
 
     values (k, 2n) in rad/s, columns 2j and 2j + 1 a mode and its conjugate (a real pair has two
-    growth rates); looks: one for each mode; units: of frequency and growth.
+    growth rates); looks: one for each mode; units: of frequency (rad/s) and growth (1/s).
     """
     pairs = np.split(values, values.shape[1] // 2, axis=1)
     for k, (look, pair) in enumerate(zip(looks, pairs, strict=False), 1):
-        upper.plot(mu, np.abs(pair[:, 0].imag) / units[0].factor, gid=f"mode {k}", **look)
-        lower.plot(mu, pair.real / units[1].factor, gid=f"mode {k}", **look)
+        upper.plot(mu, np.abs(pair[:, 0].imag) / units[0], gid=f"mode {k}", **look)
+        lower.plot(mu, pair.real / units[1], gid=f"mode {k}", **look)
 
 
 def mark_events(
@@ -80,26 +79,24 @@ def mark_events(
 
 def _panels(
     parameter: str, at: np.ndarray, values: np.ndarray, ends: tuple[float, float]
-) -> tuple[Figure, tuple[Axes, Axes], tuple[Unit, Unit]]:
+) -> tuple[Figure, tuple[Axes, Axes]]:
     """Empty panels of frequency over growth rate, beside them the roots as dots coloured by `at`.
 
     at, values (m,): the parameter and the roots (rad/s), of pairs both.
     """
-    units = units_of(values)
-    reach = 1.1 * np.abs(values.real).max(initial=0.0) / units[1].factor or 1.0
+    reach = 1.1 * np.abs(values.real).max(initial=0.0) or 1.0
     figure = Figure(figsize=(DOUBLE, 3.9))
     grid = figure.add_gridspec(2, 2, width_ratios=[1.55, 1.0], height_ratios=[1.6, 1.0])
     upper, beside = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[:, 1])
     lower = figure.add_subplot(grid[1, 0], sharex=upper)
     name = f"friction {symbol_of(parameter)}" if parameter == "mu" else symbol_of(parameter)
-    frequency, growth = f"frequency [{units[0].name}]", f"growth rate [{units[1].name}]"
-    span = frequency_limits(values, units[0])
+    frequency, growth, span = "frequency [Hz]", "growth rate [1/s]", frequency_limits(values)
     upper.set(xlim=ends, ylim=span, ylabel=frequency)
     upper.tick_params(labelbottom=False)
     lower.set(ylim=(-reach, reach), xlabel=name, ylabel=growth)
     beside.set(xlim=(-reach, reach), ylim=span, xlabel=growth, ylabel=frequency)
     shown = values.imag >= -1e-9 * np.abs(values)
-    x, y, mu = values.real[shown] / units[1].factor, values.imag[shown] / units[0].factor, at[shown]
+    x, y, mu = values.real[shown], values.imag[shown] / math.tau, at[shown]
     few = len(values) <= 6 * len(np.unique(at))
     beside.axvline(0.0, color="0.75", linewidth=0.5, zorder=0)
     look: Any = {"cmap": "viridis", "vmin": ends[0], "vmax": ends[1], "lw": 0, "zorder": 2}
@@ -108,7 +105,7 @@ def _panels(
     beside.plot(x[start], y[start], "k_", ms=11 if few else 5, mew=0.8)
     figure.colorbar(dots, ax=beside, label=name, aspect=35, pad=0.02)
     figure.align_ylabels([upper, lower])
-    return figure, (upper, lower), units
+    return figure, (upper, lower)
 
 
 def _shaded(both: tuple[Axes, Axes], spans: Iterable[tuple[float, float, str]]) -> dict[str, Patch]:
@@ -148,15 +145,15 @@ def coupling_figure(sweep: ModeSweep, own: float | None = None) -> Figure:
     best, entries = modes.real.max(axis=0), dict[str, Any]()
     with style():
         at = np.repeat(mus, values.shape[1])
-        figure, both, units = _panels("mu", at, values.ravel(), (low, high))
-        draw_modes(*both, mus, values, LOOKS, units)
+        figure, both = _panels("mu", at, values.ravel(), (low, high))
+        draw_modes(*both, mus, values, LOOKS)
         for k in np.argsort(-best).tolist():
             if best[k] > noise:
                 on = modes[:, k].real > noise
-                frequency = np.where(on, np.abs(modes[:, k].imag) / units[0].factor, np.nan)
+                frequency = np.where(on, np.abs(modes[:, k].imag) / math.tau, np.nan)
                 look: Any = {"color": LOOKS[k]["color"], "linewidth": 2.4}
                 both[0].plot(mus, frequency, zorder=4, gid=f"grows {k + 1}", **look)
-                words = _words(sweep, float(mus[int(np.argmax(on))]), modes[on, k], units[0])
+                words = _words(sweep, float(mus[int(np.argmax(on))]), modes[on, k])
                 entries[words] = Line2D([], [], **look)
         entries = entries or {"nothing grows": Line2D([], [], color="k")}
         if own is not None and low <= own <= high:
@@ -171,7 +168,7 @@ def coupling_figure(sweep: ModeSweep, own: float | None = None) -> Figure:
     return figure
 
 
-def _words(sweep: ModeSweep, start: float, values: np.ndarray, unit: Unit) -> str:
+def _words(sweep: ModeSweep, start: float, values: np.ndarray) -> str:
     """What a growing mode does, from which value on, and how fast it vibrates."""
     ups = [c for c in sweep.crossings if c.direction == "up"]
     near = min(ups, key=lambda c: abs(c.mu - start), default=None)
@@ -179,7 +176,7 @@ def _words(sweep: ModeSweep, start: float, values: np.ndarray, unit: Unit) -> st
     words = "flutter" if vibrates else "divergence"
     if near is not None and start > sweep.low:
         words += f" from {symbol_of('mu')} = {near.mu:.4g}"
-    return f"{words}, {in_unit(abs(values[0].imag), unit)}" if vibrates else words
+    return f"{words}, {hertz(abs(values[0].imag))}" if vibrates else words
 
 
 def coupling_drawing(name: str, sweep: ModeSweep, own: float | None = None) -> Drawing:
@@ -205,18 +202,18 @@ def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
     values = np.concatenate([roots for _, roots, _ in steps])
     edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
     with style():
-        figure, (upper, lower), units = _panels(parameter, at, values, (float(x[0]), float(x[-1])))
+        figure, (upper, lower) = _panels(parameter, at, values, (float(x[0]), float(x[-1])))
         above = values.imag >= -1e-9 * np.abs(values)
         at, values = at[above], values[above]
         grows = growing(values)
         for some, colour, size in ((~grows, "0.25", 1.5), (grows, RED, 4.0)):
             look: Any = {"s": size, "color": colour, "linewidth": 0}
-            upper.scatter(at[some], values.imag[some] / units[0].factor, **look)
-            lower.scatter(at[some], values.real[some] / units[1].factor, **look)
+            upper.scatter(at[some], values.imag[some] / math.tau, **look)
+            lower.scatter(at[some], values.real[some], **look)
         lower.axhline(0.0, color="0.5", linewidth=0.6)
         spans = zip(edges, edges[1:], [verdict for *_, verdict in steps], strict=False)
         _legend(figure, _shaded((upper, lower), spans))
-        _name_growing(upper, at[grows], values[grows], units[0])
+        _name_growing(upper, at[grows], values[grows])
     verdicts = ", ".join(dict.fromkeys(row.verdict or "-" for row in rows))
     text = (
         f"Frequencies and growth rates of the roots of {name} over {parameter} from "
@@ -225,7 +222,7 @@ def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
     return Drawing(figure, text, f"Sweep of {name}", origin(__name__))
 
 
-def _name_growing(axes: Axes, at: np.ndarray, values: np.ndarray, unit: Unit) -> None:
+def _name_growing(axes: Axes, at: np.ndarray, values: np.ndarray) -> None:
     """Six frequencies that grow, each where it grows most; names stay within the frame."""
     taken: list[float] = []
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
@@ -233,8 +230,8 @@ def _name_growing(axes: Axes, at: np.ndarray, values: np.ndarray, unit: Unit) ->
         one = float(values[k].imag)
         if len(taken) < 6 and all(abs(one - other) > 0.04 * max(one, other) for other in taken):
             taken.append(one)
-            share, place = (at[k] - left) / (right - left), (at[k], one / unit.factor)
+            share, place = (at[k] - left) / (right - left), (at[k], one / math.tau)
             below = place[1] - bottom > 0.8 * (top - bottom)
             side = "left" if share < 0.1 else "right" if share > 0.9 else "center"
             look: Any = {"ha": side, "va": "top" if below else "bottom"}
-            axes.annotate(in_unit(one, unit), place, (0, -4 if below else 4), **look, **NAME)
+            axes.annotate(hertz(one), place, (0, -4 if below else 4), **look, **NAME)

@@ -1,5 +1,6 @@
 """Eigenvalues in the complex plane, and mode shapes: of a pad, and on the nodes of a system."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -18,11 +19,10 @@ from squeal.plots.style import (
     SINGLE,
     Drawing,
     frequency_limits,
-    in_unit,
+    hertz,
     literal,
     origin,
     style,
-    units_of,
 )
 
 LARGEST = 0.35  # drawn size of the largest of x, y, w theta, in half lengths
@@ -98,7 +98,6 @@ def growing(values: np.ndarray) -> np.ndarray:
 
 def draw_eigenvalues(axes: Axes, values: np.ndarray) -> None:
     """Eigenvalues (rad/s) of the upper half plane, those that grow as red squares."""
-    units = units_of(values)
     axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
     upper = values[values.imag >= -1e-9 * np.abs(values)]
     grows = growing(upper)
@@ -107,14 +106,13 @@ def draw_eigenvalues(axes: Axes, values: np.ndarray) -> None:
         (upper[grows], {"marker": "s", "fc": "none", "ec": RED}),
     ]
     for points, look in sets:
-        axes.scatter(points.real / units[1].factor, points.imag / units[0].factor, s=26, **look)
-    reach = max(1.0, 1.2 * float(np.abs(values.real).max(initial=0.0))) / units[1].factor
-    axes.set(xlim=(-reach, reach), ylim=frequency_limits(values, units[0]))
-    axes.set(xlabel=f"growth rate [{units[1].name}]", ylabel=f"frequency [{units[0].name}]")
+        axes.scatter(points.real, points.imag / math.tau, s=26, **look)
+    reach = max(1.0, 1.2 * float(np.abs(values.real).max(initial=0.0)))
+    axes.set(xlim=(-reach, reach), ylim=frequency_limits(values))
+    axes.set(xlabel="growth rate [1/s]", ylabel="frequency [Hz]")
     for root in sorted(upper[grows & (upper.imag > 0.0)], key=lambda r: -r.real)[:6]:
-        place = (root.real / units[1].factor, root.imag / units[0].factor)
-        words = in_unit(root.imag, units[0])
-        axes.annotate(words, place, (-5, 0), ha="right", va="center", **NAME)
+        place = (root.real, root.imag / math.tau)
+        axes.annotate(hertz(root.imag), place, (-5, 0), ha="right", va="center", **NAME)
 
 
 def pad_figure(
@@ -132,7 +130,6 @@ def pad_figure(
     left, bottom = corners.min(axis=0) - 0.08
     right, top = corners.max(axis=0) + 0.08
     bottom = min(bottom, -slender - 0.12)
-    units = units_of(values)
     with style():
         figure = Figure(figsize=(DOUBLE, 0.5 + 1.3 * len(shapes)))
         grid = figure.add_gridspec(len(shapes), 2, width_ratios=[1.5, 1.0])
@@ -141,9 +138,9 @@ def pad_figure(
             axes = figure.add_subplot(grid[k, 1])
             draw_surface(axes, -slender, left, right, bottom)
             draw_pad(axes, three)
-            name = f"mode {one.number}: {in_unit(2 * np.pi * one.frequency_hz, units[0])}"
+            name = f"mode {one.number}: {hertz(math.tau * one.frequency_hz)}"
             if one.growth_rate:
-                name += f", ${one.growth_rate / units[1].factor:+.4g}$ {units[1].name}"
+                name += f", ${one.growth_rate:+.4g}$ 1/s"
             axes.set_title(name, pad=2.0, color=RED if one.growth_rate > 0.0 else "k")
             axes.set(xlim=(left, right), ylim=(bottom, top))
         handles, names = legend_of_phases(moved)

@@ -129,32 +129,14 @@ def state_label(state: str) -> str:
     return f"state {state}" if state.isdigit() else state
 
 
-@dataclass(frozen=True)
-class Unit:
-    """What values in SI units are divided by, and the unit's name."""
-
-    factor: float
-    name: str
-
-
-def units_of(values: np.ndarray) -> tuple[Unit, Unit]:
-    """Units of frequency and growth rate of eigenvalues (rad/s): thousands from 2000 on."""
-    frequency = float(np.abs(values.imag).max(initial=0.0)) / (2 * math.pi)
-    growth = float(np.abs(values.real).max(initial=0.0))
-    return (
-        Unit(2e3 * math.pi, "kHz") if frequency >= 2e3 else Unit(2 * math.pi, "Hz"),
-        Unit(1e3, "1/ms") if growth >= 2e3 else Unit(1.0, "1/s"),
-    )
-
-
-def frequency_limits(values: np.ndarray, unit: Unit) -> tuple[float, float]:
-    """Limits of an axis of frequency: from zero on, but for a band of high ones."""
-    frequencies = np.abs(values.imag) / unit.factor
+def frequency_limits(values: np.ndarray) -> tuple[float, float]:
+    """Limits of an axis of frequency (Hz): from zero on, but for a band of high ones."""
+    frequencies = np.abs(values.imag) / math.tau
     low, high = float(frequencies.min(initial=np.inf)), float(frequencies.max(initial=0.0))
     room = 0.1 * (high - low)
     return (low - room, high + room) if 0.5 * high < low < high else (0.0, 1.1 * high or 1.0)
 
 
-def in_unit(value: float, unit: Unit) -> str:
-    """A frequency or growth rate in SI units (rad/s, 1/s) with its unit, in four digits."""
-    return f"{value / unit.factor:.4g} {unit.name}"
+def hertz(omega: float) -> str:
+    """The frequency of an angular one (rad/s) in four digits."""
+    return f"{omega / math.tau:.4g} Hz"

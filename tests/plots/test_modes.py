@@ -42,7 +42,7 @@ def test_the_pad_moves_by_the_shape(scene):
         assert axes.get_title().startswith(f"mode {one.number}: ")
         assert (axes.title.get_color() != "k") == grows
         assert (f"{one.growth_rate:+.4g}" in axes.get_title()) == bool(one.growth_rate)
-    assert plane.get_ylabel() == "frequency [kHz]"
+    assert plane.get_ylabel() == "frequency [Hz]"
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     # half a length of 0.04 m times 0.35 is 14 mm
     assert any("enlarged 14000 times" in text for text in texts)

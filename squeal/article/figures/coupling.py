@@ -10,13 +10,13 @@ from matplotlib.lines import Line2D
 from squeal.article.cases import title
 from squeal.article.studies.stability import Branch, SceneStability, Stability
 from squeal.plots.coupling import LOOKS, draw_modes, mark_events
-from squeal.plots.style import DOUBLE, Drawing, Unit, origin, state_label, style
+from squeal.plots.style import DOUBLE, Drawing, origin, state_label, style
 
 CAPTION = r"""Frequencies and growth rates of the three modes along the sliding equilibria of model
 B2 over friction, without damping: where two frequencies meet, one mode begins to grow (flutter)
 until stability is regained. PC: partial contact begins. Grey vertical: the reference friction."""
 SHOWN = ("b2-c", "b2-d")
-KILOHERTZ, PER_MS = Unit(2e3 * np.pi, "kHz"), Unit(1e3, "1/ms")
+UNITS = 2e3 * np.pi, 1e3  # kHz in rad/s, 1/ms in 1/s
 
 
 def _events(branch: Branch) -> list[tuple[float, str, str]]:
@@ -38,7 +38,7 @@ def _pair(scene: SceneStability, upper: Axes, lower: Axes) -> None:
     if isinstance(scene.branch, Branch):
         branch = scene.branch
         values = (np.array(branch.real) + 1j * np.array(branch.imag)).T
-        draw_modes(upper, lower, np.array(branch.mu), values, LOOKS, (KILOHERTZ, PER_MS))
+        draw_modes(upper, lower, np.array(branch.mu), values, LOOKS, UNITS)
         mark_events(_events(branch), upper, lower)
     else:
         upper.text(0.5, 0.5, "no branch", transform=upper.transAxes, ha="center")
