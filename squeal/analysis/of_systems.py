@@ -42,8 +42,8 @@ from squeal.io.system import SystemFile
 from squeal.linear import GROWING, VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.eigen import ordered
+from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.system import TermSystem
-from squeal.linear.system import dense as plain_matrix
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.quadratic import Progress, quiet
 from squeal.sparse.reduction import Reduction
@@ -356,7 +356,7 @@ def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]
     if not (grow and system.real and at > 0.0 and system.n <= ONSET_ROWS):
         return grow
     try:
-        known = unstable_modes(system.plain, at, linear_thresholds(system.plain, at))
+        known = unstable_modes(system, at, linear_thresholds(system, at))
     except InputError:  # no way from zero: a factor divides by the parameter, M has no factor
         return grow
 

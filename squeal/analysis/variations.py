@@ -132,7 +132,7 @@ class Varied:
         if isinstance(changed, Scene):
             answer = critical_friction(changed, high)
         else:
-            answer = critical_parameter(changed.plain, high, changed.parameter)
+            answer = critical_parameter(changed, high, changed.parameter)
         if answer.verdict in GROWING:
             return Outcome(critical=0.0, kind=answer.verdict)
         if answer.first is not None:

@@ -375,7 +375,7 @@ def _compare_labels(at: Place, parts: Sequence[str], matrices: Sequence[MatrixFi
 def _damped(system: TermSystem, damping: dict[str, Any], at: Place) -> TermSystem:
     if not damping:
         return system
-    varied = [i for i in structure_stiffness(system)[1] if not system.K[i].constant]
+    varied = [i for i in structure_stiffness(system)[1] if system.K[i].factor.names]
     if varied:
         terms = ", ".join(f"K.{i + 1} ({system.K[i].factor.text})" for i in varied)
         _warn(at / "damping", f"also damps {terms}, at the values of the parameters given here")

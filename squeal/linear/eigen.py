@@ -1,15 +1,13 @@
 """Eigenvalues of M q'' + C q' + K q = 0 with vectors, rounding, residuals and slopes.
 
 How far rounding moves a root has one definition, `root_rounding`: its backward error times its
-condition number. The condition number grows without limit where roots coalesce; m roots that meet
-are moved by no more than the m-th root of the relative error. Every eigenvalue carries this
-number, and undamped roots lie exactly on the axes unless they are off them by more.
+condition number, which grows without limit where roots coalesce; m roots that meet are moved by no
+more than the m-th root of the relative error. Every eigenvalue carries this number.
 
-How is flutter decided? Every eigenvalue comes with the distance that rounding may move it
-(`root_rounding`). A root grows if its real part is greater than this distance; a growing root
+How is flutter decided? A root grows if its real part is greater than its rounding; a growing root
 whose imaginary part is greater too is one of a pair (flutter), else it is real (divergence). The
-fastest growing one names the verdict. Nothing grows: `marginal` if some root lies within the
-distance from the imaginary axis, `stable` if none does. That is `decide`, of any roots.
+fastest growing one names the verdict. Nothing grows: `marginal` if some root lies within its
+rounding of the imaginary axis, `stable` if none does. That is `decide`, of any roots.
 
 At a flutter boundary two roots coalesce, and computed real parts are noise of the size of the
 square root of the machine precision. Up to three rows without damping the roots therefore follow
@@ -114,11 +112,6 @@ class Spectrum:
     eigenvalues: tuple[Eigenvalue, ...]
 
     @property
-    def rigid_body_roots(self) -> int:
-        """How many eigenvalues are exactly zero."""
-        return sum(not e.value for e in self.eigenvalues)
-
-    @property
     def values(self) -> ComplexArray:
         """The eigenvalues as an array (2n,), rad/s."""
         return np.array([e.value for e in self.eigenvalues])
@@ -165,14 +158,14 @@ def ordered(values: ComplexArray) -> NDArray[np.intp]:
 
 
 def root_rounding(
-    values: ComplexArray, condition: Array, error: float | Array, size: float | Array
+    values: ComplexArray, condition: float | Array, error: float | Array, size: float | Array
 ) -> Array:
-    """How far (m,) rounding moves eigenvalues of condition numbers 1/|y^H x| and relative backward
-    errors `error`: `size`, such as the matrix's norm, times the lesser of error times condition and
-    the k-th root of the error, where k >= 2 roots lie close together.
+    """How far (..., m) rounding moves eigenvalues of condition numbers 1/|y^H x| and relative
+    backward errors `error`: `size`, such as the matrix's norm, times the lesser of error times
+    condition and the k-th root of the error, where k >= 2 roots lie close together.
     """
-    near = np.broadcast_to(4 * error ** (1 / 3) * size, values.shape)
-    close = np.sum(np.abs(values[:, None] - values) <= near[:, None], axis=1)
+    near = np.broadcast_to(4 * error ** (1 / 3) * size, values.shape)[..., None]
+    close = np.sum(np.abs(values[..., None] - values[..., None, :]) <= near, axis=-1)
     return np.asarray(size * np.minimum(error * condition, error ** (1 / np.maximum(2, close))))
 
 
@@ -226,23 +219,9 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     return Roots(values, right, left, condition, moved)
 
 
-def _squared_frequencies(reduced: Reduced) -> Roots:
-    """The n roots s = -lambda^2 of an undamped system (rad^2/s^2).
-
-    A complex pair within its own rounding is a coalescence and is returned as a real double root.
-    Up to three rows the invariants decide that, which know the discriminant and the determinant to
-    full digits where roots coalesce or pass zero.
-    """
-    roots, n = _standard_roots(reduced.A, reduced.rounding), reduced.n
-    if n > 3 or not _agree(roots.values, roots.rounding, reduced):
-        real = np.abs(roots.values.imag) <= roots.rounding
-        roots.values[real] = roots.values.real[real]
-    return roots
-
-
 def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> bool:
-    """Give up to three roots the pairs and signs, beyond rounding, of their invariants; False if
-    these are vague."""
+    """Give up to three roots s = -lambda^2 the pairs and signs, beyond rounding, of their
+    invariants, which know them where roots coalesce or pass zero; False if these are vague."""
     A, n = np.zeros((3, 3)), reduced.n  # a missing row is one of zeros: a zero root
     A[:n, :n] = reduced.A
     diagonal = np.count_nonzero(reduced.T) == n
@@ -289,7 +268,10 @@ def roots_of(reduced: Reduced) -> Roots:
         values, x, y, condition, moved = _standard_roots(matrix, reduced.rounding, reduced.A)
         values, x, y, moved = values * rate, x[: reduced.n], y[reduced.n :], moved * rate
     else:
-        s, x, y, condition, moved = _squared_frequencies(reduced)
+        s, x, y, condition, moved = _standard_roots(reduced.A, reduced.rounding)
+        if reduced.n > 3 or not _agree(s, moved, reduced):
+            # a complex pair within its own rounding is a coalescence: a real double root
+            s = np.where(np.abs(s.imag) <= moved, s.real, s)
         size, half = np.abs(s), np.sqrt(-s)
         below = size <= moved
         moved = np.where(below, np.sqrt(moved), moved / (2 * np.sqrt(np.where(below, 1.0, size))))
@@ -542,10 +524,8 @@ def damped_verdicts(A: Array, B: Array, rounding: float = 4 * EPS) -> Codes:
     """
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
-    error, norm = 2 * matrices.shape[-1] * rounding, np.linalg.norm(matrices, axis=(-2, -1))
-    apart = np.abs(values[:, :, None] - values[:, None, :]) / norm[:, None, None]
-    cluster = np.maximum(2, np.sum(apart <= 4 * error ** (1 / 3), axis=-1))
-    bound = norm[:, None] * error ** (1 / cluster)
+    norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
+    bound = root_rounding(values, np.inf, 2 * matrices.shape[-1] * rounding, norm)
     grows = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
     codes = np.where(grows.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
     codes[grows.real < 0.0] = STABLE

@@ -52,9 +52,19 @@ class Reduced:
         return len(self.A)
 
 
+def is_sparse(matrix: Any) -> bool:
+    """True for a SciPy sparse array or matrix."""
+    return hasattr(matrix, "tocsc")
+
+
+def dense(matrix: Any) -> np.ndarray:
+    """The matrix as a NumPy array."""
+    return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
+
+
 def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
     try:
-        given = np.asarray(value)
+        given = dense(value)
         if np.iscomplexobj(given) and given.imag.any():
             raise ValueError
         matrix = np.asarray(given.real, dtype=float)
@@ -76,9 +86,8 @@ def checked(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> tuple[Array, Arr
     """
     mass = _square("M", M)
     damping = None if C is None else _square("C", C, len(mass))
-    if damping is not None and not damping.any():
-        damping = None
-    return mass, damping, _square("K", K, len(mass))
+    moves = damping is not None and damping.any()
+    return mass, damping if moves else None, _square("K", K, len(mass))
 
 
 def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:

@@ -68,7 +68,7 @@ def track(system: System, mus: Iterable[float], halvings: int = 7) -> TrackedMod
     modes = np.array(rows)
     if along.form == "undamped":
         modes = np.hstack([modes, -modes])
-    free = 2 * len(np.asarray(matrices_at(system, values[0])[0])) - modes.shape[1]
+    free = 2 * np.shape(matrices_at(system, values[0])[0])[0] - modes.shape[1]
     modes = np.hstack([modes, np.zeros((len(modes), free))])
     return TrackedModes(np.array(values), modes[:, ordered(modes[0])])
 

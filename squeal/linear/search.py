@@ -259,7 +259,7 @@ def _factors(
     if not isinstance(system, TermSystem):
         return []
     name, values = system.parameter, system.values()
-    formulas = {t.factor.text: t.factor for part in (system.M, system.C, system.K) for t in part}
+    formulas = {t.factor.text: t.factor for t in system.terms}
     bounds: list[tuple[Callable[[float, float], float], float]] = []
     for formula in formulas.values():
         if name in formula.names:

@@ -15,14 +15,13 @@ import dataclasses
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from numbers import Real
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError, MatrixError
-from squeal.linear.matrices import EPS, SKEW, Array, checked, unit_diagonal
+from squeal.linear.matrices import EPS, SKEW, Array, checked, dense, is_sparse, unit_diagonal
 from squeal.numerics.differentiation import ONE, Formula
 
 Matrix = Any
@@ -31,16 +30,6 @@ Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
 System = Callable[[float], Matrices]
 """A family of systems: p -> (M, C, K); C may be None (undamped)."""
 Dense = tuple[Array, Array, Array]
-
-
-def is_sparse(matrix: Matrix) -> bool:
-    """True for a SciPy sparse array or matrix."""
-    return hasattr(matrix, "tocsc")
-
-
-def dense(matrix: Matrix) -> np.ndarray:
-    """The matrix as a NumPy array."""
-    return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
 
 
 @dataclass(frozen=True)
@@ -60,11 +49,6 @@ class Term:
 
     matrix: Matrix = field(repr=False)
     factor: Formula = ONE
-
-    @property
-    def constant(self) -> bool:
-        """True if the factor depends on no parameter."""
-        return not self.factor.names
 
 
 @dataclass(frozen=True, eq=False)
@@ -176,9 +160,9 @@ class TermSystem:
         def joined(terms: tuple[Term, ...]) -> Iterator[Term]:
             groups: dict[Formula, list[Term]] = {}
             for term in terms:
-                groups.setdefault(ONE if term.constant else term.factor, []).append(term)
+                groups.setdefault(term.factor if term.factor.names else ONE, []).append(term)
             for factor, same in groups.items():
-                weights = [t.factor.value({}) if t.constant else 1.0 for t in same]
+                weights = [1.0 if t.factor.names else t.factor.value({}) for t in same]
                 yield Term(self._sum(same, weights), factor)
 
         return self.changed(joined)
@@ -209,11 +193,6 @@ class TermSystem:
     def __call__(self, value: float) -> tuple[Matrix, Matrix | None, Matrix]:
         """M, C, K at a value of the free parameter."""
         return self.at({self.parameter: value})
-
-    @property
-    def plain(self) -> System:
-        """The function of the free parameter with NumPy arrays; itself where it holds such."""
-        return (lambda p: self.arrays({self.parameter: p})) if self.sparse else self
 
     def derivative(
         self, name: str, changes: Mapping[str, float] | None = None
@@ -263,8 +242,8 @@ class Parametrised:
             given = self.system.many(list(ps))
         else:
             given = [matrices_at(self.system, p) for p in ps]
-        arrays = (checked(dense(M), None if C is None else dense(C), dense(K)) for M, C, K in given)
-        return [(M, np.zeros_like(M) if C is None else C, K) for M, C, K in arrays]
+        each = (checked(M, C, K) for M, C, K in given)
+        return [(M, np.zeros_like(M) if C is None else C, K) for M, C, K in each]
 
     def with_derivatives(self, ps: Sequence[float]) -> list[tuple[Any, Any]]:
         """M, C and K, and their derivatives by the parameter, at each value."""
@@ -331,27 +310,26 @@ def matrices_at(system: System, p: float) -> Matrices:
     return given
 
 
-def check_range(verb: str, low: object, high: object) -> None:
+def check_range(verb: str, low: Any, high: Any) -> None:
     """Refuse a range whose ends are no finite numbers, or the upper not above the lower."""
-    real = [v for v in (low, high) if isinstance(v, Real) and not isinstance(v, bool)]
-    if len(real) < 2 or not all(map(math.isfinite, real)) or not real[0] < real[1]:
-        raise InputError(
-            f"{verb}: mu_min = {low!r} to mu_max = {high!r} is not allowed; it must be a range of "
-            "finite numbers"
-        )
+    try:
+        fine = bool(-math.inf < low < high < math.inf)
+    except (TypeError, ValueError):
+        fine = False
+    if not fine:
+        words = f"mu_min = {low!r} to mu_max = {high!r} is not allowed"
+        raise InputError(f"{verb}: {words}; it must be a range of finite numbers")
 
 
-def values_of(verb: str, mus: object) -> list[float]:
+def values_of(verb: str, mus: Any) -> list[float]:
     """Finite numbers, one at least, from a sequence. Raises InputError."""
     try:
-        values = [] if isinstance(mus, str) else [float(mu) for mu in mus]  # type: ignore[attr-defined]
+        values = [float(mu) for mu in mus]
     except (TypeError, ValueError):
         values = []
     if not values or not all(map(math.isfinite, values)):
-        raise InputError(
-            f"{verb}: mus = {mus!r} is not allowed; it must be a sequence of at least one finite "
-            "number"
-        )
+        words = "it must be a sequence of at least one finite number"
+        raise InputError(f"{verb}: mus = {mus!r} is not allowed; {words}")
     return values
 
 

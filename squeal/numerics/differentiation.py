@@ -6,8 +6,8 @@ second derivatives), or dual numbers again.
 
 A formula of named parameters (+ - * / ** and parentheses) is parsed by Python's own grammar and
 then walked node by node; only the nodes listed here are known, nothing is ever evaluated as code.
-Walked with numbers it gives the value, with dual numbers a derivative, with intervals in them a
-bound of the second derivative.
+Walked with numbers it gives the value, with dual numbers a derivative, with intervals in these a
+bound of the second one.
 """
 
 from __future__ import annotations
@@ -55,14 +55,31 @@ def _shifts(m: int, unknowns: int | None, dimensions: int) -> np.ndarray:
     return 1j * STEP * np.eye(m)[:, :unknowns].reshape((m, -1) + (1,) * (dimensions - 1))
 
 
+class _Arithmetic:
+    """What follows from sum, product, negative and power; numpy leaves mixed operations to it."""
+
+    __slots__ = ()
+    __array_ufunc__: ClassVar = None
+
+    def __sub__(self: Any, other: Any) -> Any:
+        return self + (-other)
+
+    def __rsub__(self: Any, other: Any) -> Any:
+        return -self + other
+
+    def __truediv__(self: Any, other: Any) -> Any:
+        return self * other**-1.0
+
+    def __rtruediv__(self: Any, other: Any) -> Any:
+        return self**-1.0 * other
+
+
 @dataclass(eq=False, slots=True)  # many are made: frozen ones would take three times as long
-class Dual:
+class Dual(_Arithmetic):
     """A number (or array) and its derivative by one parameter."""
 
     value: Any
     slope: Any
-
-    __array_ufunc__: ClassVar = None  # numpy leaves mixed operations to the methods below
 
     def __add__(self, other: Any) -> Dual:
         if not isinstance(other, Dual):
@@ -71,12 +88,6 @@ class Dual:
 
     def __neg__(self) -> Dual:
         return Dual(-self.value, -self.slope)
-
-    def __sub__(self, other: Any) -> Dual:
-        return self + (-other)
-
-    def __rsub__(self, other: Any) -> Dual:
-        return -self + other
 
     def __mul__(self, other: Any) -> Dual:
         if not isinstance(other, Dual):
@@ -89,9 +100,6 @@ class Dual:
         ratio = self.value / other.value
         return Dual(ratio, (self.slope - ratio * other.slope) / other.value)
 
-    def __rtruediv__(self, other: Any) -> Dual:
-        return dual(other) / self
-
     def __pow__(self, power: float) -> Dual:
         return Dual(self.value**power, power * self.value ** (power - 1) * self.slope)
 
@@ -103,29 +111,16 @@ def dual(x: Any) -> Dual:
     return x if isinstance(x, Dual) else Dual(x, 0.0)
 
 
-def sin(x: Any) -> Dual:
-    """Sine of a number or dual number."""
-    x = dual(x)
-    return Dual(np.sin(x.value), np.cos(x.value) * x.slope)
+def _function(f: Callable[[Any], Any], slope: Callable[[Any], Any]) -> Callable[[Any], Dual]:
+    def of(x: Any) -> Dual:
+        x = dual(x)
+        return Dual(f(x.value), slope(x.value) * x.slope)
+
+    return of
 
 
-def cos(x: Any) -> Dual:
-    """Cosine of a number or dual number."""
-    x = dual(x)
-    return Dual(np.cos(x.value), -np.sin(x.value) * x.slope)
-
-
-def exp(x: Any) -> Dual:
-    """Exponential of a number or dual number."""
-    x, value = dual(x), np.exp(dual(x).value)
-    return Dual(value, value * x.slope)
-
-
-def sqrt(x: Any) -> Dual:
-    """Square root of a number or dual number."""
-    x, root = dual(x), np.sqrt(dual(x).value)
-    return Dual(root, x.slope / (2 * root))
-
+sin, cos = _function(np.sin, np.cos), _function(np.cos, lambda x: -np.sin(x))
+exp, sqrt = _function(np.exp, np.exp), _function(np.sqrt, lambda x: 0.5 / np.sqrt(x))
 
 ALLOWED = "a formula of parameters and numbers with + - * / ** (by a number) and parentheses"
 
@@ -143,24 +138,20 @@ class Formula:
     _tree: ast.expr = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        if len(self.text) > 500:
-            raise InputError(
-                f"a formula of {len(self.text)} characters is not allowed; at most 500 are"
-            )
         try:
-            tree = ast.parse(self.text.strip(), mode="eval").body
+            tree = ast.parse(self.text.strip() if len(self.text) <= 500 else "", mode="eval").body
             names = _names(tree)
         except (SyntaxError, ValueError, MemoryError, RecursionError):
-            raise InputError(f"{self.text}: is not allowed; it must be {ALLOWED}") from None
+            allowed = f"{ALLOWED}, of at most 500 characters"
+            raise InputError(f"{self.text:.60}: is not allowed; it must be {allowed}") from None
         object.__setattr__(self, "_tree", tree)
         object.__setattr__(self, "names", frozenset(names))
 
     def value(self, parameters: Mapping[str, float]) -> float:
         """The formula's value. Raises InputError where it is not a finite number."""
         for name in sorted(self.names - parameters.keys()):
-            listed = ", ".join(sorted(parameters))
-            allowed = f"allowed are {listed}" if listed else "there are none"
-            raise InputError(f"{self._about}: {name} is no parameter; {allowed}")
+            allowed = ", ".join(sorted(parameters)) or "none"
+            raise InputError(f"{self._about}: {name} is no parameter; allowed are {allowed}")
         return self._finite(parameters, "", "finite number")
 
     def slope(self, parameters: Mapping[str, float], name: str) -> float:
@@ -174,10 +165,8 @@ class Formula:
     def curvature(
         self, parameters: Mapping[str, float], name: str, low: float, high: float
     ) -> float:
-        """A bound of |second derivative| by one parameter over low to high; inf if none is known.
-
-        By interval arithmetic on the value and both derivatives at once.
-        """
+        """A bound of |second derivative| by one parameter over low to high, by interval arithmetic;
+        inf if none is known."""
         x = Dual(Dual(_Interval(low, high), 1.0), Dual(1.0, 0.0))
         try:
             second = dual(dual(_walked(self._tree, {**parameters, name: x})).slope).slope
@@ -246,7 +235,7 @@ def _walked(node: ast.expr, at: Mapping[str, Any]) -> Any:
 
 
 @dataclass(frozen=True)
-class _Interval:
+class _Interval(_Arithmetic):
     """All numbers from low to high, with the operations that dual numbers need."""
 
     low: float
@@ -259,21 +248,9 @@ class _Interval:
         low, high = _ends(other)
         return _Interval(self.low + low, self.high + high)
 
-    def __sub__(self, other: Any) -> _Interval:
-        return self + (-other)
-
-    def __rsub__(self, other: Any) -> _Interval:
-        return -self + other
-
     def __mul__(self, other: Any) -> _Interval:
         ends = [x * y for x in _ends(self) for y in _ends(other)]
         return _Interval(min(ends), max(ends))
-
-    def __truediv__(self, other: Any) -> _Interval:
-        return self * other**-1.0
-
-    def __rtruediv__(self, other: float) -> _Interval:
-        return self**-1.0 * other
 
     def __pow__(self, power: float) -> _Interval:
         """Raises ValueError where that is not real and bounded."""

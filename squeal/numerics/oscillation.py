@@ -2,7 +2,7 @@
 
 import numpy as np
 
-_FAINT = 1e-8  # of the greatest: what is below it is rounding
+FAINT = 1e-8  # of the greatest: what is below it is rounding
 
 
 def exponent(samples: np.ndarray, step: float) -> complex | None:
@@ -10,10 +10,9 @@ def exponent(samples: np.ndarray, step: float) -> complex | None:
 
     samples (n, d): z at equal steps of time, d at least the number of components. Of the
     components that change z at least a tenth as fast as the strongest one at the end, it is that
-    which grows fastest (of several that grow alike the strongest). The linear map from one
-    difference of samples to the next is fitted by least squares, its eigenvalues are
-    exp(lambda step). None where no such map fits to a thousandth, or where the samples hold less
-    than two periods (of a real exponent: less than 1/|lambda|).
+    which grows fastest (of several that grow alike the strongest). None where the samples, and
+    their first halves, are not such a motion to a thousandth or hold less than two periods (of a
+    real exponent: less than 1/|lambda|).
     """
     count = len(samples)
     while count >= 32:
@@ -25,11 +24,13 @@ def exponent(samples: np.ndarray, step: float) -> complex | None:
 
 
 def _fitted(samples: np.ndarray, step: float) -> complex | None:
+    """By least squares: the map from one difference of samples to the next has the eigenvalues
+    exp(lambda step)."""
     steps = np.diff(samples, axis=0).T
     before, after = steps[:, :-1], steps[:, 1:]
     U, sizes, V = np.linalg.svd(before, full_matrices=False)
     rounding = 10 * np.finfo(float).eps * np.abs(samples).max() * np.sqrt(len(samples))
-    rank = int(np.sum(sizes > _FAINT * sizes[0] + rounding))
+    rank = int(np.sum(sizes > FAINT * sizes[0] + rounding))
     if rank == 0:
         return None
     U, inverse = U[:, :rank], V[:rank].T / sizes[:rank]
@@ -46,37 +47,33 @@ def _fitted(samples: np.ndarray, step: float) -> complex | None:
         return None
     alike = strong & (rates.real >= rates.real[strong].max() - 1e-6 * np.abs(rates))
     value = complex(rates[np.argmax(np.where(alike, parts, 0.0))])
-    lasting = step * (len(samples) - 1)
-    enough = abs(value.imag) * lasting >= 4 * np.pi
-    if not enough and not (abs(value.imag) * step < 1e-9 and abs(value) * lasting >= 1.0):
+    lasting, real = step * (len(samples) - 1), abs(value.imag) * step < 1e-9
+    if abs(value) * lasting < 1.0 if real else abs(value.imag) * lasting < 4 * np.pi:
         return None
-    small = abs(value.real) <= _FAINT * abs(value)
+    small = abs(value.real) <= FAINT * abs(value)
     return complex(0.0 if small else value.real, abs(value.imag))
 
 
-def _weighted(signals: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Hann's window (n,), and signals (n, d) without their mean under it."""
-    window = np.hanning(len(signals) + 1)[:-1]
-    return window, (signals - signals.mean(axis=0)) * window[:, None]
+def _windowed(signals: np.ndarray) -> np.ndarray:
+    """Without their mean, under Hann's window of sum 1, which spreads a line over few lines."""
+    window = np.hanning(len(signals) + 1)[:-1, None]
+    return (signals - signals.mean(axis=0)) * (window / window.sum())
 
 
 def spectrum(signals: np.ndarray, step: float, finer: int = 1) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies (m,) and amplitudes (m, d) of signals (n, d) at equal steps, mean taken out.
 
-    `finer` gives so many times as many frequencies. With Hann's window: a steady sine shows its
-    amplitude where it lies on a frequency, and at least 0.85 of it in between.
+    `finer` gives so many times as many frequencies. A steady sine shows its amplitude where it lies
+    on a frequency, and at least 0.85 of it in between.
     """
-    window, weighted = _weighted(signals)
     size = len(signals) * finer
-    transform = np.fft.rfft(weighted, size, axis=0)
-    return np.fft.rfftfreq(size, step), 2.0 * np.abs(transform) / window.sum()
+    transform = np.fft.rfft(_windowed(signals), size, axis=0)
+    return np.fft.rfftfreq(size, step), 2.0 * np.abs(transform)
 
 
 def line(signals: np.ndarray, step: float) -> tuple[float, float]:
-    """Frequency of the strongest line in signals (n, d), and its share of their power.
-
-    The power is that of all signals together; 0, 0 of signals that do not change.
-    """
+    """Frequency of the strongest line in signals (n, d) at equal steps, and its share of their
+    power, that of all together; 0, 0 of signals that do not change."""
     if len(signals) < 6:
         return 0.0, 0.0
     frequencies, amplitudes = spectrum(signals, step)
@@ -86,8 +83,7 @@ def line(signals: np.ndarray, step: float) -> tuple[float, float]:
     k = int(np.argmax(power))
     share = float(power[max(k - 2, 0) : k + 3].sum() / power.sum())
     middle, width = float(frequencies[k + 1]), float(frequencies[1])
-    _, weighted = _weighted(signals)
-    t = step * np.arange(len(signals))
+    weighted, t = _windowed(signals), step * np.arange(len(signals))
     for _ in range(3):  # closer samples of the same spectrum around its peak
         near = middle + width * np.linspace(-1.0, 1.0, 9)
         rows = np.exp(-2j * np.pi * near[:, None] * t) @ weighted
@@ -104,14 +100,12 @@ def swing(signals: np.ndarray) -> np.ndarray:
     the parabola through three samples."""
     if len(signals) < 3:
         return np.asarray(np.ptp(signals, axis=0) / 2.0)
-    return np.asarray(_top(signals) + _top(-signals)) / 2.0
-
-
-def _top(signals: np.ndarray) -> np.ndarray:
-    i = np.clip(np.argmax(signals, axis=0), 1, len(signals) - 2)
-    own = np.arange(signals.shape[1])
-    a, b, c = signals[i - 1, own], signals[i, own], signals[i + 1, own]
-    bend = a - 2.0 * b + c
-    with np.errstate(divide="ignore", invalid="ignore"):
-        peak = np.where(bend < 0.0, b - (a - c) ** 2 / (8.0 * bend), b)
-    return np.asarray(np.maximum(peak, signals.max(axis=0)))
+    total, columns = np.zeros(signals.shape[1]), np.arange(signals.shape[1])
+    for one in (signals, -signals):
+        i = np.clip(np.argmax(one, axis=0), 1, len(one) - 2)
+        a, b, c = (one[i + k, columns] for k in (-1, 0, 1))
+        bend = a - 2.0 * b + c
+        with np.errstate(divide="ignore", invalid="ignore"):
+            peak = np.where(bend < 0.0, b - (a - c) ** 2 / (8.0 * bend), b)
+        total += np.maximum(peak, one.max(axis=0))
+    return total / 2.0

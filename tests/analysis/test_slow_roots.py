@@ -73,7 +73,7 @@ def test_a_light_motion_hides_neither_roots_nor_verdict_of_plain_matrices(stiffn
     K[1] *= stiffness / 9.0
     spectrum, judgement = roots_and_verdict(M, C, K)
     assert judgement.verdict == ("stable" if stiffness else "marginal")
-    assert spectrum.rigid_body_roots == (not stiffness)
+    assert np.sum(spectrum.values == 0) == (not stiffness)
     for exact in exact_damped(M, C, K):
         assert np.abs(spectrum.values - complex(exact)).min() <= 1e-9 * abs(exact)
     system = TermSystem((Term(M),), (Term(C),), (Term(K),))
@@ -100,7 +100,7 @@ def test_a_free_body_beside_a_stiff_spring_has_two_roots_of_exactly_zero():
     soft[1, 2] = soft[2, 1] = -1.0
     spectrum, judgement = roots_and_verdict(np.eye(3), None, stiff + soft)
     assert judgement.verdict == "marginal"
-    assert spectrum.rigid_body_roots == 2
+    assert np.sum(spectrum.values == 0) == 2
     assert spectrum.values[:2].tolist() == [0.0, 0.0]
     assert spectrum.values[2] == pytest.approx(1j * np.sqrt(1.5), rel=0.03)
 

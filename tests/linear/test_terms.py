@@ -6,12 +6,12 @@ from scipy.sparse import csc_array
 
 from squeal.errors import InputError
 from squeal.linear import complex_eigenvalues, thresholds, track
+from squeal.linear.matrices import dense
 from squeal.linear.system import (
     Batched,
     Parametrised,
     Term,
     TermSystem,
-    dense,
     modal,
     rayleigh,
     structural,

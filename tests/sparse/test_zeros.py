@@ -30,7 +30,7 @@ NONE = np.zeros((3, 3))
 def test_roots_of_free_motions_are_zero_in_every_form(C, K, zeros):
     M = ROOT @ ROOT
     C, K = 1e2 * C, 1e6 * K
-    assert complex_eigenvalues(M, C, K).rigid_body_roots == zeros
+    assert np.sum(complex_eigenvalues(M, C, K).values == 0) == zeros
     for size in (None, float(np.linalg.norm(K, 2))):
         assert np.sum(dense_values(M, C, K, size) == 0) == zeros
     assert np.sum(pencil_values(M, C, K) == 0) == zeros

@@ -9,8 +9,8 @@ from squeal.errors import InputError
 from squeal.io.matrices import fingerprint, write_matrix
 from squeal.io.system import SystemFile
 from squeal.io.writing import whole_folder, write_text
-from squeal.linear.matrices import EPS, norm_of, unit_diagonal
-from squeal.linear.system import Matrix, TermSystem, dense
+from squeal.linear.matrices import EPS, dense, norm_of, unit_diagonal
+from squeal.linear.system import Matrix, TermSystem
 
 ALL_ROWS = 400  # up to so many rows all roots are computed
 

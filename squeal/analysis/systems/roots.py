@@ -106,7 +106,7 @@ def check_memory(system: TermSystem, limit: float | None = None) -> None:
     One factorisation and one subspace, as measured on three-dimensional solids; a full matrix
     takes what its entries need. Raises ComputationError.
     """
-    parts = [term.matrix for part in (system.M, system.C, system.K) for term in part]
+    parts = [term.matrix for term in system.terms]
     entries = max(int(getattr(X, "nnz", X.size)) for X in parts)
     factor = min(16.0 * system.n**2, 18.0 * entries * system.n ** (1 / 3))
     needed = factor + 16 * 2 * 180 * system.n

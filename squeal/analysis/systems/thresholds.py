@@ -22,9 +22,9 @@ from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.eigen import GROWING, ComplexArray, UnstableCount, unstable_count
 from squeal.linear.events import Event
-from squeal.linear.matrices import ILL, unit_diagonal
+from squeal.linear.matrices import ILL, dense, unit_diagonal
 from squeal.linear.search import fastest_first, search, together
-from squeal.linear.system import TermSystem, dense
+from squeal.linear.system import TermSystem
 from squeal.linear.thresholds import VerdictChange, Verdicts
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import crossings_along
