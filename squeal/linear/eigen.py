@@ -393,12 +393,12 @@ def hidden(reduced: Reduced, C: Array | None, K: Array) -> bool:
     present = sizes[sizes > error * sizes[0]]
     if len(present) != scaled_rank(K):
         return True
-    if C is not None and reduced.B is not None:
+    if reduced.B is not None:
         square = max(square, float(np.linalg.norm(reduced.B, 2)) ** 2)
         if len(present) < reduced.n:  # of what K leaves free the roots are those of its damping
             parts = [X / np.linalg.norm(X, 2) for X in (reduced.A, reduced.B) if X.any()]
             both = np.linalg.svd(np.vstack(parts), compute_uv=False)
-            if np.sum(both > error) != scaled_rank(np.vstack([K, C])):
+            if np.sum(both > error) != scaled_rank(np.vstack([K, np.asarray(C)])):
                 return True
     return bool(len(present) and error * square > 0.01 * present[-1])
 

@@ -375,8 +375,7 @@ def _hides(along: Continuation, p: float) -> bool:
     """True if rounding leaves the slow roots at p too few digits, see `eigen.hidden`."""
     if isinstance(along.system, Slow):
         return False
-    M, damping, K = along.family.at_many([p])[0]
-    C = damping if damping.any() else None
+    M, C, K = along.family.at_many([p])[0]
     with suppress(InputError):  # M is not symmetric
         return hidden(reduce(M, C, K), C, K)
     return False
