@@ -8,7 +8,6 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance
-from squeal.io.writing import column_name
 from squeal.plots.motion import Run
 from squeal.simulation.run import Event
 
@@ -24,7 +23,7 @@ def read_run(summary_file: Path, history_file: Path) -> Run:
             raise InputError(f"{summary_file}: {key}: missing; the scene's outputs must name it")
     with history_file.open(newline="", encoding="utf-8") as stream:
         header, *rows = csv.reader(stream)
-    names = map(column_name, header)
+    names = (head.partition(" [")[0] for head in header)
     history = {
         name: np.array(column)
         if name == "state"

@@ -51,14 +51,7 @@ def _numbers(lines: Iterable[str], comments: str | None) -> NDArray[np.float64]:
         try:
             table = np.loadtxt(lines, comments=comments, ndmin=2)
         except ValueError as error:
-            message = str(error)
-            bad = re.match(r"could not convert string '(.*)' to float64 at row (\d+)", message)
-            if not bad:
-                raise ValueError(message.partition(";")[0]) from None
-            exponent = re.search(r"\d[dD][+-]?\d", bad[1])
-            fortran = "; Fortran's exponent D is not read" if exponent else ""
-            words = f"entry {int(bad[2]) + 1}: {bad[1]} is no number{fortran}"
-            raise ValueError(words) from None
+            raise ValueError(str(error).partition(";")[0]) from None
     return table if table.size else np.empty((0, 0))
 
 
@@ -94,28 +87,26 @@ def _one_sided(matrix: Any) -> bool:
     return bool(np.all(rows >= columns) or np.all(rows <= columns))
 
 
-def _mirrored(matrix: Any, kind: str = "symmetric") -> Any:
+def _mirrored(matrix: Any, sign: int = 1) -> Any:
     """A triangle with its mirror image added, the diagonal taken once. Raises ValueError."""
     if not _one_sided(matrix):
-        raise ValueError(
-            f"a {kind} file holds one triangle, and this has entries on both sides of the diagonal"
-        )
+        words = "symmetric" if sign > 0 else "skew-symmetric"
+        raise ValueError(f"a {words} file holds one triangle, and this has entries on both sides")
     off = matrix - diags_array(matrix.diagonal())
-    return csc_array(matrix + (off.T if kind == "symmetric" else -off.T))
+    return csc_array(matrix + sign * off.T)
 
 
 def _read_matrix_market(path: Path) -> MatrixFile:
     """Coordinate or array, general, symmetric or skew-symmetric."""
     with path.open(encoding="utf-8") as stream:
-        words = stream.readline().lower().split()
-        if len(words) != 5 or words[:2] != ["%%matrixmarket", "matrix"]:
-            raise ValueError("the first line must be %%MatrixMarket matrix and three words")
-        form, entry, symmetry = words[2:]
+        _, kind, form, entry, symmetry, *_ = [*stream.readline().lower().split(), *[""] * 5]
+        if kind != "matrix" or form not in ("coordinate", "array") or symmetry not in SYMMETRIES:
+            raise ValueError(
+                f"{kind} {form} {symmetry}: matrix, coordinate or array, {', '.join(SYMMETRIES)} "
+                "are read"
+            )
         size = next((line for line in stream if line.strip() and line.lstrip()[0] != "%"), "")
         table = _numbers(stream, "%")
-    if form not in ("coordinate", "array") or symmetry not in SYMMETRIES:
-        allowed = ", ".join(SYMMETRIES)
-        raise ValueError(f"{form} {symmetry}: coordinate or array, {allowed} are read")
     placed, general, skew = form == "coordinate", symmetry == "general", symmetry[:4] == "skew"
     numbers = [int(word) for word in size.split()]
     if len(numbers) != 2 + placed:
@@ -144,16 +135,7 @@ def _read_matrix_market(path: Path) -> MatrixFile:
     matrix = _assembled(path, where, values, n)
     if skew and np.any(matrix.diagonal()):
         raise ValueError("a skew-symmetric file has no diagonal, and this has")
-    return MatrixFile(matrix if general else _mirrored(matrix, symmetry))
-
-
-def _is_abaqus(head: bytes) -> bool:
-    """True if the first line that is no comment holds 3 or 5 numbers, the last a value."""
-    for line in head.decode("ascii", "replace").splitlines():
-        if line.strip() and line.lstrip()[0] not in "*#%":
-            words = line.replace(",", " ").split()
-            return len(words) in (3, 5) and all(word.isdecimal() for word in words[:-1])
-    return False
+    return MatrixFile(matrix if general else _mirrored(matrix, -1 if skew else 1))
 
 
 def _read_abaqus(path: Path) -> MatrixFile:
@@ -183,13 +165,6 @@ def _read_abaqus(path: Path) -> MatrixFile:
     return MatrixFile(matrix, labels, labels is None, kind[1] is None if kind else None)
 
 
-def _is_harwell_boeing(head: bytes) -> bool:
-    """True if the third line begins with a type such as RUA and the second counts lines."""
-    lines = head.splitlines()[:3]
-    counts = len(lines) == 3 and all(word.isdigit() for word in lines[1].split())
-    return counts and bool(re.match(rb"[RCPI][SUHZR][AE]\s", lines[2].upper()))
-
-
 def _read_harwell_boeing(path: Path) -> MatrixFile:
     """Real, assembled, RUA or RSA; no right-hand sides."""
     from scipy.io import hb_read
@@ -209,85 +184,73 @@ def _read_harwell_boeing(path: Path) -> MatrixFile:
     return MatrixFile(_mirrored(matrix) if kind[1] == "S" else matrix)
 
 
-def _picked(path: Path, matrices: dict[str, Any], key: str | None) -> MatrixFile:
-    names = ", ".join(sorted(matrices)) or "none"
-    if key is None and len(matrices) != 1:
-        raise InputError(f"{path}: holds the matrices {names}; name one of them with key")
-    alike = [n for n in matrices if key is None or n.lower() == key.lower()]  # op4: small letters
-    name = key if key in matrices else alike[0] if len(alike) == 1 else None
-    if name is None:
-        raise InputError(f"{path}: holds no matrix {key}; it holds {names}")
-    return MatrixFile(matrices[name])
-
-
-def _read_mat(path: Path, key: str | None) -> MatrixFile:
+def _read_mat(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat
     from scipy.io.matlab import matfile_version
 
     if matfile_version(path)[0] == 2:
-        raise InputError(f"{path}: MATLAB's HDF5 form (-v7.3) is not read; save it with -v7")
-    content = loadmat(path, spmatrix=False)
-    kinds = {name: getattr(getattr(v, "dtype", None), "kind", "O") for name, v in content.items()}
-    numeric = {n: v for n, v in content.items() if kinds[n] in "fciub" and v.ndim == 2}
-    return _picked(path, numeric, key)
+        raise ValueError("MATLAB's HDF5 form (-v7.3) is not read; save it with -v7")
+    content = loadmat(path, spmatrix=False).items()
+    return {n: v for n, v in content if getattr(v, "ndim", 0) == 2 and v.dtype.kind in "fciub"}
 
 
-def _read_npz(path: Path, key: str | None) -> MatrixFile:
+def _read_npz(path: Path) -> MatrixFile | dict[str, Any]:
     from scipy.sparse import load_npz
 
     with np.load(path, allow_pickle=False) as archive:
-        if "format" not in archive.files:
-            return _picked(path, {n: archive[n] for n in archive.files}, key)
-    if key is not None:
-        raise InputError(f"{path}: key {key} is not allowed; the file holds one sparse matrix")
-    return MatrixFile(load_npz(path))
+        return MatrixFile(load_npz(path)) if "format" in archive else dict(archive)
 
 
-def _read_op4(path: Path, key: str | None) -> MatrixFile:
+def _read_op4(path: Path) -> dict[str, Any]:
     from pyyeti.nastran import op4
 
-    return _picked(path, dict(op4.read(str(path), into="dct", sparse=True)), key)
+    return dict(op4.read(str(path), into="dct", sparse=True))
 
 
 @dataclass(frozen=True)
 class Format:
     """One kind of matrix file.
 
-    `recognises` judges by the first bytes; None leaves it to the suffix. `read` takes the path,
-    and of a format that is `keyed` the name of the matrix in the file too.
+    `head` is what its first bytes match, None leaves it to the suffix. `read` gives the matrix, or
+    those of a file that may hold several by their names.
     """
 
     name: str
     suffixes: tuple[str, ...]
-    recognises: Callable[[bytes], bool] | None
-    read: Callable[..., MatrixFile]
-    keyed: bool = False
+    head: bytes | None
+    read: Callable[[Path], MatrixFile | dict[str, Any]]
 
 
+# a type such as RUA begins the third line, and the second counts lines
+_TYPE = rb"[^\n]*\n[ \d]+\r?\n(?i:[rcpi][suhzr][ae])\s"
+# the first line that is no comment holds 3 or 5 numbers, the last a value
+_ROWS = rb"(?:[ \t]*(?:[*#%].*)?\r?\n)*[ \t]*(?:(?:\d+[ \t,]+){2}){1,2}[^\s,]+[ \t,]*\r?(?:\n|$)"
 # fmt: off
 FORMATS = (
-    Format("Matrix Market", (".mtx",), lambda head: head[:14].lower() == b"%%matrixmarket",
-           _read_matrix_market),
-    Format("MATLAB", (".mat",), lambda head: head.startswith(b"MATLAB "), _read_mat, keyed=True),
-    Format("NumPy", (".npz",), lambda head: head.startswith(b"PK\x03\x04"), _read_npz, keyed=True),
-    Format("Harwell-Boeing", (".hb", ".rua", ".rsa"), _is_harwell_boeing, _read_harwell_boeing),
-    Format("Nastran OP4", (".op4",), None, _read_op4, keyed=True),
-    Format("Abaqus text", (".inp", ".txt", ".sti", ".mas"), _is_abaqus, _read_abaqus),
+    Format("Matrix Market", (".mtx",), b"(?i)%%matrixmarket", _read_matrix_market),
+    Format("MATLAB", (".mat",), b"MATLAB ", _read_mat),
+    Format("NumPy", (".npz",), b"PK\x03\x04", _read_npz),
+    Format("Harwell-Boeing", (".hb", ".rua", ".rsa"), _TYPE, _read_harwell_boeing),
+    Format("Nastran OP4", (".op4",), None, _read_op4),
+    Format("Abaqus text", (".inp", ".txt", ".sti", ".mas"), _ROWS, _read_abaqus),
 )
 # fmt: on
 
 
-def _format_of(path: Path) -> Format:
-    if path.exists() and not path.is_file():  # a pipe would wait for ever
-        raise InputError(f"{path}: is no plain file; the name of a matrix file is allowed")
-    with path.open("rb") as stream:
-        head = stream.read(HEAD)
-    by_content = [one for one in FORMATS if one.recognises and one.recognises(head)]
-    fitting = by_content or [one for one in FORMATS if path.suffix.lower() in one.suffixes]
-    if not fitting:
-        known = ", ".join(f"{one.name} ({', '.join(one.suffixes)})" for one in FORMATS)
-        raise InputError(f"{path}: neither content nor suffix is of a format that is read: {known}")
-    return fitting[0]
+def _picked(path: Path, found: MatrixFile | dict[str, Any], key: str | None) -> MatrixFile:
+    """The matrix that a key names. Raises InputError."""
+    if isinstance(found, MatrixFile):
+        if key is None:
+            return found
+        raise InputError(f"{path}: key {key} is not allowed; the file holds one matrix")
+    names = ", ".join(sorted(found)) or "none"
+    if key is None and len(found) != 1:
+        raise InputError(f"{path}: holds the matrices {names}; name one of them with key")
+    alike = [n for n in found if key is None or n.lower() == key.lower()]  # op4: small letters
+    name = key if key in found else alike[0] if len(alike) == 1 else None
+    if name is None:
+        raise InputError(f"{path}: holds no matrix {key}; it holds {names}")
+    return MatrixFile(found[name])
 
 
 def read_matrix(
@@ -303,12 +266,18 @@ def read_matrix(
     path = Path(path)
     name = path.suffix
     try:
-        form = _format_of(path)
-        name = form.name
-        if key is not None and not form.keyed:
-            keyed = ", ".join(one.name for one in FORMATS if one.keyed)
-            raise InputError(f"{path}: key {key} is not allowed; {keyed} files hold keys")
-        file = form.read(path, key) if form.keyed else form.read(path)
+        if path.exists() and not path.is_file():  # a pipe would wait for ever
+            raise InputError(f"{path}: is no plain file; the name of a matrix file is allowed")
+        with path.open("rb") as stream:
+            head = stream.read(HEAD)
+        fitting = [one for one in FORMATS if one.head and re.match(one.head, head)]
+        fitting += [one for one in FORMATS if name.lower() in one.suffixes]
+        if not fitting:
+            known = ", ".join(f"{one.name} ({', '.join(one.suffixes)})" for one in FORMATS)
+            words = f"neither content nor suffix is of a format that is read: {known}"
+            raise InputError(f"{path}: {words}")
+        name = fitting[0].name
+        file = _picked(path, fitting[0].read(path), key)
         matrix = _checked(path, file.matrix)
         return replace(file, matrix=_complete(path, matrix, file, symmetric), symmetric=False)
     except InputError:
@@ -355,19 +324,15 @@ def _complete(path: Path, matrix: Any, file: MatrixFile, symmetric: bool | None)
     said = file.symmetric if symmetric is None else symmetric
     one_sided = _one_sided(csc_array(file.matrix))  # a zero that is written is an entry too
     if said is None and one_sided and matrix.nnz > np.count_nonzero(matrix.diagonal()):
+        words = f"{path}: all entries stand on one side of the diagonal"
         if file.labels is None or not _as_abaqus_writes(matrix, np.array(file.labels)[:, 0]):
             raise InputError(
-                f"{path}: all entries stand on one side of the diagonal, and nothing says whether "
-                "they stand for the other side too; the key symmetric: true or symmetric: false "
-                "beside the file must"
+                f"{words}, and nothing says whether they stand for the other side too; the key "
+                "symmetric: true or symmetric: false beside the file must"
             )
-        warnings.warn(
-            f"{path}: all entries stand on one side of the diagonal; they are taken for the other "
-            "side too, as Abaqus writes symmetric matrices (symmetric: false beside the file says "
-            "otherwise)",
-            InputWarning,
-            stacklevel=3,
-        )
+        words += "; they are taken for the other side too, as Abaqus writes symmetric matrices "
+        words += "(symmetric: false beside the file says otherwise)"
+        warnings.warn(words, InputWarning, stacklevel=3)
         said = True
     if said and one_sided:
         return _mirrored(matrix)
@@ -383,13 +348,10 @@ def _as_abaqus_writes(matrix: Any, nodes: NDArray[np.intp]) -> bool:
     entry is greater than the diagonal of its row and column allows (k_ij^2 <= k_ii k_jj), which a
     part such as friction without its own diagonal does not satisfy.
     """
-    entries = matrix.tocoo()
-    rows, columns = entries.coords
-    off = rows != columns
-    diagonal = matrix.diagonal()
-    bound = diagonal[rows[off]] * diagonal[columns[off]]
-    positive = bool(np.all(diagonal >= 0.0) and np.all(entries.data[off] ** 2 <= bound))
-    return positive and bool(np.any(nodes[rows[off]] != nodes[columns[off]]))
+    off = (matrix - diags_array(matrix.diagonal())).tocoo()
+    (rows, columns), diagonal = off.coords, matrix.diagonal()
+    positive = np.all(diagonal >= 0.0) and np.all(off.data**2 <= diagonal[rows] * diagonal[columns])
+    return bool(positive and np.any(nodes[rows] != nodes[columns]))
 
 
 def aligned(files: Sequence[MatrixFile]) -> list[Any]:

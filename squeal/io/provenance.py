@@ -34,16 +34,19 @@ _LINE = re.compile(r"^ *(?:from ([\w.]+) import (\([^)]*\)|.+)|import (.+))$", r
 
 @cache
 def _imports(path: Path) -> frozenset[str]:
-    """Names of all modules that a file imports (absolute imports, the house style).
+    """Names of all modules that a file imports (absolutely, the house style) or loads by name.
 
     Read from its lines: to parse hundreds of files would take longer than most of what runs them.
     """
     text = _TYPES.sub("", _TEXT.sub("", path.read_text(encoding="utf-8")))
-    imported: set[str] = set()
+    imported = set(_NAMED.findall(text))
     for module, some, others in _LINE.findall(text):
         words = (w.split() for w in re.sub(r"#.*", "", some or others).strip("()\n").split(","))
         names = {word[0] for word in words if word}
         imported |= {module, *(f"{module}.{name}" for name in names)} if module else names
+    if PACKAGE in imported:  # a verb of the package loads where it stands when it is used
+        used = set(re.findall(r"\bsqueal\.(\w+)", text)) & _HOME.keys()
+        imported |= {f"{PACKAGE}.{_HOME[name]}" for name in used}
     return frozenset(imported)
 
 
@@ -51,35 +54,21 @@ def _imports(path: Path) -> frozenset[str]:
 def _files(name: str) -> frozenset[Path]:
     """The file of a module of this package, if it is one, and of the packages that it lies in."""
     parts = name.split(".")
-    if parts[0] != PACKAGE:
-        return frozenset()
     places = [ROOT.parent.joinpath(*parts[: end + 1]) for end in range(len(parts))]
     each = (f for p in places for f in (p.with_suffix(".py"), p / "__init__.py"))
-    return frozenset(f for f in each if f.is_file())
-
-
-@cache
-def _needed(path: Path) -> frozenset[Path]:
-    """Files of this package that a file imports itself, or loads by name."""
-    names, text = _imports(path), _TEXT.sub("", path.read_text(encoding="utf-8"))
-    late = set(_NAMED.findall(text))
-    if PACKAGE in names:  # a verb of the package loads where it stands when it is used
-        used = set(re.findall(r"\bsqueal\.(\w+)", text)) & _HOME.keys()
-        late |= {f"{PACKAGE}.{_HOME[name]}" for name in used}
-    return frozenset().union(*map(_files, names | late))
+    return frozenset(f for f in each if parts[0] == PACKAGE and f.is_file())
 
 
 def _modules(modules: Iterable[str]) -> set[Path]:
     """Files of some modules and of all that they import from this package, directly or not."""
-    names = list(modules)
-    seen, wanted = set[Path](), set[Path]().union(*map(_files, names))
-    for name in names:
-        place = ROOT.parent.joinpath(*name.split("."))
-        if not {place.with_suffix(".py"), place / "__init__.py"} & wanted:
+    seen, wanted = set[Path](), set[Path]()
+    for name in modules:
+        if not _files(name) - _files(name.rpartition(".")[0]):
             raise ModuleNotFoundError(f"no module {name} in this package")
+        wanted |= _files(name)
     while wanted:
         seen |= wanted
-        wanted = set().union(*map(_needed, wanted)) - seen
+        wanted = {f for path in wanted for name in _imports(path) for f in _files(name)} - seen
     return seen
 
 
@@ -157,13 +146,13 @@ def provenance(inputs: Iterable[Path | InputFile | None], module: str) -> Proven
     None stands for a scene that was not read from a file. Raises ModuleNotFoundError if this
     package has no such module.
     """
-    files = [
+    files = (
         InputFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest())
         if isinstance(file, Path)
         else file
         for file in inputs
         if file is not None
-    ]
+    )
     imported = packages(module)
     versions = {"squeal": __version__, "python": platform.python_version()}
     return Provenance(
@@ -176,16 +165,14 @@ def provenance(inputs: Iterable[Path | InputFile | None], module: str) -> Proven
     )
 
 
+@cache
 def version(package: str) -> str:
     """Version of a package by the name under which it is imported: as loaded, else as installed."""
-    loaded = getattr(sys.modules.get(package), "__version__", None)
-    return loaded if isinstance(loaded, str) else _installed(package)
-
-
-@cache
-def _installed(package: str) -> str:
     from importlib import metadata, util  # slow to load, and text for people needs none of it
 
+    loaded = getattr(sys.modules.get(package), "__version__", None)
+    if isinstance(loaded, str):
+        return loaded
     with suppress(metadata.PackageNotFoundError):
         return metadata.version(package)
     names: Sequence[str] = ()

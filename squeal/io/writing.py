@@ -14,10 +14,11 @@ import math
 import os
 import tempfile
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from secrets import token_hex
 from typing import IO, Any
 
 from squeal.errors import BEYOND, ComputationError, InputError
@@ -46,18 +47,15 @@ def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = F
     Raises InputError if it cannot be written; nothing of it is left then.
     """
     place = Path(os.path.realpath(path)) if path.is_symlink() else path  # also of a link to no file
+    beside = place.with_name(f".{place.name}.{token_hex(4)}")
+    text = {} if binary else {"encoding": "utf-8", "newline": ""}
     with _written(path):
-        handle, name = tempfile.mkstemp(dir=place.parent, prefix=f".{place.name}.")
         try:
-            text = {} if binary else {"encoding": "utf-8", "newline": ""}
-            with os.fdopen(handle, "wb" if binary else "w", **text) as file:  # type: ignore[call-overload]
+            with open(beside, "xb" if binary else "x", **text) as file:  # type: ignore[call-overload]
                 write(file)
-            umask = os.umask(0)
-            os.umask(umask)
-            os.chmod(name, 0o666 & ~umask)
-            os.replace(name, place)
+            os.replace(beside, place)
         except BaseException:
-            os.unlink(name)
+            beside.unlink(missing_ok=True)
             raise
 
 
@@ -88,45 +86,15 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) 
     write_whole(path, write)
 
 
-def write_table(path: Path, columns: Mapping[str, str], rows: Iterable[Sequence[Any]]) -> None:
-    """A table whose columns have units ("" for none), as CSV or JSON by the name's end.
-
-    The CSV head reads "name [unit]"; the JSON holds `units` and a mapping for each of the `rows`.
-    """
-    if path.suffix == ".json":
-        records = [dict(zip(columns, map(plain, row), strict=True)) for row in rows]
-        write_text(path, to_json({"units": dict(columns), "rows": records}) + "\n")
-    else:
-        write_csv(path, [f"{n} [{u}]" if u else n for n, u in columns.items()], rows)
-
-
-def column_name(head: str) -> str:
-    """The name in a CSV head that `write_table` wrote."""
-    return head.partition(" [")[0]
-
-
-def _unsigned(value: Any) -> Any:
-    if isinstance(value, float):
-        return value + 0.0
-    if isinstance(value, dict):
-        return {key: _unsigned(entry) for key, entry in value.items()}
-    return [_unsigned(entry) for entry in value] if isinstance(value, list | tuple) else value
-
-
 def plain(value: Any) -> Any:
-    """None for NaN, and no minus zero."""
-    if isinstance(value, float):
-        return None if math.isnan(value) else value + 0.0
-    return value
+    """None for NaN."""
+    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def to_json(value: Any) -> str:
-    """JSON text, zeros without a sign.
-
-    Raises ComputationError if a number in it is not finite, which JSON cannot say.
-    """
+    """JSON text. Raises ComputationError if a number is not finite, which JSON cannot say."""
     try:
-        return json.dumps(_unsigned(value), allow_nan=False, indent=1)
+        return json.dumps(value, allow_nan=False, indent=1)
     except ValueError:
         raise ComputationError(f"a result is not a finite number; {BEYOND}") from None
 
@@ -261,12 +229,19 @@ class Table:
         ]
 
     def save(self, path: Path | str) -> None:
-        """Write the table as CSV or JSON, by the end of the name. Raises InputError."""
-        path = Path(path)
-        if path.suffix not in (".csv", ".json"):
+        """Write the table as CSV or JSON, by the end of the name.
+
+        The CSV head reads "name [unit]"; the JSON holds `units` and a mapping for each of the
+        `rows`. Raises InputError.
+        """
+        path, units = Path(path), {column.name: column.unit for column in self.columns}
+        if path.suffix == ".json":
+            write_text(path, to_json({"units": units, "rows": self.records()}) + "\n")
+        elif path.suffix == ".csv":
+            rows = ([column.of(row) for column in self.columns] for row in self.rows)
+            write_csv(path, [f"{n} [{u}]" if u else n for n, u in units.items()], rows)
+        else:
             raise InputError(f"{path}: the name must end in .csv or .json")
-        units = {column.name: column.unit for column in self.columns}
-        write_table(path, units, ([column.of(row) for column in self.columns] for row in self.rows))
 
 
 class Answer(ABC):

@@ -91,7 +91,9 @@ def parsed(text):
 
 def test_imports_are_those_that_python_parses():
     for path in room.ROOT.rglob("*.py"):
-        assert room._imports(path) == parsed(path.read_text(encoding="utf-8")), path
+        found, expected = room._imports(path), parsed(path.read_text(encoding="utf-8"))
+        assert found >= expected, path
+        assert {name.partition(".")[0] for name in found - expected} <= {"squeal"}, path  # by name
 
 
 @pytest.fixture

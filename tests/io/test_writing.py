@@ -1,16 +1,18 @@
 """What is written: whole or not at all, every digit."""
 
+import csv
 import json
 import math
 import os
 from argparse import Namespace
+from operator import itemgetter
 
 import numpy as np
 import pytest
 
 from squeal.cli.options import check_outputs
 from squeal.errors import InputError
-from squeal.io.writing import write_table
+from squeal.io.writing import Column, Table
 
 
 def test_only_a_plain_file_in_a_writable_folder_is_an_output(tmp_path, monkeypatch):
@@ -41,8 +43,13 @@ ROWS = [
 
 
 def test_every_digit_comes_back(tmp_path):
-    path = tmp_path / "x.json"
-    write_table(path, UNITS, ROWS)
-    found = json.loads(path.read_text())
+    table = Table([Column(*each, itemgetter(i)) for i, each in enumerate(UNITS.items())], ROWS)
+    for name in ("x.json", "x.csv"):
+        table.save(tmp_path / name)
+    found = json.loads((tmp_path / "x.json").read_text())
     assert found["units"] == UNITS
     assert [tuple(row.values()) for row in found["rows"]] == ROWS
+    with (tmp_path / "x.csv").open(newline="") as stream:
+        head, *rows = csv.reader(stream)
+    assert head == ["t [s]", "x [m]", "state", "n"]
+    assert [(float(t), float(x) if x else None, s, int(n)) for t, x, s, n in rows] == ROWS

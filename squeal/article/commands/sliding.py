@@ -2,6 +2,7 @@
 
 import argparse
 import math
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,12 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take_files
 from squeal.errors import InputError
 from squeal.io.scene import Scene
+from squeal.io.writing import Column, Table, number, picked
 from squeal.io.writing import aligned as table
-from squeal.io.writing import number, picked, write_table
 
-COLUMNS = {"x": "m", "y": "m", "theta": "rad", "R_n": "N", "delta": "m"}
-COLUMNS |= dict.fromkeys(("contact", "verdict", "admissible"), "")
+UNITS = {"x": "m", "y": "m", "theta": "rad", "R_n": "N", "delta": "m"}
+UNITS |= dict.fromkeys(("contact", "verdict", "admissible"), "")
+COLUMNS = [Column(name, unit, itemgetter(name)) for name, unit in UNITS.items()]
 
 
 def _finite(value: float) -> float | None:
@@ -120,7 +122,5 @@ def run(given: argparse.Namespace) -> Reply:
         )
     answer = data(scene)
     if given.table is not None:
-        write_table(
-            given.table, COLUMNS, ([e[key] for key in COLUMNS] for e in answer["equilibria"])
-        )
+        Table(COLUMNS, answer["equilibria"]).save(given.table)
     return Reply(lambda: answer, lambda: text(answer), warnings=_warnings(answer))
