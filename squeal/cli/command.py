@@ -15,7 +15,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, Literal, NoReturn
+from typing import Any, NoReturn
 
 from squeal.cli.options import FILES, SYSTEMS, Once, check_outputs
 from squeal.cli.streams import printed, say
@@ -23,16 +23,7 @@ from squeal.errors import BEYOND, InputError, InputWarning, MatrixError
 from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import SCENE, Scene, check_simulation
 from squeal.io.writing import Answer, to_json
-from squeal.schema import (
-    Group,
-    Key,
-    Number,
-    Place,
-    named_files,
-    parse_document,
-    read_content,
-    scalar,
-)
+from squeal.schema import ANY, Group, Key, Place, named_files, parse_document, read_content, scalar
 
 _ARGUMENT = re.compile(r"(?:\w+: )?(\w+): ")  # with which the library begins a refusal
 
@@ -49,12 +40,7 @@ class Source:
         self.at = Place("standard input" if self.path is None else given)
         self.name = self.at.source if self.path is None else self.path.name
         self.folder = Path() if self.path is None else self.path.parent
-        if self.path is not None:
-            content = read_content(self.path, self.at)
-        elif sys.stdin is None:
-            raise self.at.refuse("is closed; a file or a pipe is allowed")
-        else:
-            content = sys.stdin.buffer.read()
+        content = read_content(self.path, self.at) if self.path else sys.stdin.buffer.read()
         self.document = parse_document(content, self.at)
         self.inputs: list[Path | InputFile] = [InputFile(self.name, sha256(content).hexdigest())]
         self.changes: dict[str, Any] = {}
@@ -83,7 +69,7 @@ class Source:
                 return
         inner[keys[-1]] = value
 
-    def scene(self, purpose: Literal["simulate", "query"] = "query") -> Scene:
+    def scene(self, purpose: str = "query") -> Scene:
         """The scene, validated, for a simulation or a query. Raises InputError."""
         scene = Scene.from_dict(self.document, self.at, self.path)
         if purpose == "simulate":
@@ -118,19 +104,18 @@ def _keys_of(document: dict[str, Any]) -> Group:
         return SCENE
     room: Any = importlib.import_module("squeal.io.system")
     if not room.is_general(document):
-        table: Group = room.SHORT
-        return table
+        return Group(room.SHORT.keys)
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu")]
-    numbers = Group({str(name): Key("a parameter", Number()) for name in names})
-    return Group(room.SYSTEM.keys | {"parameters": Key("named numbers", numbers)}, "every system")
+    numbers = Group({str(name): Key("a parameter", ANY) for name in names})
+    return Group(room.SYSTEM.keys | {"parameters": Key("named numbers", numbers)})
 
 
 @dataclass(frozen=True)
 class Reply:
     """What a command answers: an object for --json and a text for people, made only when wanted.
 
-    inputs: the files behind it, whose provenance joins the object; None: the scene's, if any.
+    inputs: the files behind it, whose provenance joins the object, of a command without a scene.
     warnings: reasons why the equilibria behind it are none that the model means; None where there
     are no equilibria. They go to standard error and, with the key `admissible`, into the object,
     which may have such a key of its own.
@@ -142,7 +127,7 @@ class Reply:
     warnings: Sequence[str] | None = None
 
     @staticmethod
-    def of(*answers: Answer, inputs: Any = None, judged: bool = False) -> Reply:
+    def of(*answers: Answer, judged: bool = False) -> Reply:
         """One reply of several answers, whose objects and texts follow each other.
 
         judged: their warnings speak of equilibria.
@@ -162,7 +147,7 @@ class Reply:
         def text() -> str:
             return "\n\n".join(answer.text() for answer in answers)
 
-        return Reply(data, text, inputs, reasons if judged else None)
+        return Reply(data, text, warnings=reasons if judged else None)
 
 
 class Parser(argparse.ArgumentParser):
@@ -198,9 +183,8 @@ class Parser(argparse.ArgumentParser):
 def _reply(module: Any, given: argparse.Namespace) -> Reply:
     """The answer of a command about a scene or system. Raises InputError."""
     source = given.source = Source(given.scene, given.set)
-    inputs = [given.scene, *([given.scatter] if getattr(given, "scatter", None) else [])]
-    inputs += [source.folder / name for name in named_files(source.document)]
-    check_outputs(given, inputs)
+    named = [source.folder / name for name in named_files(source.document)]
+    check_outputs(given, [given.scene, vars(given).get("scatter") or given.scene, *named])
     try:
         reply: Reply = module.run(given)
     except MatrixError as error:
@@ -243,10 +227,9 @@ def run(name: str, module: Any, scene: bool, arguments: Sequence[str]) -> int:
         answer = reply.data()
     first = {} if reply.warnings is None else {"admissible": not reply.warnings}
     joined = first | answer | {"warnings": shown}
-    inputs = reply.inputs
-    if scene:
-        inputs = given.source.inputs if inputs is None else inputs
-        joined |= {"set": given.source.changes} if given.set else {}
+    inputs = given.source.inputs if scene else reply.inputs
+    if scene and given.set:
+        joined["set"] = given.source.changes
     if inputs is not None:
         joined["provenance"] = provenance(inputs, module.__name__).to_dict()
     return printed(to_json(joined))

@@ -32,7 +32,8 @@ def run(given: argparse.Namespace) -> Reply:
         with Place(str(given.scatter)).named():
             answer = squeal.scatter(subject, spreads, given.high, workers, counter("samples"))
         write_files(given, answer)
-        return Reply.of(answer, inputs=[*source.inputs, given.scatter])
+        source.inputs.append(given.scatter)
+        return Reply.of(answer)
     refuse(given, "workers", "no --scatter, whose samples they share")
     subject = source.subject(swept=True)
     scene = isinstance(subject, Scene)

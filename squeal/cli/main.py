@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 from squeal import __version__
 from squeal.cli.streams import exit_code, open_closed, printed, say
+from squeal.errors import InputError
 
 GROUPS = {
     "pads and systems from matrices": {
@@ -35,17 +36,25 @@ COMMANDS = {name: about for group in GROUPS.values() for name, about in group.it
 WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take")
 
 
-def _help() -> str:
-    width = max(map(len, COMMANDS))
-    lines = ["usage: squeal COMMAND [OPTIONS] SCENE.yaml"]
-    for title, commands in GROUPS.items():
-        lines += ["", title]
-        lines += [f"  {name.ljust(width)}  {about}" for name, about in commands.items()]
-    return "\n".join([*lines, "", "squeal COMMAND --help lists its options; --version the version"])
-
-
-def _run(name: str, *arguments: str) -> int:
-    from squeal.cli.command import run  # --help and --version need nothing of it
+def _run(name: str = "", *arguments: str) -> int:
+    if name in ("", "-h", "--help"):
+        width = max(map(len, COMMANDS))
+        lines = ["usage: squeal COMMAND [OPTIONS] SCENE.yaml"]
+        for title, commands in GROUPS.items():
+            lines += ["", title]
+            lines += [f"  {one.ljust(width)}  {about}" for one, about in commands.items()]
+        lines += ["", "squeal COMMAND --help lists its options; --version the version"]
+        if name:
+            return printed("\n".join(lines))
+        say("\n".join(lines))
+        return 2
+    if name == "--version":
+        return printed(f"squeal {__version__}")
+    if name not in COMMANDS:
+        close = difflib.get_close_matches(name, COMMANDS, 1)
+        meant = f"did you mean {close[0]}?" if close else f"allowed are {', '.join(COMMANDS)}"
+        raise InputError(f"{name!r} is no command; {meant}")
+    from squeal.cli.command import run  # what is said above needs nothing of it
 
     home = "squeal.article.commands" if name in GROUPS["the article"] else "squeal.cli"
     module = importlib.import_module(f"{home}.{name.replace('-', '_')}")
@@ -55,17 +64,5 @@ def _run(name: str, *arguments: str) -> int:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code 0, 1 (not completed) or 2 (refused)."""
     open_closed()
-    given = list(sys.argv[1:] if arguments is None else arguments)
-    if not given or given[0] in ("-h", "--help"):
-        if given:
-            return printed(_help())
-        say(_help())
-        return 2
-    if given[0] == "--version":
-        return printed(f"squeal {__version__}")
-    if given[0] not in COMMANDS:
-        close = difflib.get_close_matches(given[0], COMMANDS, 1)
-        meant = f"did you mean {close[0]}?" if close else f"allowed are {', '.join(COMMANDS)}"
-        say(f"squeal: {given[0]!r} is no command; {meant}")
-        return 2
+    given = sys.argv[1:] if arguments is None else arguments
     return exit_code("squeal", lambda: _run(*given))

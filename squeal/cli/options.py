@@ -15,14 +15,8 @@ from squeal.errors import InputError
 from squeal.schema import Angle, Place, scalar
 
 MOST = 100_000  # values of a parameter
-WORKERS = 256
 Read = Callable[[str], Any]
 """What makes a value of the text given. Raises InputError."""
-
-
-def not_allowed(words: str) -> InputError:
-    """The InputError of a value that must be what `words` say."""
-    return InputError(f"is not allowed; it must be {words}")
 
 
 def numbers(
@@ -37,7 +31,7 @@ def numbers(
                 return made(*values)
         except (ValueError, TypeError):  # no numbers, or not so many
             pass
-        raise not_allowed(words)
+        raise InputError(f"is not allowed; it must be {words}")
 
     return read
 
@@ -51,22 +45,16 @@ def whole(low: int, high: int = 10**9) -> Read:
 def named_range(text: str) -> tuple[str, float, float]:
     """The parameter and range that NAME:LOW:HIGH names. Raises InputError."""
     name, *ends = text.split(":")
-    values = [Angle().convert(scalar(end)) for end in ends]
-    if len(values) == 2 and None not in values:
-        low, high = map(float, values)  # type: ignore[arg-type]
-        if low < high:
-            return name, low, high
-    raise not_allowed("NAME:LOW:HIGH with LOW < HIGH, such as mu:0.1:0.6")
+    values: Any = [Angle().convert(scalar(end)) for end in ends]
+    if len(values) != 2 or None in values or not values[0] < values[1]:
+        words = "NAME:LOW:HIGH with LOW < HIGH, such as mu:0.1:0.6"
+        raise InputError(f"is not allowed; it must be {words}")
+    return name, *values
 
 
 def axis(text: str) -> tuple[str, float, float, bool]:
     """The same, and whether :log follows. Raises InputError."""
     return *named_range(text.removesuffix(":log")), text.endswith(":log")
-
-
-def spaced(a: float, b: float, n: float) -> list[float]:
-    """So many values from a to b."""
-    return [a + (b - a) * i / (n - 1) for i in range(int(n))]
 
 
 SYSTEMS = "systems from matrices"
@@ -76,7 +64,7 @@ MEMORY = numbers("a number above 0", lambda size: size > 0.0, lambda size: 1e9 *
 SWEEP = numbers(
     f"A:B:N with A < B and a whole number N from 2 to {MOST}",
     lambda a, b, n: a < b and n == int(n) and 2 <= n <= MOST,
-    spaced,
+    lambda a, b, n: [a + (b - a) * i / (n - 1) for i in range(int(n))],
 )
 BAND = numbers(
     "LOW:HIGH in Hz with 0 <= LOW < HIGH, such as 500:8000", lambda low, high: 0.0 <= low < high
@@ -96,7 +84,7 @@ OPTIONS: dict[str, tuple[str, str, str, Read | tuple[str, ...]]] = {
         "--scatter", "FILE", "distribution of the first loss over the tolerances that FILE names",
         Path,
     ),
-    "workers": ("--workers", "N", "processes for --scatter (1)", whole(1, WORKERS)),
+    "workers": ("--workers", "N", "processes for --scatter (1)", whole(1, 256)),
     "band": ("--band", "LOW:HIGH", "frequencies in Hz", BAND),
     "modes": ("--modes", "N", "the N lowest modes", whole(1, MOST)),
     "region": ("--region", "RE0:RE1:IM0:IM1", "roots, 1/s and rad/s", REGION),

@@ -6,13 +6,11 @@ And the one line on them with which a program ends that does not come to its end
 import os
 import re
 import sys
-import time
 from collections.abc import Callable
 from typing import TextIO
 
 from squeal.errors import BEYOND, ComputationError, InputError
 
-EVERY = 0.2  # s between two lines of progress
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # but tab and the line's end
 
 
@@ -61,9 +59,11 @@ def open_closed() -> None:
 
     What is said on standard output is refused as by a full disc: somebody meant to read it.
     """
-    for name, way in (("stdout", os.O_RDONLY), ("stderr", os.O_WRONLY)):
+    ways = (("stdin", os.O_RDONLY), ("stdout", os.O_RDONLY), ("stderr", os.O_WRONLY))
+    for name, way in ways:
         if getattr(sys, name) is None:
-            setattr(sys, name, os.fdopen(os.open(os.devnull, way), "w"))
+            mode = "r" if name == "stdin" else "w"
+            setattr(sys, name, os.fdopen(os.open(os.devnull, way), mode))
 
 
 def say(text: str) -> None:
@@ -92,14 +92,10 @@ def steps() -> Callable[[str], None] | None:
 
 def counter(what: str) -> Callable[[int, int], None] | None:
     """What shows (done, count) on standard error until all is done, if that is a terminal."""
-    last = 0.0
 
     def show(done: int, count: int) -> None:
-        nonlocal last
-        if done == count or time.monotonic() - last > EVERY:
-            last = time.monotonic()
-            line = "" if done == count else f"{done} of {count} {what}"
-            print(f"{_erase()}{line}", end="", file=sys.stderr, flush=True)
+        line = f"{done} of {count} {what}" if done < count else ""
+        print(f"{_erase()}{line}", end="", file=sys.stderr, flush=True)
 
     return show if sys.stderr.isatty() else None
 
