@@ -28,7 +28,7 @@ from squeal.article.studies.accuracy import ours
 from squeal.io.scene import Scene, read_scene
 from squeal.model.equations import PadModel
 from squeal.simulation.ensemble import DONE, simulate_many, stack
-from squeal.simulation.hybrid import first_state
+from squeal.simulation.hybrid import first_contact
 from squeal.simulation.run import in_natural_units
 
 HERE = Path(__file__).resolve().parent
@@ -80,7 +80,7 @@ def numbers(model: PadModel, state: np.ndarray, stop: float) -> list[float]:
     edges = [c.k3, c.rlx, c.rly, c.k4, c.rtx, c.rty]
     place = state.copy()
     place[[2, 5]] /= c.w
-    return [float(v) for v in [*pad, *springs, *edges, *place, *first_state(model, state)]]
+    return [float(v) for v in [*pad, *springs, *edges, *place, *first_contact(model, state)]]
 
 
 def by_hand(program: Program, scenes: Sequence[Scene], repeats: int) -> Outcome:

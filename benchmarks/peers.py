@@ -13,7 +13,7 @@ from squeal.io.scene import Scene
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import pose
-from squeal.simulation.hybrid import first_state
+from squeal.simulation.hybrid import first_contact, state_of
 from squeal.simulation.run import in_natural_units
 
 MOST_STEPS = 100_000
@@ -94,7 +94,7 @@ def _diffrax_leg(model: PadModel, contact: State) -> Any:
 def with_diffrax(scene: Scene, tolerance: float) -> Run:
     """Dopri8 of diffrax with events; the equations go through JAX's arithmetic."""
     _, model, state, stop = in_natural_units(scene)
-    contact, t, steps = first_state(model, state), 0.0, 0
+    contact, t, steps = state_of(first_contact(model, state)), 0.0, 0
     times: list[float] = []
     while t < stop and len(times) < MOST_STEPS:
         found = _diffrax_leg(model, contact)(t, state, stop, tolerance)

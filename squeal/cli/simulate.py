@@ -9,7 +9,7 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import said, take_files
 from squeal.cli.streams import counter
 from squeal.io.scene import OUTPUTS, Scene
-from squeal.simulation import simulate
+from squeal.simulation.run import simulate
 
 LEAST = 4_000  # samples of a picture
 

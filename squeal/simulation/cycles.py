@@ -64,7 +64,7 @@ class Variations(Observer):
         return A
 
     def see(self, course: Course) -> None:
-        steps, one = course.dense, np.eye(6)
+        steps, one = course.steps, np.eye(6)
         h = steps.h[:, None, None] / PARTS
         matrices = np.broadcast_to(one, (len(h), 6, 6))
         end = self._rates(steps, 0.0)

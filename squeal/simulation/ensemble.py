@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.io.processes import mapped
-from squeal.io.scene import Scene
-from squeal.model.contact import CONSISTENT, Formulation, State
+from squeal.model.contact import CONSISTENT, Formulation
 from squeal.model.equations import PadModel, Units, natural_units
-from squeal.model.pad import Model, Pad, pose
+from squeal.model.pad import Model, Pad
 from squeal.simulation.hybrid import (
     DEFAULT,
     LIMITS,
@@ -22,7 +21,7 @@ from squeal.simulation.hybrid import (
     Courses,
     ModelEnd,
     Options,
-    first_state,
+    first_contact,
     integrate,
     off_level,
 )
@@ -33,6 +32,8 @@ DONE, REFUSED = 0, 1 + len(LIMITS)  # outcomes; those between are 1 + the index 
 Arrays = dict[str, np.ndarray]
 Measure = Callable[[Course, Units], Arrays]
 """Arrays (n, ...) in the units of the pads, from n motions side by side and their units (n,)."""
+Task = tuple[PadModel, np.ndarray, np.ndarray]
+"""Some pads with their first states (n, 6) and lengths of time (n,), in SI units."""
 
 
 def stack(pads: Sequence[Pad]) -> Pad:
@@ -52,110 +53,70 @@ def _some(model: PadModel, which: Any) -> PadModel:
     return dataclasses.replace(model, pad=pad, damping=rows)
 
 
-Task = tuple[PadModel, np.ndarray, np.ndarray]
-"""Some pads with their first states (n, 6) and lengths of time (n,), in SI units."""
-
-
-@dataclasses.dataclass(frozen=True)
-class _Chunks:
-    """How the motions of chunks of pads are computed, in any process."""
-
-    tolerance: float
-    measure: Measure | None
-    events: bool
-    options: Options
-
-    def __call__(self, task: Task) -> Arrays:
-        """What is wanted of the motions of a chunk."""
-        taylor, options, n = heyoka(), self.options, len(task[2])
-        each = vars(natural_units(task[0], task[1].T)).values()
-        units = Units(*(np.broadcast_to(v, n) for v in each))  # type: ignore[arg-type]
-        model, state, stop = units.scaled(task[0]), units.to_scaled(task[1].T), task[2] / units.time
-        c = model.c
-        heights = np.array(model.law.gaps(c, pose(np, c.place(state))))
-        touching = (heights < 0.0).astype(int)
-        # on the switching surface, or too near to tell, the first motion decides
-        near = np.abs(heights) < options.clear * (1.0 + c.w + c.h)
-        for i in np.flatnonzero(near.any(axis=0)).tolist():
-            one = _some(model, i)
-            touching[:, i] = first_state(one, state[:, i])
-            state[:, i] = off_level(one, state[:, i], State(*touching[:, i].astype(bool).tolist()))
-        results: Arrays = {}
-
-        def put(pads: np.ndarray, course: Course, whole: np.ndarray) -> None:
-            """Store what is wanted of the motions of some pads; measures of the `whole` ones."""
-            own = Units(*(v[pads] for v in vars(units).values()))
-            for name, values in self._values(course, own, whole).items():
-                if name not in results:
-                    blank = np.full((n, *values.shape[1:]), _blank(values), dtype=values.dtype)
-                    results[name] = blank
-                results[name][pads] = values
-
-        # long motions first: their lanes take up short ones at the end
-        lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
-        order = np.argsort(-lengths, kind="stable")
-        while order.size:
-            size = n
-            if self.measure is not None:
-                # of long motions fewer are measured at once: their steps are stored meanwhile
-                most = options.looked_at_together
-                size = min(max(int(100 * most / lengths[order[0]]), 2 * options.lanes), most)
-            block, order = order[:size], order[size:]
-            start = _some(model, block), touching[:, block], state[:, block], stop[block]
-            course = taylor.run_together(*start, self.tolerance, self.measure is not None, options)
-            doubt = taylor.unsure(course, options)
-            put(block, course, ~doubt & (course.limit < 0))
-            for i in block[doubt].tolist():
-                own = Units(*(float(v[i]) for v in vars(units).values()))
-                try:
-                    alone = self._alone(_some(model, i), own, state[:, i], float(stop[i]))
-                except ModelEnd as end:
-                    results["outcome"][i], results["ended"][i] = 1 + end.limit, end.time
-                    results["final"][i] = np.nan
-                except ComputationError:
-                    results["outcome"][i], results["ended"][i] = REFUSED, math.nan
-                    results["final"][i] = np.nan
-                else:
-                    put(np.array([i]), alone, np.array([True]))
-        return results
-
-    def _alone(self, model: PadModel, units: Units, state: np.ndarray, stop: float) -> Course:
-        """The motion of a pad that had better not run side by side with others."""
-        courses = Courses(self.measure is not None)
-        integrator = heyoka().TaylorIntegrator(model, self.tolerance, options=self.options)
-        integrate(model, integrator, units, state, stop, [courses], self.options)
-        return courses.whole
-
-    def _values(self, course: Course, units: Units, whole: np.ndarray) -> Arrays:
-        """Arrays (n, ...) of n motions; blank where a motion is not whole, so without measures."""
-        time, n = np.asarray(units.time), len(course.t1)
-        values = {
-            "outcome": course.limit + 1,
-            "ended": course.t1 * time,
-            "final": units.to_si(np.where(course.limit < 0, course.end, np.nan)).T,
-            "steps": course.steps,
-            "changes": np.bincount(course.lane, minlength=n),
-        }
-        if self.events:
-            table = np.array([course.t * time[course.lane], course.point]).T
-            values["events"] = np.empty(n, dtype=object)
-            values["events"][:] = np.split(table, np.searchsorted(course.lane, np.arange(1, n)))
-        for name, measures in self.measure(course, units).items() if self.measure else ():
-            values[name] = measures.copy()
-            values[name][~whole] = _blank(measures)
-        return values
-
-
-def _blank(values: np.ndarray) -> float | None:
-    return np.nan if values.dtype == float else None if values.dtype == object else 0
-
-
-def simulate_starts(
-    scene: Scene, starts: np.ndarray, stop: float | np.ndarray, tolerance: float, **more: Any
+def _motions(
+    task: Task, tolerance: float, measure: Measure | None, events: bool, options: Options
 ) -> Arrays:
-    """`simulate_many` of a scene's pad from starts (n, 6); more: further arguments of it."""
-    pads = stack([scene.pad] * len(starts))
-    return simulate_many(scene.model, pads, starts, stop, tolerance, scene.formulation, **more)
+    """What is wanted of the motions of some pads, in any process."""
+    (model, initial, stop), n, taylor = task, len(task[2]), heyoka()
+    numbers = vars(natural_units(model, initial.T)).values()
+    units = Units(*(np.broadcast_to(v, n) for v in numbers))  # type: ignore[arg-type]
+    model, state, stop = units.scaled(model), units.to_scaled(initial.T), stop / units.time
+    contact = first_contact(model, state, options)
+    state = off_level(model, state, contact, options)
+    results: Arrays = {}
+
+    def put(pads: np.ndarray, course: Course) -> None:
+        """Store what is wanted of the motions of some pads; measures of those that are whole."""
+        own = Units(*(v[pads] for v in vars(units).values()))
+        ended, failed = course.limit != -1, course.limit < -1
+        time, final = course.t1 * own.time, np.array(course.end)
+        time[failed], final[:, ended] = np.nan, np.nan
+        values = {
+            "outcome": np.where(failed, REFUSED, course.limit + 1),
+            "ended": time,
+            "final": own.to_si(final).T,
+            "steps": course.count,
+            "changes": np.bincount(course.lane, minlength=len(pads)),
+        }
+        if events:
+            table = np.array([course.t * np.asarray(own.time)[course.lane], course.point]).T
+            values["events"] = np.empty(len(pads), dtype=object)
+            begin = np.searchsorted(course.lane, np.arange(1, len(pads)))
+            values["events"][:] = np.split(table, begin)
+        for name, measured in measure(course, own).items() if measure else ():
+            blank = {"f": np.nan, "O": None}.get(measured.dtype.kind, 0)
+            values[name] = measured.copy()
+            values[name][ended] = blank
+        for name, each in values.items():
+            results.setdefault(name, np.empty((n, *each.shape[1:]), each.dtype))[pads] = each
+
+    # long motions first: those side by side are alike then; the last lanes repeat a motion
+    c, dense = model.c, measure is not None
+    lengths = stop * np.maximum(np.sqrt(c.m * (c.w**2 + c.h**2) / c.I), 1.0)
+    order = np.argsort(-lengths, kind="stable")
+    order = np.append(order, order[-1:].repeat(-n % options.lanes))
+    while order.size:
+        # of long motions fewer are measured at once: their steps are stored meanwhile
+        groups = min(int(800.0 / lengths[order[0]]) + 1, 8) if dense else n
+        block, order = np.split(order, [groups * options.lanes])
+        start = contact[:, block], state[:, block], stop[block]
+        course = taylor.run_together(_some(model, block), *start, tolerance, dense, options)
+        doubt = taylor.unsure(course, options)
+        put(block, dataclasses.replace(course, limit=np.where(doubt, -2, course.limit)))
+        for i in np.unique(block[doubt]).tolist():
+            one, own = _some(model, i), Units(*(float(v[i]) for v in vars(units).values()))
+            integrator, courses = (
+                taylor.TaylorIntegrator(one, tolerance, options=options),
+                Courses(dense),
+            )
+            try:
+                integrate(one, integrator, own, state[:, i], float(stop[i]), [courses], options)
+            except ModelEnd:
+                pass  # as the last course says
+            except ComputationError:
+                continue
+            put(np.array([i]), courses.whole)
+    return results
 
 
 def simulate_many(
@@ -224,8 +185,9 @@ def simulate_many(
             f"the numbers of pad {np.argmin(finite)} of the ensemble are not finite"
         )
     whole = PadModel(model, pads.replace(**numbers), formulation, rows)  # type: ignore[arg-type]
-    size = min(options.chunk, -(-count // workers)) if count else 1
+    size = -(-count // workers)
     parts = (slice(i, i + size) for i in range(0, count, size))
     tasks = ((_some(whole, part), starts[part], stops[part]) for part in parts)
-    chunks = list(mapped(_Chunks(tolerance, measure, events, options), tasks, workers))
+    how: Any = {"tolerance": tolerance, "measure": measure, "events": events, "options": options}
+    chunks = list(mapped(partial(_motions, **how), tasks, workers))
     return {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}

@@ -5,11 +5,10 @@ An integrator carries one motion, or several side by side, through contact chang
 """
 
 import dataclasses
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -33,11 +32,7 @@ COLLAPSED = 1e-6
 
 
 class ModelEnd(ComputationError):
-    """A motion leaves the model's range: at the entry `limit` of `LIMITS`, at a time (s)."""
-
-    def __init__(self, limit: int, time: float) -> None:
-        super().__init__(f"{LIMITS[limit]} at t = {time:.9g} s; the model ends there")
-        self.limit, self.time = limit, time
+    """A motion leaves the model's range, at the entry `limit` of `LIMITS`."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +57,8 @@ class Options:
     # tolerance above which the compiler may regroup sums: a step is a third cheaper, but rounding
     # drifts, which a hundred scenes' energy shows at finer tolerances
     regrouped_above: float = 1e-14
-    # motions of an ensemble side by side; steps after which free lanes take up others; how many are
-    # measured at once; and how many one process works on at a time
+    # motions of an ensemble side by side
     lanes: int = 8
-    refilled_after: int = 100
-    looked_at_together: int = 64
-    chunk: int = 4096
     # places in each step at which signals are read first, at most 20
     samples: int = 8
     # longest step of SciPy's integrator, which sees contact changes at the ends of steps only, and
@@ -79,12 +70,11 @@ class Options:
 DEFAULT = Options()
 
 
-@dataclass(frozen=True)
-class Steps:
+class Steps(NamedTuple):
     """Smooth steps of n motions, those of the first motion first, each in order of time.
 
     lane (s,): the motion of each; t, h (s,): its begin and length; series (p, 6, s): coefficients
-    of the state in powers of the share of the step; on (points, s): 1.0 for a point that touches.
+    of the state in powers of the share of the step; on (points, s): 1 for a point that touches.
     """
 
     lane: np.ndarray
@@ -95,17 +85,7 @@ class Steps:
 
     def some(self, which: np.ndarray) -> "Steps":
         """Some of the steps (k,)."""
-        parts = (self.lane, self.t, self.h, self.series, self.on)
-        return Steps(*(part.take(which, axis=-1) for part in parts))
-
-    @staticmethod
-    def joined(parts: Sequence["Steps"]) -> "Steps":
-        """Steps of several parts that follow each other, in order of motion and time."""
-        names = ("lane", "t", "h", "series", "on")
-        all_of = (np.concatenate([getattr(p, name) for p in parts], axis=-1) for name in names)
-        whole = Steps(*all_of)
-        ordered = np.all(whole.lane[1:] >= whole.lane[:-1])
-        return whole if ordered else whole.some(np.argsort(whole.lane, kind="stable"))
+        return Steps(*(part.take(which, axis=-1) for part in self))
 
     def states(self, share: np.ndarray) -> np.ndarray:
         """States (6, s) at a share (s,) of each step."""
@@ -119,10 +99,11 @@ class Steps:
 class Course:
     """A part of n motions in natural units, one after the other.
 
-    law: the contact law; c: coefficients, numbers or arrays (n,); t0, t1 (n,): begin and end; first
-    (points, n): contact at the begin, 0 or 1; end (6, n): state at the end; lane, point, t (e,),
-    state (6, e): contact changes, in order of motion and time; steps (n,): integration steps; limit
-    (n,): the entry of `LIMITS` that ended it, or -1; smooth: its steps, None without dense output.
+    law: the contact law; c: coefficients (n,); t0, t1 (n,): begin and end; first (points, n):
+    contact at the begin, 0 or 1; end (6, n): state at the end; lane, point, t (e,), state (6, e):
+    contact changes, in order of motion and time; count (n,): integration steps; limit (n,): the
+    entry of `LIMITS` that ended it, -1 for none, -2 where it could not be carried on; smooth: as
+    in `Steps`, without contact, empty without dense output.
     """
 
     law: ContactLaw
@@ -135,52 +116,68 @@ class Course:
     point: np.ndarray
     t: np.ndarray
     state: np.ndarray
-    steps: np.ndarray
+    count: np.ndarray
     limit: np.ndarray
-    smooth: Steps | None = None
+    smooth: tuple[np.ndarray, ...] = ()
+
+    def _contact(self, lane: np.ndarray, changes: Any) -> np.ndarray:
+        """Contact (points, k) of motions (k,) after so many (k,) of all changes."""
+        flips = np.zeros((len(self.first), len(self.lane) + 1), dtype=int)
+        flips[self.point, np.arange(1, flips.shape[1])] = 1
+        flips = flips.cumsum(axis=1)
+        before = np.searchsorted(self.lane, lane)
+        return np.asarray((self.first[:, lane] + flips[:, changes] - flips[:, before]) & 1)
 
     @cached_property
     def on(self) -> np.ndarray:
         """Contact (points, e) of 0 or 1 after each change."""
-        flips = np.zeros((len(self.first), len(self.lane) + 1), dtype=int)
-        flips[self.point, np.arange(1, flips.shape[1])] = 1
-        flips = flips.cumsum(axis=1)
-        before = flips[:, np.searchsorted(self.lane, self.lane)]
-        return np.asarray((self.first[:, self.lane] + flips[:, 1:] - before) & 1)
+        return self._contact(self.lane, np.arange(1, len(self.lane) + 1))
 
     @cached_property
     def last(self) -> np.ndarray:
         """Contact (points, n) of 0 or 1 at the end."""
-        contact = self.first.copy()
-        np.add.at(contact, (self.point, self.lane), 1)
-        return contact & 1
+        lane = np.arange(len(self.t0))
+        return self._contact(lane, np.searchsorted(self.lane, lane, side="right"))
+
+    @cached_property
+    def steps(self) -> Steps:
+        """Its steps, where there is dense output."""
+        lane, t, h, series = self.smooth
+        changes = np.searchsorted(self.lane + 1j * self.t, lane + 1j * t, side="right")
+        return Steps(lane, t, h, series, self._contact(lane, changes))
+
+    @cached_property
+    def wrong(self) -> np.ndarray:
+        """How far (points, n) each gap is on the wrong side of zero at the end."""
+        end = np.asarray(self.end, dtype=float)
+        heights = np.array(self.law.gaps(self.c, pose(np, self.c.place(end))))
+        return np.where(self.last > 0, heights, -heights)
 
     def coefficients(self, lane: np.ndarray) -> Coefficients:
         """Coefficients of some motions (k,)."""
-        return Coefficients(*(v if np.ndim(v) == 0 else v[lane] for v in self.c))
+        return Coefficients(*(v[lane] for v in self.c))
 
     def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States (k, 6) and contact (points, k) of a single motion at times (k,)."""
-        steps = self.dense
-        steps = steps.some(np.searchsorted(steps.t[1:], t))
+        steps = self.steps.some(np.searchsorted(self.steps.t[1:], t))
         share = np.where(steps.h > 0.0, (t - steps.t) / np.where(steps.h > 0.0, steps.h, 1.0), 0.0)
         return steps.states(share).T, steps.on
 
-    @property
-    def dense(self) -> Steps:
-        """Its steps, where there is dense output."""
-        assert self.smooth is not None
-        return self.smooth
-
-    def with_changes(self, points: Sequence[int]) -> "Course":
-        """This course of a single motion, in whose last instant more points change."""
-        more = len(points)
+    @staticmethod
+    def joined(parts: Sequence["Course"]) -> "Course":
+        """The parts of one motion, one after the other, as one."""
+        changes: dict[str, Any] = {
+            name: np.concatenate([getattr(part, name) for part in parts], axis=-1)
+            for name in ("lane", "point", "t", "state")
+        }
+        smooth = zip(*(part.smooth for part in parts), strict=True)
         return dataclasses.replace(
-            self,
-            lane=np.append(self.lane, [0] * more).astype(int),
-            point=np.append(self.point, points).astype(int),
-            t=np.append(self.t, self.t[-1:].repeat(more)),
-            state=np.append(self.state, self.state[:, -1:].repeat(more, axis=1), axis=1),
+            parts[-1],
+            t0=parts[0].t0,
+            first=parts[0].first,
+            count=np.sum([part.count for part in parts], axis=0),
+            smooth=tuple(np.concatenate(each, axis=-1) for each in smooth),
+            **changes,
         )
 
 
@@ -190,9 +187,12 @@ class Integrator(Protocol):
     method: str
     tolerance: float
 
-    def run(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Course:
-        """A course from (t, state) on: to `stop`, to a limit, for a bounded number of steps, or to
-        a change of contact beside which another point is near the surface.
+    def run(
+        self, contact: np.ndarray, t: float, state: np.ndarray, stop: float, dense: bool
+    ) -> Course:
+        """A course from contact (points,) and state (6,) at t on: to `stop`, to a limit, for a
+        bounded number of steps, or to a change of contact beside which another point is near the
+        surface.
 
         Raises ComputationError if the motion leaves all bounds.
         """
@@ -212,28 +212,19 @@ class Observer:
 
 
 class Courses(Observer):
-    """All courses of a motion as one, `whole`."""
+    """All courses of a motion."""
 
     def __init__(self, dense: bool) -> None:
         self.dense = dense
-        self._courses: list[Course] = []
+        self._seen: list[Course] = []
 
     def see(self, course: Course) -> None:
-        self._courses.append(course)
+        self._seen.append(course)
 
     @property
     def whole(self) -> Course:
-        """What was seen of the motion, coefficients as arrays (1,)."""
-        first, last = self._courses[0], self._courses[-1]
-        changes: dict[str, Any] = {
-            name: np.concatenate([getattr(one, name) for one in self._courses], axis=-1)
-            for name in ("lane", "point", "t", "state")
-        }
-        changes["steps"] = np.sum([one.steps for one in self._courses], axis=0)
-        if self.dense:
-            changes["smooth"] = Steps.joined([one.dense for one in self._courses])
-        c = Coefficients(*(np.array([v]) for v in first.c))
-        return dataclasses.replace(last, c=c, t0=first.t0, first=first.first, **changes)
+        """What was seen of the motion, as one course."""
+        return Course.joined(self._seen)
 
 
 def state_of(contact: np.ndarray) -> State:
@@ -241,77 +232,67 @@ def state_of(contact: np.ndarray) -> State:
     return State(*(value > 0 for value in contact.tolist()))
 
 
-def _place(model: PadModel, state: np.ndarray) -> np.ndarray:
-    return np.array(model.c.place(np.asarray(state[:3], dtype=float)))
-
-
 def state_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
-    """Rates (6,) of a scaled state in the contact state of its gaps."""
-    loads = model.physical_loads(_place(model, state), _place(model, state[3:]))
-    pad = model.pad
-    return np.concatenate([state[3:], loads * [1.0, 1.0, pad.w] / [pad.m, pad.m, pad.I]])
+    """Rates (6, ...) of scaled states (6, ...) in the contact states of their gaps."""
+    q, rates = (np.array(model.c.place(part)) for part in (state[:3], state[3:]))
+    x, y, turn = model.loads(q, 1.0 * (model.gaps(q) < 0.0), rates)
+    c = model.c
+    return np.array([*state[3:], x / c.m, y / c.m, turn * c.w / c.I])
 
 
-def first_state(model: PadModel, state: np.ndarray, options: Options = DEFAULT) -> State:
-    """Contact state of the first motion from a scaled state.
+def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT) -> np.ndarray:
+    """Contact (points, ...) of 0 or 1 of the first motion from scaled states (6, ...).
 
     A point that starts on the switching surface, to rounding, belongs to the side to which the
     first motion takes it; a short Runge-Kutta step tells which, since the loads are continuous.
     """
-    heights = model.gaps(_place(model, state))
-    pad, step = model.pad, options.first_step
+    state, pad, step = np.asarray(state, dtype=float), model.pad, options.first_step
+    heights = model.gaps(model.c.place(state))
     rounding = 8 * np.finfo(float).eps * (pad.h + pad.w + abs(pad.y0) + abs(state[1]))
-    if np.any(np.abs(heights) <= rounding):
+    near = np.abs(heights) <= rounding
+    if np.any(near):
         k1 = state_rates(model, state)
         k2 = state_rates(model, state + step / 2 * k1)
         k3 = state_rates(model, state + step / 2 * k2)
         moved = state[:3] + step * state[3:] + step**2 / 6 * (k1 + k2 + k3)[3:]
         # the change of the gap, not the gap: an offset of rounding size must not decide
-        change = model.gaps(_place(model, moved)) - heights
-        heights = np.where(np.abs(heights) > rounding, heights, change)
-    return State(*(bool(g < 0.0) for g in heights))
+        heights = np.where(near, model.gaps(model.c.place(moved)) - heights, heights)
+    return np.asarray(heights < 0.0).astype(int)
 
 
 def off_level(
-    model: PadModel, state: np.ndarray, contact: State, options: Options = DEFAULT
+    model: PadModel, state: np.ndarray, contact: np.ndarray, options: Options = DEFAULT
 ) -> np.ndarray:
-    """A scaled state from which partial contact can go on.
+    """Scaled states (6, ...) from which partial contact can go on.
 
     A level pad exactly on the surface that turns leaves the contact length 0/0: it is turned by
-    less than anything that is computed from it is rounded by.
+    less than anything that is computed from it is rounded by, so that the point that touches lies
+    lower.
     """
-    if model.law.points > 2 or sum(contact) != 1:
+    if model.law.points > 2:
         return state
-    gaps = _heights(model, state)
-    if abs(gaps[0] - gaps[1]) >= options.least_turn * model.pad.w:
-        return state
-    turned = [state + way * options.least_turn * np.eye(6)[2] for way in (1.0, -1.0)]
-    touching = contact.index(True)
-    return min(turned, key=lambda one: _heights(model, one)[touching])
+    leading, trailing = model.gaps(model.c.place(np.asarray(state, dtype=float)))
+    level = np.abs(leading - trailing) < options.least_turn * model.pad.w
+    turn = level * options.least_turn * (contact[0] - contact[1])
+    return state + np.multiply.outer(np.eye(6)[2], turn) if np.any(turn) else state
 
 
-def _heights(model: PadModel, state: np.ndarray) -> tuple[float, ...]:
-    """Gaps of a scaled state as plain numbers, which are faster than arrays."""
-    y, turn = float(state[1]), float(state[2])  # the surface is level: x plays no part
-    return model.law.gaps(model.c, pose(math, model.c.place((0.0, y, turn))))
-
-
-def _late(
-    model: PadModel, state: np.ndarray, contact: State, point: int, heights: tuple[float, ...]
-) -> list[int]:
-    """The other points that have passed their switching surface in the same instant as `point`.
+def _late(model: PadModel, course: Course, point: int) -> np.ndarray:
+    """The other points that have passed their switching surface in the same instant as `point`, at
+    the end of a course.
 
     Such a crossing lies behind the located one by rounding and would not be seen again: its gap
     is as far beyond zero as that of the located point, which rounding may leave just before it.
-    `contact` is that before the change.
     """
-    beyond = [gap if touches else -gap for touches, gap in zip(contact, heights, strict=True)]
-    limit = min(beyond[point], 0.0)
-    near = [i for i, height in enumerate(beyond) if i != point and height >= limit]
-    if not near:
-        return []
-    rates = complex_step(model.gaps, _place(model, state), along=_place(model, state[3:]))
-    return [i for i in near if (rates[i] if contact[i] else -rates[i]) > 0.0]
+    wrong, contact = course.wrong[:, 0], course.last[:, 0]
+    near = wrong >= min(-wrong[point], 0.0)
+    near[point] = False
+    if near.any():
+        end = np.asarray(course.end[:, 0], dtype=float)
+        place, speed = (np.array(model.c.place(part)) for part in (end[:3], end[3:]))
+        rates = complex_step(model.gaps, place, along=speed)
+        near &= np.where(contact > 0, rates, -rates) > 0.0
+    return np.flatnonzero(near)
 
 
 def integrate(
@@ -330,34 +311,38 @@ def integrate(
     contact change was missed.
     """
     dense = any(observer.dense for observer in observers)
-    contact = first_state(model, np.asarray(state, dtype=float), options)
+    contact = first_contact(model, state, options)
     state = off_level(model, state, contact, options)
-    t, steps, changes = 0.0, 0, 0
+    t, steps, changed = 0.0, 0, 0
     while t < stop:
         course = integrator.run(contact, t, state, stop, dense)
-        begun, t, state = t, course.t1[0], course.end[:, 0]
-        seconds = float(t) * units.time
-        heights, contact = _heights(model, state), state_of(course.last[:, 0])
+        begun, t, state, limit = t, course.t1[0], course.end[:, 0], int(course.limit[0])
+        at = f"t = {float(t) * units.time:.9g} s"
         point = int(course.point[-1]) if course.t.size and course.t[-1] == t else -1
-        for i, (touches, gap) in enumerate(zip(contact, heights, strict=True)):
-            if i != point and (gap > options.missed if touches else gap < -options.missed):
-                raise ComputationError(
-                    f"a contact change was missed before t = {seconds:.9g} s; ask for a smaller "
-                    "tolerance"
-                )
-        if point >= 0 and t < stop:
-            late = _late(model, state, contact.flip(point), point, heights)
-            course = course.with_changes(late) if late else course
-            contact = state_of(course.last[:, 0])
-            state = off_level(model, state, contact, options)
-        elif course.limit[0] < 0 and t < stop and t - begun < 1e-9 * stop:
+        missed = course.wrong[:, 0] > options.missed
+        missed[course.point[course.t == t]] = False
+        if missed.any():
             raise ComputationError(
-                f"no progress beyond t = {seconds:.9g} s; a spring may have collapsed to zero "
-                "length there"
+                f"a contact change was missed before {at}; ask for a smaller tolerance"
             )
-        steps, changes = steps + int(course.steps[0]), changes + len(course.t)
+        if limit < 0 and t < stop:
+            if point >= 0:
+                late = _late(model, course, point)
+                again = np.append(np.arange(len(course.t)), np.full(len(late), -1))
+                changes: Any = {
+                    name: getattr(course, name).take(again, axis=-1)
+                    for name in ("lane", "t", "state")
+                }
+                course = dataclasses.replace(course, point=np.append(course.point, late), **changes)
+                state = off_level(model, state, course.last[:, 0], options)
+            elif t - begun < 1e-9 * stop:
+                raise ComputationError(
+                    f"no progress beyond {at}; a spring may have collapsed to zero length there"
+                )
+        contact = course.last[:, 0]
+        steps, changed = steps + int(course.count[0]), changed + len(course.t)
         for observer in observers:
             observer.see(course)
-        if course.limit[0] >= 0:
-            raise ModelEnd(int(course.limit[0]), seconds)
-    return t, state, steps, changes
+        if limit >= 0:
+            raise ModelEnd(f"{LIMITS[limit]} at {at}; the model ends there")
+    return t, state, steps, changed

@@ -1,13 +1,12 @@
 """What is watched along a run, and what a motion comes to: its frequency, amplitude and growth.
 
 Each observer sees the courses as they come and holds no more than its own result, so memory does
-not grow with the length of the run. `Grid` and `intervals` serve single motions and ensembles
-alike.
+not grow with the length of the run. `Grid` serves single motions and ensembles alike.
 """
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -16,7 +15,7 @@ import numpy as np
 from squeal.io.scene import COORDINATES
 from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel, Units
-from squeal.model.pad import Coefficients, pose
+from squeal.model.pad import Coefficients, facing, pose
 from squeal.numerics.oscillation import exponent, line, swing
 from squeal.simulation.hybrid import DEFAULT, Course, Observer, Options, state_of
 
@@ -42,28 +41,6 @@ def lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
     return shares, weights
 
 
-class Intervals(NamedTuple):
-    """Times of one contact state: motion (i,), begin and end (i,), contact (points, i)."""
-
-    lane: np.ndarray
-    begin: np.ndarray
-    end: np.ndarray
-    on: np.ndarray
-
-
-def intervals(course: Course) -> Intervals:
-    """The times between the contact changes of n motions, in order of motion and time."""
-    n = len(course.t0)
-    lane = np.concatenate([np.arange(n), course.lane])
-    order = np.argsort(lane, kind="stable")
-    lane, begin = lane[order], np.concatenate([course.t0, course.t])[order]
-    end = np.append(begin[1:], 0.0)
-    final = np.append(lane[1:] != lane[:-1], True)
-    end[final] = course.t1
-    on = np.concatenate([course.first, course.on], axis=1)[:, order]
-    return Intervals(lane, begin, end, on)
-
-
 class Grid:
     """Motions read at the same places of all their steps.
 
@@ -72,14 +49,13 @@ class Grid:
     """
 
     def __init__(self, course: Course, count: int) -> None:
-        self.steps = steps = course.dense
+        self.steps = steps = course.steps
         self.shares, self.weights = lobatto(count)
         powers = self.shares[:, None] ** np.arange(len(steps.series))
         self.states = np.tensordot(powers, steps.series, 1).swapaxes(0, 1)
         self.t = steps.t + steps.h * self.shares[:, None]
         self.c = course.coefficients(steps.lane)
         self.first = np.searchsorted(steps.lane, np.arange(len(course.t0)))  # of each motion
-        self._course = course
 
     def read(self, signal: Read) -> np.ndarray:
         """A signal (..., k, s) at all places."""
@@ -107,10 +83,8 @@ class Grid:
         near = (bend < 0.0) & (top >= low) & (top <= high)
         i, which = np.nonzero(near & (values[1:-1] + 2.0 * rise > enough))
         step, at, low, high = some[which], top[i, which], self.shares[i], self.shares[i + 2]
-        if not step.size:
-            return step, at, at
         steps, apart = self.steps.some(step), 1e-3 * (high - low)
-        c = self._course.coefficients(steps.lane)
+        c = Coefficients(*(v[step] for v in self.c))
 
         def value(share: np.ndarray) -> np.ndarray:
             return signal(c, steps.states(share), steps.on)
@@ -149,6 +123,12 @@ class Grid:
             ends.append(sign * best)
         return np.array(ends).T
 
+    def widen(self, known: np.ndarray, signals: Read) -> None:
+        """Widen known ranges (m, 2) of m signals by those of a single motion."""
+        for which, (values, (low, high)) in enumerate(zip(self.read(signals), known, strict=True)):
+            ((least, greatest),) = self.ranges(one_of(signals, which), values)
+            known[which] = min(low, least), max(high, greatest)
+
 
 def plotted(law: ContactLaw) -> Read:
     """The plotted signals (signals, ...) of a law, each over its scale (F_n or w)."""
@@ -164,6 +144,12 @@ def plotted(law: ContactLaw) -> Read:
         return rows
 
     return read
+
+
+def face_speed(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
+    """Speed of the middle of the lower face, h below the mass centre, NaN where it is off."""
+    velocity = states[3] + c.h * facing(c, pose(np, c.place(states))) * states[5] / c.w
+    return np.where(on.any(axis=0), velocity, np.nan)
 
 
 def one_of(signals: Read, which: int) -> Read:
@@ -210,9 +196,10 @@ class Shares(Observer):
         self._time = dict.fromkeys(model.law.meanings, 0.0)
 
     def see(self, course: Course) -> None:
-        _, begin, end, contact = intervals(course)
-        for spent, on in zip((end - begin).tolist(), contact.T, strict=True):
-            self._time[self._model.state_name(state_of(on))] += spent
+        contact = np.concatenate([course.first, course.on], axis=1)
+        spent = np.diff(np.concatenate([course.t0, course.t, course.t1]))
+        for time, on in zip(spent.tolist(), contact.T, strict=True):
+            self._time[self._model.state_name(state_of(on))] += time
 
     def result(self) -> dict[str, Any]:
         return {"shares": {state: spent / self._stop for state, spent in self._time.items()}}
@@ -228,18 +215,14 @@ class Extrema(Observer):
         self._ranges = np.array([[np.inf, -np.inf]] * len(model.law.plotted))
 
     def see(self, course: Course) -> None:
-        grid, signals = Grid(course, self._count), plotted(self._law)
-        for which, values in enumerate(grid.read(signals)):
-            ((low, high),) = grid.ranges(one_of(signals, which), values)
-            known = self._ranges[which]
-            known[:] = min(known[0], low), max(known[1], high)
+        Grid(course, self._count).widen(self._ranges, plotted(self._law))
 
     def result(self) -> dict[str, Any]:
-        extrema = {
-            plotted.name: (float(low), float(high)) if np.isfinite(high) else None
-            for plotted, (low, high) in zip(self._law.plotted, self._ranges, strict=True)
+        pairs = zip(self._law.plotted, self._ranges.tolist(), strict=True)
+        named = {signal.name: (low, high) for signal, (low, high) in pairs}
+        return {
+            "extrema": {n: ends if math.isfinite(ends[1]) else None for n, ends in named.items()}
         }
-        return {"extrema": extrema}
 
 
 class Samples(Observer):
@@ -247,17 +230,14 @@ class Samples(Observer):
 
     dense = True
 
-    def __init__(self, times: np.ndarray) -> None:
+    def __init__(self, model: PadModel, times: np.ndarray) -> None:
         self.times, self.states = times, np.full((len(times), 6), np.nan)
-        self.on = np.zeros((0, len(times)))
+        self.on = np.zeros((model.law.points, len(times)))
 
     def see(self, course: Course) -> None:
-        if not self.on.size:
-            self.on = np.zeros((course.law.points, len(self.times)))
         i = np.searchsorted(self.times, course.t0[0])
         j = np.searchsorted(self.times, course.t1[0], side="right")
-        if j > i:
-            self.states[i:j], self.on[:, i:j] = course.at(self.times[i:j])
+        self.states[i:j], self.on[:, i:j] = course.at(self.times[i:j])
 
 
 class History(Samples):
@@ -265,7 +245,7 @@ class History(Samples):
 
     def __init__(self, model: PadModel, units: Units, stop: float, samples: int) -> None:
         self._seconds = np.linspace(0.0, stop, samples)
-        super().__init__(self._seconds / units.time)
+        super().__init__(model, self._seconds / units.time)
         self._model, self._units = model, units
 
     def result(self) -> dict[str, Any]:
@@ -289,42 +269,38 @@ class Sliding(Observer):
         self._units, self._speed, self._count = units, speed / units.velocity, options.samples
         self._lost: float | None = None
 
-    def _excess(self, _c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
-        return np.asarray(states[3] - self._speed)
-
     def see(self, course: Course) -> None:
         if self._lost is not None:
             return
-        grid, steps = Grid(course, self._count), course.dense
-        excess, t = grid.read(self._excess), grid.t
-        step, at, value = grid.peaks(self._excess, excess, np.zeros(len(steps.t)))
-        late = np.append(t[excess >= 0.0], (steps.t[step] + steps.h[step] * at)[value >= 0.0])
-        if late.size:
-            high = late.min()
-            low = max(t[t < high].max(initial=-np.inf), course.t0[0])
+
+        def excess(_c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
+            return np.asarray(states[3] - self._speed)
+
+        grid, steps = Grid(course, self._count), course.steps
+        values = grid.read(excess)
+        step, at, top = grid.peaks(excess, values, np.zeros(len(steps.t)))
+        lost = np.append(grid.t[values >= 0.0], (steps.t[step] + steps.h[step] * at)[top >= 0.0])
+        if lost.size:
+            high = lost.min()
+            low = max(grid.t[grid.t < high].max(initial=-np.inf), course.t0[0])
             while low < (middle := low + (high - low) / 2) < high:
-                lost = course.at(np.array([middle]))[0][0, 3] >= self._speed
-                low, high = (low, middle) if lost else (middle, high)
+                late = course.at(np.array([middle]))[0][0, 3] >= self._speed
+                low, high = (low, middle) if late else (middle, high)
             self._lost = float(high)
 
     def result(self) -> dict[str, Any]:
-        return {
-            "sliding_holds": self._lost is None,
-            "sliding_lost_at": None if self._lost is None else self._lost * self._units.time,
-        }
+        at = None if self._lost is None else self._lost * self._units.time
+        return {"sliding_holds": at is None, "sliding_lost_at": at}
 
 
 class Progress(Observer):
-    """Reports the share of the run that is done, at most a hundred times."""
+    """Reports the share of the run that is done."""
 
     def __init__(self, stop: float, report: Callable[[float], None]) -> None:
-        self._stop, self._report, self._reported = stop, report, 0
+        self._stop, self._report = stop, report
 
     def see(self, course: Course) -> None:
-        share = float(course.t1[0]) / self._stop
-        if int(100 * share) > self._reported:
-            self._reported = int(100 * share)
-            self._report(share)
+        self._report(float(course.t1[0]) / self._stop)
 
 
 @dataclass(frozen=True)
@@ -354,13 +330,6 @@ class Response:
     settled: bool | None = None
 
 
-def sampling_step(model: PadModel) -> float:
-    """A step of time, in natural units, that resolves the motion of a scaled pad: a quarter of a
-    radian of its fast rotation."""
-    pad = model.pad
-    return 0.25 / max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
-
-
 class Watch(Observer):
     """Samples of the start, of the last part and of the kinetic energy, in natural units."""
 
@@ -371,7 +340,8 @@ class Watch(Observer):
         self._units = units
         # weights of the squared rates of (x, y, w theta) in the kinetic energy
         self._mass = np.array([pad.m, pad.m, pad.I / pad.w**2])
-        self._step = sampling_step(model)
+        # a quarter of a radian of the fast rotation
+        self._step = 0.25 / max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
         # of a long run no more samples than tell its frequency well
         first = np.arange(min(8_192, int(stop / self._step) + 1)) * self._step
         count = min(32_768, int(LAST * stop / self._step) + 1)
@@ -379,7 +349,7 @@ class Watch(Observer):
         # places that no frequency is in step with
         number = np.arange(200 * PARTS)
         spread = stop * (number + number * 0.6180339887498949 % 1.0) / len(number)
-        self._samples = tuple(Samples(times) for times in (first, last, spread))
+        self._samples = [Samples(model, times) for times in (first, last, spread)]
         self._changed = np.inf
 
     def see(self, course: Course) -> None:
@@ -388,41 +358,29 @@ class Watch(Observer):
         self._changed = min([self._changed, *course.t[:1].tolist()])
 
     def result(self) -> dict[str, Any]:
-        return {"response": self._response()}
-
-    def _response(self) -> Response:
         first, last, spread = (samples.states for samples in self._samples)
-        rate = self._units.time
-        energy = (self._mass * spread[:, 3:] ** 2).sum(axis=1).reshape(PARTS, -1)
-        speed = np.sqrt(energy.mean(axis=1))
-        if speed.max() <= 1e-11:  # in natural units: only rounding
-            return Response(amplitude=self._amplitude(last), settled=True)
-        growth = exponent(first[self._samples[0].times < self._changed], self._step)
-        start = Response()
-        if growth is not None:
-            hertz = growth.imag / (2 * np.pi * rate)
-            start = Response(growth_rate=growth.real / rate, growth_frequency_hz=hertz)
+        energy = (self._mass * spread[:, 3:] ** 2).sum(axis=1).reshape(PARTS, -1).mean(axis=1)
+        greatest = float(np.sqrt(energy.max()))
+        if greatest <= 1e-11:  # in natural units: only rounding
+            return {"response": Response(amplitude=self._amplitude(last), settled=True)}
+        found: dict[str, Any] = {}
+        rate, begun = self._units.time, first[self._samples[0].times < self._changed]
+        if (growth := exponent(begun, self._step)) is not None:
+            found["growth_rate"] = growth.real / rate
+            found["growth_frequency_hz"] = growth.imag / (2 * np.pi * rate)
         frequency, share = line(last[:, 3:] * np.sqrt(self._mass), self._step)
-        if frequency * self._step * len(last) < PERIODS:
-            return start
-        half = len(last) // 2
-        parts = [swing(part[:, :3]) for part in (last[:half], last[half:])]
-        greatest = int(np.argmax(parts[0] + parts[1]))
-        a, b = (float(part[greatest]) for part in parts)
-        return replace(
-            start,
-            frequency_hz=frequency / rate if share >= LINE else None,
-            amplitude=self._amplitude(last) if abs(a - b) <= STEADY * max(a, b) else None,
-            settled=_settled(speed),
-        )
+        if frequency * self._step * len(last) >= PERIODS:
+            if share >= LINE:
+                found["frequency_hz"] = frequency / rate
+            parts = np.array([swing(part[:, :3]) for part in np.split(last, [len(last) // 2])])
+            a, b = parts[:, np.argmax(parts.sum(axis=0))]
+            if abs(a - b) <= STEADY * max(a, b):
+                found["amplitude"] = self._amplitude(last)
+            before, late = np.sqrt(energy.reshape(-1, PARTS // 10).mean(axis=1))[-2:]
+            if late < 0.01 * greatest or late >= (1.0 - STEADY) * before:
+                found["settled"] = bool(late < 0.01 * greatest)
+        return {"response": Response(**found)}
 
     def _amplitude(self, states: np.ndarray) -> dict[str, float]:
         whole = np.append(swing(states[:, :3]), np.zeros(3))
-        return dict(zip(("x", "y", "theta"), self._units.to_si(whole)[:3].tolist(), strict=True))
-
-
-def _settled(speed: np.ndarray) -> bool | None:
-    tenths = np.sqrt((speed.reshape(-1, PARTS // 10) ** 2).mean(axis=1))
-    if tenths[-1] < 0.01 * speed.max():
-        return True
-    return False if tenths[-1] >= (1.0 - STEADY) * tenths[-2] else None
+        return dict(zip(COORDINATES[:3], self._units.to_si(whole)[:3].tolist(), strict=True))

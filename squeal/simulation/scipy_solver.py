@@ -2,16 +2,14 @@
 
 import math
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.pad import facing, pose, spring_vectors
-from squeal.simulation.hybrid import DEFAULT, Course, Integrator, Options, Steps
+from squeal.model.pad import Coefficients, facing, pose, spring_vectors
+from squeal.simulation.hybrid import DEFAULT, Course, Integrator, Options
 
 _UPRIGHT, _SLOWER = 0, 3  # entries of `LIMITS` that are events here, in their order
 
@@ -36,7 +34,7 @@ class SciPyIntegrator(Integrator):
         turn = math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7
         self._max_step = options.scipy_step * min(1.0, turn)
 
-    def _rhs(self, contact: State) -> Any:
+    def _rhs(self, contact: list[int]) -> Any:
         c, law, model = self._model.c, self._model.law, self._model
         inverse_m, turn, D = 1.0 / c.m, c.w / c.I, model.decay
         falls, damped = ("falling" in model.terms), ("damping" in model.terms)
@@ -50,14 +48,14 @@ class SciPyIntegrator(Integrator):
 
         return rhs
 
-    def _events(self, contact: State) -> list[Any]:
+    def _events(self, contact: list[int]) -> list[Any]:
         """Those of the contact points, then of the limits `_UPRIGHT` and `_SLOWER`."""
         c, law, V = self._model.c, self._model.law, self._model.pad.V
 
-        def gap(point: int, s: np.ndarray) -> Any:
-            return law.gaps(c, pose(math, c.place(s)))[point]
+        def gap(point: int) -> Any:
+            return lambda s: law.gaps(c, pose(math, c.place(s)))[point]
 
-        events = [_event(partial(gap, i), 1.0 if on else -1.0) for i, on in enumerate(contact)]
+        events = [_event(gap(i), 1.0 if on else -1.0) for i, on in enumerate(contact)]
         events.append(_event(lambda s: facing(c, pose(math, c.place(s))), -1.0))
         if "falling" in self._model.terms:
             events.append(_event(lambda s: V - s[3], -1.0))
@@ -75,43 +73,45 @@ class SciPyIntegrator(Integrator):
                 return int(np.argmax(turned)) + 1, limit
         return None
 
-    def run(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Course:
+    def run(
+        self, contact: np.ndarray, t: float, state: np.ndarray, stop: float, dense: bool
+    ) -> Course:
         """See `squeal.simulation.hybrid.Integrator`; ends at each change of contact."""
-        span = (t, min(stop, t + self._options.scipy_time))
+        touching = contact.tolist()
+        events = self._events(touching)
         wanted: Any = {"method": "DOP853", "max_step": self._max_step, "dense_output": dense}
-        wanted |= {"rtol": self.tolerance, "atol": self.tolerance}
-        events = self._events(contact)
-        solution = self._solve(self._rhs(contact), span, state, events=events, **wanted)
+        wanted |= {"rtol": self.tolerance, "atol": self.tolerance, "events": events}
+        span = (t, min(stop, t + self._options.scipy_time))
+        solution = self._solve(self._rhs(touching), span, state, **wanted)
         if solution.status < 0:
             raise ComputationError(
                 f"SciPy gave up at natural time {solution.t[-1]:.9g}: {solution.message}"
             )
-        limit, last, points = -1, len(solution.t) - 1, []
+        limit, last, point = -1, len(solution.t) - 1, np.empty(0, dtype=int)
         collapse = self._collapse(solution.y)
         if collapse is not None:
             last, limit = collapse
         elif solution.status == 1:
             event = next(i for i, times in enumerate(solution.t_events) if len(times))
-            if event < len(contact):
-                points = [event]
+            if event < len(touching):
+                point = np.array([event])
             else:
-                limit = (_UPRIGHT, _SLOWER)[event - len(contact)]
+                limit = (_UPRIGHT, _SLOWER)[event - len(touching)]
         nodes, end = solution.t[: last + 1], solution.y[:, last : last + 1].copy()
-        on = np.array(contact, dtype=int)[:, None]
         return Course(
             law=self._model.law,
-            c=self._model.c,
+            c=Coefficients(*np.reshape(self._model.c, (-1, 1))),
             t0=np.array([t]),
             t1=nodes[-1:],
-            first=on,
+            first=contact[:, None],
             end=end,
-            lane=np.zeros(len(points), dtype=int),
-            point=np.array(points, dtype=int),
-            t=nodes[-1:].repeat(len(points)),
-            state=end.repeat(len(points), axis=1),
-            steps=np.array([last]),
+            lane=0 * point,
+            point=point,
+            t=nodes[-1:].repeat(len(point)),
+            state=end.repeat(len(point), axis=1),
+            count=np.array([last]),
             limit=np.array([limit]),
-            smooth=_steps(nodes, solution.sol, on) if dense else None,
+            smooth=_smooth(nodes, solution.sol) if dense else (),
         )
 
 
@@ -123,10 +123,9 @@ def _event(value: Callable[[np.ndarray], Any], direction: float) -> Any:
     return event
 
 
-def _steps(nodes: np.ndarray, motion: Any, on: np.ndarray) -> Steps:
+def _smooth(nodes: np.ndarray, motion: Any) -> tuple[np.ndarray, ...]:
     """The polynomials of SciPy's dense output, of degree 7, between nodes (s + 1,)."""
     shares = (1.0 - np.cos(np.pi * np.arange(8) / 7)) / 2.0
     h, fit = np.diff(nodes), np.linalg.inv(np.vander(shares, increasing=True))
     states = motion((nodes[:-1, None] + h[:, None] * shares).ravel()).reshape(6, len(h), -1)
-    series, on = (states @ fit.T).transpose(2, 0, 1), 1.0 * on.repeat(len(h), axis=1)
-    return Steps(np.zeros(len(h), dtype=int), nodes[:-1], h, series, on)
+    return np.zeros(len(h), dtype=int), nodes[:-1], h, (states @ fit.T).transpose(2, 0, 1)

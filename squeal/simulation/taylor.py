@@ -6,7 +6,7 @@ callback flips the contact where a gap passes zero, so that heyoka's own loop ru
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
 from threading import get_ident
 from typing import Any
@@ -15,10 +15,10 @@ import heyoka as hy
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.contact import ContactLaw, State, Touching
+from squeal.model.contact import ContactLaw, Touching
 from squeal.model.equations import PadModel, net_loads, term_count
 from squeal.model.pad import Coefficients, Number, at_speed, facing, pose, spring_vectors
-from squeal.simulation.hybrid import COLLAPSED, DEFAULT, LIMITS, Course, Options, Steps
+from squeal.simulation.hybrid import COLLAPSED, DEFAULT, LIMITS, Course, Options
 
 # its warnings would go to standard output; a lost root shows in the check at the end of a course
 hy.set_logger_level_critical()
@@ -36,8 +36,6 @@ UNROLLED = 2
 NAMES = Coefficients._fields
 
 _ONWARD = (hy.taylor_outcome.success, hy.taylor_outcome.time_limit, hy.taylor_outcome.step_limit)
-Together = Callable[[int], bool]
-"""Whether a point changes so that another one has to be looked at before the motion goes on."""
 
 
 def equations(
@@ -100,16 +98,16 @@ class Machine:
     ) -> None:
         on = state_parameters(law)
         system, heights, limits = equations(law, on, terms)
-        first, self.points = len(NAMES), law.points
-        self.log: list[tuple[Any, ...]] = []  # lane, point, time, state of the changes
-        self.together: Together | None = None
+        self.law, self.lanes = law, lanes
+        self.log: list[tuple[Any, ...]] = []  # motion, point, time, state of the changes
+        self.base = 0  # the motion in the first lane
         upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
         how: Any = {"fp_type": fp_type}
         none = fp_type(0.0)
         # No cooldown: once the state has changed, the same gap passes zero in the other sense.
         event = hy.t_event_batch if lanes else hy.t_event
         events = [
-            event(e, direction=upwards, callback=self._on_change(i, lanes), cooldown=none, **how)
+            event(e, direction=upwards, callback=self._on_change(i), cooldown=none, **how)
             for i, e in enumerate(rising(heights, on))
         ] + [event(limit, direction=downwards, **how) for limit in limits]
         how |= {"tol": fp_type(tolerance), "t_events": events, "fast_math": regrouped}
@@ -117,77 +115,134 @@ class Machine:
         if fp_type is not float:  # the time goes into the numbers, which no processor has
             how["opt_level"] = 0
         make, shape = (hy.taylor_adaptive_batch, (lanes,)) if lanes else (hy.taylor_adaptive, ())
-        pars = np.full((first + law.points + term_count(terms), *shape), fp_type(1.0))
+        pars = np.full((len(NAMES) + law.points + term_count(terms), *shape), fp_type(1.0))
         self.ta = make(system, np.full((6, *shape), none), pars=pars, **how)
-        self.pars, self.state = self.ta.pars, self.ta.state
         self.time: Any = self.ta.time if lanes else None
-        self.on = self.pars[first : first + law.points]
-        self.columns = [self.state[:, lane] for lane in range(lanes)]
+        # views of its own arrays
+        self.pars, self.state = (v.reshape(len(v), -1) for v in (self.ta.pars, self.ta.state))
+        self.on = list(self.pars[len(NAMES) : len(NAMES) + law.points])
+        self.columns = list(self.state.T)
 
     # heyoka copies callbacks deeply, which leaves functions and what they refer to shared
-    def _on_change(self, point: int, lanes: int) -> Any:
-        log = self.log
+    def _on_change(self, point: int) -> Any:
+        log, alone = self.log, not self.lanes
 
-        def alone(ta: Any, _sign: int) -> bool:
-            self.on[point] = 1.0 - self.on[point]
-            log.append((0, point, ta.time, self.state.tobytes()))
-            return self.together is None or not self.together(point)
-
-        def side_by_side(_ta: Any, _sign: int, lane: int) -> bool:
+        def change(ta: Any, _sign: int, lane: int = 0) -> bool:
             touches = self.on[point]
             touches[lane] = 1.0 - touches.item(lane)
-            log.append((lane, point, self.time.item(lane), self.columns[lane].tobytes()))
+            t = ta.time if alone else self.time.item(lane)
+            log.append((self.base + lane, point, t, self.columns[lane].tobytes()))
+            return not (alone and self._together(point))
+
+        return change
+
+    def _together(self, point: int) -> bool:
+        """Whether another point of a single motion is near the surface, on the other side or on its
+        way there, so that it has to be looked at before the motion goes on."""
+        y, turn = map(float, self.state[1:3, 0])
+        gaps = self.law.gaps(self.c, pose(math, self.c.place((0.0, y, turn))))
+        pairs = enumerate(zip(self.on, gaps, strict=True))
+        return any(i != point and (-gap if on[0] else gap) < self.clear for i, (on, gap) in pairs)
+
+    def _recorder(self, tcs: list[Any], times: list[Any]) -> Any:
+        """A callback that stores the coefficients of each step and its end."""
+        tc, time = self.ta.tc, self.time
+
+        def record(ta: Any) -> bool:
+            tcs.append(tc.copy())
+            times.append(ta.time if time is None else time.copy())
             return True
 
-        return side_by_side if lanes else alone
+        return record
 
-    def run(self, stop: Any, most: int, motion: np.ndarray | None) -> tuple[Any, Steps | None]:
-        """Propagate to `stop`, for at most so many steps.
+    def run(
+        self,
+        model: PadModel,
+        first: np.ndarray,
+        begin: np.ndarray,
+        state: np.ndarray,
+        stop: np.ndarray,
+        dense: bool,
+        options: Options,
+    ) -> Course:
+        """Motions of n scaled pads from contact (points, n), times (n,) and states (6, n) on.
 
-        motion (lanes,): what runs in each lane, -1 where nothing does, if its steps are wanted.
-        Returns what heyoka says of the end, and these steps in order of time.
+        n is 1 or a multiple of the lanes; the numbers of `model` are alike or arrays (n,). A single
+        motion stops as `Integrator.run` says. Several go on to their ends; of them, changes of
+        several points in one instant are not resolved, see `unsure`.
         """
+        ta, law, n, lanes = self.ta, self.law, len(stop), self.lanes
+        c = Coefficients(*(np.broadcast_to(np.asarray(v, dtype=float), n) for v in model.c))
+        numbers = np.concatenate([c, first, model.term_values.reshape(-1, n)])
+        t1, count, limit = np.array(stop), np.zeros(n, dtype=int), np.full(n, -1)
+        end, smooth = np.empty((6, n), self.state.dtype), list[tuple[np.ndarray, ...]]()
+        if not lanes:
+            self.c = Coefficients(*(v.item() for v in c))
+            self.clear = options.clear * (1.0 + self.c.w + self.c.h)
+        how: Any = {"max_steps": options.most_steps if lanes else options.steps_at_once}
         self.log.clear()
-        self.ta.reset_cooldowns()
-        if motion is None:
-            return self.ta.propagate_until(stop, max_steps=most), None
-        ta, on, tc, count = self.ta, self.on, self.ta.tc, 0
-        series = np.empty((most, *tc.shape), tc.dtype)
-        t = np.empty((most + 1, len(motion)), tc.dtype)
-        contact = np.empty((most + 1, *on.shape))
-        t[0], contact[0] = ta.time, on
-
-        def record(_ta: Any) -> bool:
-            nonlocal count
-            series[count] = tc
-            count += 1
-            t[count], contact[count] = ta.time, on
-            return True
-
-        outcome = ta.propagate_until(stop, max_steps=most, write_tc=True, callback=record)
-        h = np.diff(t[: count + 1], axis=0)
-        taken = h > 0.0  # motions at their end wait for others
-        taken[0] |= ~taken.any(axis=0)  # a change of contact may take no time
-        step, lane = np.nonzero(taken & (motion >= 0))
-        rows = series[:count].reshape(count, *tc.shape[:2], -1).transpose(2, 1, 0, 3)
-        rows = rows.reshape(*rows.shape[:2], -1).take(step * len(motion) + lane, axis=2)
-        h = h[step, lane]
-        power = np.ones_like(h)
-        for coefficient in rows[1:]:  # heyoka's are in powers of time
-            power *= h
-            coefficient *= power
-        contact = contact[:count].reshape(count, self.points, -1)[step, :, lane].T
-        return outcome, Steps(motion[lane], t[step, lane], h, rows, contact)
-
-    def changes(self) -> dict[str, np.ndarray]:
-        """Lane, point, time and state (6, e) of the contact changes of the last run."""
+        for self.base in range(0, n, max(lanes, 1)):
+            own = slice(self.base, self.base + max(lanes, 1))
+            starts, until = (numbers[:, own], state[:, own]), t1[own].copy()
+            self.pars[:], self.state[:] = starts
+            if lanes:
+                ta.set_time(begin[own])
+            else:
+                ta.time = begin[0]
+            tcs: list[Any] = []
+            times = [np.array(ta.time)]
+            if dense:
+                how |= {"write_tc": True, "callback": self._recorder(tcs, times)}
+            while True:
+                ta.reset_cooldowns()
+                result = ta.propagate_until(until if lanes else until[0], **how)
+                results = ta.propagate_res if lanes else [result]
+                count[own] += [one[3] for one in results]
+                t1[own], ends = ta.time, [limit_of(one[0], law.points) for one in results]
+                end[:, own] = np.where(limit[own] < 0, self.state, end[:, own])
+                stopped = (t1[own] < until) & (np.array(ends) != -1)
+                limit[own] = np.where(stopped, ends, limit[own])
+                if not lanes or not stopped.any():
+                    break
+                # where one motion ends at a limit, it waits at its start while the others go on
+                until[stopped] = t1[own][stopped]
+                for now, start in zip((self.pars, self.state), starts, strict=True):
+                    now[:, stopped] = start[:, stopped]
+            if lanes:
+                limit[own] = np.where(t1[own] < until, -2, limit[own])
+            if dense:
+                smooth.append(_smooth(tcs, times, self.base))
         lane, point, t, states = zip(*self.log, strict=True) if self.log else ((), (), (), ())
-        return {
-            "lane": np.array(lane, dtype=int),
-            "point": np.array(point, dtype=int),
-            "t": np.array(t),
-            "state": np.frombuffer(b"".join(states), self.state.dtype).reshape(-1, 6).T,
-        }
+        order = np.argsort(lane, kind="stable")
+        return Course(
+            law=law,
+            c=c,
+            t0=begin,
+            t1=t1,
+            first=first,
+            end=end,
+            lane=np.array(lane, dtype=int)[order],
+            point=np.array(point, dtype=int)[order],
+            t=np.array(t)[order],
+            state=np.frombuffer(b"".join(states), end.dtype).reshape(-1, 6)[order].T,
+            count=count,
+            limit=limit,
+            smooth=tuple(np.concatenate(each, axis=-1) for each in zip(*smooth, strict=True)),
+        )
+
+
+def _smooth(tcs: list[Any], times: list[Any], base: int) -> tuple[np.ndarray, ...]:
+    """`Course.smooth` of the motions from number `base` on, from what heyoka computes in a step."""
+    t, rows = np.array(times).reshape(len(times), -1), np.array(tcs)
+    h = np.diff(t, axis=0)
+    taken = h > 0.0  # motions at their end wait for others
+    taken[0] |= ~taken.any(axis=0)  # a change of contact may take no time
+    lane, step = np.nonzero(taken.T)
+    h = h[step, lane]
+    series = np.ascontiguousarray(rows.reshape(*rows.shape[:3], -1)[step, :, :, lane].T)
+    # heyoka's are in powers of time
+    series[1:] *= np.cumprod(np.broadcast_to(h, (len(series) - 1, len(h))), axis=0)[:, None]
+    return base + lane, t[step, lane], h, series
 
 
 @lru_cache(maxsize=64)
@@ -206,10 +261,10 @@ def machine(
 def limit_of(outcome: Any, points: int) -> int:
     """The entry of `LIMITS` at which heyoka stopped, -1 where it did not, -2 where it failed."""
     code = int(outcome)  # not negative where a callback let the motion go on
-    event = -code - 1 - points
-    if code >= 0 or -points <= event < 0 or outcome in _ONWARD:
-        return -1
-    return event if 0 <= event < len(LIMITS) else -2
+    limit = -code - 1 - points
+    if 0 <= limit < len(LIMITS):
+        return limit
+    return -1 if code >= -points or outcome in _ONWARD else -2
 
 
 class TaylorIntegrator:
@@ -231,119 +286,35 @@ class TaylorIntegrator:
         least = float(np.finfo(float).eps) if fp_type is float else 0.0
         self.tolerance = max(tolerance, least)
         self._model, self._fp, self._options = model, fp_type, options
-        numbers = (*model.c, *(0.0,) * model.law.points, *model.term_values.tolist())
-        self._pars = np.array([fp_type(float(value)) for value in numbers])
 
-    def _together(self, own: Machine) -> Together:
-        """Whether another point is near the surface, on the other side or on its way there."""
-        c, law, state, on = self._model.c, self._model.law, own.state, own.on
-        limit = self._options.clear * (1.0 + c.w + c.h)
-
-        def near(point: int) -> bool:
-            at = pose(math, c.place((0.0, float(state[1]), float(state[2]))))
-            return any(
-                other != point and (-gap if on[other] else gap) < limit
-                for other, gap in enumerate(law.gaps(c, at))
-            )
-
-        return near
-
-    def run(self, contact: State, t: float, state: np.ndarray, stop: float, dense: bool) -> Course:
+    def run(
+        self, contact: np.ndarray, t: float, state: np.ndarray, stop: float, dense: bool
+    ) -> Course:
         """See `squeal.simulation.hybrid.Integrator`."""
-        model, options = self._model, self._options
-        own = machine(model, self.tolerance, 0, self._fp, options)
-        own.pars[:] = self._pars
-        own.on[:] = contact
-        own.state[:] = state
-        own.ta.time = begin = self._fp(t)
-        own.together = self._together(own)
-        single = np.zeros(1, dtype=int) if dense else None
-        (outcome, _, _, steps, *_), smooth = own.run(self._fp(stop), options.steps_at_once, single)
-        limit = limit_of(outcome, own.points)
-        if limit < -1:
+        own = machine(self._model, self.tolerance, 0, self._fp, self._options)
+        begin, end = (np.array([self._fp(time)]) for time in (t, stop))
+        start = np.asarray(contact)[:, None], begin, state[:, None], end
+        course = own.run(self._model, *start, dense, self._options)
+        if course.limit[0] < -1:
             raise ComputationError(
                 f"the motion is not finite after t = {float(t):.9g} natural time units"
             )
-        return Course(
-            law=model.law,
-            c=model.c,
-            t0=np.array([begin]),
-            t1=np.array([own.ta.time]),
-            first=np.array(contact, dtype=int)[:, None],
-            end=own.state[:, None].copy(),
-            steps=np.array([steps]),
-            limit=np.array([limit]),
-            smooth=smooth,
-            **own.changes(),
-        )
+        return course
 
 
 def run_together(
     model: PadModel,
-    on: np.ndarray,
+    first: np.ndarray,
     state: np.ndarray,
     stop: np.ndarray,
     tolerance: float,
     dense: bool,
     options: Options = DEFAULT,
 ) -> Course:
-    """The motions of n scaled pads, each to its own time; the next begins where one is done.
-
-    model: of pads whose numbers are arrays (n,); on (points, n) of 0 or 1; state (6, n); stop (n,).
-    The entry of `limit` is -2 for a motion that could not be carried to the end. Changes of several
-    points in one instant are not resolved, see `unsure`.
-    """
-    law, n, lanes = model.law, len(stop), options.lanes
-    own = machine(model, max(tolerance, float(np.finfo(float).eps)), lanes, float, options)
-    c = Coefficients(*(np.broadcast_to(v, n) for v in model.c))
-    numbers = np.concatenate([c, on, model.term_values.reshape(-1, n)])
-    t1, end, steps, limit = np.zeros(n), state.copy(), np.zeros(n, dtype=int), np.full(n, -1)
-    motion, time, until, begun = np.full(lanes, -1), np.zeros(lanes), np.zeros(lanes), 0
-    logs: list[dict[str, np.ndarray]] = []
-    parts: list[Steps] = []
-    while True:
-        free = np.flatnonzero(time >= until)
-        ended = free[motion[free] >= 0]
-        t1[motion[ended]], end[:, motion[ended]] = time[ended], own.state[:, ended]
-        # idle lanes stand at the start of the first motion, where nothing happens
-        motion[free], time[free], until[free] = -1, 0.0, 0.0
-        new = np.arange(begun, min(n, begun + len(free)))
-        begun += len(new)
-        motion[free[: len(new)]], until[free[: len(new)]] = new, stop[new]
-        each = motion[free].clip(0)
-        own.pars[:, free], own.state[:, free] = numbers[:, each], state[:, each]
-        if (motion < 0).all():
-            break
-        own.ta.set_time(time)
-        most = max(options.refilled_after, int(steps[:begun].mean()) // 4)
-        _, part = own.run(until, most, motion if dense else None)
-        parts += [] if part is None else [part]
-        logs.append(own.changes())
-        logs[-1]["lane"] = motion[logs[-1]["lane"]]
-        time = own.time.copy()
-        for lane in np.flatnonzero(motion >= 0).tolist():
-            outcome, _, _, taken = own.ta.propagate_res[lane]
-            i = motion[lane]
-            steps[i] += taken
-            limit[i] = limit_of(outcome, law.points) if time[lane] < until[lane] else -1
-            if limit[i] != -1 or steps[i] >= options.most_steps:
-                until[lane] = time[lane]
-                limit[i] = -2 if limit[i] == -1 else limit[i]
-    changes = {name: np.concatenate([log[name] for log in logs], axis=-1) for name in logs[0]}
-    order = np.argsort(changes["lane"], kind="stable")
-    order = order[np.searchsorted(changes["lane"][order], 0) :]  # without those of idle lanes
-    return Course(
-        law=law,
-        c=c,
-        t0=np.zeros(n),
-        t1=t1,
-        first=on,
-        end=end,
-        steps=steps,
-        limit=limit,
-        smooth=Steps.joined(parts) if dense else None,
-        **{name: values[..., order] for name, values in changes.items()},
-    )
+    """The motions of n scaled pads, a multiple of `options.lanes`, each to its own time; see
+    `Machine.run`."""
+    own = machine(model, max(tolerance, float(np.finfo(float).eps)), options.lanes, float, options)
+    return own.run(model, first, np.zeros(len(stop)), state, stop, dense, options)
 
 
 def unsure(course: Course, options: Options = DEFAULT) -> np.ndarray:
@@ -352,12 +323,10 @@ def unsure(course: Course, options: Options = DEFAULT) -> np.ndarray:
     They could not be carried to the end, a gap has the wrong sign there, or several points may have
     changed in one instant.
     """
-    law, c = course.law, course.c
-    heights = np.array(law.gaps(c, pose(np, c.place(course.end))))
-    wrong = np.where(course.last > 0, heights, -heights) > options.missed
-    doubt = (course.limit == -2) | (wrong.any(axis=0) & (course.limit == -1))
+    wrong = (course.wrong > options.missed).any(axis=0)
+    doubt = (course.limit == -2) | (wrong & (course.limit == -1))
     at = course.coefficients(course.lane)
-    heights = np.array(law.gaps(at, pose(np, at.place(course.state))))
+    heights = np.array(course.law.gaps(at, pose(np, at.place(course.state))))
     near = np.where(course.on > 0, -heights, heights) < options.clear * (1.0 + at.w + at.h)
     near[course.point, np.arange(len(course.t))] = False
     doubt[course.lane[near.any(axis=0)]] = True

@@ -18,15 +18,6 @@ DISPLACEMENT = 1e-6  # of the motion's natural length: small enough to be linear
 PERIODS, SAMPLES = 8, 400
 
 
-class _Motion(Samples):
-    """The motion at equally spaced natural times; `changed` tells that a contact changed."""
-
-    changed = False
-
-    def change(self, *_: object) -> None:
-        self.changed = True
-
-
 def fit(scene: Scene, at: Equilibrium) -> tuple[complex, complex] | None:
     """The eigenvalue (rad/s) of the fastest growing mode about an equilibrium, and what the start
     of a simulation in this mode shows in its place.
@@ -47,10 +38,10 @@ def fit(scene: Scene, at: Equilibrium) -> tuple[complex, complex] | None:
     units, scaled, start, stop = in_natural_units(task)
     shape = units.to_scaled(np.append(mode.right.real, (mode.value * mode.right).real))
     size = DISPLACEMENT * np.max(np.abs(start[:3])) / np.max(np.abs(shape[:3]))
-    motion = _Motion(np.linspace(0.0, stop, SAMPLES))
+    motion = Samples(scaled, np.linspace(0.0, stop, SAMPLES))
     integrator = make_integrator(scaled, 1e-15, "auto")
-    integrate(scaled, integrator, units, start + size * shape, stop, [motion])
-    if motion.changed:
+    *_, changes = integrate(scaled, integrator, units, start + size * shape, stop, [motion])
+    if changes:
         return None
     u = units.to_si(motion.states - start)
     lam, M, C, y = mode.value, matrices.M, matrices.C, mode.left

@@ -14,7 +14,7 @@ from squeal.article.claims.rules import CALM, hammering_cases, more_loss_in_b1, 
 from squeal.article.claims.settling import decaying, settled
 from squeal.io.scene import read_scene
 from squeal.model.contact import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
-from squeal.simulation import simulate
+from squeal.simulation.run import simulate
 from tests.conftest import ROOT, needs_heyoka
 from tests.simulation.closed import upright
 from tests.simulation.test_simulation import bounce

@@ -17,7 +17,7 @@ from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import InputError
 from squeal.io.scene import read_scene
 from squeal.model.contact import CONSISTENT, Formulation
-from squeal.simulation import simulate
+from squeal.simulation.run import simulate
 from tests.conftest import ROOT, needs_heyoka
 
 CHOICE = json.loads((ROOT / "workflow" / "pad.json").read_text())["numbers"]

@@ -9,9 +9,8 @@ import pytest
 from squeal.article.claims.motions import measure_alone, measures
 from squeal.errors import ComputationError
 from squeal.model.contact import CONSISTENT
-from squeal.simulation import simulate
 from squeal.simulation.ensemble import simulate_many, stack
-from squeal.simulation.run import in_natural_units
+from squeal.simulation.run import in_natural_units, simulate
 from tests.conftest import needs_heyoka
 from tests.simulation.closed import bouncing, upright
 from tests.simulation.test_ensemble import LAWS, STOP, scene, some

@@ -17,7 +17,7 @@ from squeal.article.studies._reference import reference
 from squeal.article.studies.accuracy import Accuracy, compare_times
 from squeal.article.studies.energy import Episode
 from squeal.article.studies.extreme import Case, Extreme, Outcome
-from squeal.simulation import Simulation
+from squeal.simulation.run import Simulation
 from tests.conftest import HAMMERING as SCENES
 from tests.conftest import hammering_scene, needs_heyoka
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from squeal.io.scene import Scene
 from squeal.model.pad import Pad
-from squeal.simulation import simulate
+from squeal.simulation.run import simulate
 from tests.conftest import INSTALLED
 
 

@@ -12,7 +12,7 @@ from squeal.equilibrium.find import damping_matrix
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, read_scene
 from squeal.model.contact import CONSISTENT, Formulation
-from squeal.simulation import simulate
+from squeal.simulation.run import simulate
 from tests.conftest import SCENES, needs_heyoka
 
 # every entry its own, not symmetric: nothing may be mixed up

@@ -11,9 +11,8 @@ import pytest
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.pad import Model, Pad
-from squeal.simulation import simulate
 from squeal.simulation.hybrid import integrate
-from squeal.simulation.run import in_natural_units
+from squeal.simulation.run import in_natural_units, simulate
 from tests.conftest import BACKENDS, HEYOKA, needs_heyoka
 from tests.simulation.closed import upright
 from tests.simulation.test_simulation import bounce

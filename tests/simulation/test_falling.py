@@ -12,9 +12,9 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.pad import Pad
-from squeal.simulation import simulate
 from squeal.simulation.ensemble import simulate_many
 from squeal.simulation.hybrid import LIMITS
+from squeal.simulation.run import simulate
 from tests.conftest import SCENES, needs_heyoka
 from tests.direct import motion
 from tests.simulation.closed import assert_moves_so

@@ -12,9 +12,8 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.pad import Pad
-from squeal.simulation import simulate
 from squeal.simulation.observers import Response
-from squeal.simulation.run import first_place
+from squeal.simulation.run import first_place, simulate
 from tests.conftest import SCENES, random_pad
 from tests.simulation.closed import upright
 

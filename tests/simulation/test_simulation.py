@@ -8,9 +8,8 @@ import pytest
 
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import FULL, NONE, Formulation
-from squeal.simulation import simulate
-from squeal.simulation.hybrid import Observer, first_state, integrate, state_of
-from squeal.simulation.run import in_natural_units
+from squeal.simulation.hybrid import Observer, first_contact, integrate, state_of
+from squeal.simulation.run import in_natural_units, simulate
 from tests.conftest import BACKENDS, HEYOKA, SCENES, needs_heyoka
 from tests.simulation.closed import bouncing, upright
 
@@ -69,11 +68,11 @@ def test_first_state_follows_the_first_motion():
     for F_n, state in ((400.0, FULL), (0.0, NONE)):
         scene = bounce(upright(F_n=F_n), 0.0, 1.0)
         _, model, start, _ = in_natural_units(scene)
-        assert first_state(model, start) == state
+        assert state_of(first_contact(model, start)) == state
     for rate, state in ((1e-3, NONE), (-1e-3, FULL)):
         scene = Scene("B1", upright(), initial=(0, 0, 0, 0, rate, 0), stop=1.0, samples=2)
         _, model, start, _ = in_natural_units(scene)
-        assert first_state(model, start) == state
+        assert state_of(first_contact(model, start)) == state
 
 
 @pytest.mark.parametrize("stem", CASES)
@@ -124,7 +123,7 @@ def test_energy_is_conserved_without_friction(stem):
     energy = Energy(model)
     integrate(model, TaylorIntegrator(model, 1e-15), units, start, stop, [energy])
     lever = np.array([1.0, 1.0, 1.0 / model.pad.w])
-    first = model.energy(start[:3] * lever, start[3:] * lever, first_state(model, start))
+    first = model.energy(start[:3] * lever, start[3:] * lever, first_contact(model, start))
     assert np.abs(np.array(energy.values) - first).max() < 1e-12 * abs(first)
 
 

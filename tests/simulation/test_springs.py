@@ -8,10 +8,9 @@ from squeal.io.scene import Scene, read_scene
 from squeal.model import contact
 from squeal.model.contact import ContactModel, Formulation, PointContact, Spring
 from squeal.model.equations import PadModel
-from squeal.simulation import simulate
 from squeal.simulation.hybrid import integrate
 from squeal.simulation.observers import Events
-from squeal.simulation.run import in_natural_units, make_integrator
+from squeal.simulation.run import in_natural_units, make_integrator, simulate
 from tests.conftest import SCENES, needs_heyoka
 from tests.simulation.closed import bouncing, upright
 

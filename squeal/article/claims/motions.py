@@ -10,9 +10,9 @@ from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.model.contact import STATES
 from squeal.model.equations import Units
-from squeal.model.pad import Coefficients, facing, pose
+from squeal.model.pad import Coefficients
 from squeal.simulation.hybrid import Course, Courses, integrate
-from squeal.simulation.observers import Grid, Read, intervals, one_of, plotted
+from squeal.simulation.observers import Grid, Read, face_speed, one_of, plotted
 from squeal.simulation.run import in_natural_units, make_integrator
 
 START = 1e-9  # values below this at the start count as zero: nothing has moved yet
@@ -75,17 +75,12 @@ def measures(
     def speed(_c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
         return np.asarray(states[3])
 
-    def face(c: Coefficients, states: np.ndarray, on: np.ndarray) -> np.ndarray:
-        # of the middle of the lower face, which lies h below the mass centre
-        velocity = states[3] + c.h * facing(c, pose(np, c.place(states))) * states[5] / c.w
-        return np.where(on.any(axis=0), velocity, np.nan)
-
     nothing, lane = np.full((n, 2), np.nan), grid.steps.lane
     counts = grid.steps.t >= touched[lane]
     means = np.where(counts, grid.weights @ np.nan_to_num(a), 0.0) * grid.steps.h
     load, moment = (a, a * b) if line else (a + b, b - a)
     blows, heaviest = _blows(grid, np.nan_to_num(load), np.nan_to_num(moment), n)
-    facing_speed = grid.ranges(face)[:, 1]
+    facing_speed = grid.ranges(face_speed)[:, 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         return {
             "duration": duration * units.time,
@@ -115,11 +110,17 @@ def _first_contact(course: Course) -> np.ndarray:
 
 def _times(course: Course) -> np.ndarray:
     """Time in each of the four states since first contact, (4, n) in the order of `STATES`."""
-    seen = intervals(course)
-    code = [1, 2] @ seen.on
-    counts = (seen.begin > course.t0[seen.lane]) | (code > 0)
-    spent = np.zeros((4, len(course.t0)))
-    np.add.at(spent, (code[counts], seen.lane[counts]), (seen.end - seen.begin)[counts])
+    n = len(course.t0)
+    lane = np.concatenate([np.arange(n), course.lane])
+    order = np.argsort(lane, kind="stable")  # the times of one contact state, in order
+    lane, begin = lane[order], np.concatenate([course.t0, course.t])[order]
+    final = np.append(lane[1:] != lane[:-1], True)
+    end = np.append(begin[1:], 0.0)
+    end[final] = course.t1
+    code = [1, 2] @ np.concatenate([course.first, course.on], axis=1)[:, order]
+    counts = (begin > course.t0[lane]) | (code > 0)
+    spent = np.zeros((4, n))
+    np.add.at(spent, (code[counts], lane[counts]), (end - begin)[counts])
     return spent[_CODES]
 
 

@@ -22,7 +22,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import FORMULATION_CHOICES, NONE, STATES, LineForce, contact_law
 from squeal.model.equations import PadModel
-from squeal.simulation import Simulation, simulate
+from squeal.simulation.run import Simulation, simulate
 
 GRID, COARSE = 200, 24  # cells a side of maps without and with a search for equilibria
 

@@ -89,7 +89,7 @@ class _Power(Observer):
         return np.array([kinetic, spring_energy(np, model.c, at), contact, -model.c.F_n * q[1]])
 
     def see(self, course: Course) -> None:
-        model, grid, on = self._model, Grid(course, PLACES), course.dense.on
+        model, grid, on = self._model, Grid(course, PLACES), course.steps.on
         turn = np.array([1.0, 1.0, 1.0 / model.pad.w]).reshape(3, *[1] * (grid.states.ndim - 1))
         q, rates = grid.states[:3] * turn, grid.states[3:] * turn
         normal = self._contact(model.replace(mu=0.0), q, rates, on[:, None])
@@ -97,7 +97,7 @@ class _Power(Observer):
         C = np.zeros((3, 3)) if model.damping is None else np.array(model.damping)
         damping = -np.tensordot(C, rates, 1)
         power = (np.array([normal, both - normal, damping]) * rates).sum(axis=1)
-        work = np.tensordot(grid.weights, power, (0, 1)) * course.dense.h
+        work = np.tensordot(grid.weights, power, (0, 1)) * course.steps.h
         energies = self._energies(q, rates, on[:, None])
         if not self.columns:
             first = [grid.t[0, 0], *energies[:, 0, 0], 0.0, 0.0, 0.0]

@@ -30,8 +30,8 @@ from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel
-from squeal.simulation.ensemble import simulate_starts
-from squeal.simulation.hybrid import first_state, integrate
+from squeal.simulation.ensemble import simulate_many
+from squeal.simulation.hybrid import first_contact, integrate, state_of
 from squeal.simulation.observers import Events
 from squeal.simulation.run import in_natural_units
 
@@ -101,7 +101,8 @@ def ours(scene: Scene, tolerance: float) -> Run:
 def batch(scene: Scene, tolerance: float) -> Run:
     """`SEVERAL` equal pads at once; one of them is returned."""
     starts = np.tile(scene.initial, (SEVERAL, 1))
-    motions = simulate_starts(scene, starts, scene.stop or 0.0, tolerance, events=True)
+    how = starts, scene.stop or 0.0, tolerance, scene.formulation
+    motions = simulate_many(scene.model, scene.pad, *how, events=True)
     units, *_ = in_natural_units(scene)
     place = units.to_scaled(motions["final"][0])[:3]
     return Run(place, motions["events"][0][:, 0] / units.time, int(motions["steps"][0]))
@@ -146,7 +147,7 @@ def hybrid(advance: Advance, scene: Scene, tolerance: float) -> Run:
     advance(rhs, gaps, contact, t, state, stop) -> time, state, edge or None, steps.
     """
     _, model, state, stop = in_natural_units(scene)
-    contact, t, steps = first_state(model, state), 0.0, 0
+    contact, t, steps = state_of(first_contact(model, state)), 0.0, 0
     times: list[float] = []
     while t < stop and len(times) < MOST:
         rhs, gaps = functions(model, contact)

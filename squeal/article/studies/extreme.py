@@ -19,8 +19,7 @@ from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
 from squeal.model.contact import contact_law
 from squeal.model.pad import Model, Pad
-from squeal.simulation import Simulation, simulate
-from squeal.simulation.run import in_natural_units
+from squeal.simulation.run import Simulation, in_natural_units, simulate
 
 LIMIT = 1e-9  # greatest relative error of an answer that passes
 PERIODS = 10_000  # of the long runs

@@ -22,7 +22,7 @@ from squeal.equilibrium import sliding_equilibrium
 from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
 from squeal.model.contact import FULL, NONE, State
-from squeal.simulation.ensemble import DONE, simulate_starts
+from squeal.simulation.ensemble import DONE, simulate_many
 
 WINDOWS = (1, 3, 10)  # observation times over that of the case
 LOCKED = 1e8  # factor on the moment of inertia that stops rotation
@@ -100,7 +100,8 @@ def _amplitude(scene: Scene) -> float | None:
     assert scene.stop is not None
     starts = np.tile([*rest.q, 0.0, 0.0, 0.0], (len(KICKS), 1))
     starts[:, 1] += KICKS * compression(scene)
-    runs = simulate_starts(scene, starts, WINDOWS[-1] * scene.stop, TOLERANCE, measure=measures)
+    how = starts, WINDOWS[-1] * scene.stop, TOLERANCE, scene.formulation, measures
+    runs = simulate_many(scene.model, scene.pad, *how)
     lost = [
         runs["outcome"][i] != DONE or len(case_of(runs, i).losses) > 0 for i in range(len(KICKS))
     ]

@@ -15,7 +15,7 @@ from squeal.article.studies._scenes import read_cases
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import Formulation
-from squeal.simulation import Simulation, simulate
+from squeal.simulation.run import Simulation, simulate
 
 COUNTS = (2, 3, 4, 6, 8, 16, 32)
 SAMPLES = 401

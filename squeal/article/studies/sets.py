@@ -16,7 +16,7 @@ from squeal.article.studies.line_springs import on_springs
 from squeal.article.studies.onset import RATIO, After, after
 from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
-from squeal.simulation import simulate
+from squeal.simulation.run import simulate
 
 REFERENCE = "reference"
 TWO = "two points"  # springs in place of the line, with its stiffness, F_n, y0 and start

@@ -18,7 +18,7 @@ from squeal.article.studies._scenes import read_scenes
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
-from squeal.simulation.ensemble import DONE, simulate_starts
+from squeal.simulation.ensemble import DONE, simulate_many
 
 KINDS = (
     "permanent contact",
@@ -92,7 +92,8 @@ def _map(scene: Scene, equilibrium: np.ndarray, windows: int) -> Map:
     s, t = grid()
     starts = plane(scene, equilibrium, np.append(s, 1.0), np.append(t, 0.0))  # the own one last
     assert scene.stop is not None
-    motions = simulate_starts(scene, starts, windows * scene.stop, TOLERANCE, measure=measures)
+    how = starts, windows * scene.stop, TOLERANCE, scene.formulation, measures
+    motions = simulate_many(scene.model, scene.pad, *how)
     codes = np.array(
         [
             kind(case_of(motions, i)) if motions["outcome"][i] == DONE else len(KINDS) - 1
