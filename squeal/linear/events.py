@@ -10,6 +10,7 @@ their real parts times what does not vanish.
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
@@ -112,17 +113,16 @@ def guesses_of(step: Step, form: str, ends: tuple[bool, bool]) -> tuple[list[Gue
         apart = np.minimum(np.abs(za.imag), np.abs(zb.imag))
         clear = (apart > 2 * np.abs(step.off.imag) + 4 * step.rounding) | (real & ~passes)
     settled = known & (clear | (on_a & on_b & ~passes))
-    surely = np.abs(step.off.real) <= step.options.doubt * np.maximum(
-        np.abs((zb - za).real), high - low
-    )
-    single = known & ~settled & surely
+    reach = np.maximum(np.abs((zb - za).real), high - low)
+    single = known & ~settled & (np.abs(step.off.real) <= step.options.doubt * reach)
     left = np.flatnonzero(~settled & ~single & ~far).tolist()
     guesses = [g for k in np.flatnonzero(single).tolist() for g in _singles(step, k, form, True)]
-    pairs = [(k, other) for n, k in enumerate(left) for other in left[n + 1 :]]
     taken: set[int] = set()
-    for k, other in sorted(pairs, key=lambda p: min(abs(z[p[0]] - z[p[1]]) for z in (za, zb))):
+    for k, other in sorted(
+        itertools.combinations(left, 2), key=lambda p: min(abs(z[p[0]] - z[p[1]]) for z in (za, zb))
+    ):
         if not taken & {k, other} and (cubics := step.pair(k, other)) is not None:
-            guesses += _of_pair(step, k, other, *cubics, form)
+            guesses += _of_pair(step, [k, other], *cubics, form)
             taken |= {k, other}
     doubtful = [k for k in left if k not in taken]
     for k in doubtful:  # the best there is if no step can be halved any more
@@ -158,49 +158,35 @@ def _singles(step: Step, k: int, form: str, sure: bool) -> Iterator[Guess]:
 
 
 def _of_pair(
-    step: Step, k: int, other: int, means: Array, squares: Array, form: str
+    step: Step, both: list[int], means: Array, squares: Array, form: str
 ) -> Iterator[Guess]:
     """What two roots do that coalesce or part in the step."""
     h, t = step.b.value - step.a.value, np.linspace(0.0, 1.0, 101)
     m, d = (np.polyval(c[::-1].astype(complex), t) for c in (means, squares))
-    on = step.a.on_line[[k, other]].all(), step.b.on_line[step.order[[k, other]]].all()
-    places = list(_crosses(m, d)) if form == "damped" and not all(on) else []
-    places += list(_meets(m, d)) if form != "damped" or any(on) else []
-    for i, z, coalesces in places:
-        vectors = step.vectors(t[i], [k, other])
+    on = step.a.on_line[both].all(), step.b.on_line[step.order[both]].all()
+    ways = [False] * (form == "damped" and not all(on)) + [True] * (form != "damped" or any(on))
+    for i, z, coalesces in (place for meets in ways for place in _changes(m, d, meets)):
+        vectors = step.vectors(t[i], both)
         yield Guess(step.a.value + t[i] * h, z, *vectors, coalesces, h)
     if form == "undamped":
         product = (m * m - d).real  # of the two roots: one of them passes zero
         for n in np.flatnonzero((product[1:] * product[:-1] < 0) & (d.real[1:] >= 0)):
-            right, left = step.vectors(t[n], [k, other])
+            right, left = step.vectors(t[n], both)
             for one in ([0], [1]):  # either may be the one
                 yield Guess(step.a.value + t[n] * h, 0j, right[:, one], left[:, one], False, h)
 
 
-def _crosses(m: NDArray, d: NDArray) -> Iterator[tuple[int, complex, bool]]:
-    """Where one root of a pair of that mean m and squared half difference d crosses the axis."""
-    number = (np.stack([m - np.sqrt(d), m + np.sqrt(d)]).real > 0.0).sum(axis=0)
-    for n in np.flatnonzero(number[1:] != number[:-1]).tolist():
-        yield n, complex(m[n]), False
-
-
-def _meets(m: NDArray, d: NDArray) -> Iterator[tuple[int, complex, bool]]:
-    """Where both meet on the line."""
-    for n in np.flatnonzero(d.real[1:] * d.real[:-1] < 0).tolist():
-        nearer = n + int(abs(d[n + 1]) < abs(d[n]))
-        yield nearer, complex(m[nearer]), True
+def _changes(m: NDArray, d: NDArray, meets: bool) -> Iterator[tuple[int, complex, bool]]:
+    """Where one root of a pair of mean m and squared half difference d crosses the axis, or both
+    meet on the line."""
+    half = np.sqrt(d)
+    state = d.real > 0.0 if meets else np.sum(np.stack([m - half, m + half]).real > 0.0, axis=0)
+    for n in np.flatnonzero(state[1:] != state[:-1]).tolist():
+        nearer = n + int(meets and abs(d[n + 1]) < abs(d[n]))
+        yield nearer, complex(m[nearer]), meets
 
 
 # One root or two, next to a guess
-
-
-class Smooth(NamedTuple):
-    """A function that vanishes at an event: value, slope, half its second derivative, rounding."""
-
-    value: float
-    slope: float
-    bend: float
-    noise: float
 
 
 class Near(NamedTuple):
@@ -232,44 +218,45 @@ class Near(NamedTuple):
         centre = float(ends.real.mean())
         return centre, float(np.abs(ends - centre).max())
 
-
-Solve = Callable[[NDArray], NDArray]
-
-
-def _solvers(A: NDArray, shift: complex, small: int) -> tuple[Solve, Solve]:
-    """X -> (A - shift)^-1 X and Y -> (A - shift)^-H Y. The explicit inverse would not do: next to a
-    coalescence its rounding hides the second vector."""
-    P = A - shift * np.eye(len(A))
-    if len(A) <= small:
-        return partial(np.linalg.solve, P), partial(np.linalg.solve, P.conj().T)
-    from scipy.linalg import lu_factor, lu_solve
-
-    factor = lu_factor(P, check_finite=False)
-    return partial(lu_solve, factor), partial(lu_solve, factor, trans=2)
+    def vanishing(self, coalesces: bool) -> tuple[float, float, float, float]:
+        """What vanishes at an event: its value, slope, half its second derivative, rounding."""
+        m, dm, d, dd = self.mean.real, self.mean_slope.real, self.d, self.d_slope
+        if self.right.shape[1] == 1:
+            return m, dm, 0.0, self.mean_noise
+        if coalesces:
+            return d.real, dd.real, self.d_bend.real, self.noise
+        value = m**2 * d.real + d.imag**2 / 4 - m**4
+        slope = 2 * m * dm * d.real + m**2 * dd.real + d.imag * dd.imag / 2 - 4 * m**3 * dm
+        noise = abs(2 * m * d.real - 4 * m**3) * self.mean_noise
+        return value, slope, 0.0, noise + (m**2 + abs(d.imag) / 2) * self.noise
 
 
 def roots_near(along: Continuation, p: float, near: complex, right: NDArray, left: NDArray) -> Near:
     """The root at p next to `near`, or the two; right and left vectors (N, 1) or (N, 2) are those
     that it begins from."""
     A, derivative, sizes = along.both(p)
-    size, missed = norm_of(A) or 1.0, 0.0
-    if right.shape[1] == 1:
-        X, Y = _vectors(A, size, near, right, left, along.options.small)
-    else:
-        nudge = 1e-7 * max(abs(near), 1e-4 * size)
-        shift = near + nudge * (1 + 1j)
-        if along.form == "undamped" and abs(near.imag) <= nudge:
-            shift = shift.real
-            # two conjugate columns have one real part
-            right, left = np.asarray(right.real + right.imag), np.asarray(left.real + left.imag)
-        solve, transposed = _solvers(A, shift, along.options.small)
-        X = _subspace(A, size, right, solve, along.options.rounds)
-        Y = _subspace(A.conj().T, size, left, transposed, along.options.rounds)
+    size = norm_of(A) or 1.0
+    nudge = 1e-7 * max(abs(near), 1e-4 * size)
+    shift = near + nudge * (1 + 1j)
+    if along.form == "undamped" and abs(near.imag) <= nudge:
+        shift = shift.real
+        # two conjugate columns have one real part
+        right, left = np.asarray(right.real + right.imag), np.asarray(left.real + left.imag)
+    P = A - shift * np.eye(len(A))
+    # not by the inverse: next to a coalescence its rounding hides the second vector
+    solves = partial(np.linalg.solve, P), partial(np.linalg.solve, P.conj().T)
+    if len(A) > along.options.small:
+        from scipy.linalg import lu_factor, lu_solve
+
+        factor = lu_factor(P, check_finite=False)
+        solves = partial(lu_solve, factor), partial(lu_solve, factor, trans=2)
+    X = _subspace(A, size, right, solves[0], along.options.rounds)
+    Y = _subspace(A.conj().T, size, left, solves[1], along.options.rounds)
     inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
     small, slope = inverse @ (A @ X), inverse @ (derivative @ X)
-    if len(small) == 2:  # what the subspaces miss, to second order
-        beside = solve(A @ X - X @ small)
-        missed = np.abs(inverse @ (A @ (beside - X @ (inverse @ beside))))
+    # what the subspaces miss, to second order
+    beside = solves[0](A @ X - X @ small)
+    missed = np.abs(inverse @ (A @ (beside - X @ (inverse @ beside))))
     # independent roundings in the entries of A
     entries = np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
     error = along.options.sure * (EPS * entries + missed)
@@ -281,7 +268,7 @@ def roots_near(along: Continuation, p: float, near: complex, right: NDArray, lef
         complex(mean),
         complex(mean_slope),
         float(error.trace() / m),
-        complex(-np.linalg.det(N)),
+        complex(np.trace(N @ N) / 2),
         complex(np.trace(N @ S)),
         complex(np.trace(S @ S) / 2),
         float(np.linalg.norm(np.abs(N.T) * error) + np.linalg.norm(error) ** 2),
@@ -290,26 +277,8 @@ def roots_near(along: Continuation, p: float, near: complex, right: NDArray, lef
     )
 
 
-def _vectors(
-    A: NDArray, size: float, z: complex, right: NDArray, left: NDArray, small: int
-) -> tuple[NDArray, NDArray]:
-    """Vectors of one root by inverse iteration and Rayleigh quotients."""
-    x, y = right, left
-    for _ in range(3):
-        solve, transposed = _solvers(A, z + 1e-14 * size * (1 + 1j), small)
-        x, y = solve(x), transposed(y)
-        x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
-        across = np.vdot(y, x)
-        if abs(across) < 1e-13:
-            break
-        before, z = z, complex(np.vdot(y, A @ x) / across)
-        if abs(z - before) <= 4 * EPS * size:
-            break
-    return x, y
-
-
-def _subspace(A: NDArray, size: float, start: NDArray, solve: Solve, rounds: int) -> NDArray:
-    """The invariant subspace (N, 2) that inverse iteration turns `start` to."""
+def _subspace(A: NDArray, size: float, start: NDArray, solve: Callable, rounds: int) -> NDArray:
+    """The invariant subspace (N, 1) or (N, 2) that inverse iteration turns `start` to."""
     # next to a coalescence both columns become one vector but for half the digits; what these
     # leave is lessened by Newton's steps
     X, before, step = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0], np.inf, False
@@ -332,32 +301,6 @@ def _subspace(A: NDArray, size: float, start: NDArray, solve: Solve, rounds: int
 # From a guess to an event
 
 
-class _Search:
-    """The function that vanishes at the event of a guess, from the vectors of the last value."""
-
-    def __init__(self, along: Continuation, guess: Guess) -> None:
-        self.along, self.guess = along, guess
-        self.last: Near | None = None
-
-    def __call__(self, p: float) -> Smooth:
-        guess, last = self.guess, self.last
-        if last is None:
-            last = roots_near(self.along, p, guess.root, guess.right, guess.left)
-        else:
-            near = last.mean + (p - last.value) * last.mean_slope
-            last = roots_near(self.along, p, near, last.right, last.left)
-        self.last = last
-        m, dm, d, dd = last.mean.real, last.mean_slope.real, last.d, last.d_slope
-        if guess.right.shape[1] == 1:
-            return Smooth(m, dm, 0.0, last.mean_noise)
-        if guess.coalesces:
-            return Smooth(d.real, dd.real, last.d_bend.real, last.noise)
-        value = m**2 * d.real + d.imag**2 / 4 - m**4
-        slope = 2 * m * dm * d.real + m**2 * dd.real + d.imag * dd.imag / 2 - 4 * m**3 * dm
-        noise = abs(2 * m * d.real - 4 * m**3) * last.mean_noise
-        return Smooth(value, slope, 0.0, noise + (m**2 + abs(d.imag) / 2) * last.noise)
-
-
 def located(along: Continuation, guess: Guess) -> Event | None:
     """The event next to a guess, None if there is none that is known to within its width."""
     guess = replace(guess, value=min(max(guess.value, along.low), along.high))
@@ -377,79 +320,85 @@ def located(along: Continuation, guess: Guess) -> Event | None:
 
 
 def _located(along: Continuation, guess: Guess) -> Event | None:
-    f, p = _Search(along, guess), guess.value
+    p, single, coalesces = guess.value, guess.right.shape[1] == 1, guess.coalesces
+    near = roots_near(along, p, guess.root, guess.right, guess.left)
+
+    def moved(near: Near, p: float) -> Near:
+        """From the vectors of the last value."""
+        root = near.mean + (p - near.value) * near.mean_slope
+        return roots_near(along, p, root, near.right, near.left)
+
     for _ in range(along.options.rounds):
-        at = f(p)
-        if not at.slope or not np.isfinite(at.slope):
+        value, slope, bend, noise = near.vanishing(coalesces)
+        if not slope or not np.isfinite(slope):
             return None
-        move = -at.value / at.slope
-        inner = at.slope**2 - 4 * at.bend * at.value
-        if inner >= 0.0:  # the nearer zero of the parabola
-            move = -2 * at.value / (at.slope + math.copysign(math.sqrt(inner), at.slope))
+        move = -value / slope
+        if (inner := slope**2 - 4 * bend * value) >= 0.0:  # the nearer zero of the parabola
+            move = -2 * value / (slope + math.copysign(math.sqrt(inner), slope))
         move = float(np.clip(move, -guess.width / 2, guess.width / 2))
         p = float(np.clip(p + move, along.low, along.high))
         if abs(p - guess.value) > 1.5 * guess.width:
             return None
-        if abs(move) <= max(4 * EPS * abs(p), at.noise / abs(at.slope) / 4):
+        if abs(move) <= max(4 * EPS * abs(p), noise / abs(slope) / 4):
             break
+        near = moved(near, p)
     else:
         return None
-    if guess.coalesces and at.slope**2 <= 16 * abs(at.bend) * at.noise:
+    half = 2 * noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
+    if coalesces and (slope**2 <= 16 * abs(bend) * noise or half > guess.width):
         return None  # two roots that only cross
-    half = 2 * at.noise / abs(at.slope) + abs(move) + 2 * EPS * abs(p)
-    if guess.coalesces and half > guess.width:
-        return None
-    known = _details(f, move, at)
+    known = _details(along, guess, near, move, slope)
     if known is None:
         return None
     omega, direction, residual = known
     interval = p - half, p + half
     if half > 1e-9 * guess.width:  # the slope may change within
-        ends = certain(lambda x: _sign(f(x)), (p, p), half, along.low, along.high)
+
+        def sign(x: float) -> int:
+            nonlocal near
+            near = moved(near, x)
+            value, _, _, noise = near.vanishing(coalesces)
+            return int(np.sign(value)) if abs(value) > noise else 0
+
+        ends = certain(sign, (p, p), half, along.low, along.high)
         if ends is None:
             return None
         interval, rise = ends[:2], ends[2]
-        if rise and (guess.coalesces or guess.right.shape[1] == 1):
+        if rise and (coalesces or single):
             direction = rise if along.form == "damped" else -rise
-    return Event(p, omega, direction, interval, residual, guess.coalesces)
+    return Event(p, omega, direction, interval, residual, coalesces)
 
 
-def _details(f: _Search, move: float, at: Smooth) -> tuple[float, int, float] | None:
+def _details(
+    along: Continuation, guess: Guess, near: Near, move: float, slope: float
+) -> tuple[float, int, float] | None:
     """Frequency, direction and residual of the event that a last step `move` leads to."""
-    along, near = f.along, f.last
-    assert near is not None
     A, derivative, _ = along.both(near.value)
-    mean = near.mean + move * near.mean_slope
-    damped = along.form == "damped"
-    if f.guess.right.shape[1] == 1:
-        if abs(move * at.slope) > 1e-8 * (norm_of(A) + norm_of(derivative) * f.guess.width):
+    mean, damped = near.mean + move * near.mean_slope, along.form == "damped"
+    if guess.right.shape[1] == 1:
+        if abs(move * slope) > 1e-8 * (norm_of(A) + norm_of(derivative) * guess.width):
             return None  # where two roots coalesce the slope is without bound, and this no zero
         rest = float(np.linalg.norm(A @ near.right - near.mean * near.right) / (norm_of(A) or 1.0))
         real = not damped or abs(mean.imag) <= 4 * near.mean_noise
-        return 0.0 if real else along.omega(mean), 1 if (at.slope > 0) == damped else -1, rest
+        return 0.0 if real else along.omega(mean), 1 if (slope > 0) == damped else -1, rest
     least = np.linalg.svd(A - mean * np.eye(len(A)), compute_uv=False)
     residual = float(least[-1] / least[0])
-    if f.guess.coalesces:
+    if guess.coalesces:
         on_zero = abs(mean) <= 2 * math.sqrt(abs(near.noise)) + near.mean_noise
         if along.form == "undamped" and mean.real < 0:
             return None  # two divergent roots join: nothing crosses
         if along.form == "gyroscopic" and abs(mean.imag) > abs(mean.real) and not on_zero:
             return None
         zero = on_zero and along.form != "undamped"
-        direction = 1 if (near.d_slope.real > 0) == damped else -1  # d > 0 off the axis if damped
+        direction = 1 if (slope > 0) == damped else -1  # d > 0 off the axis if damped
         return 0.0 if zero else along.omega(mean), direction, residual
     d = np.sqrt(near.ahead(move)[1])
     half = (d if abs((mean + d).real) < abs((mean - d).real) else -d) or 1e-300
     z = complex(mean + half)
-    slope = complex(near.mean_slope + (near.d_slope + 2 * move * near.d_bend) / (2 * half))
+    rate = complex(near.mean_slope + (near.d_slope + 2 * move * near.d_bend) / (2 * half))
     noise = abs(near.noise / (2 * half)) + near.mean_noise
     real = abs(z.imag) <= max(1e-9 * abs(mean) + 1e-9 * abs(half), noise)
-    return 0.0 if real else along.omega(z), 1 if slope.real > 0 else -1, residual
-
-
-def _sign(at: Smooth) -> int:
-    """Of the value, 0 if rounding leaves it open."""
-    return int(np.sign(at.value)) if abs(at.value) > at.noise else 0
+    return 0.0 if real else along.omega(z), 1 if rate.real > 0 else -1, residual
 
 
 def certain(
@@ -533,7 +482,7 @@ def _window(pair: Near, along: Continuation, width: float) -> Iterator[Guess]:
     else:
         x = centre + np.linspace(-8.0, 8.0, 404) * half
         x = np.unique(np.concatenate([x[np.abs(x) < width], np.linspace(-width, width, 101)]))
-        places = list(_crosses(*pair.ahead(x)))
+        places = list(_changes(*pair.ahead(x), False))
     least = min(4 * half, width)
     for n, z, coalesces in places:
         yield Guess(pair.value + x[n], z, pair.right, pair.left, coalesces, least)
