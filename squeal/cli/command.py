@@ -103,8 +103,6 @@ def _keys_of(document: dict[str, Any]) -> Group:
     if "M" not in document:
         return SCENE
     room: Any = importlib.import_module("squeal.io.system")
-    if not room.is_general(document):
-        return Group(room.SHORT.keys)
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu")]
     numbers = Group({str(name): Key("a parameter", ANY) for name in names})

@@ -11,7 +11,7 @@ damping: {rayleigh: [2.0, 1.0e-7]}
 coordinates: {file: nodes.csv}
 ```
 
-The short form holds rows of numbers alone: K = K0 + K1 mu + K2 mu^2 + ..., and C likewise.
+In place of K there may be K0, K1, ..., rows of numbers: K = K0 + K1 mu + K2 mu^2 + ...; C likewise.
 """
 
 import csv
@@ -26,9 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from squeal.errors import InputError, InputWarning
+from squeal.errors import InputWarning
 from squeal.io.matrices import FORMATS, MatrixFile, aligned, read_matrix
-from squeal.linear.matrices import reduce
+from squeal.linear.matrices import dense, reduce
 from squeal.linear.system import (
     Term,
     TermSystem,
@@ -58,10 +58,9 @@ from squeal.schema import (
 )
 
 PARTS = ("M", "C", "K")
-OWN = ("parameters", "C", "K", "damping", "coordinates")  # keys that the short form has not
 MOST_ROWS = 2000  # of a matrix written into the file
 FULL = 0.2  # share of entries above which a matrix from a file becomes dense
-POWER = 9  # of the parameter in the short form
+POWER = 9  # highest, of the parameter
 SUFFIXES = ", ".join(suffix for one in FORMATS for suffix in one.suffixes)
 COLUMNS = ("node", "dof", "x", "y", "z")
 DIRECTIONS = {"1": 0, "2": 1, "3": 2, "x": 0, "y": 1, "z": 2}
@@ -120,9 +119,11 @@ class Ratios(Kind):
 
 
 # fmt: off
-_OF_BOTH = {
-    "name": Key("what the system is called", TEXT, default="the name of the file"),
-    "reference": Key("where it is from", TEXT, default="empty"),
+POWERS = {
+    f"{letter}{power}": Key(
+        f"in place of {letter}, what is multiplied with that power of the parameter", Square(),
+        default="0")
+    for letter in "CK" for power in range(POWER + 1)
 }
 DAMPING = Group({
     "rayleigh": Key("alpha and beta: C gains alpha M + beta K", row(2, NOT_NEGATIVE), "1/s, s"),
@@ -132,13 +133,17 @@ DAMPING = Group({
     "structural": Key("loss factor eta: K becomes (1 + i eta) K", NOT_NEGATIVE, "1"),
 })
 SYSTEM = Group({
-    **_OF_BOTH,
+    "name": Key("what the system is called", TEXT, default="the name of the file"),
+    "reference": Key("where it is from", TEXT, default="empty"),
     "parameters": Key(
         "named numbers", Named(ANY, "a mapping of names to finite numbers"), default="none"),
-    "parameter": Key("the one that is swept", NAME, default="mu"),
+    "parameter": Key("the one that is swept", TEXT, default="mu"),
     "M": Key("mass", PART, required=True),
     "C": Key("damping and gyroscopic forces", PART, default="none"),
-    "K": Key("stiffness, friction included", PART, required=True),
+    "K": Key(
+        "stiffness, friction included, or K0, K1 and so on", PART, required=True, unless="K0",
+        default="refused, unless K0 is given"),
+    **POWERS,
     "damping": Key(
         "of the structure: M and the symmetric K without friction", DAMPING, default="none"),
     "coordinates": Key(
@@ -146,17 +151,6 @@ SYSTEM = Group({
         Group({"file": Key("a .csv file", TEXT, required=True)}, owner="coordinates"),
         default="none"),
 }, owner="every system")
-_POWERS = {
-    f"{letter}{power}": Key(
-        f"{what}: what is multiplied with that power of the parameter", Square(),
-        required=(letter, power) == ("K", 0), default="0")
-    for letter, what in (("C", "damping and gyroscopic forces"), ("K", "stiffness"))
-    for power in range(POWER + 1)
-}
-SHORT = Group(_OF_BOTH | {
-    "parameter": Key("what the free parameter is called", TEXT, default="mu"),
-    "M": Key("mass matrix, symmetric and positive definite", Square(), required=True),
-} | _POWERS, owner="every system")
 # fmt: on
 
 
@@ -203,27 +197,26 @@ def _read_coordinates(path: Path, rows: int) -> Coordinates:
         raise at.refuse(f"no column {missing[0]}; the columns {', '.join(COLUMNS)} are")
     if len(lines) - 1 != rows:
         raise at.refuse(f"{len(lines) - 1} lines; the system's {rows} rows need one each")
-    index, places = dict[str, int](), dict[str, list[float]]()
-    nodes, directions = [], []
-    for number, cells in enumerate(csv.DictReader(lines[1:], heads, restval=""), 2):
-        node, direction = cells["node"].strip(), cells["dof"].strip().lower()
+    table = []
+    for number, line in enumerate(csv.DictReader(lines[1:], heads, restval=""), 2):
+        cells = {name: line[name].strip() for name in COLUMNS}
+        direction = cells["dof"].lower()
         try:
             place = [float(cells[name]) for name in "xyz"]
         except ValueError:
             place = [np.nan]
-        if not node or not np.isfinite(place).all():
+        if not cells["node"] or not np.isfinite(place).all():
             raise at.refuse(f"line {number}: a node and three finite coordinates are needed")
         if direction not in DIRECTIONS:
             words = f"line {number}: dof {direction} is not allowed; it must be "
             raise at.refuse(words + ", ".join(DIRECTIONS))
-        places.setdefault(node, place)
-        index.setdefault(node, len(index))
-        nodes.append(index[node])
-        directions.append(DIRECTIONS[direction])
-    return Coordinates(np.array(nodes), np.array(directions), np.array(list(places.values())))
+        table.append((cells["node"], DIRECTIONS[direction], place))
+    names, directions, places = zip(*table, strict=True)
+    _, first, nodes = np.unique(names, return_index=True, return_inverse=True)
+    return Coordinates(nodes, np.array(directions), np.array(places)[first])
 
 
-class TermOrigin(NamedTuple):
+class Origin(NamedTuple):
     """Where a matrix came from: the key of its part, its file (empty if in the system file)."""
 
     part: str
@@ -238,16 +231,9 @@ class SystemFile:
 
     system: TermSystem
     reference: str = ""
-    origins: tuple[TermOrigin, ...] = field(default=(), repr=False)
+    origins: tuple[Origin, ...] = field(default=(), repr=False)
     inputs: tuple[Path, ...] = field(default=(), repr=False)
     coordinates: Coordinates | None = None
-
-
-def is_general(document: dict[str, Any]) -> bool:
-    """True if a system's mapping is of the general form and not of the short one."""
-    mass = document.get("M")
-    rows = isinstance(mass, list) and all(isinstance(row, list) for row in mass)
-    return ("M" in document and not rows) or any(key in document for key in OWN)
 
 
 def read_system(path: Path | str) -> SystemFile:
@@ -262,8 +248,8 @@ def read_system(path: Path | str) -> SystemFile:
 
 def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile:
     """The system in a mapping of a file's form; matrix files are named relative to `folder`."""
-    general = is_general(document)
-    given, terms = (_general if general else _short)(document, at)
+    given = SYSTEM.read(document, at)
+    parameter, terms = _terms(given, at)
     read: dict[Any, MatrixFile] = {}  # by file, key and symmetry, since terms may share one
     matrices = []
     for _, here, term in terms:
@@ -279,35 +265,34 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     with at.named():
         common = aligned(matrices)
     rows = common[0].shape[0]
-    full = not general or any(m.nnz > FULL * rows * rows for m in common)
+    full = any("matrix" in term for *_, term in terms)
+    full = rows <= MOST_ROWS and (full or any(m.nnz > FULL * rows * rows for m in common))
     parts: dict[str, list[Term]] = {part: [] for part in PARTS}
     origins = []
     for (part, here, term), matrix in zip(terms, common, strict=True):
         if matrix.shape[0] != rows:
-            name, first = (
-                "file " + t["file"] if "file" in t else "the matrix" for t in (term, terms[0][2])
-            )
+            name = f"file {term['file']}" if "file" in term else "the matrix"
             raise here.refuse(
-                f"{name} of {matrix.shape[0]} rows is not allowed; it must have the {rows} rows "
-                f"of {first} in M"
+                f"{name} of {matrix.shape[0]} rows is not allowed; it must have the {rows} of M"
             )
         with (here / "factor").named():
             formula = Formula(term.get("factor", "1"), str(here / "factor"))
         if not formula.names:
             formula.value({})  # may be none
-        if general:
-            origins.append(TermOrigin(part, term.get("file", ""), formula.text, matrix))
-        dense = full and rows <= MOST_ROWS
-        parts[part].append(Term(matrix.toarray() if dense else matrix, formula))
+        origins.append(Origin(part, term.get("file", ""), formula.text, matrix))
+        parts[part].append(Term(matrix.toarray() if full else matrix, formula))
     inputs = list(dict.fromkeys(path for path, *_ in read))
     coordinates = None
     if "coordinates" in given:
         inputs.append(folder / given["coordinates"]["file"])
         coordinates = _read_coordinates(inputs[-1], rows)
     with at.named():
-        own, parameter = given.get("parameters", {}), given.get("parameter", "mu")
         M, C, K = (tuple(parts[part]) for part in PARTS)
-        system = TermSystem(M, C, K, own, parameter, given.get("name") or Path(at.source).stem)
+        name = given.get("name") or Path(at.source).stem
+        system = TermSystem(M, C, K, given.get("parameters", {}), parameter, name)
+        if not POWERS.keys().isdisjoint(given):
+            mass = dense(system.at()[0])
+            reduce(mass, None, np.zeros_like(mass))
         system, supports = without_supports(system)
         if supports.size:
             _warn(
@@ -325,31 +310,25 @@ Terms = list[tuple[str, Place, dict[str, Any]]]
 """The part of each term, the place of its key, and its values."""
 
 
-def _general(document: dict[str, Any], at: Place) -> tuple[dict[str, Any], Terms]:
-    given, terms = SYSTEM.read(document, at), []
+def _terms(given: dict[str, Any], at: Place) -> tuple[str, Terms]:
+    """The name of the parameter, and all terms, those of its powers too."""
+    parameter: str = given.get("parameter") or "mu"
+    if POWERS.keys().isdisjoint(given):
+        NAME.read(parameter, at / "parameter")
+    elif not parameter.isidentifier() or iskeyword(parameter):
+        parameter = "p"  # in formulas a parameter is a word
+    terms: Terms = []
     for part in PARTS:
         each = given.get(part, ())
         for i, term in enumerate(each, 1):
             terms.append((part, at / part / str(i) if len(each) > 1 else at / part, term))
-    return given, terms
-
-
-def _short(document: dict[str, Any], at: Place) -> tuple[dict[str, Any], Terms]:
-    given = SHORT.read(document, at)
-    M = np.array(given["M"])
-    try:
-        reduce(M, None, np.zeros_like(M))
-    except InputError:
-        raise (at / "M").must_be(document["M"], "symmetric and positive definite") from None
-    parameter = given.get("parameter") or "mu"
-    if not parameter.isidentifier() or iskeyword(parameter):
-        parameter = "p"  # in formulas a parameter is a word
-    terms: Terms = [("M", at / "M", {"matrix": given["M"]})]
-    for name, matrix in given.items():
-        if name[1:].isdigit():
-            factor = "1" if name[1:] == "0" else f"{parameter}**{name[1:]}"
-            terms.append((name[0], at / name, {"matrix": matrix, "factor": factor}))
-    return given | {"parameter": parameter}, terms
+        for power, name in enumerate(name for name in POWERS if name[0] == part):
+            if name in given and each:
+                raise (at / name).refuse(f"is not allowed beside {part}")
+            if name in given:
+                factor = f"{parameter}**{power}" if power else "1"
+                terms.append((part, at / name, {"matrix": given[name], "factor": factor}))
+    return parameter, terms
 
 
 def _warn(at: Place, words: str) -> None:
@@ -358,7 +337,7 @@ def _warn(at: Place, words: str) -> None:
 
 def _compare_labels(at: Place, parts: Sequence[str], matrices: Sequence[MatrixFile]) -> None:
     """Warn of rows (node, dof) that M or K alone have."""
-    labels: dict[str, set[tuple[int, int]]] = {part: set() for part in PARTS}
+    labels = {part: set[tuple[int, int]]() for part in PARTS}
     for part, matrix in zip(parts, matrices, strict=True):
         labels[part].update(matrix.labels or ())
     for part, other in ("MK", "KM"):

@@ -132,6 +132,7 @@ NO_NODES = [
 # of the short form
 NO_POWERS = [
     ("M: [[1]]\n", "K0"),
+    (f"{SHORT}K: [[1, 0], [0, 1]]\n", "K0", "beside K"),
     ("K0: [[1]]\n", "M"),
     (f"{SHORT}K3: [[1, 2]]\n", "K3", "row 1"),
     (f"{SHORT}K3: [[1, 2], [3]]\n", "K3", "row 2"),
@@ -148,7 +149,7 @@ NO_POWERS = [
     (f"{SHORT}K0: [[1, 2], [3, 4]]\n", "K0", "line"),
     ("M: [[1, 2], [2, 1]]\nK0: [[1, 0], [0, 1]]\n", "M", "positive definite"),
     ("M: [[1, 1], [0, 1]]\nK0: [[1, 0], [0, 1]]\n", "M", "symmetric"),
-    ("M: [[0]]\nK0: [[1]]\n", "M", "positive definite"),
+    ("M: [[0]]\nK0: [[1]]\n", "M", "well-conditioned"),
 ]
 # a part of the general form and what takes its place
 NO_TERMS = [

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 
 from squeal.io.scene import SCENE
-from squeal.io.system import DAMPING, POWER, SHORT, SYSTEM, TERM
+from squeal.io.system import DAMPING, POWER, SYSTEM, TERM
 from squeal.io.writing import write_text
 from squeal.model.contact import MODELS
 from squeal.schema import Group, Key
@@ -61,11 +61,10 @@ Rows whose diagonal stands decades above all others are supports, as finite-elem
 them: they are left out, with a warning. Entries that stand twice are summed and rows that M or K
 alone have are united, both with a warning too. `--set mu=0.3` changes a named
 number. Up to 2000 rows may be written into the file itself.
-"""
-_SHORT = """## The short form
 
-For small systems that depend on a parameter p alone: C = C0 + C1 p + C2 p^2 + ... and K likewise; a
-power that is left out is zero.
+For small systems that depend on a parameter p alone there are K0, K1, ... in place of K, rows of
+numbers: K = K0 + K1 p + K2 p^2 + ..., and C likewise; a power that is left out is zero, and M must
+then be symmetric and positive definite.
 
 ```yaml
 name: mode coupling
@@ -82,14 +81,14 @@ def page() -> str:
     for name, key in SCENE.keys.items():
         if isinstance(key.kind, Group):
             parts.append(_table(f"`{name}`", key.kind))
-    powers = {f"{letter}1": f"{letter}1 to {letter}{POWER}" for letter in "CK"}
+    powers = {f"{letter}0": f"{letter}0 to {letter}{POWER}" for letter in "CK"}
     shown = {
         powers.get(name, name): key
-        for name, key in SHORT.keys.items()
-        if name[1:] not in map(str, range(2, POWER + 1))
+        for name, key in SYSTEM.keys.items()
+        if name[1:] not in map(str, range(1, POWER + 1))
     }
-    general = [_table("The file", SYSTEM), _table("A term", TERM), _table("`damping`", DAMPING)]
-    return "\n".join([*parts, _SYSTEM, *general, _SHORT, _table("Its keys", Group(shown))])
+    general = [_table("The file", Group(shown)), _table("A term", TERM)]
+    return "\n".join([*parts, _SYSTEM, *general, _table("`damping`", DAMPING)])
 
 
 def _table(title: str, group: Group) -> str:
