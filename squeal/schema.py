@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import os
 import re
-import reprlib
+import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -28,8 +28,6 @@ from squeal.errors import InputError, InputWarning
 MOST = 100_000  # values that aliases may make of a file, if it is shorter than that
 _TAG = "tag:yaml.org,2002:"
 
-_SHORT = reprlib.Repr()  # a refused value may be of any size
-_SHORT.maxstring = _SHORT.maxother = 200
 _FACTOR = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
 _ANGLE = re.compile(rf"\s*([-+]?)\s*(?:({_FACTOR})\s*\*\s*)?pi\s*(?:/\s*({_FACTOR}))?\s*", re.ASCII)
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
@@ -70,7 +68,7 @@ class Place:
 def shown(value: Any) -> str:
     """A short printable form of a refused value."""
     plain = isinstance(value, (str, list, dict, set, tuple))
-    text = _SHORT.repr(value) if plain else " ".join(str(value).split())
+    text = repr(value) if plain else " ".join(str(value).split())
     return text if len(text) <= 60 else text[:57] + "..."
 
 
@@ -112,34 +110,24 @@ NAME = Kind(
 
 
 class Number(Kind):
-    """A finite number in a range whose ends are excluded unless they are allowed.
+    """A finite number above `low`, or from there on if `low_allowed`, up to `high`.
 
-    bounds: the range, both ends excluded; range: the same in words.
+    range: the same in words.
     """
 
     def __init__(
-        self,
-        low: float = -math.inf,
-        high: float = math.inf,
-        low_allowed: bool = False,
-        high_allowed: bool = False,
+        self, low: float = -math.inf, high: float = sys.float_info.max, low_allowed: bool = False
     ) -> None:
         self.low, self.high, self.low_allowed = low, high, low_allowed
-        self.bounds = (
-            math.nextafter(low, -math.inf) if low_allowed else low,
-            math.nextafter(high, math.inf) if high_allowed else high,
-        )
-        above = f" {'of at least' if low_allowed else 'above'} {low:.6g}"
-        self.range = above if low > -math.inf else ""
-        if high_allowed:
-            self.range = f"{above} and at most {high:.6g}"
-        elif high < math.inf:
-            self.range = f" between {low:.6g} and {high:.6g}, both excluded"
+        above = "of at least" if low_allowed else "above"
+        self.range = f" {above} {low:.6g}" if low > -math.inf else ""
+        if high < sys.float_info.max:
+            self.range += f" and at most {high:.6g}"
         super().__init__(f"a finite number{self.range}")
 
     def _holds(self, value: Any) -> Any:
-        low, high = self.bounds
-        return (value > low) & (value < high)
+        above = value >= self.low if self.low_allowed else value > self.low
+        return above & (value <= self.high)
 
     def check(self, value: Any, at: Place, name: str) -> None:
         """Refuse a number, or the first entry of an array, out of the range. Raises InputError.
@@ -169,7 +157,7 @@ ANY, NOT_NEGATIVE = Number(), Number(low=0.0, low_allowed=True)
 class Angle(Number):
     """An angle: a number of radians, in a file also a multiple of pi such as 0.75*pi or pi/2."""
 
-    def __init__(self, low: float = -math.inf, high: float = math.inf) -> None:
+    def __init__(self, low: float = -math.inf, high: float = sys.float_info.max) -> None:
         super().__init__(low, high)
         self.named += " (radians) or a multiple of pi such as 0.75*pi"
 

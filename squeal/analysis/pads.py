@@ -38,7 +38,7 @@ from squeal.model.equations import Linearisation, PadModel, about_origin, linear
 from squeal.schema import NOT_NEGATIVE, Number, Place, Several
 
 LOST = 0.03  # of an eigenvalue: rounding of K that leaves no digit of it
-MU_MAX = Number(low=0.0, high=1000.0, high_allowed=True)
+MU_MAX = Number(low=0.0, high=1000.0)
 MUS = Several(NOT_NEGATIVE, "a sequence of numbers of at least 0")
 PAD_COORDINATES = ("x", "y", "theta")
 SAMPLES = 201  # values of mu that a sweep looks at

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from squeal.article.records import from_dict
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance
 from squeal.plots.motion import Run
@@ -37,6 +38,6 @@ def read_run(summary_file: Path, history_file: Path) -> Run:
         stop=content["final"]["t"],
         events=tuple(Event(e["t"], e["from"], e["to"]) for e in content["events"]),
         extrema={key: ends and (ends[0], ends[1]) for key, ends in content["extrema"].items()},
-        provenance=Provenance.from_dict(content["provenance"]),
+        provenance=from_dict(Provenance, content["provenance"]),
         history=history,
     )

@@ -12,7 +12,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, NoReturn
@@ -229,5 +229,5 @@ def run(name: str, module: Any, scene: bool, arguments: Sequence[str]) -> int:
     if scene and given.set:
         joined["set"] = given.source.changes
     if inputs is not None:
-        joined["provenance"] = provenance(inputs, module.__name__).to_dict()
+        joined["provenance"] = asdict(provenance(inputs, module.__name__))
     return printed(to_json(joined))

@@ -15,10 +15,9 @@ import re
 import sys
 from collections.abc import Iterable, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from squeal import _HOME, __version__
 
@@ -125,19 +124,6 @@ class Provenance:
     versions: dict[str, str]
     platform: str
     loaded: tuple[str, ...]
-
-    def to_dict(self) -> dict[str, Any]:
-        """As result files hold it."""
-        return asdict(self)
-
-    @staticmethod
-    def from_dict(record: dict[str, Any]) -> Provenance:
-        """Read back what `to_dict` gave. Raises KeyError, TypeError or ValueError."""
-        inputs = tuple(InputFile(**entry) for entry in record["inputs"])
-        loaded = tuple(record["loaded"])
-        if not all(isinstance(record["versions"][name], str) for name in loaded):
-            raise ValueError("a version is no text")
-        return Provenance(**record | {"inputs": inputs, "loaded": loaded})
 
 
 def provenance(inputs: Iterable[Path | InputFile | None], module: str) -> Provenance:

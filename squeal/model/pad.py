@@ -53,7 +53,7 @@ _DIMENSIONS = {
     "m/s": (0, 1, -1), "rad": (0, 0, 0), "1": (0, 0, 0),
 }  # fmt: skip
 _POSITIVE, _FROM_ZERO = schema.Number(low=0.0), schema.Number(low=0.0, low_allowed=True)
-_TURN = schema.Angle(low=-math.pi / 2, high=math.pi / 2)
+_TURN = schema.Angle(low=-math.pi / 2, high=math.nextafter(math.pi / 2, 0.0))
 
 
 def _field(meaning: str, unit: str, kind: schema.Number, **more: Any) -> Any:

@@ -5,6 +5,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from dataclasses import asdict
 
 import pytest
 
@@ -67,7 +68,7 @@ def test_files_without_provenance_are_refused(capsys, tmp_path):
         (tmp_path / name).write_text(content)
         assert main(["cite", str(tmp_path / name)]) == 2
         assert "holds no provenance; the JSON output" in capsys.readouterr().err
-    made = provenance([], "squeal.article.commands.sliding").to_dict() | {"loaded": ["numpy"]}
+    made = asdict(provenance([], "squeal.article.commands.sliding")) | {"loaded": ["numpy"]}
     for versions in ({}, {"numpy": 2}):
         file = tmp_path / "versions.json"
         file.write_text(json.dumps({"provenance": made | {"versions": versions}}))

@@ -76,7 +76,7 @@ def folder(tmp_path, monkeypatch):
         ("eigenvalues pair.yaml --set mu=1 --at 2", "--at 2"),
         ("eigenvalues pair.yaml --memory 0", "--memory 0"),
         ("eigenvalues pair.yaml --shape 1 --png s.png", "--shape 1"),
-        ("eigenvalues plain.yaml --set mu=0.9", "--set mu=0.9"),
+        ("eigenvalues plain.yaml --set nu=0.9", "--set nu=0.9"),
         (f"critical-friction {B1} --mu-max nan", "--mu-max nan"),
         (f"critical-friction {B1} --max 5e3", "--max 5e3"),
         (f"critical-friction {B1} --max 1 --mu-max 0.1", "--max 1"),

@@ -7,10 +7,12 @@ import platform
 import shutil
 import subprocess
 import sys
+from dataclasses import asdict
 from importlib import metadata
 
 import pytest
 
+from squeal.article.records import from_dict
 from squeal.cli.main import main
 from squeal.io import provenance as room
 from squeal.io.provenance import (
@@ -42,13 +44,13 @@ def test_inputs_sources_versions_and_machine():
     assert made.versions["numpy"] == metadata.version("numpy")
     assert made.versions["python"] == platform.python_version()
     assert platform.machine() in made.platform
-    assert Provenance.from_dict(json.loads(json.dumps(made.to_dict()))) == made
+    assert from_dict(Provenance, json.loads(json.dumps(asdict(made)))) == made
 
 
 def test_commands_of_several_scenes_name_them_all(capsys):
     scenes = ROOT / "workflow" / "scenes"
     assert main(["findings", "--scenes", str(scenes), "--json"]) == 0
-    made = Provenance.from_dict(json.loads(capsys.readouterr().out)["provenance"])
+    made = from_dict(Provenance, json.loads(capsys.readouterr().out)["provenance"])
     cases = [f"{model}-{case}.yaml" for model in ("b1", "b2") for case in "abcd"]
     assert [file.name for file in made.inputs] == [*cases, "b3.yaml"]
 

@@ -5,6 +5,7 @@ import dataclasses
 import json
 from pathlib import Path
 
+from squeal.article.records import from_dict
 from squeal.article.report.bibliography import behind, installed, references
 from squeal.cli.command import Parser, Reply
 from squeal.errors import InputError
@@ -26,7 +27,9 @@ def options(parser: Parser) -> None:
 def made_by(path: Path) -> Provenance:
     """The provenance in a result file. Raises InputError if the file holds none."""
     try:
-        return Provenance.from_dict(json.loads(path.read_text(encoding="utf-8"))["provenance"])
+        made = from_dict(Provenance, json.loads(path.read_text(encoding="utf-8"))["provenance"])
+        behind([made])
+        return made
     except OSError as error:
         raise InputError(f"{path}: {error.strerror}; a result file is allowed") from None
     except (ValueError, KeyError, TypeError):

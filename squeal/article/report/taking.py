@@ -7,14 +7,14 @@ import os
 import re
 import tempfile
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from squeal import __version__
 from squeal.article.contents import FIGURES, RESULTS, result_file
-from squeal.article.records import call
+from squeal.article.records import call, from_dict
 from squeal.article.report.bibliography import behind, references
 from squeal.article.report.captions import captions, title
 from squeal.article.report.plain import plain, table_rows
@@ -60,7 +60,7 @@ class Origin:
         for file in self.reads:
             if file.suffix == ".json":
                 made = json.loads(file.read_text(encoding="utf-8")).get("provenance")
-                records += [Provenance.from_dict(made)] if made else []
+                records += [from_dict(Provenance, made)] if made else []
         return records
 
     def to_dict(self) -> dict[str, Any]:
@@ -72,7 +72,7 @@ class Origin:
             "command": self.command,
             "sources": {"module": self.module, "sha256": digest(self.module)},
             "read": {file.name: _sha256(file) for file in self.reads},
-            "results": [made.to_dict() for made in self.made()],
+            "results": [asdict(made) for made in self.made()],
         }
 
 
