@@ -32,9 +32,7 @@ from squeal.linear.matrices import dense, reduce
 from squeal.linear.system import (
     Term,
     TermSystem,
-    modal,
-    rayleigh,
-    structural,
+    damped,
     structure_stiffness,
     without_supports,
 )
@@ -358,11 +356,4 @@ def _damped(system: TermSystem, damping: dict[str, Any], at: Place) -> TermSyste
     if varied:
         terms = ", ".join(f"K.{i + 1} ({system.K[i].factor.text})" for i in varied)
         _warn(at / "damping", f"also damps {terms}, at the values of the parameters given here")
-    if "rayleigh" in damping:
-        system = rayleigh(system, *damping["rayleigh"])
-    if "ratios" in damping:
-        ratios = damping["ratios"]
-        system = modal(system, ratios if isinstance(ratios, tuple) else (ratios,) * system.n)
-    if "structural" in damping:
-        system = structural(system, damping["structural"])
-    return system
+    return damped(system, **damping)

@@ -14,7 +14,7 @@ import numpy as np
 from squeal.linear.continuation import Continuation, ContinuationOptions, Step
 from squeal.linear.eigen import ComplexArray, Eigenvalue, complex_eigenvalues, ordered
 from squeal.linear.matrices import Array
-from squeal.linear.system import System, check_system, matrices_at, values_of
+from squeal.linear.system import System, finite_numbers, matrices_at
 from squeal.linear.thresholds import Thresholds
 
 
@@ -49,8 +49,7 @@ def track(system: System, mus: Iterable[float], halvings: int = 7) -> TrackedMod
     >>> (modes.values.imag[:, ::2] ** 2).round(6).tolist()
     [[1.0, 3.0], [1.9, 2.1], [3.0, 1.0]]
     """
-    check_system(system, "track")
-    values = values_of("track", mus)
+    values = finite_numbers("track", mus)
     low, high = min(values), max(values)
     high = high if high > low else low + 1e-6 * max(abs(low), 1.0)
     along = Continuation(system, low, high, ContinuationOptions(depth=halvings))
@@ -121,7 +120,6 @@ def unstable_modes(
     `found` are the thresholds of the range from 0 to mu, on whose eigenvalue paths the onsets are
     read; without them the onsets are None. Raises InputError.
     """
-    check_system(system, "unstable_modes")
     grow = complex_eigenvalues(*matrices_at(system, mu)).unstable
     ends = list(_onsets(found, mu)) if found is not None and grow else []
     modes = []

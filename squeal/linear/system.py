@@ -96,8 +96,8 @@ class TermSystem:
         values = {self.parameter: 0.0} | dict(self.parameters)
         object.__setattr__(self, "parameters", values)
         shape = self.M[0].matrix.shape
-        for letter, terms in zip("MCK", self.parts, strict=True):
-            for term in terms:
+        for letter in "MCK":
+            for term in getattr(self, letter):
                 if term.matrix.shape != shape or shape[0] != shape[1] or not shape[0]:
                     raise InputError(
                         f"{letter}: shape {term.matrix.shape}; every matrix must be square and of "
@@ -108,18 +108,13 @@ class TermSystem:
                     raise InputError(f"{letter}: {words}{', '.join(sorted(values))}")
 
     @property
-    def parts(self) -> tuple[tuple[Term, ...], tuple[Term, ...], tuple[Term, ...]]:
-        """The terms of M, of C and of K."""
-        return self.M, self.C, self.K
-
-    @property
     def terms(self) -> tuple[Term, ...]:
         """All terms."""
         return self.M + self.C + self.K
 
     def changed(self, change: Callable[[tuple[Term, ...]], Iterable[Term]]) -> TermSystem:
         """The same system with other terms of M, of C and of K."""
-        M, C, K = (tuple(change(terms)) for terms in self.parts)
+        M, C, K = (tuple(change(terms)) for terms in (self.M, self.C, self.K))
         return dataclasses.replace(self, M=M, C=C, K=K)
 
     @property
@@ -167,15 +162,16 @@ class TermSystem:
 
         return self.changed(joined)
 
-    def at(
-        self, changes: Mapping[str, float] | None = None
-    ) -> tuple[Matrix, Matrix | None, Matrix]:
+    def at(self, changes: Mapping[str, float] | None = None) -> tuple[Any, Any, Any]:
         """M, C, K (C None without terms) at the parameters, some of them changed.
 
         Raises InputError, naming the parameters, where an entry is not finite.
         """
         p = self.values(changes)
-        M, C, K = (self._sum(terms, [t.factor.value(p) for t in terms]) for terms in self.parts)
+        M, C, K = (
+            self._sum(terms, [t.factor.value(p) for t in terms])
+            for terms in (self.M, self.C, self.K)
+        )
         for letter, X in zip("MCK", (M, C, K), strict=True):
             if X is not None and not np.isfinite(X.data if is_sparse(X) else X).all():
                 where = ", ".join(f"{name} = {p[name]:g}" for name in sorted(self.names))
@@ -183,28 +179,26 @@ class TermSystem:
                 raise MatrixError(f"{letter}: all entries must be finite, at {where}")
         return M, C, K
 
-    def arrays(
-        self, changes: Mapping[str, float] | None = None
-    ) -> tuple[np.ndarray, np.ndarray | None, np.ndarray]:
+    def arrays(self, changes: Mapping[str, float] | None = None) -> tuple[Any, Any, Any]:
         """The same as NumPy arrays."""
         M, C, K = self.at(changes)
         return dense(M), None if C is None else dense(C), dense(K)
 
-    def __call__(self, value: float) -> tuple[Matrix, Matrix | None, Matrix]:
+    def __call__(self, value: float) -> tuple[Any, Any, Any]:
         """M, C, K at a value of the free parameter."""
         return self.at({self.parameter: value})
 
     def derivative(
         self, name: str, changes: Mapping[str, float] | None = None
-    ) -> tuple[Matrix | None, Matrix | None, Matrix | None]:
+    ) -> tuple[Any, Any, Any]:
         """Derivatives of M, C, K by a parameter, exact; None where they vanish."""
         self.values({name: 0.0})
         p = self.values(changes)
-        moved = ([t for t in terms if name in t.factor.names] for terms in self.parts)
+        moved = ([t for t in X if name in t.factor.names] for X in (self.M, self.C, self.K))
         M, C, K = (self._sum(terms, [t.factor.slope(p, name) for t in terms]) for terms in moved)
         return M, C, K
 
-    def _sum(self, terms: Sequence[Term], factors: list[float]) -> Matrix | None:
+    def _sum(self, terms: Sequence[Term], factors: list[float]) -> Any:
         if not terms:
             return None
         zero, convert = np.zeros((self.n, self.n)), np.asarray
@@ -276,10 +270,8 @@ def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
     gaps = np.flatnonzero(diagonal[order[1:]] >= gap * diagonal[order[:-1]])
     if not gaps.size:
         return system, gaps
-    rows, rest = (
-        np.sort(order[gaps[0] + 1 :]),
-        np.setdiff1d(np.arange(system.n), order[gaps[0] + 1 :]),
-    )
+    rows = np.sort(order[gaps[0] + 1 :])
+    rest = np.setdiff1d(np.arange(system.n), rows)
     heavy = rest[mass[rest] > 0.0]
     fastest = np.max(diagonal[heavy] / mass[heavy], initial=0.0)
     beside.setdiag(0.0)
@@ -293,43 +285,24 @@ def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
     return system.changed(lambda terms: (Term(part(t.matrix), t.factor) for t in terms)), rows
 
 
-def check_system(system: object, verb: str, other: str = "") -> None:
-    """Refuse what is no function of one parameter, nor `other`, such as "a Scene or "."""
-    if not callable(system):
-        raise InputError(
-            f"{verb}: {type(system).__name__} is not allowed; it must be {other}a system, a "
-            "function of one parameter that gives M, C and K"
-        )
-
-
 def matrices_at(system: System, p: float) -> Matrices:
-    """What a system gives at p. Raises InputError if that is not M, C and K."""
-    given = system(p)
+    """What a system gives at p. Raises InputError if it is no function that gives M, C and K."""
+    given = system(p) if callable(system) else None
     if not isinstance(given, tuple | list) or len(given) != 3:
-        raise InputError(f"system: gives {type(given).__name__}; it must give M, C (or None) and K")
+        words = "a function of one parameter that gives M, C (or None) and K"
+        raise InputError(f"system: {type(system).__name__} is not allowed; it must be {words}")
     return given
 
 
-def check_range(verb: str, low: Any, high: Any) -> None:
-    """Refuse a range whose ends are no finite numbers, or the upper not above the lower."""
+def finite_numbers(what: str, given: Iterable[Any], rising: bool = False) -> list[float]:
+    """Numbers as floats. Raises InputError unless there is one at least, and all are finite."""
     try:
-        fine = bool(-math.inf < low < high < math.inf)
-    except (TypeError, ValueError):
-        fine = False
-    if not fine:
-        words = f"mu_min = {low!r} to mu_max = {high!r} is not allowed"
-        raise InputError(f"{verb}: {words}; it must be a range of finite numbers")
-
-
-def values_of(verb: str, mus: Any) -> list[float]:
-    """Finite numbers, one at least, from a sequence. Raises InputError."""
-    try:
-        values = [float(mu) for mu in mus]
+        values = [float(x) for x in given]
     except (TypeError, ValueError):
         values = []
-    if not values or not all(map(math.isfinite, values)):
-        words = "it must be a sequence of at least one finite number"
-        raise InputError(f"{verb}: mus = {mus!r} is not allowed; {words}")
+    if not values or not all(map(math.isfinite, values)) or (rising and values[0] >= values[-1]):
+        words = "it must be finite numbers" + ", the first below the last" * rising
+        raise InputError(f"{what}: {given!r} is not allowed; {words}")
     return values
 
 
@@ -433,46 +406,55 @@ def frictionless(system: TermSystem) -> dict[str, float]:
     return system.values({} if held else {name: 0.0})
 
 
-def rayleigh(system: TermSystem, alpha: float, beta: float) -> TermSystem:
-    """C with alpha M + beta K added (alpha in 1/s, beta in s), K the structure's stiffness."""
+def damped(
+    system: TermSystem,
+    rayleigh: Sequence[float] = (0.0, 0.0),
+    ratios: float | Sequence[float] = (),
+    structural: float = 0.0,
+) -> TermSystem:
+    """The system with damping of its structure, of which M and the stiffness K have modes Phi.
+
+    Parameters
+    ----------
+    rayleigh : pair of float
+        alpha (1/s) and beta (s): C gains alpha M + beta K.
+    ratios : float or sequence of float
+        Damping ratios zeta of all modes, or of the first ones, by rising frequency omega: C gains
+        M Phi diag(2 zeta omega) Phi' M, a full matrix, where Phi' M Phi = 1.
+    structural : float
+        Loss factor eta: K gains i eta K. It describes oscillation exp(lambda t) with Im lambda > 0;
+        the roots below the real axis are the mirror images of those above.
+
+    Raises
+    ------
+    InputError
+        Without stiffness; for ratios of more than 2000 rows or of more modes than there are, or
+        with an M that is not symmetric and positive definite.
+    """
+    (alpha, beta), K = rayleigh, structure_stiffness(system)[0]
     of_mass = (Term(t.matrix, Formula(f"{alpha!r} * ({t.factor.text})")) for t in system.M if alpha)
-    of_stiffness = (Term(beta * structure_stiffness(system)[0]),) if beta else ()
-    return dataclasses.replace(system, C=(*system.C, *of_mass, *of_stiffness))
+    C, n = [*system.C, *of_mass], system.n
+    if beta:
+        C.append(Term(beta * K))
+    zeta = np.full(n, ratios) if np.ndim(ratios) == 0 else np.asarray(ratios)
+    if len(zeta):
+        C.append(Term(_modal(system.at()[0], K, zeta)))
+    imaginary = [Term(1j * structural * K)] if structural else []
+    return dataclasses.replace(system, C=tuple(C), K=(*system.K, *imaginary))
 
 
-def structural(system: TermSystem, loss_factor: float) -> TermSystem:
-    """K with i loss_factor times the structure's stiffness added: complex matrices.
-
-    It describes oscillation exp(lambda t) with Im lambda > 0; the roots below the real axis are
-    the mirror images of those above.
-    """
-    if loss_factor == 0.0:
-        return system
-    added = Term(1j * loss_factor * structure_stiffness(system)[0])
-    return dataclasses.replace(system, K=(*system.K, added))
-
-
-def modal(system: TermSystem, ratios: Sequence[float]) -> TermSystem:
-    """C with M Phi diag(2 zeta_i omega_i) Phi' M added, of the first modes of the structure.
-
-    Phi are the modes of M and the structure's stiffness, Phi' M Phi = 1, by rising frequency.
-    Raises InputError for more than 2000 rows (the matrix is full), for more ratios than modes and
-    for an M that is not symmetric and positive definite.
-    """
+def _modal(M: Matrix, K: Matrix, ratios: Array) -> Array:
     from scipy.linalg import eigh
 
-    most = 2000
-    if system.n > most or not 1 <= len(ratios) <= system.n:
+    most, rows = 2000, M.shape[0]
+    if not len(ratios) <= rows <= most:
         raise InputError(
-            f"damping.ratios: {len(ratios)} ratios of {system.n} rows are not allowed; modal "
-            f"damping takes up to one for each row of at most {most}, rayleigh takes more"
+            f"damping.ratios: {len(ratios)} ratios of {rows} rows are not allowed; modal damping "
+            f"takes up to one for each row of at most {most}, rayleigh takes more"
         )
-    M, K = system.arrays()[0], dense(structure_stiffness(system)[0])
     try:
-        squares, modes = eigh(K, M, subset_by_index=(0, len(ratios) - 1))
+        squares, modes = eigh(dense(K), dense(M), subset_by_index=(0, len(ratios) - 1))
     except np.linalg.LinAlgError:
         raise InputError("damping.ratios: M must be symmetric and positive definite") from None
-    shapes = M @ modes
-    weights = 2 * np.asarray(ratios) * np.sqrt(np.maximum(squares, 0.0))
-    added = (shapes * weights) @ shapes.T
-    return dataclasses.replace(system, C=(*system.C, Term(added)))
+    shapes = dense(M) @ modes
+    return np.asarray((shapes * (2 * ratios * np.sqrt(np.maximum(squares, 0.0)))) @ shapes.T)

@@ -27,7 +27,7 @@ from squeal.linear.eigen import GROWING, UnstableCount
 from squeal.linear.events import Crossing, Event, hertz_of, located
 from squeal.linear.matrices import LightMassError
 from squeal.linear.search import Counter, Searched, difference, fastest_first, search
-from squeal.linear.system import Slow, System, check_range, check_system
+from squeal.linear.system import Slow, System, finite_numbers
 
 
 @dataclass(frozen=True)
@@ -114,8 +114,7 @@ def thresholds(
     >>> print(*result.points)
     flutter at mu = 0.75, 0.225079 Hz
     """
-    check_system(system, "thresholds")
-    check_range("thresholds", mu_min, mu_max)
+    mu_min, mu_max = finite_numbers("thresholds", (mu_min, mu_max), rising=True)
     edges = [mu_min, *sorted({float(b) for b in breakpoints if mu_min < b < mu_max}), mu_max]
     try:
         return _along(system, edges, options, counter)

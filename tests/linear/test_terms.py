@@ -12,9 +12,7 @@ from squeal.linear.system import (
     Parametrised,
     Term,
     TermSystem,
-    modal,
-    rayleigh,
-    structural,
+    damped,
     structure_stiffness,
     without_supports,
 )
@@ -60,9 +58,9 @@ def test_sums_and_derivatives(kind):
         lambda: TermSystem((Term(M),), (), ()),
         lambda: _system().at({"k": 1.0}),
         lambda: _system().derivative("k"),
-        lambda: modal(_system(), [0.1] * 3),
-        lambda: modal(_system(), []),
-        lambda: rayleigh(TermSystem((Term(M),), (), (Term(K0, Formula("mu")),)), 0.0, 1.0),
+        lambda: damped(_system(), ratios=[0.1] * 3),
+        lambda: damped(TermSystem((Term(M),), (), (Term(K0, Formula("mu")),)), (0.0, 1.0)),
+        lambda: damped(TermSystem((Term(-M),), (), (Term(K0),)), ratios=0.1),
         lambda: track(lambda _: 3, [0.0, 1.0]),  # type: ignore[arg-type, return-value]
         lambda: thresholds(lambda _: (1, 2), 1.0).points,  # type: ignore[arg-type, return-value]
     ],
@@ -81,9 +79,9 @@ def test_damping_refers_to_the_symmetric_stiffness_without_friction(kind):
     for structure in (Term(kind(K0 + skew)), Term(kind(K0 + skew), Formula("lining"))):
         K = (structure, friction)
         system = TermSystem((Term(kind(M)),), (Term(kind(C)),), K, numbers, "Omega")
-        added = rayleigh(system, 2.0, 0.25).at()[1] - system.at()[1]
+        added = damped(system, (2.0, 0.25)).at()[1] - system.at()[1]
         assert dense(added) == pytest.approx(2 * M + 0.25 * K0, rel=1e-15)
-        turned = structural(system, 0.01).at()[2] - system.at()[2]
+        turned = damped(system, structural=0.01).at()[2] - system.at()[2]
         assert dense(turned) == pytest.approx(0.01j * K0, rel=1e-15)
         assert structure_stiffness(system)[1] == (0,)
 
@@ -99,7 +97,7 @@ def test_modal_ratios_are_the_damping_ratios():
     for factor in ("1", "lining"):
         K = (Term(K0, Formula(factor)), Term(K1, Formula("mu")))
         system = TermSystem((Term(M),), (), K, {"mu": 0.0, "lining": 1.0})
-        found = complex_eigenvalues(*modal(system, [0.01, 0.03]).at())
+        found = complex_eigenvalues(*damped(system, ratios=[0.01, 0.03]).at())
         assert [e.damping_ratio for e in found.eigenvalues[::2]] == pytest.approx([0.01, 0.03])
 
 
