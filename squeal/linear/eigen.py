@@ -180,18 +180,15 @@ class Roots(NamedTuple):
 
 
 def _left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> ComplexArray:
-    """Unit left eigenvectors as columns.
-
-    Rows of the inverse where the right vectors are independent; near a coalescence, where the
-    inverse loses digits, the left null vector of A - s one by one.
-    """
+    """Unit left eigenvectors as columns: by the inverse of the right ones or, near a coalescence,
+    where that loses digits, by the transpose."""
     singular = np.linalg.svd(right, compute_uv=False)
     if singular[-1] > 1e-6 * singular[0]:
         left = np.linalg.inv(right).conj().T
     else:
-        shifted = A[None] - values[:, None, None] * np.eye(len(A))
-        left = np.linalg.svd(shifted)[0][:, :, -1].T
-    return left / np.linalg.norm(left, axis=0)
+        others, left = np.linalg.eig(A.T)
+        left = left[:, np.argmin(np.abs(values[:, None] - others.conj()), axis=1)]
+    return np.asarray(left / np.linalg.norm(left, axis=0), dtype=complex)
 
 
 def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -> Roots:
@@ -222,7 +219,7 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
 def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> bool:
     """Give up to three roots s = -lambda^2 the pairs and signs, beyond rounding, of their
     invariants, which know them where roots coalesce or pass zero; False if these are vague."""
-    A, n = np.zeros((3, 3)), reduced.n  # a missing row is one of zeros: a zero root
+    A, n = np.zeros((3, 3)), len(s)  # a missing row is one of zeros: a zero root
     A[:n, :n] = reduced.A
     diagonal = np.count_nonzero(reduced.T) == n
     floor = 0.0 if diagonal else reduced.rounding * float(np.abs(A).max())
@@ -265,11 +262,12 @@ def roots_of(reduced: Reduced) -> Roots:
     """
     if reduced.B is not None:
         matrix, rate = first_order(reduced.A, reduced.B)
+        n = len(reduced.A)
         values, x, y, condition, moved = _standard_roots(matrix, reduced.rounding, reduced.A)
-        values, x, y, moved = values * rate, x[: reduced.n], y[reduced.n :], moved * rate
+        values, x, y, moved = values * rate, x[:n], y[n:], moved * rate
     else:
         s, x, y, condition, moved = _standard_roots(reduced.A, reduced.rounding)
-        if reduced.n > 3 or not _agree(s, moved, reduced):
+        if len(s) > 3 or not _agree(s, moved, reduced):
             # a complex pair within its own rounding is a coalescence: a real double root
             s = np.where(np.abs(s.imag) <= moved, s.real, s)
         size, half = np.abs(s), np.sqrt(-s)
@@ -284,23 +282,15 @@ def roots_of(reduced: Reduced) -> Roots:
 
 
 def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spectrum:
-    """All 2n eigenvalues of M q'' + C q' + K q = 0.
+    """All 2n eigenvalues of M q'' + C q' + K q = 0, in rad/s, by rising frequency.
 
     Without damping the n x n problem in lambda^2 is solved, so that marginal modes have real
     parts, and divergent ones imaginary parts, of exactly zero.
 
     Parameters
     ----------
-    M : array (n, n)
-        Symmetric, positive definite.
-    C : array (n, n) or None
-    K : array (n, n)
-        Any consistent units.
-
-    Returns
-    -------
-    Spectrum
-        By rising frequency, in rad/s.
+    M, C, K : array (n, n)
+        In consistent units; M symmetric, positive definite, C None without damping.
 
     Raises
     ------
@@ -389,13 +379,13 @@ def hidden(reduced: Reduced, C: Array | None, K: Array) -> bool:
     one's stiffness or more, or all of some stiffness or damping. So it is where a mass is light, a
     spring stiff or a damper strong beside others."""
     sizes = np.linalg.svd(reduced.A, compute_uv=False)
-    error, square = 2 * reduced.n * reduced.rounding, sizes[0]
+    error, square = 2 * len(sizes) * reduced.rounding, sizes[0]
     present = sizes[sizes > error * sizes[0]]
     if len(present) != scaled_rank(K):
         return True
     if reduced.B is not None:
         square = max(square, float(np.linalg.norm(reduced.B, 2)) ** 2)
-        if len(present) < reduced.n:  # of what K leaves free the roots are those of its damping
+        if len(present) < len(sizes):  # of what K leaves free the roots are those of its damping
             parts = [X / np.linalg.norm(X, 2) for X in (reduced.A, reduced.B) if X.any()]
             both = np.linalg.svd(np.vstack(parts), compute_uv=False)
             if np.sum(both > error) != scaled_rank(np.vstack([K, np.asarray(C)])):
@@ -451,12 +441,6 @@ class UnstableCount:
     pair_rate: float
     real_rate: float
 
-    @classmethod
-    def of(cls, rates: Array, pairs: NDArray[np.bool_], reals: NDArray[np.bool_]) -> UnstableCount:
-        """Of the rates (m,) of roots, of which some are those of pairs and some of real ones."""
-        fastest = (float(np.max(rates[some], initial=0.0)) for some in (pairs, reals))
-        return cls(int(pairs.sum()), int(reals.sum()), *fastest)
-
     @property
     def verdict(self) -> str:
         """flutter or divergence, whichever grows faster, or quiet."""
@@ -473,22 +457,13 @@ class UnstableCount:
 def unstable_count(values: ComplexArray, rounding: float | Array) -> UnstableCount:
     """How many of the roots (m,) of a system, both of each pair, grow; as `decide` does."""
     grows, oscillates = values.real > rounding, np.abs(values.imag) > rounding
-    upper = grows & oscillates & (values.imag > 0)
-    return UnstableCount.of(values.real, upper, grows & ~oscillates)
+    both = grows & oscillates & (values.imag > 0), grows & ~oscillates
+    rates = (float(np.max(values.real[some], initial=0.0)) for some in both)
+    return UnstableCount(*(int(some.sum()) for some in both), *rates)
 
 
 def judge(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Judgement:
-    """The verdict on M q'' + C q' + K q = 0, with the reason.
-
-    Parameters
-    ----------
-    M, C, K : array (n, n)
-        M symmetric and positive definite; C None without damping.
-
-    Raises
-    ------
-    InputError
-        For matrices that make no system.
+    """The verdict on M q'' + C q' + K q = 0, with the reason; matrices as `complex_eigenvalues`.
 
     Examples
     --------

@@ -46,11 +46,6 @@ class Reduced:
     T: Array
     rounding: float  # relative size of the errors that the reduction leaves in A
 
-    @property
-    def n(self) -> int:
-        """Number of degrees of freedom."""
-        return len(self.A)
-
 
 def is_sparse(matrix: Any) -> bool:
     """True for a SciPy sparse array or matrix."""

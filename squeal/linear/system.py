@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -112,11 +112,6 @@ class TermSystem:
         """All terms."""
         return self.M + self.C + self.K
 
-    def changed(self, change: Callable[[tuple[Term, ...]], Iterable[Term]]) -> TermSystem:
-        """The same system with other terms of M, of C and of K."""
-        M, C, K = (tuple(change(terms)) for terms in (self.M, self.C, self.K))
-        return dataclasses.replace(self, M=M, C=C, K=K)
-
     @property
     def names(self) -> frozenset[str]:
         """Parameters that some matrix depends on."""
@@ -148,19 +143,6 @@ class TermSystem:
     def replace(self, changes: Mapping[str, float]) -> TermSystem:
         """The same system with other values of some parameters."""
         return dataclasses.replace(self, parameters=self.values(changes))
-
-    def simplified(self) -> TermSystem:
-        """The same system with one term for each factor, all constant ones in a single term."""
-
-        def joined(terms: tuple[Term, ...]) -> Iterator[Term]:
-            groups: dict[Formula, list[Term]] = {}
-            for term in terms:
-                groups.setdefault(term.factor if term.factor.names else ONE, []).append(term)
-            for factor, same in groups.items():
-                weights = [1.0 if t.factor.names else t.factor.value({}) for t in same]
-                yield Term(self._sum(same, weights), factor)
-
-        return self.changed(joined)
 
     def at(self, changes: Mapping[str, float] | None = None) -> tuple[Any, Any, Any]:
         """M, C, K (C None without terms) at the parameters, some of them changed.
@@ -279,10 +261,12 @@ def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
     if diagonal[rows].min() < gap * most:
         return system, rows[:0]
 
-    def part(X: Matrix) -> Matrix:
-        return (X.tocsc() if is_sparse(X) else X)[rest][:, rest]
+    def held(term: Term) -> Term:
+        X = term.matrix.tocsc() if is_sparse(term.matrix) else term.matrix
+        return Term(X[rest][:, rest], term.factor)
 
-    return system.changed(lambda terms: (Term(part(t.matrix), t.factor) for t in terms)), rows
+    M, C, K = (tuple(map(held, terms)) for terms in (system.M, system.C, system.K))
+    return dataclasses.replace(system, M=M, C=C, K=K), rows
 
 
 def matrices_at(system: System, p: float) -> Matrices:
@@ -414,22 +398,11 @@ def damped(
 ) -> TermSystem:
     """The system with damping of its structure, of which M and the stiffness K have modes Phi.
 
-    Parameters
-    ----------
-    rayleigh : pair of float
-        alpha (1/s) and beta (s): C gains alpha M + beta K.
-    ratios : float or sequence of float
-        Damping ratios zeta of all modes, or of the first ones, by rising frequency omega: C gains
-        M Phi diag(2 zeta omega) Phi' M, a full matrix, where Phi' M Phi = 1.
-    structural : float
-        Loss factor eta: K gains i eta K. It describes oscillation exp(lambda t) with Im lambda > 0;
-        the roots below the real axis are the mirror images of those above.
-
-    Raises
-    ------
-    InputError
-        Without stiffness; for ratios of more than 2000 rows or of more modes than there are, or
-        with an M that is not symmetric and positive definite.
+    C gains alpha M + beta K (`rayleigh`, 1/s and s) and M Phi diag(2 zeta omega) Phi' M, a full
+    matrix where Phi' M Phi = 1, of the `ratios` zeta of all modes or of the first ones by rising
+    omega. K gains i eta K, eta the loss factor `structural`: that describes exp(lambda t) with Im
+    lambda > 0, roots below the real axis are mirror images. Raises InputError without stiffness,
+    for ratios of more than 2000 rows or with an M that is not symmetric, positive definite.
     """
     (alpha, beta), K = rayleigh, structure_stiffness(system)[0]
     of_mass = (Term(t.matrix, Formula(f"{alpha!r} * ({t.factor.text})")) for t in system.M if alpha)

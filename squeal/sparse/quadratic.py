@@ -114,7 +114,7 @@ class ScaledSystem:
     def __init__(self, system: TermSystem) -> None:
         from scipy.sparse import csc_array
 
-        self.system = system = system.simplified()
+        self.system = system
         terms = {part: [csc_array(t.matrix) for t in getattr(system, part)] for part in PARTS}
         self.scale = _scale(system, terms)
         n, matrices = system.n, [A for part in PARTS for A in terms[part]]

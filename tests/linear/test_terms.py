@@ -45,9 +45,6 @@ def test_sums_and_derivatives(kind):
     assert np.array_equal(dense(dK), 2.0 * K1)
     assert np.array_equal(dense(system(3.0)[2]), K0 + 4.5 * K1)
     assert system.derivative("mu")[1] is None
-    joined = TermSystem(system.M, system.C, (*system.K, *system.K), system.parameters, "Omega")
-    assert len(joined.simplified().K) == 2
-    assert np.array_equal(dense(joined.simplified()(3.0)[2]), 2 * K0 + 9.0 * K1)
 
 
 @pytest.mark.parametrize(
