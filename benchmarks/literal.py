@@ -154,11 +154,11 @@ class Literal:
 
 def literal(scene: Scene, changes: dict[str, np.ndarray], n: int) -> Literal:
     """The equations of a scene with some parameters replaced."""
-    values = {k: np.broadcast_to(v, n) for k, v in vars(scene.pad).items() if v is not None}
+    values = {k: np.broadcast_to(v, n) for k, v in scene.pad.given().items()}
     C = None
     if scene.damping is not None:
         C = np.broadcast_to(np.array(scene.damping.matrix), (n, 3, 3))
-    if "uniform" in values and "I" in scene.pad.derived:
+    if "I" in scene.pad.derived:
         m, w, h = ((values | changes)[name] for name in ("m", "w", "h"))
         values["I"] = m * (w**2 + h**2) / 3
     return Literal(scene.model, values | changes, scene.formulation, C)

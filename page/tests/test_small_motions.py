@@ -10,8 +10,7 @@ from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, random_scene
 from squeal.analysis.maps import NAMES, angle_axes, stability_map
 from squeal.analysis.pads import analyse, critical_friction
-from squeal.equilibrium.find import least_at_zero
-from squeal.equilibrium.statics import Statics
+from squeal.equilibrium import Path
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, read_scene
 from tests.conftest import ROOT
@@ -75,8 +74,8 @@ def test_of_several_places_of_rest_the_one_of_least_energy_begins_the_branch(nod
     for scene, answer in zip(
         scenes, node("small_motions.js", list(map(as_json, scenes))), strict=True
     ):
-        model = scene.pad_model
-        least = Statics.of(model).to_si(least_at_zero(model)[0])
+        path = Path.of(scene.pad_model, 0.0)
+        least = path.statics.to_si(path.at(0.0)[0])
         assert answer["q"] == pytest.approx(least, abs=1e-9)
 
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from squeal.analysis.answers import Axis, Map
 from squeal.analysis.pads import MU_MAX
-from squeal.analysis.stack import QUIET, Names, PadStack, Places, parameters, verdicts
-from squeal.equilibrium.statics import LIMITS
+from squeal.analysis.stack import QUIET, Names, PadStack, parameters, verdicts
+from squeal.equilibrium.statics import LIMITS, Places
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import unit_word
@@ -49,7 +49,7 @@ class PointVerdicts(NamedTuple):
     """Verdicts and equilibria at n points of a map, arrays over them.
 
     `codes` are indices into `NAMES`, `contact` into the model's states (no contact beyond a
-    fold), `beyond` (3, n) says which limits of `AdmissibleLimits` the equilibrium exceeds, `places`
+    fold), `beyond` (3, n) says which limits of `Excursion` the equilibrium exceeds, `places`
     (4, n) is the equilibrium in the units of the scene's own pad.
     """
 

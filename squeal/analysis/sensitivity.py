@@ -16,8 +16,8 @@ from squeal.analysis.stack import parameters
 from squeal.equilibrium import Path
 from squeal.equilibrium.find import (
     damping_matrix,
-    modal_damping,
-    modal_damping_slope,
+    normalised_damping,
+    normalised_damping_slope,
     without_friction,
 )
 from squeal.errors import ComputationError
@@ -91,19 +91,12 @@ def _changes(
     own, q, state = without_friction(scene)
     M, K = own.mass_matrix, -own.jacobian(q, state)
     root = np.outer(np.sqrt(np.diag(M)), np.sqrt(np.diag(M)))
+    A, (B, _) = K / root, normalised_damping(damping, K / root)
     for name in changes.keys() - {"mu"}:
         by = change(own, q, state, name, held=own.linear)
-        if damping.rayleigh is not None:
-            alpha, beta = damping.rayleigh
-            slope = alpha * by.M + beta * (by.K + by.K.T) / 2
-        else:
-            assert damping.ratios is not None
-            drift = np.diag(by.M) / (2 * np.diag(M))  # of the root of M, over it
-            turn, A = np.add.outer(drift, drift), K / root
-            B, _ = modal_damping(A, damping.ratios)
-            slope = root * (
-                modal_damping_slope(A, by.K / root - turn * A, damping.ratios) + turn * B
-            )
+        drift = np.diag(by.M) / (2 * np.diag(M))  # of the root of M, over it
+        turn = np.add.outer(drift, drift)
+        slope = root * (normalised_damping_slope(damping, A, by.K / root - turn * A) + turn * B)
         changes[name] = replace(changes[name], C=changes[name].C + slope)
     return changes
 

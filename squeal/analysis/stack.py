@@ -12,10 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.equilibrium.branch import CHANGE, LOST, NOWHERE, REACHED, TURNS, Branches, follow
-from squeal.equilibrium.find import UNSTABLE, Rests, modal_damping, rayleigh_damping, rests
-from squeal.equilibrium.statics import Statics, excursion
+from squeal.equilibrium.find import UNSTABLE, normalised_damping, rests
+from squeal.equilibrium.statics import Places, Statics, excursion
 from squeal.errors import ComputationError
-from squeal.io.scene import Scene
+from squeal.io.scene import Damping, Scene
 from squeal.linear import VERDICTS, damped_verdicts, undamped_verdicts
 from squeal.linear.matrices import first_order
 from squeal.model.contact import contact_model
@@ -42,15 +42,6 @@ def parameters(model: PadModel) -> Names:
         and getattr(model.pad, name) is not None
         and (name != "V" or model.pad.fall is not None)
     )
-
-
-class Places(NamedTuple):
-    """Equilibria of k pads: z (4, k), contact states touching (points, k), and where (k,) there is
-    one."""
-
-    z: np.ndarray
-    touching: np.ndarray
-    there: np.ndarray
 
 
 class Losses(NamedTuple):
@@ -110,7 +101,7 @@ class PadStack:
         return np.broadcast_to(np.asarray(self.statics.model.pad.mu, dtype=float), (self.n,))
 
     @cached_property
-    def rest(self) -> Rests:
+    def rest(self) -> Places:
         """Where the pads rest without friction."""
         return rests(self.statics, self.n)
 
@@ -159,9 +150,8 @@ class PadStack:
             )
         if damping.rayleigh is not None:
             alpha, beta = damping.rayleigh
-            return rayleigh_damping(self._at_rest, (alpha * units.time, beta / units.time))
-        assert damping.ratios is not None
-        B, stable = modal_damping(self._at_rest, damping.ratios)
+            damping = Damping(rayleigh=(alpha * units.time, beta / units.time))
+        B, stable = normalised_damping(damping, self._at_rest)
         stable |= False if self.linear else ~self.rest.there
         if not stable.all():
             own = zip(self.names, self.values[:, int(np.argmin(stable))], strict=True)
@@ -206,7 +196,7 @@ class PadStack:
         return A, B
 
     def beyond(self, pad: np.ndarray, at: Places) -> np.ndarray:
-        """Which (3, k) of `AdmissibleLimits` equilibria of the pads exceed (B3 has none)."""
+        """Which limits (3, k) of `Excursion` equilibria of the pads exceed (B3 has none)."""
         if self.linear:
             return np.zeros((3, pad.size), dtype=bool)
         with np.errstate(all="ignore"):
@@ -245,7 +235,7 @@ class PadStack:
             j = j[j < branches.last[branches.owner]]
             owner, starts, stops = branches.owner[j], branches.z[3, j], branches.z[3, j + 1]
             jumps = branches.kind[j] == CHANGE
-            at = partial(_on_branch, branches)
+            at = branches.at
 
         def calm_at(pad: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             """Where nothing grows, and the margins of stability."""
@@ -300,11 +290,6 @@ class PadStack:
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
             rate = roots.imag[rows, np.argmax(growth, axis=1)]
         return np.asarray(rate / self.statics.units.time / (2 * np.pi))
-
-
-def _on_branch(branches: Branches, pad: np.ndarray, mu: np.ndarray) -> Places:
-    z, touching, there = branches.at(pad, mu)
-    return Places(z, touching, there)
 
 
 def _look_between(

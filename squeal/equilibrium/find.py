@@ -8,34 +8,27 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 
-from squeal.equilibrium.branch import (
-    CHANGE,
-    NO_START,
-    REACHED,
-    TURNS,
-    Branches,
-    BranchOptions,
-    follow,
-)
-from squeal.equilibrium.statics import LIMITS, WHY_HIDDEN, Statics, excursion
+from squeal.equilibrium import branch as ends
+from squeal.equilibrium.branch import CHANGE, NODE, Branches, BranchOptions, follow
+from squeal.equilibrium.statics import LIMITS, WHY_HIDDEN, Places, Statics, excursion
 from squeal.errors import ComputationError
-from squeal.io.scene import Scene
+from squeal.io.scene import Damping, Scene
 from squeal.model.contact import State
-from squeal.model.equations import (
-    Linearisation,
-    PadModel,
-    about_origin,
-    linearise,
-    natural_units,
-)
+from squeal.model.equations import Linearisation, PadModel, linearise, natural_units, net_loads
+from squeal.model.pad import Coefficients, pose
+from squeal.numerics.differentiation import STEP, with_derivative
 
 ALIKE = 1e-9  # of a potential energy: what two places with the same may differ by
 MOST = 200  # pads that are searched together; bounds the memory
+UNITS = 4.0 * float(np.finfo(float).eps)  # by which each coefficient and each load may be off
+OF_LOADS = ("k1", "k2", "k3", "k4", "k_c", "F_n")  # to each of which one load is proportional
 UNSTABLE = "modal damping ratios need stable modes, and the pad is unstable without friction"
+NO_START = (
+    "without friction the pad has no place of rest nearby where the surfaces press on each other"
+)
 
 
 @dataclass(frozen=True)
@@ -45,7 +38,7 @@ class Equilibrium:
     R_n is the normal reaction in N and delta its distance in m from the mass centre (or from the
     frame's origin, in that formulation); potential in J. `on_branch`: it was reached from mu = 0.
     beyond: why it does not lie on the part of the branch that rises from mu = 0, if that is so;
-    excesses: a sentence for each limit of `AdmissibleLimits` that it exceeds.
+    excesses: a sentence for each limit of `squeal.equilibrium.statics.LIMITS` that it exceeds.
     """
 
     q: tuple[float, float, float]
@@ -93,18 +86,8 @@ def record(
     return Equilibrium(*place, potential, on_branch, excesses=excesses)
 
 
-class Rests(NamedTuple):
-    """Where n pads rest without friction: places z (4, n), contact states touching (points, n),
-    and which pads have such a place, there (n,)."""
-
-    z: np.ndarray
-    touching: np.ndarray
-    there: np.ndarray
-
-
 def _near_seeds(statics: Statics, n: int) -> np.ndarray:
-    """Places (4, seeds, n) of the size of the load, and about half as far off as
-    `AdmissibleLimits`."""
+    """Places (4, seeds, n) of the size of the load, and about half as far off as `LIMITS`."""
     own = natural_units(statics.model, (0.0,) * 6).length * np.ones(n)
     far = statics.model.pad.w / 2 * np.array([LIMITS.travel, LIMITS.travel, LIMITS.tilt])[:, None]
     near, tilts = (0.0, -1.0, 1.0), (0.0, -1.0, 1.0, -10.0, 10.0)
@@ -127,78 +110,68 @@ def _far_seeds(statics: Statics) -> np.ndarray:
     return np.array([(*place, tilt, 0.0) for place in places for tilt in tilts]).T[:, :, None]
 
 
-class _Candidates(NamedTuple):
-    """Equilibria that a search met, arrays (tries, n) and touching (points, tries); the energy is
-    infinite where nothing was met."""
+def _search(
+    statics: Statics, seeds: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Newton's method from all seeds (4, seeds, n) in each contact state.
 
-    z: np.ndarray
-    touching: np.ndarray
-    presses: np.ndarray
-    energy: np.ndarray
-
-
-def _search(statics: Statics, seeds: np.ndarray) -> _Candidates:
-    """Newton's method from all seeds (4, seeds, n) in each contact state."""
+    Places (4, tries, n) and contact states (points, tries), where (tries, n) one is an equilibrium
+    that presses, and the potential energy, infinite where none was met.
+    """
     states = np.array([*filter(any, statics.model.states)], dtype=float).T
     tries, n = states.shape[1] * seeds.shape[1], seeds.shape[2]
-    z = np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1)
     on = np.repeat(states, seeds.shape[1], axis=1)
     each = np.repeat(on, n, axis=1)
     part = statics.pick(np.tile(np.arange(n), tries))
-    met = part.settle(z, each, 60) != 0.0
+    z, sides = part.settle(np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1), each, 60)
+    met = sides != 0.0
     met[met] = part.pick(met).admits(z[:, met], each[:, met])
     presses, energy = met.copy(), np.full(met.shape, np.inf)
     here = part.pick(met)
     presses[met] = here.presses(z[:, met])
     energy[met] = here.model.energy(here.place(z[:, met]), np.zeros(3), each[:, met])
-    z, presses, energy = (a.reshape(*a.shape[:-1], tries, n) for a in (z, presses, energy))
-    return _Candidates(z, on, presses, energy)
+    return z.reshape(4, tries, n), on, presses.reshape(tries, n), energy.reshape(tries, n)
 
 
-def _least(statics: Statics, met: _Candidates) -> tuple[np.ndarray, np.ndarray]:
-    """Which try (n,) is the place of rest of each pad, and where (n,) there is one.
+def _least(statics: Statics, n: int) -> Places:
+    """Where each of n pads rests, of all places that the load reaches.
 
-    Of those that press it has the least potential energy, of two with the same that further along
-    the surface's motion, to which friction pushes. Admissible ones go before others, which do not
-    count where the pad hangs in its springs with less energy.
+    Of those that press it is that of least potential energy, of two with the same that further
+    along the surface's motion, to which friction pushes. Admissible ones go before others, which do
+    not count where the pad hangs in its springs with less energy.
     """
-    tries, n = met.presses.shape
+    z, on, presses, energy = _search(statics, _near_seeds(statics, n))
+    tries = on.shape[1]
     part = statics.pick(np.tile(np.arange(n), tries))
-    touching = np.repeat(met.touching, n, axis=1)
     with np.errstate(all="ignore"):  # where nothing was met
-        beyond = excursion(part, met.z.reshape(4, -1), touching).beyond().any(axis=0)
-    fits = met.presses & ~beyond.reshape(tries, n)
-    pressing = np.where(met.presses, met.energy, np.inf).min(axis=0)
-    hangs = met.energy.min(axis=0) < pressing
-    choose = np.where(fits.any(axis=0), fits, met.presses & ~hangs)
-    energy = np.where(choose, met.energy, np.inf)
-    least = energy.min(axis=0)
-    with np.errstate(invalid="ignore"):
+        beyond = excursion(part, z.reshape(4, -1), np.repeat(on, n, axis=1)).beyond().any(axis=0)
+        fits = presses & ~beyond.reshape(tries, n)
+        hangs = energy.min(axis=0) < np.where(presses, energy, np.inf).min(axis=0)
+        choose = np.where(fits.any(axis=0), fits, presses & ~hangs)
+        energy = np.where(choose, energy, np.inf)
+        least = energy.min(axis=0)
         alike = choose & (energy <= least + ALIKE * np.abs(least))
-    return np.argmax(np.where(alike, met.z[0], -np.inf), axis=0), np.isfinite(least)
+    best = np.argmax(np.where(alike, z[0], -np.inf), axis=0)
+    return Places(z[:, best, np.arange(n)], on[:, best] > 0.0, np.any(choose, axis=0))
 
 
-def rests(statics: Statics, n: int) -> Rests:
+def rests(statics: Statics, n: int) -> Places:
     """Where n pads rest without friction.
 
     Newton's method from the initial position finds the only such place of a law that turns the pad
     back. Where it fails, and with other laws, it starts from all places that the load reaches.
     """
     statics = dataclasses.replace(statics, model=statics.model.replace(mu=0.0))
-    z = np.zeros((4, n))
-    stable = statics.settle(z, None, 40) == -1.0
+    z, sides = statics.settle(np.zeros((4, n)), None, 40)
     touching = statics.gaps(z) < 0.0
-    there = stable & statics.presses(z) & statics.model.law.restoring
+    there = (sides == -1.0) & statics.presses(z) & statics.model.law.restoring
     left = np.flatnonzero(~there)
     for start in range(0, left.size, MOST):
         i = left[start : start + MOST]
-        part = statics.pick(i)
-        met = _search(part, _near_seeds(part, i.size))
-        best, there[i] = _least(part, met)
-        good = np.flatnonzero(there[i])
-        z[:, i[good]] = met.z[:, best[good], good]
-        touching[:, i[good]] = met.touching[:, best[good]] > 0.0
-    return Rests(z, touching, there)
+        found = _least(statics.pick(i), i.size)
+        there[i], good = found.there, i[found.there]
+        z[:, good], touching[:, good] = found.z[:, found.there], found.touching[:, found.there]
+    return Places(z, touching, there)
 
 
 def find_all(model: PadModel) -> list[Equilibrium]:
@@ -213,31 +186,14 @@ def find_all(model: PadModel) -> list[Equilibrium]:
     roots: list[tuple[np.ndarray, np.ndarray]] = []
     seeds = np.concatenate([_near_seeds(statics, 1), _far_seeds(statics)], axis=1)
     seeds[3] = model.pad.mu
-    met = _search(statics, seeds)
-    for i in np.flatnonzero(met.presses):
-        z = met.z[:, i, 0]
+    places, on, presses, _ = _search(statics, seeds)
+    for i in np.flatnonzero(presses):
+        z = places[:, i, 0]
         apart = [np.abs(z - other).max() for other, _ in roots]  # the same is met from many seeds
         if min(apart, default=np.inf) >= 1e-6 * (1.0 + np.max(np.abs(z[:3]))):
-            roots.append((z, met.touching[:, i] > 0.0))
-    each = (record(statics, z, State(*on.tolist())) for z, on in roots)
+            roots.append((z, on[:, i] > 0.0))
+    each = (record(statics, z, State(*touching.tolist())) for z, touching in roots)
     return sorted((e for e in each if e is not None), key=lambda e: e.potential)
-
-
-def _at_rest(model: PadModel) -> tuple[Statics, Rests]:
-    statics = Statics.of(dataclasses.replace(model, damping=None).replace(mu=0.0))
-    return statics, rests(statics, 1)
-
-
-def least_at_zero(model: PadModel) -> tuple[np.ndarray, State] | None:
-    """Where the branch of a pad starts, z (4,) in natural units; None without a place of rest."""
-    rest = _at_rest(model)[1]
-    return (rest.z[:, 0], State(*rest.touching[:, 0].tolist())) if rest.there[0] else None
-
-
-def branch_of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Branches:
-    """The branch of one pad from mu = 0 to mu_max, for any friction and damping of its own."""
-    statics, rest = _at_rest(model)
-    return follow(statics, rest.z, rest.touching, np.array([mu_max]), options, rest.there)
 
 
 def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
@@ -247,19 +203,23 @@ def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
     the one of least potential energy at the pad's mu. Its warnings say if it is not on the branch,
     or leaves what the model means.
     """
-    model = dataclasses.replace(model, damping=None)
-    branch = branch_of(model, model.pad.mu)
-    reason = branch.end_of(0)
-    if branch.end[0] == REACHED:
-        state = State(*branch.touching[:, -1].tolist())
-        taken = record(Statics.of(model), branch.z[:, -1], state, on_branch=True)
+    path = Path(model, branch_of(model, model.pad.mu))
+    if path.branch.end[0] == ends.REACHED:
+        taken = path.equilibrium(model.pad.mu)
         if taken is not None:
             return taken, "on the branch continued from mu = 0"
-    others = find_all(model)
+    others = find_all(dataclasses.replace(model, damping=None))
     if others:
-        beyond = f"the equilibrium is not on the branch from mu = 0: {reason}"
-        return dataclasses.replace(others[0], beyond=beyond), f"least potential energy; {reason}"
-    return None, f"no steady sliding exists: {reason}, and no other equilibrium was found"
+        beyond = f"the equilibrium is not on the branch from mu = 0: {path.end}"
+        return dataclasses.replace(others[0], beyond=beyond), f"least potential energy; {path.end}"
+    return None, f"no steady sliding exists: {path.end}, and no other equilibrium was found"
+
+
+def branch_of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Branches:
+    """The branch of one pad from mu = 0 to mu_max, for any friction and damping of its own."""
+    statics = Statics.of(dataclasses.replace(model, damping=None).replace(mu=0.0))
+    start = rests(statics, 1)
+    return follow(statics, start.z, start.touching, np.array([mu_max]), options, start.there)
 
 
 @dataclass(frozen=True, eq=False)
@@ -278,10 +238,10 @@ class Path:
 
         Raises ComputationError if there is no equilibrium in contact at mu = 0.
         """
-        branch = branch_of(model, mu_max, options=options)
-        if not branch.z.size:
+        path = Path(model, branch_of(model, mu_max, options))
+        if not path.branch.z.size:
             raise ComputationError(NO_START)
-        return Path(model, branch)
+        return path
 
     @property
     def statics(self) -> Statics:
@@ -291,7 +251,18 @@ class Path:
     @property
     def end(self) -> str:
         """Why the path stops, in words."""
-        return self.branch.end_of(0)
+        mu, end = self.mu_end, self.branch.end[0]
+        if end == ends.NOWHERE:
+            return NO_START
+        why = f": {WHY_HIDDEN}" if self.statics.hidden(self.branch.z[:, -1:]).any() else ""
+        return {
+            ends.REACHED: f"mu = {mu:.9g} is reached" if mu else "mu = 0",
+            ends.TURNS: f"the branch from mu = 0 turns back in a fold at mu = {mu:.9g}",
+            ends.LOST: f"the branch from mu = 0 is lost at mu = {mu:.9g}{why}",
+            ends.AWAY: f"the equilibrium runs away to infinity near mu = {mu:.9g}",
+            ends.SEPARATED: f"contact is lost at mu = {mu:.9g}",
+            ends.TILTED: f"the pad turns past 90 degrees on the branch at mu = {mu:.9g}",
+        }[int(end)]
 
     @cached_property
     def mu_end(self) -> float:
@@ -301,7 +272,7 @@ class Path:
     @cached_property
     def fold(self) -> float | None:
         """The mu at which the branch turns back, None if it does not."""
-        return self.mu_end if self.branch.end[0] == TURNS else None
+        return self.mu_end if self.branch.end[0] == ends.TURNS else None
 
     @cached_property
     def breakpoints(self) -> list[float]:
@@ -329,9 +300,30 @@ class Path:
         return z[:, 0], State(*touching[:, 0].tolist())
 
     def error(self, mu: float) -> float:
-        """How far rounding may move a change of contact or a fold at mu; 0 elsewhere."""
-        nodes = np.flatnonzero(self.branch.z[3] == mu)
-        return max((self.branch.error(int(node)) for node in nodes), default=0.0)
+        """How far rounding may move a change of contact or a fold at mu; 0 elsewhere.
+
+        Rounding of each coefficient moves all conditions together, that of each load one by one.
+        """
+        branch, part = self.branch, self.statics
+        law, error = part.model.law, 0.0
+        for node in np.flatnonzero((branch.z[3] == mu) & (branch.kind != NODE)):
+            z, before = branch.z[:, node, None], 1.0 * branch.touching[:, node - 1, None]
+            changed = np.flatnonzero(branch.touching[:, node - 1] != branch.touching[:, node])
+            pairs = part.linearised(z, before), with_derivative(part.gaps, z)
+            both = zip(*pairs, strict=True)
+            left, J = (np.concatenate([a, b[changed]])[..., 0] for a, b in both)
+            # at a fold three conditions do: along the branch mu is stationary
+            by = np.linalg.lstsq(J.T, np.eye(4)[3])[0]
+            size = np.array([float(v) for v in part.model.c._replace(mu=mu)])
+            shifted = Coefficients(*(size[:, None] * (1.0 + 1j * STEP * np.eye(size.size))))
+            q = shifted.place(z.astype(complex))
+            f, gaps = net_loads(np, shifted, law, q, before[:, 0]), law.gaps(shifted, pose(np, q))
+            rows = f.x, f.y, f.moment / part.model.pad.w, *(gaps[i] for i in changed)
+            rates = np.imag(np.broadcast_arrays(*rows)) / STEP
+            loads = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
+            shift = np.abs(by @ rates).sum() + (np.abs(by) @ np.abs(loads)).sum()
+            error = max(error, UNITS * shift + abs(by @ left) + np.spacing(mu))
+        return float(error)
 
     def equilibrium(self, mu: float) -> Equilibrium | None:
         """The equilibrium at mu in SI units; None beyond the path."""
@@ -352,42 +344,39 @@ class Path:
         return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(len(mus))]
 
 
-def modal_damping(A: np.ndarray, ratios: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """B (..., 3, 3) that gives the modes of z'' + A z = 0 these damping ratios, and where it can.
+def normalised_damping(damping: Damping, A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """B (..., 3, 3) that ratios or Rayleigh's factors give z'' + B z' + A z = 0; where they can.
 
-    B = sum_i 2 z_i w_i v_i v_i' with A v_i = w_i^2 v_i, v_i' v_i = 1, by rising w_i, where A is
-    the symmetric part of what is given. The second result (...) is false where a mode is
-    unstable, so that it has no damping ratio.
+    Of the modes A v_i = w_i^2 v_i of the symmetric part of A, by rising w_i, ratios make B =
+    sum_i 2 z_i w_i v_i v_i'; the second result (...) is false where one is unstable, so that it has
+    no damping ratio. Rayleigh's factors, alpha in 1/s and beta in s, make alpha + beta A.
     """
-    squares, modes = np.linalg.eigh((A + np.swapaxes(A, -1, -2)) / 2)
-    rates = 2 * np.array(ratios) * np.sqrt(np.maximum(squares, 0.0))
+    A = (A + np.swapaxes(A, -1, -2)) / 2
+    if damping.rayleigh is not None:
+        alpha, beta = damping.rayleigh
+        return alpha * np.eye(3) + beta * A, np.ones(A.shape[:-2], dtype=bool)
+    squares, modes = np.linalg.eigh(A)
+    rates = 2 * np.array(damping.ratios) * np.sqrt(np.maximum(squares, 0.0))
     B = modes * rates[..., None, :] @ np.swapaxes(modes, -1, -2)
     return B, squares[..., 0] >= -1e-12 * squares[..., -1]
 
 
-def modal_damping_slope(A: np.ndarray, dA: np.ndarray, ratios: tuple[float, ...]) -> np.ndarray:
-    """The derivative (3, 3) of `modal_damping` where A (3, 3) changes by dA.
+def normalised_damping_slope(damping: Damping, A: np.ndarray, dA: np.ndarray) -> np.ndarray:
+    """The derivative (3, 3) of `normalised_damping` where A (3, 3) changes by dA.
 
-    The formula of Daleckii and Krein for a function of a symmetric matrix. NaN where two modes of
-    one frequency have different ratios, so that no direction is theirs.
+    With ratios by the formula of Daleckii and Krein for a function of a symmetric matrix, NaN where
+    two modes of one frequency have different ratios, so that no direction is theirs.
     """
-    squares, modes = np.linalg.eigh((A + A.T) / 2)
-    w = np.sqrt(np.maximum(squares, 0.0))
-    z = np.array(ratios)
+    A, dA = (A + A.T) / 2, (dA + dA.T) / 2
+    if damping.rayleigh is not None:
+        return np.asarray(damping.rayleigh[1] * dA)
+    squares, modes = np.linalg.eigh(A)
+    w, z = np.sqrt(np.maximum(squares, 0.0)), np.array(damping.ratios)
+    apart = np.subtract.outer(squares, squares)
     with np.errstate(divide="ignore", invalid="ignore"):
-        quotients = 2 * np.subtract.outer(z * w, z * w) / np.subtract.outer(squares, squares)
-        same = np.subtract.outer(squares, squares) == 0.0
         alike = np.where(np.equal.outer(z, z), np.where(z > 0.0, z / w, 0.0), np.nan)
-    quotients = np.where(same, alike, quotients)
-    inner = modes.T @ ((dA + dA.T) / 2) @ modes
-    return np.asarray(modes @ (quotients * inner) @ modes.T)
-
-
-def rayleigh_damping(A: np.ndarray, factors: tuple[float, ...]) -> np.ndarray:
-    """B (..., 3, 3) = alpha + beta A for z'' + A z = 0, A its symmetric part; alpha in 1/s, beta
-    in s. A mode of frequency w then has the damping ratio (alpha/w + beta w)/2."""
-    alpha, beta = factors
-    return np.asarray(alpha * np.eye(3) + beta * (A + np.swapaxes(A, -1, -2)) / 2)
+        quotients = np.where(apart == 0.0, alike, 2 * np.subtract.outer(z * w, z * w) / apart)
+    return np.asarray(modes @ (quotients * (modes.T @ dA @ modes)) @ modes.T)
 
 
 def damping_matrix(scene: Scene) -> np.ndarray:
@@ -403,17 +392,11 @@ def damping_matrix(scene: Scene) -> np.ndarray:
         return np.zeros((3, 3))
     if damping.matrix is not None:
         return np.array(damping.matrix)
-    model, q, state = without_friction(scene)
-    matrices = about_origin(model) if model.linear else linearise(model, q, state)
-    root = np.sqrt(np.diag(matrices.M))
-    A = matrices.K / np.outer(root, root)
-    if damping.ratios is None:
-        assert damping.rayleigh is not None
-        B = rayleigh_damping(A, damping.rayleigh)
-    else:
-        B, stable = modal_damping(A, damping.ratios)
-        if not stable:
-            raise ComputationError(UNSTABLE)
+    M, _, K = linearise(*without_friction(scene))
+    root = np.sqrt(np.diag(M))
+    B, stable = normalised_damping(damping, K / np.outer(root, root))
+    if not stable:
+        raise ComputationError(UNSTABLE)
     return np.asarray(root[:, None] * B * root)
 
 
@@ -431,10 +414,11 @@ def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
     model = scene.pad_model.replace(mu=0.0)
     if model.linear:
         return model, np.zeros(3), model.full
-    start = least_at_zero(model)
-    if start is None:
+    path = Path(model, branch_of(model, 0.0))
+    if not path.branch.z.size:
         raise ComputationError(
             "modal damping ratios and Rayleigh damping refer to the pad without friction, but "
             f"{NO_START}"
         )
-    return model, Statics.of(model).to_si(start[0]), start[1]
+    z, state = path.at(0.0)
+    return model, path.statics.to_si(z), state

@@ -1,12 +1,13 @@
 """Balance of the loads on a pad at rest in its own units, with derivatives by q and by mu.
 
-And where an equilibrium leaves what the models mean, see `AdmissibleLimits`.
+And where an equilibrium leaves what the models mean, see `LIMITS`.
 """
 
 from __future__ import annotations
 
 import copy
 import dataclasses
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -15,7 +16,7 @@ import numpy as np
 from squeal.model.contact import Touching
 from squeal.model.equations import PadModel, Units, natural_units, net_loads
 from squeal.model.pad import Coefficients, Pose, pose, springs
-from squeal.numerics.differentiation import complex_step, with_derivative
+from squeal.numerics.differentiation import with_derivative
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what is added
 HIDDEN = 1e-4  # of a penetration that may be rounding, by a bound that is some 100 times the error
@@ -23,6 +24,15 @@ WHY_HIDDEN = (
     "rounding of the pad's place is too large beside how deep it presses into the surface, which "
     "hides the contact; softer contact or a greater load is required"
 )
+
+
+class Places(NamedTuple):
+    """Equilibria of n pads: z (4, n), contact states touching (points, n), and where (n,) there is
+    one."""
+
+    z: np.ndarray
+    touching: np.ndarray
+    there: np.ndarray
 
 
 def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -38,6 +48,42 @@ def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             regular = np.abs(np.linalg.det(A)) > 0.0
         A = np.where(regular[:, None, None], A, np.eye(A.shape[1]))
         return np.linalg.solve(A, b), regular
+
+
+def newton(
+    conditions: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    start: np.ndarray,
+    unit: np.ndarray,
+    passes: int = 15,
+    longest: np.ndarray | None = None,
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Zeros (m, k) of analytic conditions, from places that `start` with (x, y, w theta).
+
+    conditions: of places (m, ..., j) and the numbers (j,) of the columns that they belong to; unit
+    (k,): beside which the places are rounded; longest (m, k): the longest step. Returns also the
+    derivative (m, m, k) before the last step, and where (k,) it converged to rounding.
+    """
+    x, (m, k) = start.copy(), start.shape
+    slope, last, good = np.empty((m, m, k)), np.full(k, np.inf), np.zeros(k, dtype=bool)
+    going = np.arange(k)
+    for _ in range(passes):
+        with np.errstate(all="ignore"):
+            value, J = with_derivative(lambda x: conditions(x, going), x[:, going])  # noqa: B023
+            step, regular = solve_stack(np.moveaxis(J, -1, 0), value.T[:, :, None])
+            move = step[:, :, 0].T
+            if longest is not None:
+                move = move / np.fmax(1.0, (np.abs(move) / longest[:, going]).max(axis=0))
+            x[:, going] -= move
+            size = unit[going] + np.max(np.abs(x[:3, going]), axis=0)
+            change = np.where(regular, np.max(np.abs(move), axis=0) / size, np.inf)
+        slope[:, :, going] = J
+        # next to a fold rounding keeps steps from shrinking further
+        done = (change <= 1e-12) | ((change <= 1e-7) & (change >= last[going]))
+        last[going], good[going] = change, done
+        going = going[~done & np.isfinite(x[:, going]).all(axis=0)]
+        if not going.size:
+            break
+    return x, slope, good
 
 
 @dataclass(frozen=True)
@@ -96,16 +142,6 @@ class Statics:
         """Gaps of the contact points, shape (points, ...)."""
         return self.model.gaps(self.place(z))
 
-    def gap_derivatives(self, z: np.ndarray, point: np.ndarray) -> np.ndarray:
-        """Derivatives (4, k) of one gap of each pad by its place z (4, k); point (k,)."""
-        return np.asarray(complex_step(self.gaps, z)[point, :, np.arange(z.shape[1])].T)
-
-    def wrong(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        """Where the gaps at z (4, k) contradict the state, beyond rounding, (points, k)."""
-        side = np.where(touching, 1.0, -1.0) * self.gaps(z)
-        over = side > 0.0
-        return over & (side > self.rounding(z)) if over.any() else over
-
     def rounding(self, z: np.ndarray) -> np.ndarray:
         """How far rounding may move each gap at z (4, ...), shape (points, ...).
 
@@ -121,18 +157,14 @@ class Statics:
         # and of Newton's method, in units in which the load displaces by about one
         return ROUNDING * (np.array(self.model.law.gaps(sizes, at)) + 0.1)
 
-    def deepest(self, z: np.ndarray) -> np.ndarray:
-        """The greatest penetration at z (4, ...), shape (...); negative if it separated."""
-        return np.asarray(np.max(-self.gaps(z), axis=0))
-
     def touches(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at z (4, ...) touches the surface, if only to rounding, shape (...)."""
         return np.asarray(np.any(self.gaps(z) <= self.rounding(z), axis=0))
 
     def hidden(self, z: np.ndarray) -> np.ndarray:
         """Where rounding hides whether and how a pad at z (4, ...) touches, shape (...)."""
-        error = np.max(self.rounding(z), axis=0)
-        return np.asarray(self.touches(z) & (error > HIDDEN * self.deepest(z)))
+        error, deepest = np.max(self.rounding(z), axis=0), np.max(-self.gaps(z), axis=0)
+        return np.asarray(self.touches(z) & (error > HIDDEN * deepest))
 
     def presses(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at rest at z (4, ...) presses on the surface, shape (...).
@@ -146,17 +178,18 @@ class Statics:
         return np.asarray(self.touches(z) & (~self.hidden(z) | (c.F_n > 0.0) | forced))
 
     def admits(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        """Where the gaps at z (4, k) agree with the state touching (points, k), and the lower face
-        faces the surface.
+        """Where the gaps at z (4, k) agree with the state touching (points, k), beyond rounding,
+        and the lower face faces the surface.
 
         Where a gap is zero to rounding the loads of the state of the gaps must balance too: the
         line law of partial contact has a pole where both gaps vanish.
         """
+        gaps, rounding = self.gaps(z), self.rounding(z)
         with np.errstate(all="ignore"):
-            left = np.max(np.abs(self.residual(z, 1.0 * (self.gaps(z) < 0.0))), axis=0)
-        balanced = left <= 1e3 * np.max(self.rounding(z), axis=0) + 1e-9
-        upright = np.abs(self.tilt(z)) < np.pi / 2
-        return np.asarray(upright & balanced & ~self.wrong(z, touching).any(axis=0))
+            left = np.max(np.abs(self.residual(z, 1.0 * (gaps < 0.0))), axis=0)
+        balanced = left <= 1e3 * np.max(rounding, axis=0) + 1e-9
+        wrong = np.any(np.where(touching, 1.0, -1.0) * gaps > rounding, axis=0)
+        return np.asarray((np.abs(self.tilt(z)) < np.pi / 2) & balanced & ~wrong)
 
     def resultant(self, z: np.ndarray, state: Touching) -> tuple[Any, Any]:
         """R_n and its distance delta, as the formulation counts it."""
@@ -164,66 +197,35 @@ class Statics:
         with np.errstate(divide="ignore", invalid="ignore"):  # no place where there is no force
             return self.model.law.resultant(self.model.c, at, state)
 
-    def settle(self, z: np.ndarray, touching: np.ndarray | None, passes: int) -> np.ndarray:
-        """Newton's method at fixed mu from z (4, k), which is moved, down to rounding.
+    def settle(
+        self, z: np.ndarray, touching: np.ndarray | None, passes: int
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Places (4, k) to which Newton's method at fixed mu leads from places z (4, k).
 
         In the contact state touching (points, k), or without one in that of the gaps, a separated
-        pad as if in full contact, which pulls it back. Returns the signs (k,) of the balance's
+        pad as if in full contact, which pulls it back. Returns also the signs (k,) of the balance's
         determinant, 0 where it does not converge or where the pad has turned past 90 degrees.
         """
         n, pad = z.shape[1], self.model.pad
-        sides, last, good = np.zeros(n), np.full(n, np.inf), np.zeros(n, dtype=bool)
-        part, going = self, np.arange(n)
-        reach = [0.5 * (pad.w + np.maximum(pad.L1, pad.L2))] * 2 + [0.3 * pad.w]
-        longest = np.array([np.broadcast_to(one, n) for one in reach])
-        for _ in range(passes):
-            at = z[:, going]
-            with np.errstate(all="ignore"):
-                if touching is None:
-                    gaps = part.gaps(at)
-                    on = (gaps < 0.0) + 1.0 * np.all(gaps >= 0.0, axis=0)
-                else:
-                    on = touching[:, going]
-                f, J = part.linearised(at, on, 3)
-                rows = np.moveaxis(J, -1, 0)
-                step, regular = solve_stack(rows, f.T[:, :, None])
-                side = np.where(regular, np.sign(np.linalg.det(rows)), 0.0)
-                move = step[:, :, 0].T
-                # no leap to a place that the start has nothing to do with
-                move = move / np.fmax(1.0, (np.abs(move) / longest[:, going]).max(axis=0))
-                at[:3] -= move
-                far = 1.0 + np.max(np.abs(at[:3]), axis=0)
-                deep = np.clip(part.deepest(at) / far, 1e-8, 1e-6)
-                change = np.where(side == 0.0, np.inf, np.max(np.abs(move), axis=0) / far)
-            z[:, going], sides[going] = at, side
-            # next to a fold rounding keeps steps from shrinking further
-            done = (change <= 1e-6 * deep) | ((change <= 1e-8) & (change >= last[going]))
-            last[going], good[going] = change, done | (change <= 1e-12)
-            if done.all():
-                break
-            if done.any():
-                part, going = part.pick(~done), going[~done]
-        turned = np.abs(self.tilt(z)) < np.pi / 2
-        return np.where(good & turned, sides, 0.0)
 
+        def balance(x: np.ndarray, i: np.ndarray) -> np.ndarray:
+            part = self if i.size == n else self.pick(i)
+            at = np.concatenate([x, np.broadcast_to(z[3:, None, i], (1, *x.shape[1:]))])
+            if touching is None:
+                gaps = part.gaps(at[:, 0].real)
+                on = (gaps < 0.0) + 1.0 * np.all(gaps >= 0.0, axis=0)
+            else:
+                on = touching[:, i]
+            return part.residual(at, on[:, None])
 
-class AdmissibleLimits(NamedTuple):
-    """How far an equilibrium may lie from where the pad is put and still be one of the model.
-
-    Pads at rest stay far within: those of the article tilt by 0.03 rad, travel by 0.03 half lengths
-    and press with less than the load.
-    """
-
-    # rad: the constant friction arm h of Eq. (10) and the face's length are then off by cos: 2 %
-    tilt: float = 0.2
-    # of the shortest of half length and free lengths: the springs' far ends count as fixed beside
-    # it, and a displacement of that size against the surface is a penetration, no compression
-    travel: float = 0.5
-    # times the load: springs and friction, no more the brake, press the pad; it wedges itself
-    reaction: float = 10.0
-
-
-LIMITS = AdmissibleLimits()
+        # no leap to a place that the start has nothing to do with
+        reach = 0.5 * (pad.w + np.maximum(pad.L1, pad.L2)), 0.3 * pad.w
+        longest = np.array([np.broadcast_to(reach[i], n) for i in (0, 0, 1)])
+        q, J, good = newton(balance, z[:3], np.ones(n), passes, longest)
+        found = np.concatenate([q, z[3:]])
+        with np.errstate(all="ignore"):
+            sides = np.sign(np.linalg.det(np.moveaxis(J, -1, 0)))
+        return found, np.where(good & (np.abs(self.tilt(found)) < np.pi / 2), sides, 0.0)
 
 
 class Excursion(NamedTuple):
@@ -255,6 +257,20 @@ class Excursion(NamedTuple):
         )
         which = zip(sentences, self.beyond(), strict=True)
         return tuple(f"the equilibrium {words}" for words, beyond in which if beyond)
+
+
+# The largest excursion of an equilibrium that is still one of the model. Pads at rest stay far
+# within: those of the article tilt by 0.03 rad, travel by 0.03 half lengths and press with less
+# than the load.
+LIMITS = Excursion(
+    # the constant friction arm h of Eq. (10) and the face's length are then off by cos: 2 %
+    tilt=0.2,
+    # the springs' far ends count as fixed beside it, and a displacement of that size against the
+    # surface is a penetration, no compression
+    travel=0.5,
+    # springs and friction, no more the brake, press the pad; it wedges itself
+    reaction=10.0,
+)
 
 
 def excursion(statics: Statics, z: np.ndarray, touching: Any) -> Excursion:

@@ -165,10 +165,9 @@ class ContactLaw(ABC):
 
     def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
         """Normal and friction forces, Eqs. (8)-(10), friction at the constant arm h."""
-        leading, trailing = self.edge_forces(c, at, on)
-        normal = Forces.of((c.rlx, c.rly), 0.0, leading) + Forces.of((c.rtx, c.rty), 0.0, trailing)
-        friction = c.mu * normal.y
-        return normal._replace(x=friction, moment=c.h * friction)
+        f1, f2 = self.edge_forces(c, at, on)
+        Rn, Rf = f1 + f2, c.mu * (f1 + f2)
+        return Forces(Rf, Rn, c.rlx * f1 + c.rtx * f2, c.rly * f1 + c.rty * f2, c.h * Rf)
 
     def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
         """These forces and their moment."""

@@ -8,7 +8,7 @@ import pytest
 from squeal.analysis.pads import analyse, branch_system, critical_friction
 from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
 from squeal.analysis.stack import parameters
-from squeal.equilibrium.find import modal_damping, modal_damping_slope
+from squeal.equilibrium.find import normalised_damping, normalised_damping_slope
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.schema import Place
@@ -97,9 +97,10 @@ def test_upright_pad_in_closed_form():
 
 def test_modes_of_one_frequency_with_two_ratios_have_no_derivative():
     A, dA, h = np.diag([1.0, 4.0, 4.0]), np.ones((3, 3)), 1e-6
-    assert np.isnan(modal_damping_slope(A, dA, (0.1, 0.2, 0.3))).any()
-    same = modal_damping_slope(A, dA, (0.1, 0.2, 0.2))
-    up, down = (modal_damping(A + way * h * dA, (0.1, 0.2, 0.2))[0] for way in (1, -1))
+    apart, alike = Damping(ratios=(0.1, 0.2, 0.3)), Damping(ratios=(0.1, 0.2, 0.2))
+    assert np.isnan(normalised_damping_slope(apart, A, dA)).any()
+    same = normalised_damping_slope(alike, A, dA)
+    up, down = (normalised_damping(alike, A + way * h * dA)[0] for way in (1, -1))
     assert same == pytest.approx((up - down) / (2 * h), abs=1e-8)
 
 

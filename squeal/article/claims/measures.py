@@ -110,8 +110,8 @@ def rest(model: PadModel, mu: np.ndarray, start: np.ndarray | None = None) -> Re
     if start is not None:
         z[:3] = np.nan_to_num([start[0] / length, start[1] / length, start[2] * w])
     z[3] = mu
-    reached = statics.settle(z, None, 10) != 0.0
-    q = statics.place(z)
+    z, sides = statics.settle(z, None, 10)
+    reached, q = sides != 0.0, statics.place(z)
     gaps = np.where(reached, statics.gaps(z), math.nan)
     touching = (gaps < 0.0).astype(float)
     load = statics.model.law.loads(statics.model.c, pose(np, tuple(q)), touching)
