@@ -323,7 +323,8 @@ class Question:
             raise InputError(
                 "sensitivity: thresholds of a system are not allowed; advise takes them"
             )
-        system, answer = self.system, known or self.eigenvalues()
+        answer = known or self.eigenvalues()
+        system = self.system.replace({self.system.parameter: answer.value})
         values = dict(system.parameters)
         M, C, _ = system.at()
         slopes = {}

@@ -417,6 +417,7 @@ def _sensitivity(scene: Scene, of: str, high: float, known: Any) -> Sensitivity:
     """What moves the eigenvalues, or the first loss of stability; `known`: its answer."""
     slopes: dict[str, np.ndarray] = {}
     if of == "eigenvalues":
+        scene = scene if known is None else scene.replace(mu=known.value)
         analysis = analyse(scene) if known is None else known.source[1]
         place, kind = analysis.spectrum.values, analysis.judgement.verdict
         slopes = eigenvalue_sensitivities(scene, analysis)
