@@ -20,52 +20,32 @@ ROOT = Path(__file__).parent.parent
 SCENES = ROOT / "tests" / "scenes"
 # a pad that goes on hammering with damping in some cases, also without flutter, by the printed law
 HAMMERING = ROOT / "tests" / "hammering"
-
-
 HEYOKA = importlib.util.find_spec("heyoka") is not None
 needs_heyoka = pytest.mark.skipif(not HEYOKA, reason="needs heyoka, which is not installed")
-# files that take long: a worker runs a file whole, and none of these should be the last
-LONG = (
-    *(
-        "simulation/test_ensemble",
-        "article/test_measures",
-        "article/test_stability",
-        "analysis/test_sensitivity",
-    ),
-    *("simulation/test_falling", "cli/test_cli"),
-    *("cli/test_installed", "analysis/test_maps", "analysis/test_slow_roots"),
-    *("workflow/test_workflow", "simulation/test_simulation"),
-    "equilibrium/test_admissible",
-)
 BACKENDS = [pytest.param("heyoka", marks=needs_heyoka), "scipy"]
 INSTALLED: tuple[Literal["heyoka", "scipy"], ...] = ("heyoka", "scipy") if HEYOKA else ("scipy",)
+# fmt: off
+LONG = (  # files that take long: a worker runs a file whole, and none of these should be the last
+    "simulation/test_ensemble", "article/test_measures", "article/test_stability", "cli/test_cli",
+    "analysis/test_sensitivity", "simulation/test_falling", "cli/test_installed",
+    "analysis/test_maps", "analysis/test_slow_roots", "workflow/test_workflow",
+    "simulation/test_simulation", "equilibrium/test_admissible",
+)
+RANGES = {  # of the dimensionless parameters of a plausible pad, in the order of the draws
+    "h": (0.1, 1.0), "I": (0.2, 0.6), "k2": (0.4, 2.5), "k3": (0.2, 3.0), "k4": (0.2, 3.0),
+    "k_c": (0.2, 3.0), "L1": (1.0, 20.0), "L2": (1.0, 20.0), "alpha1": (0.1, 3.0),
+    "alpha2": (0.1, 3.0), "mu": (0.1, 0.8), "F_n": (1e-3, 1e-2), "theta0": (-0.01, 0.01),
+    "x0": (-0.1, 0.1), "y0": (-0.02, 0.0),
+}
+# fmt: on
 
 
 def random_pad(seed: int, model: str = "", **fixed: Any) -> Pad:
     """A plausible dimensionless pad (w = m = k1 = 1): all parameters of B1 and B2, or a model's."""
     r = np.random.default_rng(seed)
-    values: dict[str, Any] = {
-        "m": 1.0,
-        "w": 1.0,
-        "h": r.uniform(0.1, 1.0),
-        "I": r.uniform(0.2, 0.6),
-        "k1": 1.0,
-        "k2": r.uniform(0.4, 2.5),
-        "k3": r.uniform(0.2, 3.0),
-        "k4": r.uniform(0.2, 3.0),
-        "k_c": r.uniform(0.2, 3.0),
-        "L1": r.uniform(1.0, 20.0),
-        "L2": r.uniform(1.0, 20.0),
-        "alpha1": r.uniform(0.1, 3.0),
-        "alpha2": r.uniform(0.1, 3.0),
-        "mu": r.uniform(0.1, 0.8),
-        "F_n": r.uniform(1e-3, 1e-2),
-        "theta0": r.uniform(-0.01, 0.01),
-        "x0": r.uniform(-0.1, 0.1),
-        "y0": r.uniform(-0.02, 0.0),
-    }
-    used = {n: v for n, v in (values | fixed).items() if not model or model in models_with(n)}
-    return Pad(**used)
+    drawn = {name: r.uniform(*ends) for name, ends in RANGES.items()}
+    values = dict.fromkeys(("m", "w", "k1"), 1.0) | drawn | fixed
+    return Pad(**{n: v for n, v in values.items() if not model or model in models_with(n)})
 
 
 @pytest.hookimpl(wrapper=True)
@@ -81,11 +61,6 @@ def pytest_collection():
 
 def pytest_collection_modifyitems(items):
     items.sort(key=lambda item: f"{item.path.parent.name}/{item.path.stem}" not in LONG)
-
-
-@pytest.fixture
-def scenes():
-    return SCENES
 
 
 def scene_of(stem, **changes):

@@ -1,7 +1,6 @@
-"""What all commands share: the scene or system, options, output, warnings, exit codes.
+"""What all commands share: the scene or system, options, output, warnings.
 
-argparse is kept: typer and cyclopts would save some 60 lines here and cost 0.1 to 0.3 s of each
-start.
+argparse is kept: typer and cyclopts would save some lines and cost 0.1 to 0.3 s of each start.
 """
 
 from __future__ import annotations
@@ -37,9 +36,8 @@ class Source:
 
     def __init__(self, given: str, sets: Sequence[str]) -> None:
         self.path = None if given == "-" else Path(given)
-        self.at = Place("standard input" if self.path is None else given)
-        self.name = self.at.source if self.path is None else self.path.name
-        self.folder = Path() if self.path is None else self.path.parent
+        self.at = Place(given if self.path else "standard input")
+        self.folder, self.name = Path(given).parent, Path(self.at.source).name
         content = read_content(self.path, self.at) if self.path else sys.stdin.buffer.read()
         self.document = parse_document(content, self.at)
         self.inputs: list[Path | InputFile] = [InputFile(self.name, sha256(content).hexdigest())]
@@ -50,11 +48,9 @@ class Source:
     def _set(self, change: str) -> None:
         """Put NAME=VALUE into the document."""
         at = Place(f"--set {change}")
-        name, equals, text = change.partition("=")
+        name, _, text = change.partition("=")
         group: Any = _keys_of(self.document)
         keys, key = group.find(name.strip(), at)
-        if not equals:
-            raise at.refuse("it must be NAME=VALUE")
         value, dotted = scalar(text), ".".join(keys)
         key.kind.read(value, at)
         if before := next((b for b in self.changes if f"{b}.".startswith(f"{dotted}.")), None):

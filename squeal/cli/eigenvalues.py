@@ -41,10 +41,8 @@ def run(given: argparse.Namespace) -> Reply:
     answers: list[Any] = [spectrum]
     if given.sweep:
         answers.append(squeal.sweep(subject, given.sweep, method=given.method, **asked))
-    if given.shape:
-        write_files(given, answers[-1], spectrum, shape=given.shape)
-    else:
-        write_files(given, answers[-1])
+    drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
+    write_files(given, answers[-1], **drawn)
     if given.sensitivity:
         answers.append(squeal.sensitivity(subject, known=spectrum))
     return Reply.of(*answers, judged=scene)

@@ -8,18 +8,16 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
+import squeal
 from squeal.analysis.of_systems import Question
 from squeal.analysis.pads import analyse
 from squeal.analysis.systems.matrices import write_system
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import refuse, said, take
+from squeal.cli.options import refuse, take
 from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
 from squeal.io.writing import aligned, picked
-from squeal.linear.system import Term, TermSystem
 
 
 def options(parser: Parser) -> None:
@@ -38,15 +36,15 @@ def run(given: argparse.Namespace) -> Reply:
         kind = "not empty" if folder.is_dir() else "no folder"
         raise InputError(f"--output {folder}: is {kind}; a new or empty folder is allowed")
     subject, basis = given.source.subject(), None
-    scene = isinstance(subject, Scene)
-    if scene:
-        refuse(given, "method", f"{given.source.name}, a scene with six roots")
-    if given.method in (None, "full"):
+    if isinstance(subject, Scene):
+        refuse(given, "method band region sweep", f"{given.source.name}, a scene with six roots")
+        (M, C, K), mu = analyse(subject).matrices, {"mu": subject.pad.mu}
+        name = Path(given.source.name).stem
+        system = squeal.System(M, C if C.any() else None, K, mu, name=name)
+    elif given.method in (None, "full"):
         refuse(given, "band region sweep", "a whole system; --method reduced or modal takes it")
-        system = _of_scene(given.source.name, subject) if scene else subject.system
+        system = subject.system
     else:
-        if given.band is None and given.region is None:
-            raise InputError(f"{said(given, 'method')}: needs --band or --region")
         asked: Any = picked(given, "band region memory") | {"progress": steps()}
         reduction, basis = Question.of(subject, **asked).reduced(given.sweep, given.method)
         if reduction.spurious:
@@ -60,9 +58,3 @@ def run(given: argparse.Namespace) -> Reply:
         lambda: {"folder": str(folder), "rows": system.n, "files": rows, "basis": basis},
         lambda: f"{head}\n{aligned(cells, right=False)}",
     )
-
-
-def _of_scene(name: str, scene: Scene) -> TermSystem:
-    M, C, K = analyse(scene).matrices
-    damping = (Term(C),) if np.any(C) else ()
-    return TermSystem((Term(M),), damping, (Term(K),), {"mu": scene.pad.mu}, "mu", Path(name).stem)

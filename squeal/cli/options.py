@@ -15,8 +15,7 @@ from squeal.errors import InputError
 from squeal.schema import Angle, Place, scalar
 
 MOST = 100_000  # values of a parameter
-Read = Callable[[str], Any]
-"""What makes a value of the text given. Raises InputError."""
+Read = Callable[[str], Any]  # what makes a value of the text given, or raises InputError
 
 
 def numbers(
@@ -80,10 +79,7 @@ OPTIONS: dict[str, tuple[str, str, str, Read | tuple[str, ...]]] = {
     "n": ("--n", "N", "points a side (200; of a system 41)", whole(2, 4000)),
     "first": ("--first", "NAME:LOW:HIGH[:log]", "first parameter and range (alpha1:0:pi)", axis),
     "second": ("--second", "NAME:LOW:HIGH[:log]", "second parameter and range (alpha2:0:pi)", axis),
-    "scatter": (
-        "--scatter", "FILE", "distribution of the first loss over the tolerances that FILE names",
-        Path,
-    ),
+    "scatter": ("--scatter", "FILE", "distribution of the first loss, by tolerances in it", Path),
     "workers": ("--workers", "N", "processes for --scatter (1)", whole(1, 256)),
     "band": ("--band", "LOW:HIGH", "frequencies in Hz", BAND),
     "modes": ("--modes", "N", "the N lowest modes", whole(1, MOST)),

@@ -17,44 +17,35 @@ SYSTEM = """parameters: {mu: 0}
 M: [[1, 0], [0, 1]]
 K: [{matrix: [[2, -1], [-1, 2]]}, {matrix: [[0, 1.3333333333333333], [0, 0]], factor: mu}]
 """
+# fmt: off
+THRESHOLDS = {
+    "": "verdict_at_zero verdict_at_start mu_start mu_end",
+    "critical": "mu kind frequency_hz interval residual",
+    "crossings": "mu kind direction frequency_hz mode changes_verdict",
+}
 KEYS = {
     f"simulate {B2}": {
-        "": "model final events shares extrema sliding_holds",
-        "final": "t x y theta x_dot y_dot theta_dot",
-        "shares": "SS PC FC",
-        "extrema": "Rn delta",
-        "events": "t from to",
+        "": "model final events shares extrema sliding_holds", "shares": "SS PC FC",
+        "final": "t x y theta x_dot y_dot theta_dot", "extrema": "Rn delta", "events": "t from to",
     },
     f"eigenvalues {B1} --mu 0:1:5": {
-        "": "equilibrium M C K eigenvalues verdict sweep",
-        "equilibrium": "x y theta R_n contact",
-        "eigenvalues": ROOT_KEYS,
-        "sweep": "mu eigenvalues verdict",
+        "": "equilibrium M C K eigenvalues verdict sweep", "equilibrium": "x y theta R_n contact",
+        "eigenvalues": ROOT_KEYS, "sweep": "mu eigenvalues verdict",
     },
     "eigenvalues SYSTEM --sweep 0:1:3 --method reduced --band 0:10": {
-        "": "certified count basis",
-        "eigenvalues": ROOT_KEYS,
-        "sweep": "mu eigenvalues verdict",
+        "": "certified count basis", "eigenvalues": ROOT_KEYS, "sweep": "mu eigenvalues verdict",
     },
-    **{
-        f"critical-friction {source}": {
-            "": "verdict_at_zero verdict_at_start mu_start mu_end",
-            "critical": "mu kind frequency_hz interval residual",
-            "crossings": "mu kind direction frequency_hz mode changes_verdict",
-        }
-        for source in ("PAD", "SYSTEM")
-    },
+    "critical-friction PAD": THRESHOLDS,
+    "critical-friction SYSTEM": THRESHOLDS,
     f"sliding {B2}": {
         "": "K determinant rank printed_K33_singular bound_23a bound_23b holds_as_printed",
         "equilibria": "x y theta verdict",
     },
     f"map {B3} --n 20": {"": "share"},
-    "advise PAD": {
-        "": "critical levers",
-        "levers": "parameter step lowered raised",
-    },
+    "advise PAD": {"": "critical levers", "levers": "parameter step lowered raised"},
     "claims": {"": "claims", "claims": "id verdict measured where"},
 }
+# fmt: on
 
 
 @pytest.mark.parametrize("command", KEYS)
@@ -75,53 +66,49 @@ def test_every_command_has_help(capsys, command):
     assert f"usage: squeal {command}" in capsys.readouterr().out
 
 
-def test_sensitivities(capsys):
+def test_sensitivities(capsys, tmp_path):
     found = answer(capsys, "eigenvalues", B1, "--sensitivity")
     by = {row["parameter"]: row["eigenvalues"] for row in found["sensitivity"]}
     assert {"m", "I", "k1", "k4", "alpha2", "mu", "F_n"} <= by.keys()
     assert all(len(slopes) == 6 for slopes in by.values())
     found = answer(capsys, "critical-friction", B1, "--sensitivity")
     assert found["sensitivity"] is None
-
-
-def test_no_steady_sliding_is_exit_code_1_with_the_reason(capsys, tmp_path):
-    # without springs nothing balances the friction force
-    scene = tmp_path / "free.yaml"
-    scene.write_text(
-        "model: B1\nparameters: {m: 1, w: 1, h: 0.2, k1: 0, k2: 0, k3: 1, k4: 1, L1: 1, L2: 1,"
-        " alpha1: pi/2, alpha2: pi/2, mu: 0.5, F_n: 0.01}\n"
+    # at another value of the parameter they are those of that value
+    system = tmp_path / "system.yaml"
+    system.write_text(SYSTEM.replace("factor: mu", "factor: mu**3"))
+    there, set_there = (
+        answer(capsys, "eigenvalues", system, "--sensitivity", *given)["sensitivity"]
+        for given in (("--at", "2"), ("--set", "mu=2"))
     )
-    err = assert_refused(capsys, "eigenvalues", scene, code=1)
+    assert there == set_there
+
+
+def test_no_steady_sliding_is_exit_code_1_with_the_reason(capsys):
+    # without springs nothing balances the friction force
+    err = assert_refused(capsys, "eigenvalues", B1, "--set=k1=0", "--set=k2=0", code=1)
     assert "no steady sliding exists" in err
 
 
-def modules_after(*commands):
-    """Names of the modules that a process has loaded after each of these commands, in turn."""
-    code = (
-        "import json, sys; from squeal.cli.main import main\n"
-        "for words in json.loads(sys.argv[1]):\n"
-        "    main(words); print(' '.join(sys.modules), file=sys.stderr)"
-    )
-    done = subprocess.run(
-        [sys.executable, "-c", code, json.dumps(commands)],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    return [set(line.split()) for line in done.stderr.splitlines()]
+CODE = """
+import json, sys; from squeal.cli.main import main
+for words in json.loads(sys.argv[1]):
+    main(words); print(' '.join(sys.modules), file=sys.stderr)
+"""
 
 
 def test_queries_load_neither_integrators_nor_plots(pad):
     # a pad that flutters and its onset first, and what costs a tenth of a second to load has no
     # place in a query of a third
-    commands = [[name, str(pad)] for name in ("eigenvalues", "critical-friction")]
-    lean = {"squeal.io.system", "squeal.sparse.argument_principle"}
-    commands += [[name, B3] for name in ("eigenvalues", "sliding", "critical-friction", "advise")]
-    commands.append(["map", B3, "--n", "5"])
-    heavy = {"heyoka", "scipy", "matplotlib", "control", "squeal.simulation.run"}
-    after = zip(commands, modules_after(*commands), strict=True)
-    refused = [heavy | lean] * 2 + [heavy] * 5
-    found = {
-        " ".join(words): loaded & no for (words, loaded), no in zip(after, refused, strict=True)
-    }
-    assert not any(found.values()), found
+    lean = {"heyoka", "scipy", "matplotlib", "control", "squeal.simulation.run"}
+    leanest = lean | {"squeal.io.system", "squeal.sparse.argument_principle"}
+    refused = {f"{name} {pad}": leanest for name in ("eigenvalues", "critical-friction")}
+    others = ("eigenvalues", "sliding", "critical-friction", "advise", "map --n 5")
+    refused |= {f"{name} {B3}": lean for name in others}
+    done = subprocess.run(
+        [sys.executable, "-c", CODE, json.dumps([words.split() for words in refused])],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    for (words, no), line in zip(refused.items(), done.stderr.splitlines(), strict=True):
+        assert not set(line.split()) & no, words

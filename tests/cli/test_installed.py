@@ -16,84 +16,19 @@ from tests.conftest import ROOT, SCENES
 
 B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
 
-# run before the command line: what Windows, macOS or a plain Python lack is not found
-WITHOUT = """\
-import importlib.abc, os, sys
+# What is told of the commands that one process runs, each in a folder of its own, without heyoka
+# and what Windows or macOS lack; all public names and commands are imported too.
+TOLD = """\
+import contextlib, importlib, importlib.abc, io, json, os, pkgutil, sys, traceback
 class Missing(importlib.abc.MetaPathFinder):
     def find_spec(self, name, *_):
-        if name.partition(".")[0] in {names}:
-            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+        if name.partition(".")[0] in {"heyoka", "fcntl", "grp", "pwd", "resource", "termios"}:
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 sys.meta_path.insert(0, Missing())
-for name in ("fork", "forkpty"):
-    if hasattr(os, name):
-        delattr(os, name)
-"""
-POSIX = {"fcntl", "grp", "pwd", "resource", "termios"}
-
-
-@pytest.fixture(scope="module")
-def wheel(tmp_path_factory):
-    """The wheel."""
-    folder = tmp_path_factory.mktemp("wheel")
-    build = [sys.executable, "-m", "flit_core.wheel", "--outdir", str(folder), str(ROOT)]
-    subprocess.run(build, check=True, capture_output=True)
-    (found,) = folder.glob("*.whl")
-    return found
-
-
-@pytest.fixture(scope="module")
-def installed(wheel):
-    """Folder with the unpacked wheel: the package and nothing of the repository."""
-    with zipfile.ZipFile(wheel) as archive:
-        archive.extractall(wheel.parent / "site")
-    return wheel.parent / "site"
-
-
-def test_wheel_and_sdist_hold_every_file_of_the_package(wheel, tmp_path):
-    code = "import sys; from flit_core import buildapi; print(buildapi.build_sdist(sys.argv[1]))"
-    subprocess.run([sys.executable, "-c", code, tmp_path], cwd=ROOT, check=True, text=True)
-    (sdist,) = tmp_path.glob("*.tar.gz")
-    with tarfile.open(sdist) as archive:
-        packed = {name.partition("/")[2] for name in archive.getnames()}
-    kept = {
-        path.relative_to(ROOT).as_posix()
-        for path in (ROOT / "squeal").rglob("*")
-        if path.is_file() and "__pycache__" not in path.parts
-    }
-    assert {"squeal/py.typed", "squeal/article/report/references.bib"} < kept
-    assert any(file.endswith(".yaml") for file in kept)
-    assert kept <= set(zipfile.ZipFile(wheel).namelist())
-    assert kept | {"README.md", "LICENSE", "pyproject.toml"} <= packed
-
-
-def test_the_wheel_installs_a_program_into_an_empty_environment(wheel, tmp_path):
-    place = tmp_path / "environment"
-    subprocess.run([sys.executable, "-m", "venv", "--without-pip", place], check=True)
-    pip = [sys.executable, "-m", "pip", "--python", place / "bin" / "python"]
-    offline = ["install", "--quiet", "--no-deps", "--no-index", wheel]
-    subprocess.run([*pip, *offline], check=True, capture_output=True)
-    (site,) = (place / "lib").glob("python*/site-packages")
-    # its requirements from here; what is installed there comes first
-    (site / "requirements.pth").write_text(f"{Path(numpy.__file__).parents[1]}\n")
-    bare = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
-    done = subprocess.run(
-        [place / "bin" / "squeal", "critical-friction", B2, "--json"],
-        cwd=tmp_path, env=bare, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert (done.returncode, done.stderr) == (0, "")
-    assert json.loads(done.stdout)["critical"]
-    where = [place / "bin" / "python", "-c", "import squeal; print(squeal.__file__)"]
-    found = subprocess.run(where, cwd=tmp_path, env=bare, capture_output=True, text=True)
-    assert found.stdout.startswith(str(site))
-
-
-# what is told of the commands that one process runs, each in a folder of its own
-TOLD = """\
-import contextlib, importlib, io, json, os, pkgutil, sys, traceback
+del os.fork, os.forkpty
 import squeal
 from squeal.cli.main import main
-assert squeal.__file__.startswith({installed!r})
-told = {{}}
+told = {"": squeal.__file__}
 for name, arguments in json.loads(sys.argv[1]).items():
     os.mkdir(name)
     os.chdir(name)
@@ -108,35 +43,10 @@ for name, arguments in json.loads(sys.argv[1]).items():
 for name in squeal.__all__:
     getattr(squeal, name)
 for package in ("squeal.cli", "squeal.article.commands"):
-    module = importlib.import_module(package)
-    for found in pkgutil.iter_modules(module.__path__):
-        importlib.import_module(f"{{package}}.{{found.name}}")
+    for found in pkgutil.iter_modules(importlib.import_module(package).__path__):
+        importlib.import_module(f"{package}.{found.name}")
 print(json.dumps(told))
 """
-
-
-def run(installed, folder, commands, without):
-    """Exit code, output, errors and files of commands by name, in one process, which imports all
-    public names and commands too."""
-    code = WITHOUT.format(names=set(without)) + TOLD.format(installed=str(installed))
-    done = subprocess.run(
-        [sys.executable, "-c", code, json.dumps(commands)],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(installed)},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert (done.returncode, done.stderr) == (0, "")
-    return json.loads(done.stdout)
-
-
-def sentence(err):
-    assert err.startswith("squeal: ")
-    assert err.count("\n") == 1
-    return err
-
-
 ANSWERS = {
     "simulate": [B1],
     "cycles": [B1, "--set", "damping.ratios=[0.1, 0.1, 0.1]", "--windows", "1"],
@@ -155,11 +65,60 @@ REFUSED = {
 
 
 @pytest.fixture(scope="module")
-def bare(installed, tmp_path_factory):
-    """What is told without heyoka and POSIX."""
-    answers = {name: [name, *given, "--json"] for name, given in ANSWERS.items()}
-    folder = tmp_path_factory.mktemp("bare")
-    return run(installed, folder, answers | REFUSED, without={"heyoka", *POSIX})
+def wheel(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("wheel")
+    build = [sys.executable, "-m", "flit_core.wheel", "--outdir", str(folder), str(ROOT)]
+    subprocess.run(build, check=True, capture_output=True)
+    (found,) = folder.glob("*.whl")
+    return found
+
+
+@pytest.fixture(scope="module")
+def program(wheel):
+    """Programs of an empty environment with the wheel, and where it lies there."""
+    place = wheel.parent / "environment"
+    subprocess.run([sys.executable, "-m", "venv", "--without-pip", place], check=True)
+    pip = [sys.executable, "-m", "pip", "--python", place / "bin" / "python"]
+    offline = ["install", "--quiet", "--no-deps", "--no-index", wheel]
+    subprocess.run([*pip, *offline], check=True, capture_output=True)
+    (site,) = (place / "lib").glob("python*/site-packages")
+    # its requirements from here; what is installed there comes first
+    (site / "requirements.pth").write_text(f"{Path(numpy.__file__).parents[1]}\n")
+    return place / "bin", site
+
+
+def run(*words, cwd):
+    bare = {key: value for key, value in os.environ.items() if key != "PYTHONPATH"}
+    done = subprocess.run(words, cwd=cwd, env=bare, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+    return json.loads(done.stdout)
+
+
+@pytest.fixture(scope="module")
+def bare(program, tmp_path_factory):
+    commands = {name: [name, *given, "--json"] for name, given in ANSWERS.items()} | REFUSED
+    words = (program[0] / "python", "-c", TOLD, json.dumps(commands))
+    told = run(*words, cwd=tmp_path_factory.mktemp("empty"))
+    assert told.pop("").startswith(str(program[1]))
+    return told
+
+
+def test_wheel_and_sdist_hold_every_file_of_the_package(wheel, tmp_path):
+    code = "import sys; from flit_core import buildapi; print(buildapi.build_sdist(sys.argv[1]))"
+    subprocess.run([sys.executable, "-c", code, tmp_path], cwd=ROOT, check=True, text=True)
+    (sdist,) = tmp_path.glob("*.tar.gz")
+    with tarfile.open(sdist) as archive:
+        packed = {name.partition("/")[2] for name in archive.getnames()}
+    files = (path for path in (ROOT / "squeal").rglob("*") if path.is_file())
+    kept = {path.relative_to(ROOT).as_posix() for path in files if "__pycache__" not in path.parts}
+    assert {"squeal/py.typed", "squeal/article/report/references.bib"} < kept
+    assert any(file.endswith(".yaml") for file in kept)
+    assert kept <= set(zipfile.ZipFile(wheel).namelist())
+    assert kept | {"README.md", "LICENSE", "pyproject.toml"} <= packed
+
+
+def test_the_program_answers(program, tmp_path):
+    assert run(program[0] / "squeal", "critical-friction", B2, "--json", cwd=tmp_path)["critical"]
 
 
 @pytest.mark.parametrize("command", ANSWERS)
@@ -176,5 +135,6 @@ def test_a_command_answers_in_an_empty_folder(bare, command):
 @pytest.mark.parametrize("asked", REFUSED)
 def test_what_needs_heyoka_says_so(bare, asked):
     code, out, err, files = bare[asked]
-    assert (code, out, files) == (1, "", [])
-    assert "heyoka" in sentence(err)
+    assert (code, out, files, err.count("\n")) == (1, "", [], 1)
+    assert err.startswith("squeal: ")
+    assert "heyoka" in err
