@@ -30,7 +30,7 @@ from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values
 from squeal.sparse.eigensolver import Modes, modes_in
 from squeal.sparse.quadratic import ScaledSystem
-from squeal.sparse.reduction import Basis, reduce_system
+from squeal.sparse.reduction import Reduction, reduce_system
 
 REGION = Rectangle(-50.0, 1000.0, -1.0, 20000.0)
 SPEED = 4 * np.pi
@@ -95,7 +95,7 @@ def real_modes(scaled: ScaledSystem, count: int) -> NDArray[np.float64]:
     """The lowest real modes of M and K1 by rising frequency, in the scaled coordinates."""
     from scipy.sparse.linalg import eigsh
 
-    M, K = scaled.terms("M")[0], scaled.terms("K")[0]
+    M, K = scaled.terms[0][0], scaled.terms[2][0]
     K = (K + K.T) / 2
     shift = -1e-6 * float(abs(K).max() / abs(M).max())
     squares, vectors = eigsh(K, k=count, M=M, sigma=shift)
@@ -150,9 +150,9 @@ def judgement_table(systems: dict[str, TermSystem]) -> dict[str, Modes]:
     return found
 
 
-def snapshot_basis(scaled: ScaledSystem, count: int) -> Basis:
+def snapshot_basis(scaled: ScaledSystem, count: int) -> Reduction:
     """Right modes at so many speeds, as in proper orthogonal decomposition."""
-    basis = Basis(scaled)
+    basis = Reduction(scaled, REGION)
     for speed in np.linspace(SPEEDS[0], SPEEDS[-1], count):
         modes = modes_in(scaled.at({"W": float(speed)}), REGION, certify=False)
         columns = [e.right / scaled.scale for e in modes.eigenvalues]
@@ -223,12 +223,12 @@ def cost_table(system: TermSystem) -> None:
 
     def right(count: int) -> Cost:
         run = timed(lambda: snapshot_basis(scaled, count))
-        reduced = run.value.system()
+        reduced = run.value.system
         return judged(run.value.size, run.seconds, lambda w: dense_values(*reduced.at({"W": w})))
 
     def own() -> Cost:
         run = timed(lambda: reduce_system(scaled, REGION, [{"W": float(w)} for w in SPEEDS]))
-        return judged(run.value.size, run.seconds, lambda w: run.value.values(REGION, {"W": w}))
+        return judged(run.value.size, run.seconds, lambda w: run.value.values({"W": w}))
 
     ways: dict[str, Callable[[], Cost]] = {
         "region, certified": direct,

@@ -85,16 +85,16 @@ def measured(rows: int, certify: bool, check: bool) -> Size:
     basis = ended("basis", start)
     start = clock()
     for x in mu:
-        reduction.modes(region, {"mu": x})
+        reduction.modes({"mu": x})
     sweep = ended("sweep", start)
     start = clock()
-    crossings, _ = crossings_along(reduction, region, "mu", mu[::7] + mu[-1:])
+    crossings, _ = crossings_along(reduction, "mu", mu[::7] + mu[-1:])
     thresholds = ended("thresholds", start)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
     value, growth = (0.0, 0.0) if check else (float("nan"), float("nan"))
     for x in CHECKED if check else ():
         full = modes_in(scaled.at({"mu": x}), region, certify=False).values
-        near = reduction.modes(region, {"mu": x}).values
+        near = reduction.values({"mu": x})
         off = near[np.argmin(np.abs(full[:, None] - near), axis=1)] - full
         value = max(value, float(np.max(np.abs(off / full))))
         growth = max(growth, float(np.max(np.abs(off.real / full))))

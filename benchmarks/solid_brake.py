@@ -183,7 +183,7 @@ def _areas(radii: NDArray, angles: NDArray) -> NDArray:
 
 def write_brake(folder: Path, brake: SolidBrake) -> None:
     """Matrices (.npz), coordinates and the system file in a folder."""
-    write_system(folder, brake.system, "npz", "coordinates: {file: nodes.csv}\n")
+    write_system(folder, brake.system, "npz", coordinates={"file": "nodes.csv"})
     rows = (
         (int(node) + 1, "xyz"[way], *map(float, brake.places[node]))
         for node, way in zip(brake.nodes, brake.directions, strict=True)

@@ -26,8 +26,8 @@ from squeal.analysis.systems.roots import (
     NO_ROOT,
     SystemRoots,
     Wanted,
+    basis_of,
     check_memory,
-    extent,
     growing,
     is_small,
     noise_of,
@@ -44,8 +44,9 @@ from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.eigen import ordered
 from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.system import TermSystem
-from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.quadratic import Progress, quiet
+from squeal.sparse.argument_principle import Disc, Rectangle
+from squeal.sparse.crossings import motion_of
+from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import Reduction
 
 ONSET_ROWS = 40  # up to so many rows the onset of each unstable mode is computed
@@ -62,28 +63,6 @@ NAMES = (*VERDICTS, NO_ROOT)
 Band = tuple[float, float]
 
 
-def _some(values: Sequence[float], most: int) -> list[float]:
-    """At most so many of the values, both ends included."""
-    index = np.linspace(0, len(values) - 1, min(most, len(values)))
-    return [values[round(k)] for k in index.tolist()]
-
-
-def _basis(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | None:
-    """A reduced system as JSON holds it."""
-    if reduction is None:
-        return None
-    limit = None if wanted.band is None else wanted.rectangle.high_real  # type: ignore[union-attr]
-    return {
-        "method": reduction.method,
-        "size": reduction.size,
-        "samples": [dict(changes) for changes in reduction.samples],
-        "residual": reduction.worst,
-        "converged": reduction.converged,
-        "spurious": reduction.spurious,
-        "growth_limit": limit,
-    }
-
-
 @dataclass(frozen=True)
 class Question:
     """A system, what is known of its files, and which of its roots are wanted; its methods are the
@@ -91,7 +70,6 @@ class Question:
 
     file: SystemFile
     wanted: Wanted
-    progress: Progress = quiet
 
     @staticmethod
     def of(
@@ -110,7 +88,8 @@ class Question:
         wanted = Wanted(band, None if region is None else Rectangle(*region), modes)
         if not is_small(file.system):
             check_memory(file.system, memory)
-        return Question(file, wanted, progress or quiet)
+        PROGRESS.set(progress or (lambda _: None))
+        return Question(file, wanted)
 
     @property
     def system(self) -> TermSystem:
@@ -123,14 +102,15 @@ class Question:
         if at is not None:
             file = replace(file, system=self.system.replace({free: at}))
         system = file.system
-        roots = system_roots(system, self.wanted, None, self.progress)
-        matrices, checks = matrix_list(file), system_checks(system)
+        roots = system_roots(system, self.wanted)
+        matrices, checks, region = matrix_list(file), system_checks(system), roots.region
+        extent = {"radius": region.radius} if isinstance(region, Disc) else region and vars(region)
         details: dict[str, Any] = {
             "rows": system.n,
             "parameters": dict(system.parameters),
             "matrices": matrices,
             "checks": checks,
-            "region": extent(roots.region),
+            "region": extent,
             "growth_limit": roots.growth_limit,
             "growing_outside": roots.growing_outside,
             "basis": None,
@@ -153,7 +133,7 @@ class Question:
         notes = ["\n".join(lines + [f"  {name}: {text}" for name, text in checks.items()])]
         if roots.growing_outside:
             notes.append(f"{roots.growing_outside} modes grow outside of the band or region")
-        words = "" if roots.region is None else self.wanted.words()
+        words = "" if region is None else self.wanted.words()
         if roots.growth_limit is not None:
             words += f" with growth below {roots.growth_limit:.4g} 1/s"
         return Eigenvalues(
@@ -175,92 +155,19 @@ class Question:
 
     def sweep(self, values: Sequence[float], method: str | None = None) -> Sweep:
         """The roots at values of the parameter, on the system itself or on a reduced one."""
-        system, free, basis = self.system, self.system.parameter, None
-        if method is not None and method not in METHODS:
+        system, reduction = self.system, None
+        if method not in (None, *METHODS):
             allowed = f"it must be one of {', '.join(METHODS)}"
             raise InputError(f"method: {method} is not allowed; {allowed}")
-        if method == "full" or (method is None and is_small(system)):
-            steps = tuple(self._full(values))
-        else:
-            changes = [{free: value} for value in _some(values, CHECKED)]
-            method = method or "reduced"
-            reduction, region = reduced_for(system, self.wanted, changes, method, self.progress)
-            steps = tuple(self._reduced(values, reduction, region))
-            basis = _basis(reduction, self.wanted)
-        return Sweep(system.name, free, steps, basis, self.file)
-
-    def _reduced(
-        self, values: Sequence[float], reduction: Reduction, region: Rectangle
-    ) -> Iterator[Step]:
-        """The sweep on a reduced system."""
-        noise = noise_of(reduction.system)
-        for value in values:
-            solution = reduction.modes(region, {self.system.parameter: value})
-            verdict = _growth(solution.values, noise)  # of all of them, however few are listed
-            order = ordered(solution.values)[: self.wanted.modes]
-            residuals = solution.residuals[order]
-            yield Step(
-                value, solution.values[order], residuals, verdict, spurious=solution.spurious
-            )
-
-    def _full(self, values: Sequence[float]) -> Iterator[Step]:
-        """The sweep on the system itself."""
-        system, wanted, noise = self.system, self.wanted, noise_of(self.system)
-        small = is_small(system)
-        if not small and wanted.rectangle is None and wanted.modes is None:
-            raise InputError(NO_BAND)
-        for value in values:
-            changes = {system.parameter: value}
-            if not small:
-                self.progress(f"{system.parameter} = {value:g}")
-                answer = system_roots(system, wanted, changes, self.progress)
-                roots = np.array([e.value for e in answer.eigenvalues], dtype=complex)
-                residuals = np.array([e.residual for e in answer.eigenvalues])
-                yield Step(value, roots, residuals, answer.verdict)
-                continue
-            roots = roots_of_all(system, wanted, changes)
-            # on all of them, however few are listed
-            verdict = (verdict_of if wanted.rectangle is None else _growth)(roots, noise)
-            if wanted.modes is not None:
-                roots = roots[roots.imag >= 0.0][: wanted.modes]
-            yield Step(value, roots, np.full(len(roots), np.nan), verdict)
+        if method in ("reduced", "modal") or (method is None and not is_small(system)):
+            reduction, _ = self.reduced(values, method or "reduced", CHECKED)
+        steps = tuple(_steps(system, self.wanted, values, reduction))
+        basis = basis_of(reduction, self.wanted)
+        return Sweep(system.name, system.parameter, steps, basis, self.file)
 
     def thresholds(self, high: float, low: float | None = None) -> Thresholds:
         """Every threshold of the wanted roots from low to high."""
-        system, wanted = self.system, self.wanted
-        located = system_thresholds(system, high, low, wanted, self.progress)
-        basis = _basis(located.reduction, wanted)
-        notes = [f"not confirmed on the full system: {words}" for words in located.unconfirmed]
-        notes += located.left_out
-        if located.crossings_outside:
-            notes.append(f"crossings outside {wanted.words()}: {located.crossings_outside}")
-        if located.certified is not None:
-            foreseen = "foreseen, not excluded by proof" if system.real else "not foreseen"
-            notes.append(f"windows between the computed values are {foreseen}")
-        if basis:
-            notes.append(basis_text(basis))
-        details = {
-            "parameters": dict(system.parameters),
-            "admissible_to": located.high,
-            "unconfirmed": list(located.unconfirmed),
-            "left_out": list(located.left_out),
-            "crossings_outside": located.crossings_outside,
-            "basis": basis,
-        }
-        return Thresholds(
-            system.name,
-            system.parameter,
-            located.low,
-            located.high,
-            located.verdict,
-            located.points,
-            located.crossings,
-            f"{system.parameter} = {located.high:g} is reached",
-            located.certified,
-            notes=tuple(notes),
-            details=details,
-            source=(self.file, located, wanted),
-        )
+        return system_thresholds(self.system, high, low, self.wanted)
 
     def map(self, axes: tuple[Axis, Axis] | None) -> Map:
         """The verdict on the wanted roots over two named parameters."""
@@ -280,20 +187,17 @@ class Question:
         if not is_small(system):
             first, second = (np.linspace(a.low, a.high, CORNERS).tolist() for a in axes)
             corners = [{names[0]: a, names[1]: b} for a in first for b in second]
-            reduction, region = reduced_for(system, wanted, corners, progress=self.progress)
+            reduction = reduced_for(system, wanted, corners)
         codes, noise = np.zeros((axes[0].n, axes[1].n), dtype=np.int8), noise_of(system)
         growth = np.full(codes.shape, np.nan)
         for i, a in enumerate(axes[0].values.tolist()):
-            self.progress(f"{names[0]} = {a:.6g}")
+            PROGRESS.get()(f"{names[0]} = {a:.6g}")
             for j, b in enumerate(axes[1].values.tolist()):
-                changes = {names[0]: a, names[1]: b}
-                if reduction is None:
-                    roots = roots_of_all(system, wanted, changes)
-                else:
-                    roots = reduction.values(region, changes)
+                at = {names[0]: a, names[1]: b}
+                roots = reduction.values(at) if reduction else roots_of_all(system, wanted, at)
                 codes[i, j] = NAMES.index(verdict_of(roots, noise))
                 growth[i, j] = roots.real.max() if len(roots) else np.nan
-        basis = _basis(reduction, wanted)
+        basis = basis_of(reduction, wanted)
         return Map(
             system.name,
             axes,
@@ -307,15 +211,16 @@ class Question:
         )
 
     def reduced(
-        self, values: Sequence[float] | None, method: str = "reduced"
+        self, values: Sequence[float] | None, method: str = "reduced", most: int = SERVED
     ) -> tuple[Reduction, dict[str, Any] | None]:
         """The system reduced to the roots that are wanted, for these values of its parameter (its
-        own), and what a JSON object says of that."""
-        system, free = self.system, self.system.parameter
-        own = [system.parameters[free]] if values is None else values
-        changes = [{free: value} for value in _some(own, SERVED)]
-        reduction, _ = reduced_for(system, self.wanted, changes, method, self.progress)
-        return reduction, _basis(reduction, self.wanted)
+        own), of which it is good at `most`; and what a JSON object says of that."""
+        free = self.system.parameter
+        own = [self.system.parameters[free]] if values is None else values
+        index = np.linspace(0, len(own) - 1, min(most, len(own)))
+        changes = [{free: own[round(k)]} for k in index.tolist()]
+        reduction = reduced_for(self.system, self.wanted, changes, method)
+        return reduction, basis_of(reduction, self.wanted)
 
     def sensitivity(self, of: str, high: float, known: Eigenvalues | None = None) -> Sensitivity:
         """What moves the eigenvalues: -y^H (s^2 dM + s dC + dK) x over y^H (2 s M + C) x."""
@@ -325,35 +230,56 @@ class Question:
             )
         answer = known or self.eigenvalues()
         system = self.system.replace({self.system.parameter: answer.value})
-        values = dict(system.parameters)
-        M, C, _ = system.at()
-        slopes = {}
+        values, slopes = dict(system.parameters), {}
+        roots = answer.eigenvalues
+        X, Y = (
+            np.array([getattr(e, side) for e in roots]).reshape(-1, system.n)
+            for side in ("right", "left")
+        )
         for name in values:
-            dM, dC, dK = system.derivative(name)
-            moved = []
-            for root in answer.eigenvalues:
-                s, x, y = root.value, root.right, root.left.conj()
-                terms = ((s * s, dM), (s, dC), (1.0, dK))
-                change = sum(f * (y @ (X @ x)) for f, X in terms if X is not None)
-                scale = y @ (2 * s * (M @ x) + (0.0 if C is None else C @ x))
-                moved.append(-change / scale if scale else complex(np.nan, np.nan))
-            slopes[name] = np.array(moved, dtype=complex)
+            change, scale = motion_of(system, name, None, answer.values, X.T, Y.conj())
+            gone = np.full(len(scale), complex(np.nan, np.nan))
+            slopes[name] = np.divide(-change.diagonal(), scale, out=gone, where=scale != 0)
         verdict, units = answer.verdict or "", dict.fromkeys(values, "")
         return Sensitivity(
             "eigenvalues", system.parameter, answer.values, verdict, slopes, values, units
         )
 
 
-def _growth(roots: np.ndarray, noise: float) -> str | None:
-    """The verdict on some roots, which prove none but growth."""
-    verdict = verdict_of(roots, noise)
-    return verdict if verdict in GROWING else None
+def _steps(
+    system: TermSystem, wanted: Wanted, values: Sequence[float], reduction: Reduction | None
+) -> Iterator[Step]:
+    """A sweep on a reduced system or, without one, on the system itself."""
+    small, whole = is_small(system), wanted.rectangle is None and reduction is None
+    if whole and not small and wanted.modes is None:
+        raise InputError(NO_BAND)
+    for value in values:
+        at, spurious = {system.parameter: value}, 0
+        if reduction is not None:
+            modes, residuals, spurious = reduction.modes(at)
+            roots = modes.values
+        elif small:
+            roots = roots_of_all(system, wanted, at)
+            residuals = np.full(len(roots), np.nan)
+        else:
+            PROGRESS.get()(f"{system.parameter} = {value:g}")
+            every = system_roots(system, wanted, at).every
+            roots = np.array([e.value for e in every], dtype=complex)
+            residuals = np.array([e.residual for e in every])
+        # on all of them, however few are listed; some roots prove none but growth
+        verdict: str | None = verdict_of(roots, noise_of(system))
+        if not (small and whole) and verdict not in GROWING:
+            verdict = None
+        order = ordered(roots)
+        if wanted.modes is not None:
+            order = order[roots[order].imag >= 0.0][: wanted.modes]
+        yield Step(value, roots[order], residuals[order], verdict, spurious=spurious)
 
 
 def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]:
     """What grows among the roots; of a small system with the onset of each."""
     at = system.parameters[system.parameter]
-    grow = growing((*roots.eigenvalues, *roots.others))
+    grow = growing(roots.every)
     if not (grow and system.real and at > 0.0 and system.n <= ONSET_ROWS):
         return grow
     try:
@@ -366,20 +292,16 @@ def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]
         size = np.hypot(one.growth_rate, 2 * np.pi * one.frequency_hz)
         return float(np.hypot(one.growth_rate - other.growth_rate, hertz) / size)
 
-    modes = []
-    for mode in grow:
-        same = min(known, key=lambda other: apart(mode, other), default=None)
-        onset = same.onset if same is not None and apart(mode, same) <= SAME else None
-        modes.append(replace(mode, onset=onset))
-    return tuple(modes)
+    onsets = ({apart(mode, other): other.onset for other in known} for mode in grow)
+    return tuple(
+        replace(mode, onset=each[min(each)] if each and min(each) <= SAME else None)
+        for mode, each in zip(grow, onsets, strict=True)
+    )
 
 
 def along(answer: Thresholds) -> Sweep:
     """The eigenvalue paths over the range of thresholds, for a figure."""
-    file, located, wanted = answer.source
-    question, values = Question(file, wanted), np.linspace(answer.low, answer.high, SHOWN).tolist()
-    if located.reduction is None:
-        steps = question._full(values)
-    else:
-        steps = question._reduced(values, located.reduction, wanted.rectangle)
-    return Sweep(answer.name, answer.parameter, tuple(steps), source=file)
+    values = np.linspace(answer.low, answer.high, SHOWN).tolist()
+    system, wanted, reduction = answer.source
+    steps = tuple(_steps(system, wanted, values, reduction))
+    return Sweep(answer.name, answer.parameter, steps)

@@ -108,6 +108,11 @@ class TermSystem:
                     raise InputError(f"{letter}: {words}{', '.join(sorted(values))}")
 
     @property
+    def parts(self) -> tuple[tuple[Term, ...], tuple[Term, ...], tuple[Term, ...]]:
+        """The terms of M, of C and of K."""
+        return self.M, self.C, self.K
+
+    @property
     def terms(self) -> tuple[Term, ...]:
         """All terms."""
         return self.M + self.C + self.K
@@ -150,10 +155,7 @@ class TermSystem:
         Raises InputError, naming the parameters, where an entry is not finite.
         """
         p = self.values(changes)
-        M, C, K = (
-            self._sum(terms, [t.factor.value(p) for t in terms])
-            for terms in (self.M, self.C, self.K)
-        )
+        M, C, K = (self._sum(terms, [t.factor.value(p) for t in terms]) for terms in self.parts)
         for letter, X in zip("MCK", (M, C, K), strict=True):
             if X is not None and not np.isfinite(X.data if is_sparse(X) else X).all():
                 where = ", ".join(f"{name} = {p[name]:g}" for name in sorted(self.names))
@@ -176,7 +178,7 @@ class TermSystem:
         """Derivatives of M, C, K by a parameter, exact; None where they vanish."""
         self.values({name: 0.0})
         p = self.values(changes)
-        moved = ([t for t in X if name in t.factor.names] for X in (self.M, self.C, self.K))
+        moved = ([t for t in X if name in t.factor.names] for X in self.parts)
         M, C, K = (self._sum(terms, [t.factor.slope(p, name) for t in terms]) for terms in moved)
         return M, C, K
 

@@ -10,24 +10,16 @@ Only logarithms of pivots are used, so nothing can overflow.
 from __future__ import annotations
 
 import cmath
+import itertools
 import math
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.linear.matrices import norm_of
-from squeal.sparse.quadratic import (
-    ComplexArray,
-    Factor,
-    Progress,
-    Quadratic,
-    definite,
-    factorise_at,
-    quiet,
-)
+from squeal.sparse.quadratic import PROGRESS, ComplexArray, Quadratic, definite, factorise_at
 
 DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
 NODES = (6, 12, 24, 48)  # on a circle, until two numbers of them foresee the same phases
@@ -45,24 +37,27 @@ class Rectangle:
     high_imag: float
 
     def __post_init__(self) -> None:
-        numbers = (self.low_real, self.high_real, self.low_imag, self.high_imag)
-        ordered = self.low_real < self.high_real and self.low_imag < self.high_imag
-        if not all(map(math.isfinite, numbers)) or not ordered:
+        numbers = astuple(self)
+        a, b, c, d = numbers
+        if not (all(map(math.isfinite, numbers)) and a < b and c < d):
+            allowed = "it must be RE0:RE1:IM0:IM1 with RE0 < RE1 and IM0 < IM1"
             shown = ":".join(f"{x:g}" for x in numbers)
-            raise InputError(
-                f"region {shown}: is not allowed; it must be RE0:RE1:IM0:IM1 with RE0 < RE1 and "
-                "IM0 < IM1"
-            )
+            raise InputError(f"region {shown}: is not allowed; {allowed}")
+
+    @property
+    def size(self) -> complex:
+        """Width and height."""
+        return complex(self.high_real - self.low_real, self.high_imag - self.low_imag)
 
     @property
     def centre(self) -> complex:
         """The middle."""
-        return complex(self.low_real + self.high_real, self.low_imag + self.high_imag) / 2
+        return complex(self.low_real, self.low_imag) + self.size / 2
 
     @property
     def radius(self) -> float:
         """Distance of a corner from the centre."""
-        return math.hypot(self.high_real - self.low_real, self.high_imag - self.low_imag) / 2
+        return abs(self.size) / 2
 
     def contains(self, values: NDArray) -> NDArray[np.bool_]:
         """True for each value inside."""
@@ -72,11 +67,9 @@ class Rectangle:
 
     def widened(self, share: float) -> Rectangle:
         """The region with a share of its size more on each side."""
-        wide = share * (self.high_real - self.low_real)
-        high = share * (self.high_imag - self.low_imag)
-        return Rectangle(
-            self.low_real - wide, self.high_real + wide, self.low_imag - high, self.high_imag + high
-        )
+        a, b, c, d = astuple(self)
+        by = share * self.size
+        return Rectangle(a - by.real, b + by.real, c - by.imag, d + by.imag)
 
 
 @dataclass(frozen=True)
@@ -85,10 +78,6 @@ class Disc:
 
     radius: float
     centre: complex = 0j
-
-    def point(self, turn: float) -> complex:
-        """A point of the outline, after a share of a turn."""
-        return self.centre + self.radius * cmath.exp(2j * math.pi * turn)
 
     def contains(self, values: NDArray) -> NDArray[np.bool_]:
         """True for each value inside."""
@@ -107,17 +96,13 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
         Unless 0 <= low < high.
     """
     if not 0.0 <= low_hz < high_hz < math.inf:
-        raise InputError(
-            f"band {low_hz:g}:{high_hz:g}: is not allowed; it must be LOW:HIGH in Hz with "
-            "0 <= LOW < HIGH"
-        )
+        allowed = "it must be LOW:HIGH in Hz with 0 <= LOW < HIGH"
+        raise InputError(f"band {low_hz:g}:{high_hz:g}: is not allowed; {allowed}")
     low, high = 2 * math.pi * low_hz, 2 * math.pi * high_hz
     return Rectangle(-DAMPED * high, DAMPED * high, low, high)
 
 
-def count_roots(
-    problem: Quadratic, disc: Disc, known: ComplexArray, progress: Progress = quiet
-) -> int | None:
+def count_roots(problem: Quadratic, disc: Disc, known: ComplexArray) -> int | None:
     """The number of roots of P inside a disc, multiple ones counted as often; None if 48
     determinants do not settle it.
 
@@ -127,22 +112,24 @@ def count_roots(
     everywhere.
     """
     half = problem.real and disc.centre.imag == 0.0  # the lower half mirrors the upper one
-    logs: dict[int, complex] = {}  # by number of the finest steps
-    before: NDArray[np.float64] | None = None
-    factor: Factor | None = None
     most = NODES[-1]
+    logs = np.full(most, np.nan, dtype=complex)
+    before, factor = None, None
     for nodes in NODES:
-        steps = range(0, most, most // nodes)
-        for k in steps:
-            if k in logs or (half and 2 * k > most):
-                continue
-            progress(f"counting the roots: determinant {len(logs) + 1}")
-            place, factor = factorise_at(problem, disc.point(k / most), like=factor)
-            logs[k] = factor.logarithm() - complex(np.sum(np.log(place - known)))
-            if half and 0 < 2 * k < most:
-                logs[most - k] = logs[k].conjugate()
-        sampled = np.array([logs[k] for k in steps])
-        foreseen = conjugate(sampled.real)
+        every = most // nodes
+        for k in range(0, most // 2 + 1 if half else most, every):
+            if np.isnan(logs[k]):
+                PROGRESS.get()(f"counting the roots: determinant of {nodes}")
+                place = disc.centre + disc.radius * cmath.exp(2j * math.pi * k / most)
+                place, factor = factorise_at(problem, place, like=factor)
+                logs[k] = factor.logarithm() - np.sum(np.log(place - known))
+                if half and 0 < 2 * k < most:
+                    logs[most - k] = logs[k].conjugate()
+        sampled = logs[::every]
+        # the harmonic conjugate of the real part
+        turn = -1j * np.sign(np.fft.fftfreq(nodes))
+        turn[nodes // 2] = 0.0
+        foreseen = np.fft.ifft(turn * np.fft.fft(sampled.real)).real
         # what half the nodes foresee otherwise; the error of all of them is its square
         if before is not None and np.max(np.abs(foreseen[::2] - before)) < 0.75:
             rest = sampled.imag - foreseen
@@ -153,16 +140,6 @@ def count_roots(
                 return missing + int(np.sum(disc.contains(known)))
         before = foreseen
     return None
-
-
-def conjugate(real: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The imaginary part (n,) on a circle of a function analytic inside, but for a constant, from
-    its real part at n equal steps."""
-    n = len(real)
-    coefficients = np.fft.fft(real)
-    coefficients *= -1j * np.sign(np.fft.fftfreq(n))
-    coefficients[n // 2] = 0.0
-    return np.fft.ifft(coefficients).real
 
 
 def disc_around(region: Rectangle, known: ComplexArray, reach: float) -> Disc:
@@ -188,37 +165,27 @@ def growth_bound(problem: Quadratic, region: Rectangle) -> float | None:
     it is definite in low <= b <= high if it is at both ends, and it grows with a if
     2 (a + b t) M + C_r + t C_i is positive: the two ends at one a speak for all to the right.
     """
-    if problem.n > BOUND_ROWS or region.high_real <= 0.0:
-        return None
-    (M, C, K), skew = _parts(problem)
-    if norm_of(skew[0]) > ROUNDING * problem.norms[0]:
-        return None
-    low, high = region.low_imag, region.high_imag
-    for k in range(11):
-        a = 2.0**k * region.high_real
-        t = (high + low) / (2 * a)  # as much of M at both ends
-
-        def turned(b: float, a: float = a, t: float = t) -> Any:
-            parts = K + t * skew[2] + (a * a - b * b + 2 * a * b * t) * M
-            return parts + (a + b * t) * C - (b - a * t) * skew[1]
-
-        slope = 2 * (a + low * t) * M + C + t * skew[1]
-        if definite(turned(high)) and definite(_lifted(slope)) and definite(turned(low)):
-            return a
-    return None
-
-
-def _parts(problem: Quadratic) -> tuple[list[Any], list[Any]]:
-    """A_r and A_i of M, C and K; real where they can be."""
-    given = problem.M, problem.C, problem.K
-    other = [A.conj().T.tocsc() for A in given]
-    even = [(A + B) / 2 for A, B in zip(given, other, strict=True)]
-    odd = [(A - B) / 2j for A, B in zip(given, other, strict=True)]
-    return even, odd
-
-
-def _lifted(A: Any) -> Any:
-    """A with rounding added to the diagonal, so that rows without mass and damping pass."""
     from scipy.sparse import eye_array
 
-    return A + ROUNDING * norm_of(A) * eye_array(A.shape[0])
+    if problem.n > BOUND_ROWS or region.high_real <= 0.0:
+        return None
+    given = problem.M, problem.C, problem.K
+    pairs = [(A, A.conj().T.tocsc()) for A in given]
+    M, C, K = ((A + B) / 2 for A, B in pairs)
+    skew_M, skew_C, skew_K = ((A - B) / 2j for A, B in pairs)
+    if norm_of(skew_M) > ROUNDING * problem.norms[0]:
+        return None
+    low, high = region.low_imag, region.high_imag
+    for a in 2.0 ** np.arange(11) * region.high_real:
+        t = (high + low) / (2 * a)  # as much of M at both ends
+        slope = 2 * (a + low * t) * M + C + t * skew_C
+        # rows without mass and damping pass
+        slope = slope + ROUNDING * norm_of(slope) * eye_array(problem.n)
+        ends = (
+            K + t * skew_K + (a * a - b * b + 2 * a * b * t) * M + (a + b * t) * C
+            - (b - a * t) * skew_C
+            for b in (high, low)
+        )  # fmt: skip
+        if all(map(definite, itertools.chain(ends, [slope]))):
+            return float(a)
+    return None

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import astuple, dataclass, field, replace
 
 import numpy as np
 
@@ -22,8 +22,8 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import State, hermite_cubic, near_coalescences, zeros_between
 from squeal.linear.events import Event
 from squeal.linear.matrices import EPS
-from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.quadratic import ComplexArray, Quadratic, ScaledSystem, combined, factorise_at
+from squeal.linear.system import TermSystem
+from squeal.sparse.quadratic import ComplexArray, ScaledSystem, combined, factorise_at
 from squeal.sparse.reduction import Reduction
 
 
@@ -46,37 +46,49 @@ OPTIONS = AlongOptions()
 Place = tuple[State, int]  # a state with the index of one of its roots
 
 
+def motion_of(
+    system: TermSystem,
+    name: str,
+    changes: Mapping[str, float] | None,
+    z: ComplexArray,
+    X: ComplexArray,
+    Y: ComplexArray,
+) -> tuple[ComplexArray, ComplexArray]:
+    """Y dP X (m, m), dP(z) the derivative by a parameter, and the diagonal of Y (2 z M + C) X, of
+    roots with right vectors X (n, m) and conjugate left ones Y (m, n): dz is minus their ratio."""
+    M, C, _ = system.at(changes)
+    slopes = zip(system.derivative(name, changes), (z**2, z, z**0), strict=True)
+    change = sum((A @ X * f for A, f in slopes if A is not None), np.zeros_like(X))
+    inertia = 2 * z * (M @ X) + (0.0 if C is None else C @ X)
+    return Y @ change, np.sum(Y.T * inertia, axis=0)
+
+
 class Along:
     """A reduced system along one parameter."""
 
-    def __init__(self, reduction: Reduction, region: Rectangle, name: str) -> None:
-        if not region.low_real < 0.0 < region.high_real or region.high_imag <= 0.0:
-            raise InputError(
-                f"region {region.low_real:g}:{region.high_real:g}:{region.low_imag:g}:"
-                f"{region.high_imag:g}: must hold a part of the upper imaginary axis"
-            )
-        self.reduction, self.name = reduction, name
+    def __init__(self, reduction: Reduction, name: str) -> None:
+        self.reduction, self.name, self.region = reduction, name, reduction.region
+        if not self.region.low_real < 0.0 < self.region.high_real or self.region.high_imag <= 0.0:
+            shown = ":".join(f"{x:g}" for x in astuple(self.region))
+            raise InputError(f"region {shown}: must hold a part of the upper imaginary axis")
         # a root of real matrices is real below this; complex ones mean what is above the axis
-        self.real = OPTIONS.real * region.high_imag if reduction.system.real else 0.0
-        self.region = replace(region, low_imag=max(region.low_imag, -self.real))
+        self.real = OPTIONS.real * self.region.high_imag if reduction.system.real else 0.0
+        self.region = replace(self.region, low_imag=max(self.region.low_imag, -self.real))
         self._states: dict[float, State] = {}
 
     def at(self, value: float) -> State:
         """The roots (rad/s) at a value of the parameter, of pairs the upper ones."""
         if value not in self._states:
             system, at = self.reduction.system, {self.name: value}
-            (M, C, _), slopes = system.at(at), system.derivative(self.name, at)
-            roots = self.reduction.roots(self.region, at, left=True)
+            roots = self.reduction.roots(at, left=True)
+            roots = roots.picked(self.region.contains(roots.values))
             z, X, Y = roots.values, roots.right, roots.left.conj().T
-            change: ComplexArray = sum(
-                (A @ X * z**k for A, k in zip(slopes, (2, 1, 0), strict=True) if A is not None),
-                np.zeros_like(X),
-            )
-            inertia = np.sum(Y.T * (2 * z * (M @ X) + (0.0 if C is None else C @ X)), axis=0)
+            change, inertia = motion_of(system, self.name, at, z, X, Y)
             # a double root at zero leaves it as a square root, if at all
+            C = system.at(at)[1]
             damping = 0.0 if C is None else float(np.linalg.norm(C))
             single = (z != 0) | (np.abs(inertia) > OPTIONS.rounding * damping)
-            coupling = np.asarray(-(Y @ change) / np.where(single, inertia, np.inf)[:, None])
+            coupling = np.asarray(-change / np.where(single, inertia, np.inf)[:, None])
             noise = OPTIONS.rounding / 10 * np.abs(z)
             self._states[value] = State(value, z, X, roots.left, coupling, noise)
         return self._states[value]
@@ -187,26 +199,25 @@ class AxisCrossing(Event):
 
 
 def crossings_along(
-    reduction: Reduction, region: Rectangle, name: str, values: Sequence[float]
+    reduction: Reduction, name: str, values: Sequence[float]
 ) -> tuple[list[AxisCrossing], list[str]]:
-    """All crossings of the imaginary axis inside a region between the first and last value.
+    """All crossings of the imaginary axis inside the region between the first and last value.
 
     The reduced system must be good at the values (rising), which set the first steps. Each
     crossing is located on the full system; a sentence names each one that it does not confirm.
     Raises InputError for a region without the axis.
     """
-    along = Along(reduction, region, name)
-    scaled, basis = reduction.basis.scaled, reduction.basis.vectors
+    along, low, high = Along(reduction, name), values[0], values[-1]
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
-    low, high = values[0], values[-1]
     for a, b in itertools.pairwise(values):
         for state, k in along.crossings(a, b, OPTIONS.least * (high - low)):
             omega = abs(state.roots[k].imag)
             omega = 0.0 if omega <= along.real else omega
             pair = np.stack([state.right[:, k], state.left[:, k]], axis=1)
+            vectors = combined(reduction.vectors, pair).T
             try:
-                one = axis_crossing(scaled, name, state.value, omega, *combined(basis, pair).T)
+                one = axis_crossing(reduction.scaled, name, state.value, omega, *vectors)
             except ComputationError as error:
                 unconfirmed.append(str(error))
                 continue
@@ -254,8 +265,11 @@ def axis_crossing(
     unit = abs(p) or 1.0
     for _ in range(OPTIONS.steps):
         problem, root = scaled.at({name: p}), complex(0.0, w)
-        size = float(problem.size(np.array(root)))
-        g, u, v = _bordered(problem, root, x, y)
+        place, factor = factorise_at(problem, root)
+        v, u = factor.solve(y), factor.solve(x.conj(), transposed=True)
+        g = 1.0 / complex(x.conj() @ v)
+        v, u = g * v, g * u
+        g -= complex(u @ (problem.slope(place) @ v)) * (place - root)
         slope_root = u @ (problem.slope(root) @ v)
         slope_p = u @ (scaled.slope(name, {name: p}, root) @ v)
         columns, goal = [1j * slope_root, slope_p], g
@@ -266,34 +280,21 @@ def axis_crossing(
         if not (sizes.all() and np.linalg.cond(jacobian / sizes) <= 1e12):
             break
         inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
-        moves = -inverse @ [goal.real, goal.imag]
+        turn, move = (-inverse @ [goal.real, goal.imag]).tolist()
         # by rounding of P x
-        noise = size * 2 * EPS * float(np.linalg.norm(u) * np.linalg.norm(v))
-        uncertain = noise * float(np.abs(inverse[1]).sum())
-        w, p = w + float(moves[0]), p + float(moves[1])
-        small = abs(moves[1]) <= OPTIONS.converged * max(abs(p), unit)
-        small &= abs(moves[0]) <= OPTIONS.converged * max(abs(w), 1.0)
+        noise = 2 * EPS * problem.size(np.array(root)) * np.linalg.norm(u) * np.linalg.norm(v)
+        uncertain = float(noise * np.abs(inverse[1]).sum())
+        w, p = w + turn, p + move
+        small = abs(move) <= OPTIONS.converged * max(abs(p), unit)
+        small &= abs(turn) <= OPTIONS.converged * max(abs(w), 1.0)
         x, y = v / np.linalg.norm(v), u.conj() / np.linalg.norm(u)
-        if small or abs(moves[1]) <= uncertain:
+        if small or abs(move) <= uncertain:
             slope = -float((slope_p / slope_root).real)
-            residual = problem.backward_errors(np.array([root]), x[:, None])[0]
-            half = uncertain + abs(float(moves[1])) + 2 * EPS * abs(p)
-            way = 1 if slope > 0 else -1
-            ends = p - half, p + half
-            return AxisCrossing(p, abs(w), way, ends, float(residual), slope=slope, vector=x)
+            residual = float(problem.backward_errors(np.array([root]), x[:, None])[0])
+            half = uncertain + abs(move) + 2 * EPS * abs(p)
+            way, ends = 1 if slope > 0 else -1, (p - half, p + half)
+            return AxisCrossing(p, abs(w), way, ends, residual, slope=slope, vector=x)
     raise ComputationError(
         f"no crossing of the imaginary axis was found near {name} = {value:.9g} at "
         f"{omega / (2 * math.pi):.6g} Hz"
     )
-
-
-def _bordered(
-    problem: Quadratic, root: complex, x: ComplexArray, y: ComplexArray
-) -> tuple[complex, ComplexArray, ComplexArray]:
-    """g of [[P, y], [x^H, 0]] [v; -g] = [0; 1], which vanishes at roots and is smooth where they
-    coalesce, with u, v of its slopes u' dP v. Raises ComputationError."""
-    place, factor = factorise_at(problem, root)
-    v, u = factor.solve(y), factor.solve(x.conj(), transposed=True)
-    g = 1.0 / complex(x.conj() @ v)
-    v, u = g * v, g * u
-    return g - complex(u @ (problem.slope(place) @ v)) * (place - root), u, v

@@ -15,46 +15,38 @@ import warnings
 from collections.abc import Iterable
 
 import numpy as np
+from numpy.typing import NDArray
 
+from squeal.errors import InputError
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import (
     EPS,
     ILL,
-    Array,
     check_regular,
     first_order,
     noise_of,
     norm_of,
     null_spaces,
     rank_of,
+    reduce,
     unit_diagonal,
     zero_roots,
 )
 from squeal.linear.system import Matrix
-from squeal.sparse.argument_principle import Region
 from squeal.sparse.quadratic import ComplexArray, Roots, listed, quadratic
 
 ROUNDING = 64 * EPS  # of |K|: what it does to a motion that it does not hold
 
 
-def free_motions(
-    M: Matrix, C: Matrix | None, K: Matrix, noise: float | None = None
-) -> tuple[int, Matrix, Matrix]:
-    """How many roots are zero; right and left null vectors (n, k) of K, matrices (n, n).
-
-    Singular values of K up to `noise`, if not given of its own rounding, are zero.
-    """
-    noise = noise_of(K) if noise is None else noise
+def _zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
+    """How many roots are zero, of K (n, n) singular values up to `noise`."""
     null, conull = null_spaces(K, noise)
-    if not null.shape[1]:
-        return 0, null, conull
-    if C is None or not C.any():
-        return 2 * zero_roots(K, noise, M), null, conull
+    if C is None or not C.any() or not null.size:
+        return 2 * zero_roots(K, noise, M) if null.size else 0
     # each motion counts twice but for those whose damping moves a root by more than rounding
     damping = np.linalg.svd(conull.conj().T @ (C @ null), compute_uv=False)
     mass = float(np.linalg.norm(conull.conj().T @ (M @ null), 2))
-    zeros = 2 * null.shape[1] - int(np.sum(damping > math.sqrt(noise * mass)))
-    return zeros, null, conull
+    return 2 * null.shape[1] - int(np.sum(damping > math.sqrt(noise * mass)))
 
 
 def dense_values(
@@ -66,12 +58,16 @@ def dense_values(
     holds are exactly zero. K may carry the rounding of a matrix of a greater norm `stiffness`.
     """
     C = None if C is None or not C.any() else C
-    condition = np.linalg.cond(unit_diagonal(M))
-    if 1.0 / condition <= ILL:
-        problem = quadratic(M, C, K)
-        M, C, K = (X.toarray() for X in (problem.M, problem.C, problem.K))
-        return pencil_values(M, C, K)
-    A, B = _normalised(M, K), None if C is None else _normalised(M, C)
+    try:
+        reduced = reduce(M, C, K)
+        A, B, rounding = reduced.A, reduced.B, reduced.rounding
+    except InputError:  # a light mass, or one that is not symmetric; complex matrices
+        condition = float(np.linalg.cond(unit_diagonal(M)))
+        if 1.0 / condition <= ILL:
+            problem = quadratic(M, C, K)
+            return pencil_values(*(X.toarray() for X in (problem.M, problem.C, problem.K)))
+        A, B = np.linalg.solve(M, K), None if C is None else np.linalg.solve(M, C)
+        rounding = 4 * EPS * condition
     if B is None:
         solve = np.linalg.eigvalsh if np.array_equal(A, A.conj().T) else np.linalg.eigvals
         half = np.sqrt(-solve(A).astype(complex))
@@ -81,26 +77,13 @@ def dense_values(
         values = np.asarray(np.linalg.eigvals(matrix) * rate, dtype=complex)
     size = np.abs(values)
     if stiffness is not None:
-        zeros = free_motions(M, C, K, ROUNDING * stiffness)[0]
+        zeros = _zeros(M, C, K, ROUNDING * stiffness)
     elif np.min(size) <= EPS**0.25 * np.max(size):  # as far as chains leave roots from zero
-        zeros = free_motions(np.eye(len(M)), B, A, noise_of(A, 4 * EPS * condition))[0]
+        zeros = _zeros(np.eye(len(M)), B, A, noise_of(A, rounding))
     else:
         return values
     values[np.argsort(size)[:zeros]] = 0.0
     return values
-
-
-def _normalised(M: Matrix, K: Matrix) -> Matrix:
-    """A with the roots -lambda^2 of the undamped problem, symmetric if M and K are."""
-    try:
-        lower = np.linalg.cholesky(M) if np.array_equal(M, M.T) else None
-    except np.linalg.LinAlgError:
-        lower = None
-    if lower is None:
-        return np.linalg.solve(M, K)
-    inverse = np.linalg.inv(lower)
-    A = inverse @ K @ inverse.T
-    return (A + A.T) / 2 if np.array_equal(K, K.T) else A
 
 
 def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
@@ -110,17 +93,19 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     C = None if C is None or not C.any() else C
     U, masses, Wh = np.linalg.svd(M)
     n, r = len(M), rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
-    masses = np.where(np.arange(n) < r, masses, 0.0)
     size = norm_of(K) or 1.0
     rate = 2.0 ** round(np.log2(size / (masses[0] or 1.0)) / 2)
-    masses, K = masses * (rate**2 / size), U.conj().T @ (K / size) @ Wh.conj().T
-    if C is None:
-        E, F, infinite = np.diag(masses), K, n - r
-    else:
+    M = np.diag(np.where(np.arange(n) < r, masses, 0.0) * (rate**2 / size))
+    K, infinite = U.conj().T @ (K / size) @ Wh.conj().T, n - r
+    E, F = M, K
+    if C is not None:  # the state is what has mass, its velocity, and what has none
         C = U.conj().T @ (C * (rate / size)) @ Wh.conj().T
-        E, F = _state_form(masses, C, K, r)
-        light = np.linalg.svd(C[r:, r:], compute_uv=False)
-        infinite = n - r - (rank_of(light, norm_of(C)) if r < n else 0)
+        eye, zero, none = np.eye(r), np.zeros((r, r)), np.zeros((r, n - r))
+        E = np.block([[eye, zero, none], [np.zeros((n, r)), M[:, :r], C[:, r:]]])
+        F = np.block([[zero, eye, none], [-K[:, :r], -C[:, :r], -K[:, r:]]])
+        if r < n:
+            light = np.linalg.svd(C[r:, r:], compute_uv=False)
+            infinite -= rank_of(light, norm_of(C))
     alpha, beta = eigvals(F, E, homogeneous_eigvals=True)
     fast = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)
     finite = (fast > 4 * EPS) | (infinite == 0)  # all, however fast, if none has to be infinite
@@ -129,38 +114,13 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     if not np.iscomplexobj(F):  # the second of a pair is exactly the conjugate of the first
         lower = np.flatnonzero(values.imag < 0)
         values[lower] = values[lower - 1].conj()
-    each = 2 if C is None else 1
-    zeros = free_motions(np.diag(masses), C, K)[0]
-    values[np.argsort(np.abs(values))[: zeros // each]] = 0.0
+    zeros = _zeros(M, C, K, noise_of(K))
+    values[np.argsort(np.abs(values))[: zeros if C is not None else zeros // 2]] = 0.0
     if C is None:
         half = np.sqrt(-values)
         half = np.where((values.imag == 0) & (values.real > 0), 1j * np.abs(half.imag), half)
         values = np.concatenate([half, -half])
     return np.asarray(values * rate)
-
-
-def _state_form(masses: Array, C: Matrix, K: Matrix, r: int) -> tuple[Matrix, Matrix]:
-    """E x' = F x: the state is what has mass, its velocity, and what has none."""
-    state = len(K) + r
-    E, F = np.zeros((2, state, state), dtype=np.result_type(C, K))
-    E[:r, :r] = F[:r, r : 2 * r] = np.eye(r)
-    E[r:, r : 2 * r] = np.diag(masses)[:, :r]
-    E[r:, 2 * r :] = C[:, r:]
-    F[r:, :r], F[r:, r : 2 * r], F[r:, 2 * r :] = -K[:, :r], -C[:, :r], -K[:, r:]
-    return E, F
-
-
-def dense_roots(
-    M: Matrix,
-    C: Matrix | None,
-    K: Matrix,
-    region: Region,
-    left: bool = False,
-    stiffness: float | None = None,
-) -> Roots:
-    """The roots inside a region with unit right vectors and, if wanted, left ones (else NaN)."""
-    values = dense_values(M, C, K, stiffness)
-    return roots_at(M, C, K, values[region.contains(values)], left, stiffness)
 
 
 def roots_at(
@@ -178,8 +138,8 @@ def roots_at(
     for group in _clusters(values):
         mean = values[group].mean()
         if mean == 0.0:
-            noise = None if stiffness is None else ROUNDING * stiffness
-            _, null, conull = free_motions(M, C, K, noise)
+            noise = noise_of(K) if stiffness is None else ROUNDING * stiffness
+            null, conull = null_spaces(K, noise)
             if null.shape[1]:  # a chain repeats its one vector
                 pick = np.arange(len(group)) % null.shape[1]
                 right[:, group], other[:, group] = null[:, pick], conull[:, pick]
@@ -189,29 +149,29 @@ def roots_at(
     return Roots(values, right, other)
 
 
-def _clusters(values: ComplexArray) -> Iterable[list[int]]:
+def _clusters(values: ComplexArray) -> Iterable[NDArray[np.intp]]:
     """Indices of neighbouring values that are too close for a vector each."""
-    group: list[int] = []
-    for j, value in enumerate(values):
-        if group and abs(value - values[group[-1]]) > 1e-7 * abs(value):
-            yield group
-            group = []
-        group.append(j)
-    if group:
-        yield group
+    apart = np.abs(np.diff(values)) > 1e-7 * np.abs(values[1:])
+    return np.split(np.arange(len(values)), np.flatnonzero(apart) + 1) if len(values) else ()
 
 
 def _null(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray, ComplexArray]:
     """Right and left unit vectors (n, count) of the smallest singular values, by inverse iteration
     on one factorisation; left ones NaN unless wanted. Where fewer vanish the first is repeated."""
-    from scipy.linalg import lu_solve
+    from scipy.linalg import lu_factor, lu_solve
 
     rng = np.random.default_rng(len(P))
     x = rng.standard_normal((len(P), count)) + 1j * rng.standard_normal((len(P), count))
-    factor = _near_singular(P)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # a singular P is what is expected here
+        lu, pivots = lu_factor(P, check_finite=False)
+    # pivots that vanish are rounding: what they solve points along the null space
+    floor = EPS / 2 * (float(np.abs(P).max()) or 1.0)
+    small = np.flatnonzero(np.abs(np.diag(lu)) < floor)
+    lu[small, small] = floor
 
     def solved(b: ComplexArray, trans: int) -> ComplexArray:
-        return np.linalg.qr(lu_solve(factor, b, trans=trans, check_finite=False))[0]
+        return np.linalg.qr(lu_solve((lu, pivots), b, trans=trans, check_finite=False))[0]
 
     # the inverse of P and of its adjoint by turns converge to singular vectors
     y = solved(x, 2)
@@ -225,20 +185,6 @@ def _null(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray, Comple
     return x, y if left else np.full_like(x, np.nan)
 
 
-def _near_singular(P: Matrix) -> tuple[Matrix, Matrix]:
-    """LU factors of P (n, n), pivots that vanish replaced by rounding: what they solve points along
-    the null space."""
-    from scipy.linalg import lu_factor
-
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # a singular P is what is expected here
-        lu, pivots = lu_factor(P, check_finite=False)
-    floor = EPS / 2 * (float(np.abs(P).max()) or 1.0)
-    small = np.flatnonzero(np.abs(np.diag(lu)) < floor)
-    lu[small, small] = floor
-    return lu, pivots
-
-
 def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, ...]:
     """All finite roots with vectors, backward errors and conditions; matrices (n, n).
 
@@ -250,5 +196,5 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
     values = pencil_values(M, C, K)
     if not problem.real:
         return listed(problem, roots_at(M, C, K, values, left=True))
-    roots = roots_at(M, C, K, values[values.imag >= 0.0], left=True)
-    return listed(problem, roots.joined(roots.picked(roots.values.imag > 0.0).mirrored()))
+    upper = roots_at(M, C, K, values[values.imag >= 0.0], left=True)
+    return listed(problem, upper.with_conjugates())

@@ -25,16 +25,15 @@ from squeal.linear.matrices import EPS
 from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_roots, disc_around
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.quadratic import (
+    PROGRESS,
     Array,
     ComplexArray,
     Factor,
-    Progress,
     Quadratic,
     Roots,
     combined,
     factorise_at,
     listed,
-    quiet,
 )
 
 
@@ -72,11 +71,10 @@ def near_roots(
     seed: int,
     single: bool,
     options: SolverOptions,
-    progress: Progress,
 ) -> tuple[Near, Factor]:
     """Roots near a shift until (values, reach) are `enough` or no more can be had, and P(shift)
     factorised, in `single` precision if so."""
-    progress(f"factorising {problem.n} rows at {shift:.6g}")
+    PROGRESS.get()(f"factorising {problem.n} rows at {shift:.6g}")
     shift, factor = factorise_at(problem, shift, single)
     n, block, most = problem.n, options.block, min(options.steps, 2 * problem.n)
     real = problem.real and shift.imag == 0.0
@@ -179,8 +177,7 @@ def corrected(
         worst = float(np.max(errors, initial=0.0))
         if worst <= options.exact or (before / 2 < worst <= options.accepted):
             roots = Roots(ritz.values, x, y.conj())
-            pairs = roots.picked(ritz.values.imag > 0.0)
-            return roots.joined(pairs.mirrored()) if mirrors else roots
+            return roots.with_conjugates() if mirrors else roots
         before = worst
         steps = [
             factor.solve(rest[:, error > options.exact], transposed)
@@ -229,7 +226,6 @@ def modes_in(
     problem: Quadratic,
     region: Rectangle,
     certify: bool = True,
-    progress: Progress = quiet,
     start: Array | None = None,
     exact: float | None = None,
     options: SolverOptions = OPTIONS,
@@ -254,7 +250,7 @@ def modes_in(
                 "narrower band or region is required"
             )
         part = todo.pop()
-        answer, tried = _around(problem, part, certify, V, progress, options)
+        answer, tried = _around(problem, part, certify, V, options)
         shifts += tried
         if answer is None:
             todo += _halves(part)
@@ -272,21 +268,16 @@ def modes_in(
 
 def _halves(region: Rectangle) -> list[Rectangle]:
     """Two parts of a region, cut across its longer side beside the middle: a root may lie there."""
-    a, b, c, d = region.low_real, region.high_real, region.low_imag, region.high_imag
-    if b - a > d - c:
-        cut = a + 0.4837 * (b - a)
-        return [Rectangle(a, cut, c, d), Rectangle(cut, b, c, d)]
-    cut = c + 0.4837 * (d - c)
-    return [Rectangle(a, b, c, cut), Rectangle(a, b, cut, d)]
+    corner, size = complex(region.low_real, region.low_imag), region.size
+    if size.real > size.imag:
+        cut = corner.real + 0.4837 * size.real
+        return [replace(region, high_real=cut), replace(region, low_real=cut)]
+    cut = corner.imag + 0.4837 * size.imag
+    return [replace(region, high_imag=cut), replace(region, low_imag=cut)]
 
 
 def _around(
-    problem: Quadratic,
-    region: Rectangle,
-    certify: bool,
-    V: Array,
-    progress: Progress,
-    options: SolverOptions,
+    problem: Quadratic, region: Rectangle, certify: bool, V: Array, options: SolverOptions
 ) -> tuple[tuple[Roots, int | None] | None, int]:
     """The roots in and around a part with how many are missing among them (None if that is not
     known), or None where one subspace does not reach around the part; and the shifts."""
@@ -304,7 +295,6 @@ def _around(
             attempt,
             not attempt,
             options,
-            progress,
         )
         reach = near.reach - aside
         if reach < 1.02 * region.radius:
@@ -316,10 +306,9 @@ def _around(
         roots = corrected(problem, factor, V, around, options)
         if roots is None:
             continue
-        count = _counted(problem, around, roots, near, progress) if certify else None
-        best = roots, None if count is None else count - len(roots.values)
+        best = roots, _missing(problem, around, roots, near)
         # those close to the border may lie on its other side
-        inner = 0 if certify else np.sum(region.widened(-0.01).contains(near.values))
+        inner = np.sum(region.widened(-0.01).contains(near.values))
         if best[1] == 0 or (not certify and inner <= len(roots.values)):
             break
     if best is None:
@@ -329,21 +318,18 @@ def _around(
     return best, attempt + 1
 
 
-def _counted(
-    problem: Quadratic, region: Region, roots: Roots, near: Near, progress: Progress
-) -> int | None:
-    """How many roots lie in a disc that holds these, with others around it that are known."""
-    assert isinstance(region, Disc)
+def _missing(problem: Quadratic, region: Region, roots: Roots, near: Near) -> int | None:
+    """How many more roots lie in a disc than these, with others around it that are known; None if
+    that is not settled, and for a rectangle."""
+    if not isinstance(region, Disc):
+        return None
     outside = near.values[~region.contains(near.values)]
-    return count_roots(problem, region, np.concatenate([roots.values, outside]), progress)
+    count = count_roots(problem, region, np.concatenate([roots.values, outside]))
+    return None if count is None else count - len(roots.values)
 
 
 def lowest_modes(
-    problem: Quadratic,
-    modes: int,
-    certify: bool = True,
-    progress: Progress = quiet,
-    options: SolverOptions = OPTIONS,
+    problem: Quadratic, modes: int, certify: bool = True, options: SolverOptions = OPTIONS
 ) -> Modes:
     """The `modes` roots of least |lambda| with Im lambda >= 0, and their conjugates.
 
@@ -353,16 +339,11 @@ def lowest_modes(
     # a first look sets the scale, so that the discs end where roots do
     held = 10 * np.sqrt(64 * EPS) * problem.rate  # what is slower may be a rigid body
     shift = 1e-4 * problem.rate
-    look, _ = near_roots(
-        problem,
-        complex(shift),
-        shift,
-        lambda values, _: int(np.sum(np.abs(values) > held)) >= 4,
-        0,
-        False,
-        options,
-        progress,
-    )
+
+    def several(values: ComplexArray, _: float) -> bool:
+        return int(np.sum(np.abs(values) > held)) >= 4
+
+    look, _ = near_roots(problem, complex(shift), shift, several, 0, False, options)
     sizes = np.abs(look.values)
     scale = float(np.median(sizes[sizes > held])) if np.any(sizes > held) else shift
     shift, V = 0.3 * scale, np.zeros((problem.n, 0))
@@ -371,16 +352,15 @@ def lowest_modes(
         return bool(np.sum(np.abs(values) < (reach - shift) / 1.5) > 2 * modes)
 
     for attempt in range(options.attempts):
-        near, factor = near_roots(
-            problem, complex(shift), scale, within, attempt, False, options, progress
-        )
+        near, factor = near_roots(problem, complex(shift), scale, within, attempt, False, options)
         V = enlarged(V, near.vectors, 1e-6)
         region = Disc(_end(near.values, modes, near.reach - shift, held))
         roots = corrected(problem, factor, V, region, options)
         if roots is None:
             continue
-        count = _counted(problem, region, roots, near, progress) if certify else None
-        if count is None or count <= len(roots.values):
+        missing = _missing(problem, region, roots, near) if certify else None
+        if missing is None or missing <= 0:
+            count = None if missing is None else len(roots.values) + missing
             return Modes(listed(problem, roots), region, count, attempt + 2, roots)
     raise ComputationError("the lowest roots were not found: rounding hides them")
 

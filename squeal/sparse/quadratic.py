@@ -7,29 +7,30 @@ solids have many rows, and is taken there if it is installed.
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable, Mapping
+from contextlib import suppress
+from contextvars import ContextVar
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError, MatrixError
-from squeal.linear.eigen import Eigenvalue, root_rounding
+from squeal.linear.eigen import Eigenvalue, ordered, root_rounding
 from squeal.linear.matrices import EPS, norm_of
 from squeal.linear.system import Matrix, Term, TermSystem
 from squeal.numerics.differentiation import Formula
 
 ComplexArray = NDArray[np.complex128]
 Array = NDArray[np.float64]
-PARTS = ("M", "C", "K")
 ROUNDING = 8 * EPS  # backward error that a computed root has at least
-FULL = 0.2  # share of entries above which a matrix is factorised as a full one
 PIVOT = 0.01  # a diagonal entry this large beside its column stays the pivot: far less fill
 MUMPS_ROWS = 10_000  # below, SuperLU is as fast
 
 Progress = Callable[[str], None]
+PROGRESS: ContextVar[Progress] = ContextVar("progress", default=lambda _: None)
+"""What is called with a line about each step of a long computation."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,33 +116,30 @@ class ScaledSystem:
         from scipy.sparse import csc_array
 
         self.system = system
-        terms = {part: [csc_array(t.matrix) for t in getattr(system, part)] for part in PARTS}
-        self.scale = _scale(system, terms)
-        n, matrices = system.n, [A for part in PARTS for A in terms[part]]
+        given = [[csc_array(t.matrix) for t in terms] for terms in system.parts]
+        self.scale, self.n = _scale(system, given), system.n
+        matrices = [A for terms in given for A in terms]
         for A in matrices:
             A.sum_duplicates()
-        keys = [A.indices + n * np.repeat(np.arange(n), np.diff(A.indptr)) for A in matrices]
+        columns = np.arange(self.n + 1)
+        keys = [A.indices + self.n * np.repeat(columns[:-1], np.diff(A.indptr)) for A in matrices]
         pattern, place = np.unique(np.concatenate(keys), return_inverse=True)
-        self._rows, self._ends = pattern % n, np.searchsorted(pattern // n, np.arange(n + 1))
-        sizes = self.scale[self._rows] * self.scale[pattern // n]
-        self._data: dict[str, list[NDArray]] = {part: [] for part in PARTS}
-        ends = iter(np.cumsum([len(own) for own in keys]))
-        for part in PARTS:
-            for A in terms[part]:
-                data, end = np.zeros(len(pattern), A.dtype), next(ends)
-                own = place[end - A.nnz : end]
-                data[own] = A.data * sizes[own]
-                self._data[part].append(data)
+        column, self._rows = np.divmod(pattern, self.n)
+        self._ends = np.searchsorted(column, columns)
+        sizes = self.scale[self._rows] * self.scale[column]
+        data = iter(np.split(place, np.cumsum([A.nnz for A in matrices])[:-1]))
 
-    @property
-    def n(self) -> int:
-        """Number of degrees of freedom."""
-        return len(self.scale)
+        def spread(A: Any) -> NDArray:
+            own, on_pattern = next(data), np.zeros(len(pattern), A.dtype)
+            on_pattern[own] = A.data * sizes[own]
+            return on_pattern
+
+        self._data = [[spread(A) for A in terms] for terms in given]
 
     def at(self, changes: Mapping[str, float] | None = None) -> Quadratic:
         """The problem at the system's parameters, some of them changed."""
         p = self.system.values(changes)
-        M, C, K = (self._sum(part, lambda factor: factor.value(p)) for part in PARTS)
+        M, C, K = self._sums(lambda factor: factor.value(p))
         norms = norm_of(M), norm_of(C), norm_of(K)
         if not norms[0]:
             raise MatrixError("M: is zero beside C and K in double precision; a mass is required")
@@ -152,19 +150,23 @@ class ScaledSystem:
     def slope(self, name: str, changes: Mapping[str, float] | None, value: complex) -> Any:
         """dP(value)/d name as a CSC array."""
         p = self.system.values(changes)
-        M, C, K = (self._sum(part, lambda factor: factor.slope(p, name)) for part in PARTS)
+        M, C, K = self._sums(lambda factor: factor.slope(p, name))
         return value * value * M + value * C + K
 
-    def terms(self, part: str) -> list[Any]:
-        """The scaled matrices of M, C or K, in the order of the terms."""
-        return [self._csc(data) for data in self._data[part]]
+    @property
+    def terms(self) -> list[list[Any]]:
+        """The scaled matrices of M, of C and of K, in the order of the terms."""
+        return [[self._csc(data) for data in terms] for terms in self._data]
 
-    def _sum(self, part: str, number: Callable[[Formula], float]) -> Any:
-        total = np.zeros(len(self._rows))
-        for term, data in zip(getattr(self.system, part), self._data[part], strict=True):
-            if factor := number(term.factor):
-                total = total + factor * data
-        return self._csc(total)
+    def _sums(self, number: Callable[[Formula], float]) -> list[Any]:
+        sums = []
+        for terms, each in zip(self.system.parts, self._data, strict=True):
+            total = np.zeros(len(self._rows))
+            for term, data in zip(terms, each, strict=True):
+                if factor := number(term.factor):
+                    total = total + factor * data
+            sums.append(self._csc(total))
+        return sums
 
     def _csc(self, data: NDArray) -> Any:
         from scipy.sparse import csc_array
@@ -181,34 +183,24 @@ def quadratic(M: Matrix, C: Matrix | None, K: Matrix) -> Quadratic:
     return ScaledSystem(TermSystem((Term(M),), damping, (Term(K),))).at()
 
 
-def _scale(system: TermSystem, terms: Mapping[str, list[Any]]) -> Array:
-    mass, damping, stiffness = (
-        sum(
-            (
-                abs(t.factor.value(system.parameters)) * _diagonal(A)
-                for t, A in zip(getattr(system, part), terms[part], strict=True)
-            ),
-            np.zeros(system.n),
-        )
-        for part in PARTS
-    )
+def _scale(system: TermSystem, matrices: list[list[Any]]) -> Array:
+    sizes = np.zeros((3, system.n))
+    for size, terms, each in zip(sizes, system.parts, matrices, strict=True):
+        for term, A in zip(terms, each, strict=True):
+            diagonal = np.abs(A.diagonal())
+            if A.nnz and not diagonal.all():  # where it is zero the column's largest entry serves
+                largest = abs(A).max(axis=0).toarray().ravel()
+                diagonal = np.where(diagonal > 0, diagonal, largest)
+            size += abs(term.factor.value(system.parameters)) * diagonal
+    mass, damping, stiffness = sizes
     ratio = stiffness / np.where(mass > 0, mass, np.inf)
-    square = float(np.median(ratio[ratio > 0])) if np.any(ratio > 0) else 1.0
+    ratio = np.sort(ratio[ratio > 0])  # those of a mass that is rounding are the greatest
+    square = float(ratio[(len(ratio) - 1) // 2]) if len(ratio) else 1.0
     diagonal = square * mass + stiffness + np.sqrt(square) * damping
     if not np.all(diagonal > 0):
-        row = int(np.argmin(diagonal > 0))
-        raise MatrixError(
-            f"row {row + 1} of M, C and K is empty; every row needs mass or stiffness"
-        )
+        row = int(np.argmin(diagonal > 0)) + 1
+        raise MatrixError(f"row {row} of M, C and K is empty; every row needs mass or stiffness")
     return np.asarray(2.0 ** -np.round(np.log2(diagonal) / 2))
-
-
-def _diagonal(A: Any) -> Array:
-    """Size of the diagonal; where it is zero, of the column's largest entry."""
-    diagonal = np.abs(A.diagonal())
-    if np.any(diagonal == 0) and A.nnz:
-        diagonal = np.where(diagonal > 0, diagonal, abs(A).max(axis=0).toarray().ravel())
-    return np.asarray(diagonal, dtype=float)
 
 
 @dataclass(frozen=True, eq=False)
@@ -223,23 +215,23 @@ class Roots:
         """Some of them, by mask or index."""
         return Roots(self.values[which], self.right[:, which], self.left[:, which])
 
-    def mirrored(self) -> Roots:
-        """The conjugate roots."""
-        return Roots(self.values.conj(), self.right.conj(), self.left.conj())
-
     def joined(self, other: Roots) -> Roots:
         """These roots, then the others."""
-        values = np.concatenate([self.values, other.values])
-        return Roots(
-            values, np.hstack([self.right, other.right]), np.hstack([self.left, other.left])
-        )
+        pairs = ((self.values, other.values), (self.right, other.right), (self.left, other.left))
+        return Roots(*(np.concatenate(pair, axis=-1) for pair in pairs))
+
+    def with_conjugates(self) -> Roots:
+        """These roots, then the conjugates of those above the real axis."""
+        upper = self.picked(self.values.imag > 0.0)
+        return self.joined(Roots(upper.values.conj(), upper.right.conj(), upper.left.conj()))
 
 
 def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
     """Roots with backward errors, conditions and `root_rounding`, by rising frequency.
 
     What rounding of K moves is the square of a slow root: its own size says less than the
-    problem's rate. Exact zeros have no rounding.
+    problem's rate. Exact zeros have no rounding. Vectors are in the caller's coordinates,
+    x^H M x = 1 if there is mass, the largest part positive; NaN where one is unknown.
     """
     values, right, left = roots.values, roots.right, roots.left
     size = np.abs(values)
@@ -255,125 +247,66 @@ def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
         scale = np.fmax(size, root * problem.rate * (problem.rate / slow))
         own = np.minimum(condition, 1 / EPS) * size / scale
     rounding = np.where(size > 0, root_rounding(values, own, error, scale), 0.0)
-    x, y = _physical(problem, right), _physical(problem, left)
-    numbers = residuals, condition, rounding
-    eigenvalues = [
-        Eigenvalue(complex(v), x[:, j], y[:, j], *(float(each[j]) for each in numbers))
-        for j, v in enumerate(values)
-    ]
+
+    def physical(z: ComplexArray) -> ComplexArray:
+        mass = np.abs(np.sum(z.conj() * (problem.M @ z), axis=0))
+        length = np.where(mass == 0, np.linalg.norm(z, axis=0), np.sqrt(mass))
+        largest = z[np.argmax(np.abs(z), axis=0), np.arange(z.shape[1])]
+        with np.errstate(invalid="ignore"):
+            vectors = problem.scale[:, None] * z * (np.abs(largest) / largest / length)
+        vectors.setflags(write=False)
+        return np.asarray(vectors)
+
+    x, y = physical(right), physical(left)
+    numbers = np.array([residuals, condition, rounding]).T.tolist()
     return tuple(
-        sorted(eigenvalues, key=lambda e: (abs(e.value.imag), -e.value.real, -e.value.imag))
+        Eigenvalue(complex(values[j]), x[:, j], y[:, j], *numbers[j]) for j in ordered(values)
     )
 
 
-def _physical(problem: Quadratic, z: ComplexArray) -> ComplexArray:
-    """Columns (n, m) in the caller's coordinates: x^H M x = 1 if there is mass, largest part
-    positive; NaN where a vector is unknown."""
-    mass = np.abs(np.sum(z.conj() * (problem.M @ z), axis=0))
-    size = np.where(mass == 0, np.linalg.norm(z, axis=0), np.sqrt(mass))
-    largest = z[np.argmax(np.abs(z), axis=0), np.arange(z.shape[1])]
-    with np.errstate(invalid="ignore"):
-        vectors = problem.scale[:, None] * z * (np.abs(largest) / largest / size)
-    vectors.setflags(write=False)
-    return np.asarray(vectors)
+# Factors
 
 
-def quiet(text: str) -> None:
-    """Progress that nobody reads."""
+class Factor:
+    """A matrix A (n, n) of some type, factorised."""
 
-
-class Factor(Protocol):
-    """A factorised matrix A (n, n)."""
+    kind: np.dtype
 
     def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
         """A^-1 right, or A'^-1 right (not conjugated); right (n,) or (n, m)."""
+        if np.iscomplexobj(right) and self.kind.kind != "c":
+            real, imaginary = (self.solve(x, transposed) for x in (right.real, right.imag))
+            return np.asarray(real + 1j * imaginary)
+        return np.asarray(self._solved(np.ascontiguousarray(right, self.kind), transposed))
+
+    def _solved(self, right: NDArray, transposed: bool) -> NDArray:
+        raise NotImplementedError
 
     def logarithm(self) -> complex:
         """log det A, its imaginary part up to whole turns."""
+        raise NotImplementedError
 
 
-def _solved(solve: Callable[[NDArray], NDArray], right: NDArray, kind: Any) -> NDArray:
-    """What a factor of a type gives; by parts for a complex right side of a real one."""
-    if np.iscomplexobj(right) and kind.kind != "c":
-        real, imaginary = (solve(np.ascontiguousarray(x, kind)) for x in (right.real, right.imag))
-        return np.asarray(real + 1j * imaginary)
-    return np.asarray(solve(right.astype(kind, copy=False)))
+class _SuperLU(Factor):
+    def __init__(self, matrix: Any, pivot: float = PIVOT) -> None:
+        from scipy.sparse.linalg import splu
 
-
-class _SuperLU:
-    def __init__(self, matrix: Any) -> None:
-        self._type, self._lu = matrix.dtype, _superlu(matrix, PIVOT)
-
-    def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
-        trans = "T" if transposed else "N"
-        return _solved(lambda b: self._lu.solve(b, trans), right, self._type)
-
-    def logarithm(self) -> complex:
-        return _logarithm(self._lu.U.diagonal(), _odd(self._lu.perm_r) != _odd(self._lu.perm_c))
-
-
-def _superlu(matrix: Any, pivot: float) -> Any:
-    from scipy.sparse.linalg import splu
-
-    symmetric = {"SymmetricMode": True}
-    try:
-        return splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=pivot, options=symmetric)
-    except RuntimeError as error:
-        if "singular" not in str(error):
-            raise ComputationError(f"a sparse factorisation failed: {error}") from None
-        raise ZeroDivisionError from None
-
-
-class _Mumps:
-    def __init__(self, matrix: Any, new: Callable[[], Any], like: Factor | None) -> None:
-        lent = like._context if isinstance(like, _Mumps) and like._type == matrix.dtype else None
-        self._context: Any = new() if lent is None else lent
-        self._context.set_matrix(matrix)
-        self._mumps = self._context.mumps_instance
-        self._mumps.icntl[33] = 1  # the determinant too
-        self._type: Any = matrix.dtype
+        options = {"permc_spec": "MMD_AT_PLUS_A", "options": {"SymmetricMode": True}}
+        self.kind = matrix.dtype
         try:
-            self._context.factor(ordering="metis", pivot_tol=PIVOT, reuse_analysis=lent is not None)
+            self.lu = splu(matrix, diag_pivot_thresh=pivot, **options)
         except RuntimeError as error:
-            if self._mumps.infog[1] in (-6, -10):
-                raise ZeroDivisionError from None
-            raise ComputationError(f"a sparse factorisation failed: {error}") from None
+            if "singular" not in str(error):
+                raise ComputationError(f"a sparse factorisation failed: {error}") from None
+            raise ZeroDivisionError from None
 
-    def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
-        self._mumps.icntl[9] = 2 if transposed else 1
-        return _solved(self._context.solve, right, self._type)
-
-    def logarithm(self) -> complex:
-        mantissa = complex(self._mumps.rinfog[12])
-        if self._type.kind == "c":
-            mantissa += 1j * self._mumps.rinfog[13]
-        return complex(np.log(mantissa)) + float(np.log(2.0)) * self._mumps.infog[34]
-
-
-class _Full:
-    def __init__(self, matrix: Any) -> None:
-        from scipy.linalg import lu_factor
-
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # singular: refused below
-            self._lu, self._rows = lu_factor(matrix.toarray(), check_finite=False)
-        if not np.all(np.abs(np.diag(self._lu)) > 0):
-            raise ZeroDivisionError
-
-    def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
-        from scipy.linalg import lu_solve
-
-        factor = self._lu, self._rows
-        return np.asarray(lu_solve(factor, right, trans=int(transposed), check_finite=False))
+    def _solved(self, right: NDArray, transposed: bool) -> NDArray:
+        return np.asarray(self.lu.solve(right, "T" if transposed else "N"))
 
     def logarithm(self) -> complex:
-        swaps = int(np.sum(self._rows != np.arange(len(self._rows))))
-        return _logarithm(np.diag(self._lu), swaps % 2 == 1)
-
-
-def _logarithm(pivots: NDArray, negative: bool) -> complex:
-    """Sum of the logarithms of pivots, none of which vanishes; half a turn more if negative."""
-    return complex(np.sum(np.log(pivots.astype(complex)))) + (1j * np.pi if negative else 0j)
+        pivots = self.lu.U.diagonal().astype(complex)
+        odd = _odd(self.lu.perm_r) != _odd(self.lu.perm_c)
+        return complex(np.sum(np.log(pivots))) + (1j * np.pi if odd else 0j)
 
 
 def _odd(permutation: NDArray) -> bool:
@@ -387,6 +320,31 @@ def _odd(permutation: NDArray) -> bool:
     return bool((n - cycles) % 2)
 
 
+class _Mumps(Factor):
+    def __init__(self, matrix: Any, new: Callable[[], Any], like: Factor | None) -> None:
+        lent = like._context if isinstance(like, _Mumps) and like.kind == matrix.dtype else None
+        self._context: Any = new() if lent is None else lent
+        self._context.set_matrix(matrix)
+        self._mumps, self.kind = self._context.mumps_instance, matrix.dtype
+        self._mumps.icntl[33] = 1  # the determinant too
+        try:
+            self._context.factor(ordering="metis", pivot_tol=PIVOT, reuse_analysis=lent is not None)
+        except RuntimeError as error:
+            if self._mumps.infog[1] in (-6, -10):
+                raise ZeroDivisionError from None
+            raise ComputationError(f"a sparse factorisation failed: {error}") from None
+
+    def _solved(self, right: NDArray, transposed: bool) -> NDArray:
+        self._mumps.icntl[9] = 2 if transposed else 1
+        return np.asarray(self._context.solve(right))
+
+    def logarithm(self) -> complex:
+        mantissa = complex(self._mumps.rinfog[12])
+        if self.kind.kind == "c":
+            mantissa += 1j * self._mumps.rinfog[13]
+        return complex(np.log(mantissa)) + float(np.log(2.0)) * self._mumps.infog[34]
+
+
 def factorise(matrix: Any, single: bool = False, like: Factor | None = None) -> Factor:
     """A factorised CSC matrix, in `single` precision at half the time and memory.
 
@@ -397,19 +355,12 @@ def factorise(matrix: Any, single: bool = False, like: Factor | None = None) -> 
     """
     if single:
         matrix = matrix.astype(np.complex64 if np.iscomplexobj(matrix.data) else np.float32)
-    if matrix.nnz > FULL * matrix.shape[0] ** 2:
-        return _Full(matrix)
-    new = _contexts() if matrix.shape[0] >= MUMPS_ROWS else None
-    return _SuperLU(matrix) if new is None else _Mumps(matrix, new, like)
+    if matrix.shape[0] >= MUMPS_ROWS:
+        with suppress(ImportError):
+            from mumps import Context  # a package of another interface has the same name
 
-
-def _contexts() -> Any:
-    """What makes room for a factorisation by MUMPS, None where python-mumps is not installed."""
-    try:
-        from mumps import Context  # a package of another interface has the same name
-    except ImportError:
-        return None
-    return Context
+            return _Mumps(matrix, Context, like)
+    return _SuperLU(matrix)
 
 
 def factorise_at(
@@ -421,10 +372,8 @@ def factorise_at(
     """
     for nudge in (0.0, 1e-9, 1e-6):
         place = value + nudge * (1 + 0.5j) * (abs(value) or problem.rate)
-        try:
+        with suppress(ZeroDivisionError):
             return place, factorise(problem.at(place), single, like)
-        except ZeroDivisionError:
-            continue
     raise ComputationError(
         f"lambda^2 M + lambda C + K is singular at and around {value:.6g}: M, C and K share a "
         "null vector, a part that nothing holds and that has no mass"
@@ -440,8 +389,7 @@ def definite(A: Any) -> bool:
     if np.any(A.diagonal().real <= 0.0):
         return False
     try:
-        factor = _superlu(A, 0.0)
+        lu = _SuperLU(A, 0.0).lu
     except ZeroDivisionError:  # a pivot vanishes
         return False
-    pivots = factor.U.diagonal()
-    return bool(np.array_equal(factor.perm_r, factor.perm_c) and np.all(pivots.real > 0.0))
+    return bool(np.array_equal(lu.perm_r, lu.perm_c) and np.all(lu.U.diagonal().real > 0.0))

@@ -47,7 +47,7 @@ def _the_crossing(known, region, values):
     """The only crossing of a known system, held against its place, and the reduced system."""
     system, mu, omega = known
     reduction = reduce_system(ScaledSystem(system), region, [{"mu": v} for v in values])
-    (crossing,), unconfirmed = crossings_along(reduction, region, "mu", values)
+    (crossing,), unconfirmed = crossings_along(reduction, "mu", values)
     assert not unconfirmed
     assert crossing.value == pytest.approx(mu, rel=1e-10)
     assert crossing.omega == pytest.approx(omega, rel=1e-10)
@@ -61,8 +61,9 @@ def test_crossings_are_found_and_located(rng):
     assert crossing.interval[1] - crossing.interval[0] < 1e-8
     assert (crossing.kind, crossing.direction) == ("flutter", 1)
     assert crossing.residual < 1e-14
+    reduction.region = Rectangle(-2.0, -1.0, 1.0, 2.0)
     with pytest.raises(InputError, match="must hold a part of the upper imaginary axis"):
-        crossings_along(reduction, Rectangle(-2.0, -1.0, 1.0, 2.0), "mu", values)
+        crossings_along(reduction, "mu", values)
 
 
 def test_a_window_between_two_values():
@@ -76,7 +77,7 @@ def test_a_window_between_two_values():
     region = Rectangle(-5.0, 5.0, 5.0, 15.0)
     values = [0.0, 1.0]
     reduction = reduce_system(ScaledSystem(system), region, [{"p": v} for v in values])
-    crossings, _ = crossings_along(reduction, region, "p", values)
+    crossings, _ = crossings_along(reduction, "p", values)
     assert [c.direction for c in crossings] == [-1, 1]
     assert np.allclose([c.value for c in crossings], [0.375, 0.625], rtol=1e-10)
     assert np.allclose([c.omega for c in crossings], 10.0, rtol=1e-10)

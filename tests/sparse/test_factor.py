@@ -7,19 +7,14 @@ from scipy.sparse import csc_array
 from squeal.sparse import quadratic as factor
 from tests import large
 
-MAKERS = ("superlu", "full", "mumps")
+MAKERS = ("superlu", "mumps")
 
 
-def made(name, matrix):
+def made(name, matrix, new=None, like=None):
     """A factorisation by one of the ways."""
     if name == "superlu":
         return factor._SuperLU(matrix)
-    if name == "full":
-        return factor._Full(matrix)
-    contexts = factor._contexts()
-    if contexts is None:
-        pytest.skip("python-mumps is not installed")
-    return factor._Mumps(matrix, contexts, None)
+    return factor._Mumps(matrix, new or pytest.importorskip("mumps").Context, like)
 
 
 @pytest.mark.parametrize("name", MAKERS)
@@ -59,22 +54,20 @@ def test_singular(name):
 
 def test_an_ordering_serves_again(rng):
     """A factor that is no longer needed lends its context to one of its pattern and type."""
-    contexts = factor._contexts()
-    if contexts is None:
-        pytest.skip("python-mumps is not installed")
+    contexts = pytest.importorskip("mumps").Context
     M, C, K = large.blocks(rng.uniform(0.1, 0.5, 31), rng.uniform(1.0, 6.0, 31), rng)
     pattern = csc_array(abs(M) + abs(C) + abs(K))
-    right, found, made = rng.standard_normal(31), None, []
+    right, found, given = rng.standard_normal(31), None, []
 
     def new():
-        made.append(1)
+        given.append(1)
         return contexts()
 
     for kind, number in ((float, 1), (float, 1), (complex, 2)):
         data = rng.standard_normal(pattern.nnz).astype(kind)
         matrix = csc_array((data, pattern.indices, pattern.indptr), shape=pattern.shape)
         found = factor._Mumps(matrix, new, found)
-        assert len(made) == number
+        assert len(given) == number
         assert np.allclose(
             found.solve(right.astype(kind)), np.linalg.solve(matrix.toarray(), right)
         )

@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 
 from squeal.errors import InputError
 from squeal.io.matrices import fingerprint, write_matrix
@@ -65,35 +66,28 @@ def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
 
 
 def write_system(
-    folder: Path, system: TermSystem, suffix: str, more: str = ""
+    folder: Path, system: TermSystem, suffix: str, **more: Any
 ) -> list[dict[str, Any]]:
     """Write the terms of a system and a system file into a folder; a row for each matrix.
 
-    `more` is added to the system file. Raises InputError for what the format does not hold,
+    `more` are other keys of the system file. Raises InputError for what the format does not hold,
     complex matrices among it; nothing is written then.
     """
     rows = []
-    lines = [f"name: {_quoted(system.name)}"]
-    own = ", ".join(f"{name}: {value!r}" for name, value in system.parameters.items())
-    lines += [f"parameters: {{{own}}}", f"parameter: {system.parameter}"]
+    document: dict[str, Any] = {"name": system.name, "parameters": dict(system.parameters)}
+    document["parameter"] = system.parameter
     with whole_folder(folder) as place:
-        for part in ("M", "C", "K"):
-            terms = getattr(system, part)
-            lines += [f"{part}:"] if terms else []
+        for part, terms in zip("MCK", system.parts, strict=True):
             for i, term in enumerate(terms):
                 if np.iscomplexobj(term.matrix):
                     raise InputError(
                         f"{part}: is complex (structural damping) and cannot be written; damping "
                         "by rayleigh or ratios can"
                     )
-                name, text = f"{part}{i}.{suffix}", term.factor.text
+                name = f"{part}{i}.{suffix}"
                 write_matrix(place / name, term.matrix, part)
-                lines.append(f"  - {{file: {name}, factor: {_quoted(text)}}}")
-                row = {"part": part, "file": name, "factor": text}
-                rows.append(row | {"fingerprint": fingerprint(term.matrix)})
-        write_text(place / "system.yaml", "\n".join(lines) + f"\n{more}")
+                keys = {"file": name, "factor": term.factor.text}
+                document.setdefault(part, []).append(keys)
+                rows.append({"part": part} | keys | {"fingerprint": fingerprint(term.matrix)})
+        write_text(place / "system.yaml", yaml.safe_dump(document | more, sort_keys=False))
     return rows
-
-
-def _quoted(text: str) -> str:
-    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'

@@ -3,13 +3,13 @@ system itself or on a reduced one."""
 
 from __future__ import annotations
 
-import dataclasses
 import math
 import warnings
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from squeal.linear.eigen import (
     spectrum_of,
 )
 from squeal.linear.matrices import rank_of, reduce, unit_diagonal
-from squeal.linear.system import TermSystem
+from squeal.linear.system import Matrix, TermSystem
 from squeal.schema import Place, Whole, row
 from squeal.sparse.argument_principle import (
     Disc,
@@ -39,7 +39,7 @@ from squeal.sparse.argument_principle import (
 )
 from squeal.sparse.dense import dense_spectrum, dense_values
 from squeal.sparse.eigensolver import OPTIONS, Modes, lowest_modes, modes_in
-from squeal.sparse.quadratic import Progress, Quadratic, ScaledSystem, quadratic, quiet
+from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system, reduce_to_real_modes
 
 MODES = 20  # of a larger system where nothing else is wanted
@@ -50,6 +50,7 @@ NO_BAND = (
     "a band, a region or modes"
 )
 Changes = Mapping[str, float]
+Known = tuple[Eigenvalue, ...]
 
 
 @dataclass(frozen=True)
@@ -106,27 +107,18 @@ def check_memory(system: TermSystem, limit: float | None = None) -> None:
     One factorisation and one subspace, as measured on three-dimensional solids; a full matrix
     takes what its entries need. Raises ComputationError.
     """
-    parts = [term.matrix for term in system.terms]
-    entries = max(int(getattr(X, "nnz", X.size)) for X in parts)
+    entries = max(int(getattr(t.matrix, "nnz", t.matrix.size)) for t in system.terms)
     factor = min(16.0 * system.n**2, 18.0 * entries * system.n ** (1 / 3))
-    needed = factor + 16 * 2 * 180 * system.n
-    free = math.inf if limit is None else limit
-    with suppress(OSError, StopIteration):  # another machine than Linux does not say
-        text = Path("/proc/meminfo").read_text(encoding="ascii") if limit is None else ""
-        line = next(line for line in text.splitlines() if line.startswith("MemAvailable:"))
-        free = 1024.0 * float(line.split()[1])
+    needed, free = factor + 16 * 2 * 180 * system.n, math.inf if limit is None else limit
+    if limit is None:
+        with suppress(OSError, StopIteration):  # another machine than Linux does not say
+            lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
+            free = 1e3 * float(next(x for x in lines if x.startswith("MemAvailable:")).split()[1])
     if needed > free:
         raise ComputationError(
             f"{system.n} rows need about {needed / 1e9:.2g} GB for a factorisation, and "
             f"{free / 1e9:.2g} GB are free; --memory GB allows more, fewer rows need less"
         )
-
-
-def extent(region: Rectangle | Disc | None) -> dict[str, float] | None:
-    """A region for the JSON object; None stands for the whole plane."""
-    if region is None:
-        return None
-    return {"radius": region.radius} if isinstance(region, Disc) else dataclasses.asdict(region)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,32 +134,33 @@ class SystemRoots:
     and real roots outside the region grow, None if that is not known.
     """
 
-    eigenvalues: tuple[Eigenvalue, ...] = field(repr=False)
+    eigenvalues: Known = field(repr=False)
     region: Rectangle | Disc | None
     count: int | None
     verdict: str | None
     criterion: str
-    others: tuple[Eigenvalue, ...] = field(default=(), repr=False)
+    others: Known = field(default=(), repr=False)
     growth_limit: float | None = None
     growing_outside: int | None = None
+
+    @property
+    def every(self) -> Known:
+        """All roots that were found and counted."""
+        return self.eigenvalues + self.others
 
     @property
     def certified(self) -> bool:
         """True if the count proves that no root of the region is missing, and each one solves the
         equations."""
-        every = (*self.eigenvalues, *self.others)
-        return self.count == len(every) and all(e.residual <= ACCEPTED for e in every)
+        return self.count == len(self.every) and all(e.residual <= ACCEPTED for e in self.every)
 
-    def lowest(self, modes: int) -> SystemRoots:
+    def lowest(self, modes: int | None) -> SystemRoots:
         """The first of them, which the count still proves to be the first."""
         return replace(self, eigenvalues=self.eigenvalues[:modes], others=self.eigenvalues[modes:])
 
 
 def system_roots(
-    system: TermSystem,
-    wanted: Wanted | None = None,
-    changes: Mapping[str, float] | None = None,
-    progress: Progress = quiet,
+    system: TermSystem, wanted: Wanted | None = None, changes: Changes | None = None
 ) -> SystemRoots:
     """The roots of a system at its parameters, some of them changed.
 
@@ -176,45 +169,40 @@ def system_roots(
     Raises InputError and ComputationError.
     """
     wanted = wanted or Wanted()
-    if wanted.rectangle is not None and wanted.modes is not None:
-        whole = Wanted(wanted.band, wanted.region)
-        return system_roots(system, whole, changes, progress).lowest(wanted.modes)
     if is_small(system):
-        return _of_all(system.arrays(changes), wanted)
-    problem = ScaledSystem(system).at(changes)
-    rectangle, limit = wanted.rectangle, None
-    if rectangle is not None and wanted.band is not None:
-        solution, limit = _band_modes(problem, rectangle, progress)
-    elif rectangle is not None:
-        solution = modes_in(problem, rectangle, progress=progress)
+        roots = _of_all(system.arrays(changes), wanted)
+        return roots if wanted.modes is None else roots.lowest(wanted.modes)
+    problem, limit, modes = ScaledSystem(system).at(changes), None, wanted.modes
+    if wanted.rectangle is None:
+        modes = modes or MODES
+        solution = lowest_modes(problem, modes)
+    elif wanted.band is None:
+        solution = modes_in(problem, wanted.rectangle)
     else:
-        solution = lowest_modes(problem, wanted.modes or MODES, progress=progress)
-    upper, count, disc = solution.eigenvalues, solution.count, isinstance(solution.region, Disc)
-    if disc:
-        upper, count = _upper(upper, count, problem.real)
-    words = judged(upper, complete=False)
-    roots = SystemRoots(upper, solution.region, count, *words, growth_limit=limit)
-    return roots.lowest(wanted.modes or MODES) if disc else roots
+        solution, limit = _band_modes(problem, wanted.rectangle)
+    values, count = solution.eigenvalues, solution.count
+    if wanted.rectangle is None:
+        values, count = _upper(values, count, problem.real)
+    words = judged(values, complete=False)
+    roots = SystemRoots(values, solution.region, count, *words, growth_limit=limit)
+    return roots if modes is None else roots.lowest(modes)
 
 
-def _band_modes(
-    problem: Quadratic, region: Rectangle, progress: Progress
-) -> tuple[Modes, float | None]:
+def _band_modes(problem: Quadratic, region: Rectangle) -> tuple[Modes, float | None]:
     """The roots of a band with all growth rates that it may hold; or those of its region, with
     the growth rate at which that ends."""
     bound = growth_bound(problem, region)
     if bound is not None and bound > region.high_real:
         if bound <= 16 * region.high_real or problem.n <= OPTIONS.steps:
             with suppress(ComputationError):  # too many roots: of the region there are fewer
-                modes = modes_in(problem, replace(region, high_real=bound), progress=progress)
+                modes = modes_in(problem, replace(region, high_real=bound))
                 if modes.count is not None:
                     return modes, None
         bound = None
-    modes = modes_in(problem, region, progress=progress)
-    return modes, None if bound is not None else region.high_real
+    return modes_in(problem, region), None if bound is not None else region.high_real
 
 
-def judged(values: tuple[Eigenvalue, ...], complete: bool = True) -> tuple[str | None, str]:
+def judged(values: Known, complete: bool = True) -> tuple[str | None, str]:
     """Verdict on roots and what decided it. Unless they are `complete` no verdict but that of a
     growing root is proven."""
     solved = [e for e in values if e.residual <= ACCEPTED]
@@ -227,7 +215,7 @@ def judged(values: tuple[Eigenvalue, ...], complete: bool = True) -> tuple[str |
     return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
 
 
-def growing(values: tuple[Eigenvalue, ...]) -> tuple[UnstableMode, ...]:
+def growing(values: Known) -> tuple[UnstableMode, ...]:
     """The roots that grow by more than rounding, the fastest first; of a pair the upper one."""
     roots = [e for e in values if e.grows and e.value.imag >= -e.rounding]
     return tuple(
@@ -237,13 +225,12 @@ def growing(values: tuple[Eigenvalue, ...]) -> tuple[UnstableMode, ...]:
     )
 
 
-def _of_all(
-    matrices: tuple[np.ndarray, np.ndarray | None, np.ndarray], wanted: Wanted
-) -> SystemRoots:
+def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> SystemRoots:
+    """All roots of a small system, those of the band or region, or the upper ones."""
     M, C, K = matrices
+    problem = quadratic(M, C, K)
     words: tuple[str | None, str] | None = None
-    real = not any(X is not None and np.iscomplexobj(X) for X in (M, C, K))
-    if real:
+    if problem.real:
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
             reduced = reduce(M, C, K)
             if not hidden(reduced, C, K):
@@ -254,73 +241,48 @@ def _of_all(
         every = dense_spectrum(M, C, K)
         if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
+    known = np.array([e.value for e in every], dtype=complex)
+    farthest, region = float(np.max(np.abs(known), initial=0.0)), wanted.rectangle
+    upper, _ = _upper(every, None, problem.real)
     # of complex matrices those of falling motion mean nothing
-    values = every if real else _above(every, real)
+    values = every if problem.real else upper
     words = words or judged(values)
-    problem, known = quadratic(M, C, K), np.array([e.value for e in every], dtype=complex)
-    rectangle = wanted.rectangle
-    if rectangle is None:
-        count = _degree(problem, known)
-        if wanted.modes is None:
-            count = None if count is None else count - len(every) + len(values)
-            return SystemRoots(values, None, count, *words)
-        values, count = _upper(every, count, real)
-        return SystemRoots(values, None, count, *words).lowest(wanted.modes)
-    if wanted.band is not None:
-        rectangle = _whole_strip(rectangle, values)
-    inside_roots = tuple(e for e in values if rectangle.contains(np.array(e.value)))
-    others = tuple(e for e in values if not rectangle.contains(np.array(e.value)))
-    disc = disc_around(rectangle, known, 2.0 * float(np.max(np.abs(known), initial=0.0)))
-    count = count_roots(problem, disc, known)
+    if region is None:
+        sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
+        count: int | None = 2 * problem.n  # the degree of det P
+        if rank_of(sizes) < problem.n:
+            count = count_roots(problem, Disc(2 * max(farthest, problem.rate)), known)
+        if wanted.modes is not None or not problem.real:
+            values, count = _upper(every, count, problem.real)
+        return SystemRoots(values, None, count, *words)
+    if wanted.band is not None:  # with all real parts that occur in it
+        reals = [abs(z.real) for z in known if region.low_imag < z.imag < region.high_imag]
+        wide = max(1.1 * max(reals, default=0.0), region.high_real)
+        region = replace(region, low_real=-wide, high_real=wide)
+    inside = tuple(e for e in values if region.contains(np.array(e.value)))
+    outside = growing(tuple(e for e in values if e not in inside))
+    disc = disc_around(region, known, 2 * farthest)
     # all roots of the disc are in the list, or it is not known where the others are
-    complete = count == int(np.sum(disc.contains(known)))
-    inside = int(np.sum(rectangle.contains(known))) if complete else None
-    outside = len(growing(others))
+    complete = count_roots(problem, disc, known) == int(np.sum(disc.contains(known)))
+    count = int(np.sum(region.contains(known))) if complete else None
     # all roots are known: where none of the region grows the verdict is of all, unless one grows
     # elsewhere
-    own = judged(inside_roots, complete=False)
+    own = judged(inside, complete=False)
     words = own if own[0] is not None or outside else words
-    return SystemRoots(inside_roots, rectangle, inside, *words, growing_outside=outside)
+    return SystemRoots(inside, region, count, *words, growing_outside=len(outside))
 
 
-def _above(every: tuple[Eigenvalue, ...], real: bool) -> tuple[Eigenvalue, ...]:
-    """The roots with Im >= 0; of complex matrices rounding may put a real one below."""
-    return tuple(e for e in every if e.value.imag >= (0.0 if real else -e.rounding))
-
-
-def _upper(
-    every: tuple[Eigenvalue, ...], count: int | None, real: bool
-) -> tuple[tuple[Eigenvalue, ...], int | None]:
+def _upper(every: Known, count: int | None, real: bool) -> tuple[Known, int | None]:
     """The roots with Im >= 0, and how many there are if `count` is that of all.
 
-    Of real matrices they come in pairs but for those that are real; of complex ones as many lie
-    below as were found there.
+    Of complex matrices rounding may put a real one below, and as many lie below as were found
+    there; of real ones roots come in pairs but for those that are real.
     """
-    upper = _above(every, real)
-    if count is None:
-        return upper, None
-    if not real:
-        return upper, count - len(every) + len(upper)
-    reals = sum(e.value.imag == 0.0 for e in upper)
-    return upper, None if (count + reals) % 2 else (count + reals) // 2
-
-
-def _degree(problem: Quadratic, known: np.ndarray) -> int | None:
-    """How many finite roots there are: 2n where M is regular, the degree of det P, else as many as
-    the argument principle counts on a circle around all that are known."""
-    sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
-    if rank_of(sizes) == problem.n:
-        return 2 * problem.n
-    disc = Disc(2.0 * float(np.max(np.abs(known), initial=problem.rate)))
-    return count_roots(problem, disc, known)
-
-
-def _whole_strip(region: Rectangle, values: tuple[Eigenvalue, ...]) -> Rectangle:
-    """The band with all real parts that occur in it."""
-    inside = [e.value.real for e in values if region.low_imag < e.value.imag < region.high_imag]
-    far = 1.1 * max((abs(x) for x in inside), default=0.0)
-    wide = max(far, region.high_real)
-    return Rectangle(-wide, wide, region.low_imag, region.high_imag)
+    upper = tuple(e for e in every if e.value.imag >= (0.0 if real else -e.rounding))
+    if count is None or not real:
+        return upper, None if count is None else count - len(every) + len(upper)
+    twice = count + sum(e.value.imag == 0.0 for e in upper)
+    return upper, None if twice % 2 else twice // 2
 
 
 def verdict_of(roots: NDArray[np.complex128], noise: float) -> str:
@@ -334,7 +296,7 @@ def noise_of(system: TermSystem) -> float:
     return damped if system.C or not system.real else split
 
 
-def sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rectangle:
+def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rectangle:
     """The region of a sweep: what is wanted, or that of the lowest modes at one value."""
     if wanted.rectangle is not None:
         return wanted.rectangle
@@ -345,39 +307,32 @@ def sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rect
         sizes = np.sort(np.abs(roots[roots.imag >= 0.0]))
         radius = float(sizes[: wanted.modes][-1])
     else:
-        lowest = lowest_modes(scaled.at(changes), wanted.modes, certify=False)
-        assert isinstance(lowest.region, Disc)
-        radius = lowest.region.radius
+        radius = lowest_modes(scaled.at(changes), wanted.modes, certify=False).region.radius
     far = 1.2 * radius or 1.0
     return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
 
 
 def reduced_for(
-    system: TermSystem,
-    wanted: Wanted,
-    values: Sequence[Changes],
-    method: str = "reduced",
-    progress: Progress = quiet,
-) -> tuple[Reduction, Rectangle]:
-    """The reduced system that serves some values of the parameters, and the region it serves.
+    system: TermSystem, wanted: Wanted, values: Sequence[Changes], method: str = "reduced"
+) -> Reduction:
+    """The reduced system that serves some values of the parameters.
 
     Warns if the full problem is not met to the tolerance, or if real modes lose roots that the
     system has at its own parameters.
     """
-    scaled = ScaledSystem(system)
-    region = sweep_region(scaled, wanted, values[len(values) // 2])
-    text = ""
+    scaled, text = ScaledSystem(system), ""
+    region = _sweep_region(scaled, wanted, values[len(values) // 2])
     if method == "modal":
         reduction = reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n))
         if reduction.size < system.n:  # real modes know nothing of friction and damping
-            every = modes_in(scaled.at(), region, False, progress, exact=OPTIONS.accepted).values
-            if (lost := len(every) - len(reduction.values(region))) > 0:
+            every = modes_in(scaled.at(), region, False, exact=OPTIONS.accepted).values
+            if (lost := len(every) - len(reduction.values({}))) > 0:
                 text = (
                     f"the real modes lose {lost} of {len(every)} roots that the system has in the "
                     "band at its own parameters; the method reduced has all of them"
                 )
     else:
-        reduction = reduce_system(scaled, region, values, progress)
+        reduction = reduce_system(scaled, region, values)
         if not reduction.converged:
             text = (
                 f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "
@@ -386,7 +341,22 @@ def reduced_for(
             )
     if text:
         warnings.warn(text, InputWarning, stacklevel=3)
-    return reduction, region
+    return reduction
+
+
+def basis_of(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | None:
+    """A reduced system as JSON holds it."""
+    if reduction is None:
+        return None
+    return {
+        "method": reduction.method,
+        "size": reduction.size,
+        "samples": [dict(changes) for changes in reduction.samples],
+        "residual": reduction.worst,
+        "converged": reduction.converged,
+        "spurious": reduction.spurious,
+        "growth_limit": None if wanted.band is None else reduction.region.high_real,
+    }
 
 
 def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
