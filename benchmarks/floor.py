@@ -186,7 +186,7 @@ def printed(what: str, pads: int, times: dict[str, tuple[float, int]]) -> None:
 def main() -> None:
     """Compile, run all, print."""
     scenes = {
-        case: dataclasses.replace(read_scene(SCENES / f"b1-{case}.yaml", "simulate"), outputs=())
+        case: dataclasses.replace(read_scene(SCENES / f"b1-{case}.yaml"), outputs=())
         for case in "abcd"
     }
     with tempfile.TemporaryDirectory() as folder:

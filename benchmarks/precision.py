@@ -29,7 +29,7 @@ def main() -> None:
     print(f"peers beside SciPy: {', '.join(others) or 'none installed'}")
     points, changes = [], {}
     for stem in STEMS:
-        scene = read_scene(ROOT / f"workflow/scenes/{stem}.yaml", "simulate")
+        scene = read_scene(ROOT / f"workflow/scenes/{stem}.yaml")
         scene, case = replace(scene, outputs=()), title(stem)
         exact = reference(scene)
         changes[case] = len(exact.times)

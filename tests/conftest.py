@@ -70,4 +70,4 @@ def scene_of(stem, **changes):
 
 def hammering_scene(stem):
     """A scene of the pad that goes on hammering, with its start."""
-    return read_scene(HAMMERING / f"{stem}.yaml", "simulate")
+    return read_scene(HAMMERING / f"{stem}.yaml")

@@ -26,7 +26,7 @@ SYSTEM: typing.Any = api.System(np.eye(2), K=COUPLED)
 
 @pytest.fixture(scope="module")
 def scene():
-    return squeal.read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml", "simulate")
+    return squeal.read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml")
 
 
 @pytest.fixture(scope="module")

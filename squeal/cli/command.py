@@ -20,7 +20,7 @@ from squeal.cli.options import FILES, SYSTEMS, Once, check_outputs
 from squeal.cli.streams import printed, say
 from squeal.errors import BEYOND, InputError, InputWarning, MatrixError
 from squeal.io.provenance import InputFile, provenance
-from squeal.io.scene import SCENE, Scene, check_simulation
+from squeal.io.scene import SCENE, Scene
 from squeal.io.writing import Answer, to_json
 from squeal.schema import ANY, Group, Key, Place, named_files, parse_document, read_content, scalar
 
@@ -65,12 +65,9 @@ class Source:
                 return
         inner[keys[-1]] = value
 
-    def scene(self, purpose: str = "query") -> Scene:
-        """The scene, validated, for a simulation or a query. Raises InputError."""
-        scene = Scene.from_dict(self.document, self.at, self.path)
-        if purpose == "simulate":
-            check_simulation(scene, self.at)
-        return scene
+    def scene(self) -> Scene:
+        """The scene, validated. Raises InputError."""
+        return Scene.from_dict(self.document, self.at, self.path or Path(self.at.source))
 
     def subject(self, swept: bool = False) -> Any:
         """The Scene or SystemFile that the file holds. Raises InputError.

@@ -29,7 +29,7 @@ def options(parser: Parser) -> None:
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene, find and follow its cycle, write the files that are requested."""
-    scene = given.source.scene("simulate")
+    scene = given.source.scene()
     answer = squeal.cycles(scene, given.over, given.windows)
     write_files(given, answer)
     return Reply.of(answer)

@@ -31,7 +31,7 @@ def options(parser: Parser) -> None:
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene, simulate it, write the files that are requested."""
-    scene = given.source.scene("simulate")
+    scene = given.source.scene()
     outputs = scene.outputs
     for name, needed in (("table", (*outputs, "history")), ("figure", OUTPUTS)):
         if getattr(given, name) is None:

@@ -10,7 +10,7 @@ import dataclasses
 import math
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, cast
+from typing import Any, cast
 
 from squeal.model.contact import (
     CONSISTENT,
@@ -248,9 +248,9 @@ def the_scene(value: object) -> Scene:
     return value
 
 
-def check_simulation(scene: Scene, at: Place | None = None) -> None:
+def check_simulation(scene: Scene) -> None:
     """Refuse a scene that cannot be simulated. Raises InputError."""
-    pad, at = the_scene(scene).pad, at or Place(str(scene.source or "Scene"))
+    pad, at = the_scene(scene).pad, Place(str(scene.source or "Scene"))
     if scene.model not in CONTACT_MODELS:
         raise (at / "model").refuse(
             f"{scene.model} is not allowed; only {', '.join(CONTACT_MODELS)} can be simulated, "
@@ -271,15 +271,7 @@ def check_simulation(scene: Scene, at: Place | None = None) -> None:
         )
 
 
-def read_scene(path: str | Path, purpose: Literal["simulate", "query"] = "query") -> Scene:
-    """Read and validate a scene file.
-
-    `purpose` "simulate" asks for a nonlinear model and its time; queries need neither.
-    Raises InputError with one sentence on the first thing that is wrong.
-    """
+def read_scene(path: str | Path) -> Scene:
+    """Read a scene file. Raises InputError with one sentence on the first thing that is wrong."""
     file = FILE.read(path, Place("read_scene", "path"))
-    at = Place(str(file))
-    scene = Scene.from_dict(read_document(file), at, file)
-    if purpose == "simulate":
-        check_simulation(scene, at)
-    return scene
+    return Scene.from_dict(read_document(file), Place(str(file)), file)

@@ -209,7 +209,7 @@ def test_losses_in_both_models():
 @needs_heyoka
 def test_blows_are_those_of_a_dense_history(name):
     """Impulses between changes of side, summed over equal samples of the motion."""
-    scene = read_scene(ROOT / f"workflow/scenes/{name}.yaml", "simulate")
+    scene = read_scene(ROOT / f"workflow/scenes/{name}.yaml")
     measures = measure(scene)
     dense = dataclasses.replace(scene, samples=200_001, outputs=("history",))
     history = simulate(dense).history
@@ -282,9 +282,7 @@ def test_claims_say_which_cases_they_are_about():
 @needs_heyoka
 def test_a_motion_on_a_decaying_mode_settles_without_damping():
     """Its accelerations fall as the mode does, from the whole motion to its last tenth."""
-    scenes = {
-        n: read_scene(ROOT / f"workflow/scenes/{n}.yaml", "simulate") for n in ("b2-b", "b2-c")
-    }
+    scenes = {n: read_scene(ROOT / f"workflow/scenes/{n}.yaml") for n in ("b2-b", "b2-c")}
     assert decaying(scenes["b2-b"]) is None  # all its roots are imaginary
     assert settled({"b2-b": scenes["b2-b"]}) is None
     measures = settled(scenes)

@@ -18,10 +18,7 @@ from tests.simulation.test_simulation import bounce
 
 
 def study() -> Study:
-    cases = {
-        m: {c: read_scene(SCENES / f"{m}-{c}.yaml", "simulate") for c in "abcd"}
-        for m in ("b1", "b2")
-    }
+    cases = {m: {c: read_scene(SCENES / f"{m}-{c}.yaml") for c in "abcd"} for m in ("b1", "b2")}
     return Study(cases["b1"], cases["b2"], read_scene(SCENES / "b3.yaml"))
 
 
@@ -40,7 +37,7 @@ def test_all_sixteen_are_measured(results):
 @pytest.mark.parametrize("model", ["B1", "B2"])
 @pytest.mark.parametrize("case", ["a", "c"])
 def test_works_add_up_to_the_energy_gained(model, case):
-    scene = read_scene(SCENES / f"{model.lower()}-{case}.yaml", "simulate")
+    scene = read_scene(SCENES / f"{model.lower()}-{case}.yaml")
     works = contact_work(scene)
     c = works.course
     bare = c.kinetic + c.springs - c.load
@@ -50,7 +47,7 @@ def test_works_add_up_to_the_energy_gained(model, case):
 
 @pytest.mark.parametrize("case", ["a", "b", "c", "d"])
 def test_only_the_law_without_potential_feeds_energy_in(case):
-    scene = read_scene(SCENES / f"b2-{case}.yaml", "simulate")
+    scene = read_scene(SCENES / f"b2-{case}.yaml")
 
     def fed(law: LineForce) -> float:
         works = contact_work(dataclasses.replace(scene, formulation=Formulation(law)))
@@ -62,7 +59,7 @@ def test_only_the_law_without_potential_feeds_energy_in(case):
 
 
 def test_point_contacts_feed_nothing_in():
-    works = contact_work(read_scene(SCENES / "b1-a.yaml", "simulate"))
+    works = contact_work(read_scene(SCENES / "b1-a.yaml"))
     assert abs(works.fed) < 1e-11 * works.kinetic
 
 
@@ -77,7 +74,7 @@ def test_a_drop_without_friction_gives_back_all_of_it():
 
 
 def test_energy_on_a_closed_path_vanishes_with_a_potential():
-    pad = read_scene(SCENES / "b2-c.yaml", "simulate").pad
+    pad = read_scene(SCENES / "b2-c.yaml").pad
     gained, energy = energy_gained(pad, "integral")
     assert abs(gained) < 1e-9 * energy
     assert abs(energy_gained(pad, "mean")[0]) > 1e-4 * energy

@@ -34,7 +34,7 @@ def test_points_cover_the_ranges():
 def test_the_reference_set_is_that_of_the_scenes():
     for model, cases in scenes_of(arrays(CHOICE), CONSISTENT).items():
         for case, one in cases.items():
-            stored = read_scene(ROOT / f"workflow/scenes/{model.lower()}-{case}.yaml", "simulate")
+            stored = read_scene(ROOT / f"workflow/scenes/{model.lower()}-{case}.yaml")
             assert stored.formulation == one.formulation
             for name in ("alpha1", "alpha2", "mu"):
                 assert getattr(stored.pad, name) == pytest.approx(getattr(one.pad, name), rel=1e-6)
@@ -112,7 +112,7 @@ def test_written_scenes_are_the_set_in_si_units(tmp_path, formulation):
     write_scenes(numbers, formulation, tmp_path)
     assert len(list(tmp_path.glob("*.yaml"))) == 9
     for model, case in (("B1", "b"), ("B2", "d")):
-        written = read_scene(tmp_path / f"{model.lower()}-{case}.yaml", "simulate")
+        written = read_scene(tmp_path / f"{model.lower()}-{case}.yaml")
         wanted = scenes_of(arrays(numbers), formulation)[model][case]
         assert written.formulation == wanted.formulation
         short = {"stop": 0.1 * wanted.stop, "outputs": ("extrema",)}

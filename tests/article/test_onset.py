@@ -14,7 +14,7 @@ pytestmark = needs_heyoka
 
 
 def scene(name):
-    return read_scene(ROOT / f"workflow/scenes/{name}.yaml", "simulate")
+    return read_scene(ROOT / f"workflow/scenes/{name}.yaml")
 
 
 def test_initial_states_lie_about_the_equilibrium():

@@ -35,7 +35,7 @@ def test_the_plane_holds_the_equilibrium_and_the_own_start():
 
 @needs_heyoka
 def test_the_middle_of_a_stable_map_keeps_contact_and_symmetry_is_not_assumed():
-    both = maps(read_scene(ROOT / "workflow/scenes/b2-b.yaml", "simulate"))
+    both = maps(read_scene(ROOT / "workflow/scenes/b2-b.yaml"))
     assert not isinstance(both, Missing)
     one, ten = both
     middle = SIDE // 2

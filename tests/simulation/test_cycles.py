@@ -124,7 +124,7 @@ def test_a_bouncing_mass_without_damping_has_the_period_of_its_closed_form():
 @needs_heyoka
 def test_a_branch_over_a_small_signed_length_goes_both_ways():
     """The gap y0 shifts the line contact alone: its sign and its size of micrometres matter."""
-    scene = read_scene(ROOT / "workflow/scenes/b2-c.yaml", "simulate")
+    scene = read_scene(ROOT / "workflow/scenes/b2-c.yaml")
     scene = dataclasses.replace(scene, damping=Damping(ratios=(0.005,) * 3))
     gap = scene.pad.y0
     found = squeal.cycles(scene, ("y0", 1.02 * gap, 0.98 * gap))
@@ -143,7 +143,7 @@ def test_a_scene_that_comes_to_rest_has_no_cycle():
 
 def test_rest_in_an_equilibrium_that_flutters_is_not_called_stable():
     scene = dataclasses.replace(
-        read_scene(ROOT / "workflow/scenes/b2-c.yaml", "simulate"),
+        read_scene(ROOT / "workflow/scenes/b2-c.yaml"),
         damping=Damping(ratios=(0.005,) * 3),
         initial=(0.0,) * 6,
         start="equilibrium",

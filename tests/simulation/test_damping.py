@@ -21,7 +21,7 @@ DAMPED = Damping(matrix=tuple(map(tuple, C.tolist())))
 
 
 def scene(name, **more):
-    one = read_scene(SCENES / f"{name}.yaml", "simulate")
+    one = read_scene(SCENES / f"{name}.yaml")
     plain: dict[str, Any] = {"formulation": CONSISTENT, "damping": DAMPED}
     return dataclasses.replace(one, **(plain | more))
 

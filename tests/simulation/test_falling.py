@@ -27,7 +27,7 @@ def friction(v):
 
 
 def scene(name, **more: Any) -> Scene:
-    one = read_scene(SCENES / f"{name}.yaml", "simulate")
+    one = read_scene(SCENES / f"{name}.yaml")
     one = dataclasses.replace(one, **({"formulation": CONSISTENT} | more))
     return one.replace(mu=None, V=10.0, **LAW)
 

@@ -25,7 +25,7 @@ def response(scene: Scene) -> Response:
 
 
 def kicked(name, **more: Any) -> Scene:
-    one = read_scene(SCENES / f"{name}.yaml", "simulate")
+    one = read_scene(SCENES / f"{name}.yaml")
     kick = (1e-8, 2e-8, 1e-7, 0.0, 1e-4, 0.0)
     return dataclasses.replace(one, start="equilibrium", initial=kick, **more)
 
@@ -114,7 +114,7 @@ def test_a_pad_at_rest_has_settled():
 
 
 def scene(name, **more: Any):
-    one = read_scene(SCENES / f"{name}.yaml", "simulate")
+    one = read_scene(SCENES / f"{name}.yaml")
     return dataclasses.replace(one, **({"start": "equilibrium", "initial": (0.0,) * 6} | more))
 
 

@@ -78,7 +78,7 @@ def test_first_state_follows_the_first_motion():
 @pytest.mark.parametrize("stem", CASES)
 @needs_heyoka
 def test_scipy_and_quad_precision_agree(stem):
-    scene = read_scene(SCENES / f"{stem}.yaml", "simulate")
+    scene = read_scene(SCENES / f"{stem}.yaml")
     # in b2-c, late, an edge leaves with a gap of exactly zero and touches within the same step
     share = 1.0 if stem in ("b2-a", "b2-c") else 0.4
     scene = dataclasses.replace(scene, outputs=("events",), stop=share * scene.stop)
@@ -115,7 +115,7 @@ class Energy(Observer):
 @pytest.mark.parametrize("stem", ["b1-a", "b1-c", "b2-a", "b2-c"])
 @needs_heyoka
 def test_energy_is_conserved_without_friction(stem):
-    scene = read_scene(SCENES / f"{stem}.yaml", "simulate")
+    scene = read_scene(SCENES / f"{stem}.yaml")
     pad = scene.pad.replace(mu=0.0)
     scene = dataclasses.replace(scene, pad=pad, formulation=Formulation(), stop=100 * scene.stop)
     units, model, start, stop = in_natural_units(scene)
@@ -129,7 +129,7 @@ def test_energy_is_conserved_without_friction(stem):
 
 @pytest.mark.parametrize("stem", ["b1-c", "b2-a"])
 def test_other_units_give_the_same_motion(stem):
-    scene = read_scene(SCENES / f"{stem}.yaml", "simulate")
+    scene = read_scene(SCENES / f"{stem}.yaml")
     mass, length, time = 1e-3, 1e-6, 7.3
     other = dataclasses.replace(
         scene,

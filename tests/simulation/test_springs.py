@@ -32,7 +32,7 @@ class _Halves(PointContact):
 def test_two_springs_at_the_edges_are_model_b1(case, monkeypatch):
     halves = ContactModel("halves", "two halves of a stiffness", _Halves)
     monkeypatch.setitem(contact.MODELS, "halves", halves)
-    scene = read_scene(SCENES / f"b1-{case}.yaml", "simulate")
+    scene = read_scene(SCENES / f"b1-{case}.yaml")
     scene = scene.replace(k4=scene.pad.k3)
     units, model, start, stop = in_natural_units(scene)
     k = 2.0 * model.pad.k3

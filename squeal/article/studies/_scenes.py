@@ -2,29 +2,27 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from squeal.article.cases import CASES, stem
 from squeal.errors import InputError
-from squeal.io.scene import Scene, read_scene
-
-Purpose = Literal["simulate", "query"]
+from squeal.io.scene import Scene, check_simulation, read_scene
 
 
-def read_scenes(
-    files: Sequence[Path], stems: Iterable[str], purpose: Purpose = "query"
-) -> dict[str, Scene]:
+def read_scenes(files: Sequence[Path], stems: Iterable[str]) -> dict[str, Scene]:
     """The scenes of some of the files, by their names. Raises InputError if a file is not given."""
     given = {file.stem: file for file in files}
     for name in stems:
         if name not in given:
             raise InputError(f"{name}.yaml: missing; the article's scenes must be given")
-    return {name: read_scene(given[name], purpose) for name in stems}
+    return {name: read_scene(given[name]) for name in stems}
 
 
-def read_cases(files: Sequence[Path], model: str, purpose: Purpose = "query") -> dict[str, Scene]:
-    """The four scenes of model B1 or B2 by case."""
-    scenes = read_scenes(files, [stem(model, case) for case in CASES], purpose)
+def read_cases(files: Sequence[Path], model: str) -> dict[str, Scene]:
+    """The four scenes of model B1 or B2 by case. Raises InputError if one has no motion."""
+    scenes = read_scenes(files, [stem(model, case) for case in CASES])
+    for scene in scenes.values():
+        check_simulation(scene)
     return dict(zip(CASES, scenes.values(), strict=True))
 
 

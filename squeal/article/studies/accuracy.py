@@ -246,7 +246,7 @@ def study(files: Sequence[Path]) -> Accuracy:
     if version("heyoka") == NOT_INSTALLED:
         why = f"{WITHOUT_HEYOKA} nothing else compiles the equations for all integrators."
         return Accuracy((), {}, precision_in_words(), left_out=why)
-    scenes = read_scenes(files, STEMS, "simulate")
+    scenes = read_scenes(files, STEMS)
     cases = {title(name): replace(scene, outputs=()) for name, scene in scenes.items()}
     cases["B1, stiff contact"] = scene_of("B1", 60.0 / STIFF**0.5, k3=STIFF, k4=STIFF)
     exact = {case: reference(scene) for case, scene in cases.items()}

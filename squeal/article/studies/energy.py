@@ -125,5 +125,5 @@ def under_both_laws(scenes: Mapping[str, Scene]) -> dict[str, Scene]:
 
 def study(files: Sequence[Path]) -> Energy:
     """The motions of the eight scenes of models B1 and B2."""
-    scenes = under_both_laws(read_scenes(files, HISTORY_FIGURES, "simulate"))
+    scenes = under_both_laws(read_scenes(files, HISTORY_FIGURES))
     return Energy({name: motion(scene, name in SHOWN) for name, scene in scenes.items()})

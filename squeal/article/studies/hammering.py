@@ -110,7 +110,7 @@ def _amplitude(scene: Scene) -> float | None:
 
 def study(files: Sequence[Path]) -> Hammering:
     """The eight cases of models B1 and B2."""
-    scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
+    scenes = read_scenes(files, HISTORY_FIGURES)
     rests = {name: contact(scene) for name, scene in scenes.items()}
     cases = {
         windows: {

@@ -106,7 +106,7 @@ def case(scene: Scene) -> Case:
 
 def study(files: Sequence[Path]) -> LineSprings:
     """The four cases of model B2."""
-    scenes = read_cases(files, "B2", "simulate")
+    scenes = read_cases(files, "B2")
     stop = max(scene.stop or 0.0 for scene in scenes.values())
     return LineSprings(
         cases={name: case(scene) for name, scene in scenes.items()},

@@ -408,7 +408,7 @@ def contact_damping(scene: Scene) -> ContactDamping:
 
 def study(files: Sequence[Path]) -> Onset:
     """What lasts of the eight scenes of models B1 and B2, line contact under both laws."""
-    scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
+    scenes = read_scenes(files, HISTORY_FIGURES)
     if version("heyoka") == NOT_INSTALLED:
         why = f"{WITHOUT_HEYOKA} nothing else simulates ensembles."
         return Onset(after={}, cycles={}, other_damping={}, contact_damping={}, left_out=why)

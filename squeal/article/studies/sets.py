@@ -180,7 +180,7 @@ def study(files: Sequence[Path]) -> Sets:
     sets = {}
     for name, folder in ((REFERENCE, first), *((one.name, one) for one in others)):
         own = [file for file in files if file.parent == folder and file.stem in STEMS]
-        sets[name] = parameter_set(read_scenes(own, HISTORY_FIGURES, "simulate"))
+        sets[name] = parameter_set(read_scenes(own, HISTORY_FIGURES))
     return Sets(sets=sets, statements=sum(claim.informative for claim in CLAIMS))
 
 

@@ -116,7 +116,7 @@ def maps(scene: Scene) -> tuple[Map, ...] | Missing:
 
 def study(files: Sequence[Path]) -> Starts:
     """The maps of the eight scenes of models B1 and B2."""
-    scenes = read_scenes(files, HISTORY_FIGURES, "simulate")
+    scenes = read_scenes(files, HISTORY_FIGURES)
     if version("heyoka") == NOT_INSTALLED:
         why = f"{WITHOUT_HEYOKA} nothing else simulates ensembles."
         return Starts(cases=dict.fromkeys(scenes, Missing(why)), left_out=why)
