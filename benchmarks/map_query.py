@@ -13,10 +13,10 @@ import time
 
 import numpy as np
 
+import squeal
 from squeal.analysis.maps import NAMES, codes_at
-from squeal.analysis.pads import sweep_mu
 from squeal.analysis.stack import PadStack
-from squeal.analysis.variations import Varied
+from squeal.analysis.variations import critical
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.model.contact import Formulation
@@ -46,12 +46,12 @@ def differences(scene: Scene, places: np.ndarray) -> list[str]:
         one = scene.replace(**dict(zip(NAMES_OF, place, strict=True)))
         at = f"{scene.model}{', damped' if scene.damping else ''} {place}"
         try:
-            ((_, found),) = sweep_mu(one, [place[2]])
-            first = Varied.of(one, "map_query", MU_MAX).outcome({}, MU_MAX).critical
+            found = squeal.sweep(one, [place[2]]).steps[0]
+            first = critical(one, MU_MAX).critical
         except ComputationError as error:
             rows.append(f"{at}: {error}")
             continue
-        expected = "beyond a fold" if found is None else found.judgement.verdict
+        expected = "beyond a fold" if found.roots is None else found.verdict
         mapped = NAMES[codes[i]]
         if mapped not in (expected, "unknown"):
             rows.append(f"{at}: map {mapped}, query {expected}")

@@ -19,16 +19,8 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from squeal.analysis.answers import Axis, Eigenvalues, Map, Sensitivity, Sweep, Thresholds
     from squeal.analysis.cycles import Cycles, cycles
-    from squeal.analysis.state_space import friction_plant, state_space
-    from squeal.analysis.variations import (
-        Advice,
-        Scatter,
-        Spread,
-        Spreads,
-        advise,
-        read_spreads,
-        scatter,
-    )
+    from squeal.analysis.state_space import state_space
+    from squeal.analysis.variations import Advice, Scatter, advise, read_spreads, scatter
     from squeal.analysis.verbs import (
         System,
         eigenvalues,
@@ -50,8 +42,8 @@ if TYPE_CHECKING:
 _HOMES = {
     "analysis.answers": "Axis Eigenvalues Map Sensitivity Sweep Thresholds",
     "analysis.cycles": "Cycles cycles",
-    "analysis.state_space": "friction_plant state_space",
-    "analysis.variations": "Advice Scatter Spread Spreads advise read_spreads scatter",
+    "analysis.state_space": "state_space",
+    "analysis.variations": "Advice Scatter advise read_spreads scatter",
     "analysis.verbs": "System eigenvalues map reduce sensitivity sweep thresholds",
     "io.writing": "Answer Column Table",
     "errors": "ComputationError InputError",
@@ -66,11 +58,10 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
     "Advice", "Answer", "Axis", "Column", "ComputationError", "Cycles", "Damping", "Eigenvalues",
-    "Formulation", "InputError", "Map", "Pad", "Scatter", "Scene", "Sensitivity",
-    "Simulation", "Spread", "Spreads", "Sweep", "System", "SystemFile", "Table", "Term",
-    "TermSystem", "Thresholds", "advise", "cycles", "eigenvalues",
-    "friction_plant", "map", "read_scene", "read_spreads", "read_system", "reduce", "scatter",
-    "sensitivity", "simulate", "state_space", "sweep", "thresholds",
+    "Formulation", "InputError", "Map", "Pad", "Scatter", "Scene", "Sensitivity", "Simulation",
+    "Sweep", "System", "SystemFile", "Table", "Term", "TermSystem", "Thresholds", "advise",
+    "cycles", "eigenvalues", "map", "read_scene", "read_spreads", "read_system", "reduce",
+    "scatter", "sensitivity", "simulate", "state_space", "sweep", "thresholds",
 ]
 # fmt: on
 

@@ -4,17 +4,16 @@ stability is lost.
 B3 maps linearise about the origin. The others find the sliding equilibrium of every point first, on
 the branch from mu = 0 that a query follows; see `squeal.analysis.stack`. The curves cross the lines
 between neighbouring points of which one is quiet and the other is not. Each crossing is located by
-halving that line with the verdicts of the map, and those on the sides of one square are joined.
+halving that line with the verdicts of the map; contourpy joins those on the sides of one square.
 """
 
 import math
-from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
+from contourpy import contour_generator
 
 from squeal.analysis.answers import Axis, Map
-from squeal.analysis.pads import MU_MAX
 from squeal.analysis.stack import QUIET, Names, PadStack, parameters, verdicts
 from squeal.equilibrium.statics import LIMITS, Places
 from squeal.errors import InputError
@@ -35,9 +34,8 @@ QUANTITIES = {
 }
 """What may stand beside the verdicts: its name in words, and its unit."""
 QUANTITY_POINTS = 2_000  # that are followed together
+HIGH = 2.0  # up to which critical frictions are searched
 HALVINGS = 40  # of the distance of two neighbouring points of the map
-Kind = Literal["flutter", "divergence", "fold", "contact"]
-KINDS: tuple[Kind, ...] = ("flutter", "divergence", "fold", "contact")
 
 
 def angle_axes(n: int) -> tuple[Axis, Axis]:
@@ -105,24 +103,22 @@ def _angle_codes(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
     return sum_verdicts(contact[:, :, None] + np.einsum("in,jn->ijn", u2, u2), u1)
 
 
-def _checked(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> tuple[str, str]:
-    """The names of the parameters. Raises InputError for what the scene does not use, values that
-    a parameter may not take, one parameter twice, and a quantity that is none."""
-    allowed, at = parameters(scene.pad_model), Place("Axis")
+def _check(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> None:
+    """Raises InputError for what the scene does not use, values that a parameter may not take, one
+    parameter twice, and a quantity that is none."""
+    allowed, at, names = parameters(scene.pad_model), Place("Axis"), [axis.name for axis in axes]
     for axis in axes:
         if axis.name not in allowed:
             used = f"a parameter of the scene: {', '.join(allowed)}"
             raise (at / "name").must_be(axis.name, used)
         for end in axis.values[[0, -1]].tolist():
             PARAMETERS[axis.name].kind.check(end, at, axis.name)
-    names = axes[0].name, axes[1].name
     if names[0] == names[1]:
         raise (at / "name").refuse(f"{names[1]} is the first parameter too; take another one")
     if quantity is not None and quantity not in QUANTITIES:
         raise Place("quantity").must_be(quantity, f"one of {', '.join(QUANTITIES)}")
     if quantity == "critical-friction" and "mu" in names:
         raise InputError(f"quantity: {quantity} is not allowed over mu; take another parameter")
-    return names
 
 
 AXES = Several(instance(Axis, "an Axis"), "two of Axis, such as angle_axes(200) gives", 2)
@@ -130,21 +126,20 @@ AXES = Several(instance(Axis, "an Axis"), "two of Axis, such as angle_axes(200) 
 
 def stability_map(
     scene: Scene,
-    axes: tuple[Axis, Axis],
+    axes: tuple[Axis, Axis] | None = None,
     quantity: str | None = None,
     curves: bool = False,
-    mu_max: float = 2.0,
 ) -> Map:
-    """Verdict over two parameters of a scene's pad; the mapped ones replace the scene's.
+    """Verdict over two parameters of a scene's pad, which replace its own; left out, the angles.
 
     Beside it one of `QUANTITIES`, NaN where there is none or where it could not be decided, and the
     curves on which stability is lost. Growth and frequency are taken at the scene's mu (or that of
     the axis), the critical friction is the first loss of stability, or of the equilibrium, on the
-    way from mu = 0 up to mu_max. Raises InputError.
+    way from mu = 0 up to `HIGH`. Raises InputError.
     """
-    axes, at = AXES.read(axes, Place("map", "axes")), Place("map", "mu_max")
-    mu_max, names = MU_MAX.read(mu_max, at), _checked(scene, axes, quantity)
-    linear = scene.pad_model.linear
+    axes = angle_axes(200) if axes is None else AXES.read(axes, Place("map", "axes"))
+    _check(scene, axes, quantity)
+    names, linear = (axes[0].name, axes[1].name), scene.pad_model.linear
     if linear and names == ("alpha1", "alpha2") and scene.damping is None:
         codes = _angle_codes(scene.pad_model, axes)
         beyond = np.zeros((3, *codes.shape), dtype=bool)
@@ -155,32 +150,21 @@ def stability_map(
         "lie beyond a fold or the end of the branch": codes == BEYOND_FOLD,
         "could not be decided": codes == UNKNOWN,
     }
-    for name, part in zip(LIMITS._fields, beyond, strict=True):
-        reasons[f"exceed the limit of {name}"] = part
-    warnings = [
-        f"{100 * part.mean():.3g} % of the points {words}"
-        for words, part in reasons.items()
-        if part.any()
-    ]
+    reasons |= {f"exceed the limit of {n}": b for n, b in zip(LIMITS._fields, beyond, strict=True)}
+    warnings = [f"{_share(part)} {words}" for words, part in reasons.items() if part.any()]
     details: dict[str, Any] = {"admissible_share": float(admissible.mean())}
     details["admissible"] = not warnings  # those of a quantity say nothing of equilibria
-    located = threshold_curves(scene, axes, codes) if curves else ()
     if curves:
-        details["threshold_curve"] = [
-            {"kind": one.kind, "closed": one.closed}
-            | {"points": one.points.tolist(), "frequency_hz": one.frequency_hz.tolist()}
-            for one in located
-        ]
+        details["threshold_curve"] = threshold_curves(scene, axes, codes)
     beside, notes = None, list[str]()
     if quantity is not None:
         words, unit = QUANTITIES[quantity]
-        values, unknown = _quantity(scene, axes, quantity, mu_max)
+        values, unknown = _quantity(scene, axes, quantity)
         beside, known = (quantity, unit_word(unit), values), values[np.isfinite(values)]
         span = f"{known.min():.6g} to {known.max():.6g} {beside[1]}" if known.size else "nowhere"
         notes.append(f"{words}: {span}")
         if unknown.any():
-            share = f"{100 * unknown.mean():.3g} % of the points"
-            warnings.append(f"{words} could not be decided at {share}")
+            warnings.append(f"{words} could not be decided at {_share(unknown)}")
     first, second = (unit_word(PARAMETERS[name].unit) for name in names)
     return Map(
         scene.model,
@@ -193,12 +177,16 @@ def stability_map(
         tuple(warnings),
         details,
         tuple(notes),
-        (scene, located),
+        (scene,),
     )
 
 
+def _share(part: np.ndarray) -> str:
+    return f"{100 * part.mean():.3g} % of the points"
+
+
 def _quantity(
-    scene: Scene, axes: tuple[Axis, Axis], quantity: str, mu_max: float
+    scene: Scene, axes: tuple[Axis, Axis], quantity: str
 ) -> tuple[np.ndarray, np.ndarray]:
     """Values (n1, n2) of a quantity, and where they are unknown."""
     grid = np.meshgrid(axes[0].values, axes[1].values, indexing="ij")
@@ -208,7 +196,7 @@ def _quantity(
         part = slice(start, start + QUANTITY_POINTS)
         stack = PadStack.of(scene, (axes[0].name, axes[1].name), points[:, part])
         if quantity == "critical-friction":
-            lost = stack.first_losses(mu_max)
+            lost = stack.first_losses(HIGH)
             values[part], unknown[part] = lost.mu, lost.unknown
             continue
         fastest, unknown[part] = stack.fastest()
@@ -217,28 +205,26 @@ def _quantity(
     return values.reshape(grid[0].shape), unknown.reshape(grid[0].shape)
 
 
-@dataclass(frozen=True, eq=False)
-class ThresholdCurve:
-    """points (n, 2): the two parameters along the curve; kind: what happens there; frequency_hz
-    (n,) of the mode that starts to grow, 0 where none vibrates; closed: it returns to its start."""
-
-    points: np.ndarray
-    kind: Kind
-    frequency_hz: np.ndarray
-    closed: bool
-
-
 def threshold_curves(
     scene: Scene, axes: tuple[Axis, Axis], codes: np.ndarray
-) -> tuple[ThresholdCurve, ...]:
+) -> list[dict[str, Any]]:
     """The curves between stable or marginal points of a map with `codes` (n1, n2) and the others.
 
-    They end beside points that are unknown, at the outermost points, and where something else
-    happens.
+    Of each its `points`, pairs of both parameters, its `kind`, what happens there, `frequency_hz`
+    at each of them of the mode that starts to grow, 0 where none vibrates, and whether it is
+    `closed`. They end beside points that are unknown, at the outermost points, and where something
+    else happens.
     """
-    lines, quiet, loud = _lines(codes)
-    if not len(lines):
-        return ()
+    calm, known = np.isin(codes, QUIET), codes != UNKNOWN
+    if min(codes.shape) < 2 or len(np.unique(calm[known])) < 2:
+        return []
+    field = np.ma.masked_array(1.0 * calm, ~known)
+    traced: Any = contour_generator(z=field, corner_mask=False).lines(0.5)
+    middle = np.concatenate(traced)[:, ::-1].T  # of a point and its neighbour along an axis
+    below, above = np.floor(middle).astype(int), np.ceil(middle).astype(int)
+    first, size = calm[tuple(below)], np.array(codes.shape)[:, None]
+    quiet = (np.where(first, below, above) + 0.5) / size
+    loud = (np.where(first, above, below) + 0.5) / size
     names = (axes[0].name, axes[1].name)
 
     def plain(shares: np.ndarray) -> np.ndarray:
@@ -246,68 +232,31 @@ def threshold_curves(
 
     for _ in range(HALVINGS):
         middle = (quiet + loud) / 2
-        calm = np.isin(codes_at(scene, names, plain(middle)).codes, QUIET)
-        quiet[:, calm], loud[:, ~calm] = middle[:, calm], middle[:, ~calm]
+        still = np.isin(codes_at(scene, names, plain(middle)).codes, QUIET)
+        quiet[:, still], loud[:, ~still] = middle[:, still], middle[:, ~still]
     one, other = (codes_at(scene, names, plain(end)) for end in (quiet, loud))
-    diverges = other.codes == VERDICTS.index("divergence")
-    kinds = np.where(diverges, KINDS.index("divergence"), KINDS.index("flutter"))
-    kinds[one.contact != other.contact] = KINDS.index("contact")
-    kinds[other.codes == BEYOND_FOLD] = KINDS.index("fold")
+    kinds = np.where(other.codes == VERDICTS.index("divergence"), "divergence", "flutter")
+    kinds[one.contact != other.contact] = "contact"
+    kinds[other.codes == BEYOND_FOLD] = "fold"
     points = plain(quiet)
     stack, states = PadStack.of(scene, names, points), np.array(scene.pad_model.states, dtype=bool)
     places = np.vstack([one.places[:3], stack.mu])
     hertz = stack.meeting(*stack.matrices(np.arange(stack.n), places, states[one.contact].T))
-    hertz[kinds != KINDS.index("flutter")] = 0.0
+    hertz[kinds != "flutter"] = 0.0
     curves = []
-    for chain in _chains(lines, kinds, codes.shape):
-        line, closed = np.array(chain), len(chain) > 3 and chain[0] == chain[-1]
-        kind = KINDS[kinds[chain[0]]]
-        curves.append(ThresholdCurve(points[:, line].T, kind, hertz[line], closed))
-    return tuple(curves)
-
-
-def _lines(codes: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Lines (k, 3) = (axis, i, j) from a point of the map to the next one along an axis of which
-    one is quiet, and shares (2, k) of the quiet one and the other on the axes."""
-    calm, known = np.isin(codes, QUIET), codes != UNKNOWN
-    lines, ends = [], []
-    for axis in range(2):
-        a, b = (np.moveaxis(part, axis, 0) for part in (calm, known))
-        index = np.argwhere((a[1:] != a[:-1]) & b[1:] & b[:-1])
-        low = index if axis == 0 else index[:, ::-1]
-        high = low + np.eye(2, dtype=int)[axis]
-        first = calm[tuple(low.T)][:, None]
-        lines.append(np.insert(low, 0, axis, axis=1))
-        ends.append((np.where(first, low, high).T, np.where(first, high, low).T))
-    size = np.array(codes.shape)[:, None]
-    quiet, loud = (np.concatenate([pair[k] for pair in ends], axis=1) for k in range(2))
-    return np.concatenate(lines), (quiet + 0.5) / size, (loud + 0.5) / size
-
-
-def _chains(lines: np.ndarray, kinds: np.ndarray, shape: tuple[int, ...]) -> list[list[int]]:
-    """Crossings that are joined across squares of the map, as numbers of lines: open chains from
-    end to end, then closed ones, whose first and last are the same."""
-    number = {tuple(line): k for k, line in enumerate(lines.tolist())}
-    near: list[list[int]] = [[] for _ in lines]
-    for i in range(shape[0] - 1):
-        for j in range(shape[1] - 1):
-            around = [(0, i, j), (1, i + 1, j), (0, i, j + 1), (1, i, j)]
-            met = [number[side] for side in around if side in number]
-            for a, b in zip(met[::2], met[1::2], strict=False):
-                if kinds[a] == kinds[b]:
-                    near[a].append(b)
-                    near[b].append(a)
-    chains, seen = [], set[int]()
-    for start in sorted(range(len(lines)), key=lambda k: len(near[k]) == 2):
-        if start in seen:
-            continue
-        chain = [start]
-        while ahead := [k for k in near[chain[-1]] if k not in seen and k not in chain[-2:]]:
-            seen.add(chain[-1])
-            chain.append(ahead[0])
-        seen.add(chain[-1])
-        if len(chain) > 2 and start in near[chain[-1]]:
-            chain.append(start)
-        if len(chain) > 1:
-            chains.append(chain)
-    return chains
+    stops = np.cumsum([len(segment) for segment in traced])
+    for line in np.split(np.arange(points.shape[1]), stops[:-1]):
+        cuts = np.flatnonzero(kinds[line][1:] != kinds[line][:-1]) + 1
+        closed = np.array_equal(points[:, line[0]], points[:, line[-1]])
+        if closed and cuts.size:  # begin where the kind changes
+            line = np.roll(line[:-1], -cuts[0])
+            cuts = np.flatnonzero(kinds[line][1:] != kinds[line][:-1]) + 1
+        for part in np.split(line, cuts):
+            if len(part) > 1:
+                curve = {"kind": str(kinds[part[0]]), "closed": closed and not cuts.size}
+                curve |= {
+                    "points": points[:, part].T.tolist(),
+                    "frequency_hz": hertz[part].tolist(),
+                }
+                curves.append(curve)
+    return curves

@@ -2,19 +2,20 @@
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squeal.analysis.answers import ModeShape, Thresholds
+from squeal.analysis.answers import Eigenvalues, ModeShape, Step, Sweep, Thresholds, shape_rows
 from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
 from squeal.equilibrium.find import damped_model
 from squeal.equilibrium.statics import excursion
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
+from squeal.io.writing import number
 from squeal.linear import (
     Batched,
     CriticalPoint,
@@ -31,17 +32,16 @@ from squeal.linear import (
     verdict,
 )
 from squeal.linear.continuation import ContinuationOptions
-from squeal.linear.eigen import STIFF, decide, hidden, ordered, spectrum_of
+from squeal.linear.eigen import STIFF, decide, hidden, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce, scaled_rank
-from squeal.model.contact import State, contact_law, contact_model
+from squeal.model.contact import State, contact_law
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
 from squeal.schema import NOT_NEGATIVE, Number, Place, Several
 
 LOST = 0.03  # of an eigenvalue: rounding of K that leaves no digit of it
 MU_MAX = Number(low=0.0, high=1000.0)
 MUS = Several(NOT_NEGATIVE, "a sequence of numbers of at least 0")
-PAD_COORDINATES = ("x", "y", "theta")
-SAMPLES = 201  # values of mu that a sweep looks at
+SAMPLES = 201  # values of mu at which modes are drawn
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
 
@@ -69,11 +69,6 @@ class Analysis:
     def admissible(self) -> bool:
         """True if nothing speaks against the equilibrium."""
         return not self.warnings
-
-    @property
-    def frequencies_hz(self) -> np.ndarray:
-        """Frequencies of the three modes in Hz."""
-        return self.spectrum.frequencies_hz
 
     @property
     def contact(self) -> str:
@@ -111,49 +106,19 @@ def _about(model: PadModel, e: Equilibrium, how: str) -> Analysis:
     return Analysis(model.name, e.q, e.R_n, e.state, how, at, *result)
 
 
-def held_system(scene: Scene, at: Analysis | Equilibrium) -> System:
-    """mu -> (M, C, K) of the scene's pad with the equilibrium held where it is."""
-    own, q = damped_model(scene), np.array(at.q)
-    return lambda mu: linearise(own.replace(mu=mu), q, at.state)
-
-
-def sweep_mu(scene: Scene, mus: Iterable[float]) -> list[tuple[float, Analysis | None]]:
-    """The analysis at each mu along the branch from mu = 0; None where the branch does not reach.
-
-    Raises InputError for no mu at all or one below 0, ComputationError if there is no equilibrium
-    without friction.
-    """
-    mus = MUS.read(mus, Place("sweep", "values"))
-    model = damped_model(scene)
-    if model.linear:
-        return [(mu, _about_origin(model.replace(mu=mu))) for mu in mus]
-    path = Path.of(model, max(mus))
-    how = "on the branch continued from mu = 0"
-    places = [(mu, path.equilibrium(mu)) for mu in mus]
-    return [(mu, None if e is None else _about(model, e, how)) for mu, e in places]
-
-
 def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
     """All sliding equilibria at the scene's mu with the verdict on each, least potential first.
 
     The one that `analyse` takes is that `on_branch`, or the first if the branch from mu = 0 does
-    not reach the scene's mu; where it does not rise up to there, all of them lie beyond. Raises
-    InputError for a linear model, which has none of its own.
+    not reach the scene's mu; where it does not rise up to there, all of them lie beyond.
     """
-    if contact_model(scene.model).linear:
-        raise Place("judged_equilibria").refuse(
-            f"{scene.model} is not allowed; a linearisation has no equilibria of its own"
-        )
     model, lever = damped_model(scene), np.array([1.0, 1.0, scene.pad.w])
     each, taken = find_all(model), sliding_equilibrium(model)[0]
     if taken is not None:  # it stands for that of the list which is the same, and all lie alike
-
-        def other(e: Equilibrium) -> bool:
-            step, size = np.subtract(e.q, taken.q) * lever, np.multiply(taken.q, lever)
-            return bool(np.abs(step).max() > 1e-6 * np.abs(size).max())
-
-        others = [replace(e, beyond=taken.beyond) for e in each if other(e)]
-        each = sorted([*others, taken], key=lambda e: e.potential)
+        near = 1e-6 * np.abs(taken.q * lever).max()
+        others = [e for e in each if np.abs(np.subtract(e.q, taken.q) * lever).max() > near]
+        each = [taken, *(replace(e, beyond=taken.beyond) for e in others)]
+    each.sort(key=lambda e: e.potential)
     return [(e, judge(*at_equilibrium(model, e))) for e in each]
 
 
@@ -173,24 +138,20 @@ def roots_and_verdict(
     free = squares.min() <= EPS**2 * squares.max()
     if free or not hidden(reduced, C, K):
         spectrum = spectrum_of(reduced)
-        return spectrum, decide(spectrum.values, spectrum.rounding)
-    from squeal.sparse.dense import dense_spectrum  # a tenth of a query's time
-    from squeal.sparse.quadratic import ROUNDING
+    else:
+        from squeal.sparse.dense import dense_spectrum  # a tenth of a query's time
 
-    roots = dense_spectrum(M, C, K)
-    if len(roots) < 2 * len(M):  # a pad has no motion without mass
-        raise OverflowError("the eigenvalues are beyond double precision")
-    regular = scaled_rank(K) == len(K)  # else roots may be exactly zero
-    errors = [max(e.residual, ROUNDING) * e.condition if e.value or regular else 0.0 for e in roots]
-    if not all(error <= LOST for error in errors):
-        raise ComputationError(f"no eigenvalue can be given: {STIFF}")
-    values = np.array([e.value for e in roots])
-    order = ordered(values)
-    judgement = decide(values, np.abs(values) * np.array(errors))
-    return Spectrum(tuple(roots[k] for k in order)), judgement
+        spectrum = Spectrum(dense_spectrum(M, C, K))
+        if len(spectrum) < 2 * len(M):  # a pad has no motion without mass
+            raise OverflowError("the eigenvalues are beyond double precision")
+        lost = spectrum.rounding > LOST * np.abs(spectrum.values)
+        # a regular K has no roots that are exactly zero
+        if lost.any() or (not spectrum.values.all() and scaled_rank(K) == len(K)):
+            raise ComputationError(f"no eigenvalue can be given: {STIFF}")
+    return spectrum, decide(spectrum.values, spectrum.rounding)
 
 
-def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:
+def branch_system(scene: Scene, high: float) -> tuple[System, Path | None]:
     """mu -> (M, C, K) about the equilibrium on the branch from mu = 0, and the branch's path.
 
     B3 is linearised about the origin at every mu and has no path. Raises ComputationError if
@@ -199,11 +160,11 @@ def branch_system(scene: Scene, mu_max: float) -> tuple[System, Path | None]:
     model = damped_model(scene)
     if model.linear:
         return lambda mu: about_origin(model.replace(mu=mu)), None
-    path = Path.of(model, mu_max)
+    path = Path.of(model, high)
     return Batched(path.linearisation, path.linearisations), path
 
 
-def growing_modes(scene: Scene, analysis: Analysis) -> tuple[UnstableMode, ...]:
+def _growing(scene: Scene, analysis: Analysis) -> tuple[UnstableMode, ...]:
     """The modes of an analysed scene that grow, the fastest first.
 
     An onset is None where the mode grows without friction, or where the equilibrium does not lie
@@ -223,26 +184,156 @@ def growing_modes(scene: Scene, analysis: Analysis) -> tuple[UnstableMode, ...]:
     return unstable_modes(along, mu, thresholds(along, mu, path.breakpoints if path else ()))
 
 
-def mode_shapes(spectrum: Spectrum, levers: Sequence[float] = ()) -> tuple[ModeShape, ...]:
+def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape, ...]:
     """The shape of each mode: of a pair of eigenvalues, and of half of the real ones.
 
     levers (n,): lengths that make the coordinates comparable, (1, 1, w) of a pad; 1 if left out.
     Of the real eigenvalues those that grow faster are taken.
     """
-    size, shapes = np.asarray(levers) if len(levers) else 1.0, []
+    shapes = []
     real = [e for e in spectrum.eigenvalues if e.value.imag == 0.0]
     pairs = [e for e in spectrum.eigenvalues if e.value.imag > 0.0]
     real.sort(key=lambda e: -e.growth_rate)
-    for number, e in enumerate([*real[: (len(real) + 1) // 2], *pairs], 1):
-        scaled = size * e.right
+    for k, e in enumerate([*real[: (len(real) + 1) // 2], *pairs], 1):
+        scaled = np.asarray(levers) * e.right
         shape = e.right / scaled[int(np.argmax(np.abs(scaled)))]
-        shapes.append(ModeShape(number, e.frequency_hz, e.growth_rate, shape))
+        shapes.append(ModeShape(k, e.frequency_hz, e.growth_rate, shape))
     return tuple(shapes)
 
 
-def shapes_of_pad(analysis: Analysis, w: float) -> tuple[ModeShape, ...]:
-    """Mode shapes (x, y, theta) of a pad of half length w, the largest of x, y, w theta 1 m."""
-    return mode_shapes(analysis.spectrum, (1.0, 1.0, w))
+def eigenvalues(scene: Scene, at: float | None = None) -> Eigenvalues:
+    """The eigenvalues about the sliding equilibrium at a friction, the scene's own if left out."""
+    scene = scene if at is None else scene.replace(mu=at)
+    analysis = analyse(scene)
+    names, units = ("x", "y", "theta"), ("m", "m", "rad")
+    place = dict(zip(names, analysis.q, strict=True))
+    details = {
+        "model": analysis.model,
+        "equilibrium": place | {"R_n": analysis.R_n, "contact": analysis.contact},
+        "how": analysis.how,
+        **{name: X.tolist() for name, X in zip("MCK", analysis.matrices, strict=True)},
+        "basis": None,
+    }
+    places = zip(names, analysis.q, units, strict=True)
+    where = ", ".join(f"{name} = {number(value)} {unit}" for name, value, unit in places)
+    reaction = "" if analysis.R_n is None else f", R_n = {number(analysis.R_n)} N"
+    note = f"model {analysis.model}: {where}, contact {analysis.contact}{reaction}"
+    shapes = mode_shapes(analysis.spectrum, (1.0, 1.0, scene.pad.w))
+    return Eigenvalues(
+        scene.model,
+        "mu",
+        scene.pad.mu,
+        analysis.spectrum.eigenvalues,
+        analysis.judgement.verdict,
+        str(analysis.judgement),
+        _growing(scene, analysis),
+        certified=True,
+        count=len(analysis.spectrum),
+        shapes=shape_rows(shapes, names, "largest of x, y, w theta 1 m"),
+        details=details,
+        notes=(f"{note}\n({analysis.how})",),
+        warnings=analysis.warnings,
+        source=(scene, analysis),
+    )
+
+
+def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
+    """The eigenvalues at each mu along the branch from mu = 0."""
+    values = MUS.read(values, Place("sweep", "values"))
+    model, steps = damped_model(scene), []
+    path = None if model.linear else Path.of(model, max(values))
+    for mu in values:
+        if path is None:
+            at = _about_origin(model.replace(mu=mu))
+        elif (e := path.equilibrium(mu)) is not None:
+            at = _about(model, e, "on the branch continued from mu = 0")
+        else:
+            steps.append(Step(mu, None, None, None, None, False))
+            continue
+        errors = np.array([root.residual for root in at.spectrum.eigenvalues])
+        verdict = at.judgement.verdict
+        steps.append(Step(mu, at.spectrum.values, errors, verdict, at.contact, at.admissible))
+    return Sweep(scene.model, "mu", tuple(steps), source=scene)
+
+
+def critical_friction(scene: Scene, high: float = 2.0) -> Thresholds:
+    """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
+
+    The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
+    the last entry. Raises InputError for a friction that is not `MU_MAX`, ComputationError if there
+    is no equilibrium without friction.
+    """
+    high = MU_MAX.read(high, Place("thresholds", "high"))
+    system, path = branch_system(scene, high)
+    if path is not None and path.mu_end <= 0.0:
+        raise ComputationError(f"no threshold can be given: {path.end}")
+    M, C, K = checked(*system(0.0))
+    at_zero = roots_and_verdict(M, C, K)[1].verdict
+    if path is not None and hidden(reduce(M, C, K), C, K):
+        raise ComputationError(f"no threshold can be given: {STIFF}")
+    end = high if path is None else path.mu_end
+    located = thresholds(system, end, () if path is None else path.breakpoints)
+    points, crossings = located.points, located.crossings
+    words, admissible_to, warnings = f"mu = {high:g} is reached", end, list[str]()
+    if path is not None:
+        words, fold = path.end, path.fold
+        if fold is not None:  # next to it rounding makes thresholds
+            reach = fold * (1 - 1e-9) - path.error(fold)
+            points = [point for point in points if point.mu < reach]
+            points.append(CriticalPoint(fold, "fold", 0.0, (fold, fold), True))
+            crossings = [one for one in crossings if one.mu < reach]
+        points = [_widened(point, path) for point in points]
+        crossings = [_widened(one, path) for one in crossings]
+        admissible_to, warnings = _admissible(path)
+        if fold is not None and fold < scene.pad.mu <= high:
+            warnings.append(
+                f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 "
+                f"turns back at mu = {fold:.9g}"
+            )
+    return Thresholds(
+        scene.model,
+        "mu",
+        0.0,
+        end,
+        at_zero,
+        tuple(points),
+        tuple(crossings),
+        words,
+        located.certified,
+        tuple(warnings),
+        details={"admissible_to": min(admissible_to, end)},
+        source=(scene,),
+    )
+
+
+def _widened(at: Located, path: Path) -> Located:
+    """A fold or a change of contact with the interval in which rounding leaves it."""
+    error = path.error(at.mu)
+    if not error:
+        return at
+    wide = (at.mu - error, at.mu + error)
+    if isinstance(at, Crossing):
+        return replace(at, interval=wide)
+    return replace(at, interval=wide, converged=2 * error <= ContinuationOptions.same * at.mu)
+
+
+def _admissible(path: Path) -> tuple[float, list[str]]:
+    """The mu from which on equilibria exceed a limit, to nine digits, and which limit that is."""
+
+    def beyond(z: np.ndarray, touching: np.ndarray) -> np.ndarray:
+        at = excursion(path.statics, z, touching)
+        return np.flatnonzero(at.beyond().any(axis=0) & (at.reaction > 0.0))
+
+    outside = beyond(path.branch.z, path.branch.touching)
+    if not outside.size:
+        return path.mu_end, []
+    low, high = path.branch.z[3, [max(outside[0] - 1, 0), outside[0]]].tolist()
+    while high - low > 1e-9 * high:
+        middle = (low + high) / 2
+        low, high = (low, middle) if beyond(*path.places([middle])).size else (middle, high)
+    at = path.equilibrium(high)
+    assert at is not None
+    return low, [f"from mu = {high:.6g} on {words}" for words in at.excesses]
 
 
 @dataclass(frozen=True, eq=False)
@@ -273,128 +364,23 @@ def sweep_modes(scene: Scene, low: float, high: float) -> ModeSweep:
     """
     if not 0.0 <= low < high < math.inf:
         raise InputError(f"sweep_modes: low {low:g}: it must be 0 <= low < high, which is {high:g}")
-    return modes_along(*branch_system(scene, high), low, high)
-
-
-def modes_along(system: System, path: Path | None, low: float, high: float) -> ModeSweep:
-    """Follow the modes of a system, that of the path if there is one."""
-    end, stop = high, high
+    system, path = branch_system(scene, high)
+    share, end, stop = np.linspace(0.0, 1.0, SAMPLES), high, high
     contacts: tuple[tuple[float, str], ...] = ()
     if path is not None:
-        end = min(high, path.mu_end)
+        end = stop = path.mu_end
         if end <= low:
             path.at(low)  # raises, with the reason
-        stop = end * (1.0 - 1e-9) if path.fold == end else end
-        inside = [mu for mu in path.breakpoints if low < mu < end]
-        contacts = tuple((mu, path.model.state_name(path.at(mu)[1])) for mu in inside)
-    events = thresholds(system, stop, [mu for mu, _ in contacts], low)
+        changes = [mu for mu in path.breakpoints if low < mu < end]
+        contacts = tuple((mu, path.model.state_name(path.at(mu)[1])) for mu in changes)
+        if path.fold is not None:  # a frequency falls there as a fourth root: the values crowd
+            share, stop = 1.0 - (1.0 - share) ** 2, end * (1.0 - 1e-9)
+    breaks = [mu for mu, _ in contacts]
+    events = thresholds(system, stop, breaks, low)
     edges = [low, *(p.mu for p in events.points if low < p.mu < stop), stop]
     spans = [(a, b, verdict(*system((a + b) / 2))) for a, b in itertools.pairwise(edges) if b > a]
-    marked = [*edges, *(c.mu for c in events.crossings)]
-    modes = track(system, values_of_mu(path, low, stop, marked, SAMPLES))
-    crossings = tuple(events.crossings)
+    marked = [scene.pad.mu, *edges, *(c.mu for c in events.crossings), *breaks]
+    marked += [math.nextafter(mu, 0.0) for mu in breaks]  # both sides of a change of contact
+    seen = np.clip(np.concatenate([low + (stop - low) * share, marked]), low, stop)
+    modes, crossings = track(system, np.unique(seen)), tuple(events.crossings)
     return ModeSweep(low, high, end, modes.mus, modes.values, tuple(spans), crossings, contacts)
-
-
-def values_of_mu(
-    path: Path | None, low: float, high: float, marked: Sequence[float], count: int
-) -> np.ndarray:
-    """Where modes are looked at: `count` values from low to high, and marked values among them.
-
-    Towards a fold the values crowd, since a frequency falls there as a fourth root; the fold
-    itself, where the linearisation is singular, is left out by 1e-9. A contact change is looked at
-    from both sides.
-    """
-    share, breaks = np.linspace(0.0, 1.0, count), path.breakpoints if path else []
-    if path is not None and path.fold is not None and path.fold <= high * (1.0 + 1e-8):
-        share, high = (1.0 - (1.0 - share) ** 2) * (1.0 - 1e-9), path.fold
-    grid = low + (high - low) * share
-    before = [math.nextafter(mu, 0.0) for mu in breaks]
-    extra = [mu for mu in [*marked, *breaks, *before] if low <= mu <= grid[-1]]
-    return np.unique(np.concatenate([grid, extra]))
-
-
-def critical_friction(scene: Scene, mu_max: float = 2.0) -> Thresholds:
-    """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
-
-    The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
-    the last entry. Raises InputError for a mu_max that is not `MU_MAX`, ComputationError if there
-    is no equilibrium without friction.
-    """
-    mu_max = MU_MAX.read(mu_max, Place("thresholds", "high"))
-    system, path = branch_system(scene, mu_max)
-    if path is None:
-        return replace(critical_parameter(system, mu_max), name=scene.model, source=(scene,))
-    if path.mu_end <= 0.0:
-        raise ComputationError(f"no threshold can be given: {path.end}")
-    M, C, K = checked(*system(0.0))
-    at_zero = roots_and_verdict(M, C, K)[1].verdict
-    if hidden(reduce(M, C, K), C, K):
-        raise ComputationError(f"no threshold can be given: {STIFF}")
-    located, fold = thresholds(system, path.mu_end, path.breakpoints), path.fold
-    end = math.inf if fold is None else fold * (1 - 1e-9) - path.error(fold)
-    points = [_widened(point, path) for point in located.points if point.mu < end]
-    crossings = [_widened(one, path) for one in located.crossings if one.mu < end]
-    admissible_to, warnings = _admissible(path)
-    if fold is not None:
-        points.append(_widened(CriticalPoint(fold, "fold", 0.0, (fold, fold), True), path))
-        if fold < scene.pad.mu <= mu_max:
-            warnings += (
-                f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 "
-                f"turns back at mu = {fold:.9g}",
-            )
-    return Thresholds(
-        scene.model,
-        "mu",
-        0.0,
-        path.mu_end,
-        at_zero,
-        tuple(points),
-        tuple(crossings),
-        path.end,
-        located.certified,
-        warnings,
-        details={"admissible_to": min(admissible_to, path.mu_end)},
-        source=(scene,),
-    )
-
-
-def _widened(at: Located, path: Path) -> Located:
-    """A fold or a change of contact with the interval in which rounding leaves it."""
-    error = path.error(at.mu)
-    if not error:
-        return at
-    wide = (at.mu - error, at.mu + error)
-    if isinstance(at, Crossing):
-        return replace(at, interval=wide)
-    return replace(at, interval=wide, converged=2 * error <= ContinuationOptions.same * at.mu)
-
-
-def critical_parameter(system: System, high: float, name: str = "mu") -> Thresholds:
-    """The same for a system of matrices along its parameter from 0 to `high`."""
-    located, end = thresholds(system, high), f"{name} = {high:g} is reached"
-    at_zero = roots_and_verdict(*system(0.0))[1].verdict
-    events = tuple(located.points), tuple(located.crossings), end, located.certified
-    return Thresholds("", name, 0.0, high, at_zero, *events, details={"admissible_to": high})
-
-
-def _admissible(path: Path) -> tuple[float, tuple[str, ...]]:
-    """The mu from which on equilibria exceed a limit, to nine digits, and which limit that is."""
-
-    def beyond(z: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        at = excursion(path.statics, z, touching)
-        return np.asarray(at.beyond().any(axis=0) & (at.reaction > 0.0))
-
-    branch = path.branch
-    outside = beyond(branch.z, branch.touching)
-    if not outside.any():
-        return path.mu_end, ()
-    first = int(np.argmax(outside))
-    low, high = branch.z[3, [max(first - 1, 0), first]].tolist()
-    while high - low > 1e-9 * high:
-        values = np.linspace(low, high, 17)
-        first = int(np.argmax([*beyond(*path.places(values[1:-1].tolist())), True]))
-        low, high = values[first : first + 2].tolist()
-    at = path.equilibrium(high)
-    assert at is not None
-    return low, tuple(f"from mu = {high:.6g} on {words}" for words in at.excesses)

@@ -13,12 +13,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from operator import attrgetter, itemgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.analysis.pads import MU_MAX, critical_friction, critical_parameter
+from squeal.analysis.pads import MU_MAX
 from squeal.analysis.stack import PadStack, parameters
+from squeal.analysis.verbs import thresholds
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import mapped
@@ -27,7 +28,7 @@ from squeal.io.writing import Answer, Column, Table, columns, number, picked, un
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
-from squeal.schema import FILE, Group, Key, Kind, Number, Place, Whole, read_document
+from squeal.schema import FILE, Group, Key, Named, Number, Place, Whole, read_document
 
 LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again
 ROUNDING = 1e-11  # relative: what a query and a stack may differ by
@@ -36,7 +37,7 @@ STEP = 0.02  # of a parameter, in rad of an angle
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 CONFIDENCE = 0.95
 CHUNK = 64  # samples that are followed together
-SIDES = ("lowered", "raised")
+SIDES = {"lowered": "lowering", "raised": "raising"}
 NO_PAD, NO_REST = "no pad", "there is no equilibrium in contact without friction"
 
 
@@ -57,12 +58,24 @@ class Outcome:
     reason: str | None = None
     change: float | None = None
 
-    @staticmethod
-    def at(mu: float, kind: str, hertz: float) -> Outcome:
-        """Stability that is lost at mu; what grows from the start has no frequency of its own."""
-        if mu <= AT_ONCE:
-            return Outcome(critical=0.0, kind=kind)
-        return Outcome(None, mu, kind, None if math.isnan(hertz) else hertz)
+
+def _lost(mu: float, kind: str, hertz: float = math.nan) -> Outcome:
+    """Stability that is lost at mu, NaN if nowhere; at once it has no frequency of its own."""
+    if math.isnan(mu):
+        return Outcome()
+    if mu <= AT_ONCE:
+        return Outcome(critical=0.0, kind=kind)
+    return Outcome(None, float(mu), kind, None if math.isnan(hertz) else float(hertz))
+
+
+def critical(subject: Scene | TermSystem, high: float) -> Outcome:
+    """What a query says of the critical friction up to `high`. Raises what it raises."""
+    answer = thresholds(subject, high)
+    if answer.verdict in GROWING:
+        return _lost(0.0, answer.verdict)
+    if answer.first is not None:
+        return _lost(answer.first.mu, answer.first.kind, answer.first.frequency_hz)
+    return _lost(answer.high if answer.high < high else math.nan, "end of the branch")
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +89,7 @@ class Varied:
     free: str
     at: float
     values: dict[str, float]
-    angles: frozenset[str] = frozenset()
+    units: dict[str, str]
 
     @staticmethod
     def of(argument: object, verb: str, high: float) -> Varied:
@@ -84,29 +97,26 @@ class Varied:
         subject: Any = getattr(argument, "system", argument)  # of a system file
         at = Place(verb)
         if isinstance(subject, Scene):
-            MU_MAX.read(high, Place(verb, "mu_max"))
-            names = [name for name in parameters(subject.pad_model) if name != "mu"]
-            angles = frozenset(name for name in names if PARAMETERS[name].angle)
-            return Varied(
-                subject, "mu", subject.pad.mu, picked(subject.pad, " ".join(names)), angles
-            )
+            MU_MAX.read(high, at / "mu_max")
+            values = picked(subject.pad, " ".join(parameters(subject.pad_model)))
+            units = {name: unit_word(PARAMETERS[name].unit) for name in values}
+            values.pop("mu", None)
+            return Varied(subject, "mu", subject.pad.mu, values, units)
         if not isinstance(subject, TermSystem):
             allowed = "it must be a Scene or a system with named parameters"
             raise at.refuse(f"{type(subject).__name__} is not allowed; {allowed}")
         if subject.n > LARGEST:
-            raise at.refuse(
-                f"{subject.n} degrees of freedom are not allowed; at most {LARGEST} are, so reduce "
-                "the system first"
-            )
+            words = f"at most {LARGEST} are, so reduce the system first"
+            raise at.refuse(f"{subject.n} degrees of freedom are not allowed; {words}")
+        Number(low=0.0).read(high, at / "mu_max")
         values = dict(subject.parameters)
         own = float(values.pop(subject.parameter))
         if not values:
+            words = "it must have one under its key parameters"
             raise at.refuse(
-                f"{subject.name} has no named parameter but {subject.parameter}; it must have one "
-                "under its key parameters"
+                f"{subject.name} has no named parameter but {subject.parameter}; {words}"
             )
-        Number(low=0.0).read(high, at / "mu_max")
-        return Varied(subject, subject.parameter, own, values)
+        return Varied(subject, subject.parameter, own, values, dict.fromkeys(values, ""))
 
     def step(self, name: str, size: float, share: bool, at: Place) -> float:
         """A share of a parameter's value, or a number in its unit, as a change in its unit.
@@ -115,70 +125,39 @@ class Varied:
         """
         if name not in self.values:
             raise at.refuse(f"{name} is no parameter here; allowed are {', '.join(self.values)}")
-        if share and name in self.angles:
+        if share and self.units[name] == "rad":
             raise at.refuse(f"{name} is an angle and has no share; it must be given in rad")
         if share and not self.values[name]:
             raise at.refuse(f"{name} is 0 and has no share; it must be given in its unit")
         return size * abs(self.values[name]) if share else size
 
-    def changed(self, values: dict[str, float]) -> Scene | TermSystem:
-        """The subject with other values of some parameters. Raises InputError."""
-        subject = self.subject
-        return subject.replace(**values) if isinstance(subject, Scene) else subject.replace(values)
-
-    def outcome(self, values: dict[str, float], high: float) -> Outcome:
-        """What a query says of the critical friction up to `high`. Raises what it raises."""
-        changed = self.changed(values)
-        if isinstance(changed, Scene):
-            answer = critical_friction(changed, high)
-        else:
-            answer = critical_parameter(changed, high, changed.parameter)
-        if answer.verdict in GROWING:
-            return Outcome(critical=0.0, kind=answer.verdict)
-        if answer.first is not None:
-            return Outcome.at(answer.first.mu, answer.first.kind, answer.first.frequency_hz)
-        if answer.high < high:
-            return Outcome(critical=answer.high, kind="end of the branch")
-        return Outcome()
-
-    def outcomes(self, names: Sequence[str], values: np.ndarray, high: float) -> list[Outcome]:
-        """The outcome of each variation, values (len(names), n)."""
-        each = [dict(zip(names, row, strict=True)) for row in values.T.tolist()]
-        outcomes: dict[int, Outcome] = {}
-        for i, one in enumerate(each):
+    def outcomes(self, changes: Sequence[dict[str, float]], high: float) -> list[Outcome]:
+        """What becomes of the subject with each change of some parameters."""
+        subject: Any = self.subject
+        outcomes, changed = dict[int, Outcome](), dict[int, Any]()
+        for i, values in enumerate(changes):
             try:
-                self.changed(one)
+                scene = isinstance(subject, Scene)
+                changed[i] = subject.replace(**values) if scene else subject.replace(values)
             except InputError as error:
                 outcomes[i] = Outcome(kind=NO_PAD, reason=str(error))
-        possible = [i for i in range(len(each)) if i not in outcomes]
-        if isinstance(self.subject, Scene) and possible:
-            together = _together(self.subject, names, values[:, possible], high)
-            outcomes |= {possible[k]: outcome for k, outcome in together.items()}
-        for i in possible:
-            if i not in outcomes:
-                try:
-                    outcomes[i] = self.outcome(each[i], high)
-                except (InputError, ComputationError) as error:
-                    outcomes[i] = Outcome(reason=str(error))
-        return [outcomes[i] for i in range(len(each))]
-
-
-def _together(
-    scene: Scene, names: Sequence[str], values: np.ndarray, high: float
-) -> dict[int, Outcome]:
-    """Outcomes of pads that are followed together, but of those that need a query of their own."""
-    try:
-        losses = PadStack.of(scene, tuple(names), values).first_losses(high)
-    except ComputationError:  # for one of them; each says why
-        return {}
-    outcomes = {}
-    for k, mu in enumerate(losses.mu.tolist()):
-        if losses.nowhere[k] and not losses.unknown[k]:
-            outcomes[k] = Outcome(kind=NO_PAD, reason=NO_REST)
-        elif not losses.unknown[k]:
-            lost = not math.isnan(mu)
-            outcomes[k] = Outcome.at(mu, losses.kinds[k], losses.hertz[k]) if lost else Outcome()
-    return outcomes
+        if isinstance(subject, Scene) and changed:
+            names = tuple(self.values)  # all of them: some may follow others
+            rows = [[getattr(one.pad, name) for one in changed.values()] for name in names]
+            try:
+                losses = PadStack.of(subject, names, np.array(rows)).first_losses(high)
+                for i, *loss, unknown, nowhere in zip(changed, *losses, strict=True):
+                    if not unknown:
+                        nothing = Outcome(kind=NO_PAD, reason=NO_REST)
+                        outcomes[i] = nothing if nowhere else _lost(*loss)
+            except ComputationError:  # for one of them; each says why
+                pass
+        for i in changed.keys() - outcomes:
+            try:
+                outcomes[i] = critical(changed[i], high)
+            except (InputError, ComputationError) as error:
+                outcomes[i] = Outcome(reason=str(error))
+        return [outcomes[i] for i in range(len(changes))]
 
 
 @dataclass(frozen=True)
@@ -219,7 +198,7 @@ class Advice(Answer):
         changes = (
             (change, lever, word)
             for lever in self.levers
-            for word, change in zip(("lowering", "raising"), lever.changes, strict=True)
+            for word, change in zip(SIDES.values(), lever.changes, strict=True)
             if change
         )
         return sorted(changes, key=itemgetter(0))
@@ -233,9 +212,8 @@ class Advice(Answer):
                 mu = outcome.critical
                 return f"> {self.mu_max:g}" if mu is None else number(mu)
 
-            words = f"{self.name} if {side}"
             value: Any = attrgetter(f"{side}.critical")
-            return Column(f"critical_{side}", "", value, shown, words=words)
+            return Column(f"critical_{side}", "", value, shown, words=f"{self.name} if {side}")
 
         head, moved = columns("parameter unit value step"), map(critical, SIDES)
         changes = (Column(f"change_{k}", value=attrgetter(f"{k}.change")) for k in SIDES)
@@ -247,11 +225,10 @@ class Advice(Answer):
         if nominal.critical is not None:
             at = f"{self.name} = {nominal.critical:.3g} (own {self.mu:.3g})"
             text = f"{nominal.kind} from {at}"
-        changes = self.changes
-        for what, sign, ends in (("best", 1.0, changes[-1:]), ("worst", -1.0, changes[:1])):
-            for change, lever, word in ends:
-                if sign * change > 0.0:
-                    text += f"; {what}: {word} {lever.parameter} ({self.name} {change:+.2g})"
+        best = [("best", one) for one in self.changes[-1:] if one[0] > 0.0]
+        worst = [("worst", one) for one in self.changes[:1] if one[0] < 0.0]
+        for what, (change, lever, word) in best + worst:
+            text += f"; {what}: {word} {lever.parameter} ({self.name} {change:+.2g})"
         return text
 
     def parts(self) -> Sequence[str | Table]:
@@ -300,39 +277,29 @@ def advise(
     >>> lever.parameter, word, round(change, 9)
     ('a', 'raising', 0.03)
     """
-    varied, named, steps = Varied.of(subject, "advise", mu_max), dict(tolerances or {}), {}
-    for name, value in varied.values.items():
-        if name in named or value:
-            usual = STEP if name in varied.angles else f"{100 * STEP}%"
-            steps[name] = _tolerance(varied, name, named.pop(name, usual))
-    for name, size in named.items():  # what is left is no parameter
-        _tolerance(varied, name, size)
-    nominal, scene = varied.outcome({}, mu_max), varied.subject
-    outcomes: dict[str, list[Outcome]] = {}
-    # an inertia that follows m, w and h stands alone
-    alone = {"I"}.intersection(scene.pad.derived) if isinstance(scene, Scene) else set[str]()
-    for names in ([n for n in steps if n not in alone], [n for n in steps if n in alone]):
-        own = np.array([varied.values[name] for name in names])[:, None]
-        change = np.diag([steps[name] for name in names])
-        values = np.hstack([own - change, own + change])
-        sides = varied.outcomes(names, values, mu_max)
-        for k, name in enumerate(names):
-            ends = (values[k, k], sides[k]), (values[k, len(names) + k], sides[len(names) + k])
-            outcomes[name] = [
-                replace(side, value=float(value), change=_change(nominal, side, mu_max))
-                for value, side in ends
-            ]
-    units = {n: unit_word(PARAMETERS[n].unit) if isinstance(scene, Scene) else "" for n in steps}
-    levers = [
-        Lever(name, units[name], varied.values[name], step, *outcomes[name])
-        for name, step in steps.items()
+    varied = Varied.of(subject, "advise", mu_max)
+    usual = {n: STEP if varied.units[n] == "rad" else f"{100 * STEP}%" for n in varied.values}
+    sizes = {n: size for n, size in usual.items() if varied.values[n]} | dict(tolerances or {})
+    steps = {name: _tolerance(varied, name, size) for name, size in sizes.items()}
+    nominal, scene = critical(varied.subject, mu_max), varied.subject
+    changes = [{n: varied.values[n] + way * steps[n]} for n in steps for way in (-1.0, 1.0)]
+    sides = [
+        replace(side, value=value, change=_change(nominal, side, mu_max))
+        for side, own in zip(varied.outcomes(changes, mu_max), changes, strict=True)
+        for value in own.values()
     ]
-    ranked = sorted(levers, key=lambda one: -max(abs(change or 0.0) for change in one.changes))
+    levers = [
+        Lever(name, varied.units[name], varied.values[name], step, lowered, raised)
+        for (name, step), lowered, raised in zip(
+            steps.items(), sides[::2], sides[1::2], strict=True
+        )
+    ]
+    levers.sort(key=lambda one: -max(abs(change or 0.0) for change in one.changes))
     warnings: tuple[str, ...] = ()
     if isinstance(scene, Scene) and not scene.pad_model.linear:
         equilibrium = sliding_equilibrium(scene.pad_model)[0]
         warnings = () if equilibrium is None else equilibrium.warnings
-    return Advice(varied.free, varied.at, mu_max, nominal, tuple(ranked), warnings)
+    return Advice(varied.free, varied.at, mu_max, nominal, tuple(levers), warnings)
 
 
 def _tolerance(varied: Varied, name: str, size: float | str) -> float:
@@ -343,9 +310,8 @@ def _tolerance(varied: Varied, name: str, size: float | str) -> float:
     except ValueError:
         value = math.nan
     if not 0.0 < value < math.inf:
-        raise at.refuse(
-            "it must be a finite number above 0, in the parameter's unit or as a share such as 5%"
-        )
+        allowed = "a finite number above 0, in the parameter's unit or as a share such as 5%"
+        raise at.refuse(f"it must be {allowed}")
     share = text.endswith("%")
     return varied.step(name, value / 100 if share else value, share, at)
 
@@ -359,7 +325,7 @@ def _change(nominal: Outcome, outcome: Outcome, mu_max: float) -> float | None:
 
 
 _ABOVE = Number(low=0.0)
-SPREAD = Group(
+_SPREAD = Group(
     {
         "relative": Key("normal, standard deviation over the value", _ABOVE),
         "absolute": Key("normal, standard deviation in the parameter's unit", _ABOVE),
@@ -367,80 +333,29 @@ SPREAD = Group(
     },
     only_one=True,
 )
-
-
-@dataclass(frozen=True)
-class Spread:
-    """How one parameter scatters.
-
-    kind "relative": normally, `size` is the standard deviation over the nominal value;
-    "absolute": normally, with the standard deviation `size` in the parameter's unit; "within":
-    evenly between the nominal value minus and plus `size`. Raises InputError.
-    """
-
-    name: str
-    kind: str
-    size: float
-
-    def __post_init__(self) -> None:
-        SPREAD.read({self.kind: self.size}, Place(f"spread {self.name}"))
-
-
-class _Spreads(Kind):
-    """A mapping of parameters to how each scatters."""
-
-    def read(self, value: Any, at: Place, model: str = "") -> tuple[Spread, ...]:
-        if not isinstance(value, dict) or not value:
-            raise at.must_be(value, "a mapping of parameters to spreads such as {relative: 0.05}")
-        pairs = ((name, *SPREAD.read(one, at / name).items()) for name, one in value.items())
-        return tuple(Spread(str(name), kind, size) for name, (kind, size) in pairs)
+_SPREADS = Named(_SPREAD, "a mapping of parameters to spreads such as {relative: 0.05}")
 
 
 SPREADS = Group(
     {
         "samples": Key("how many are drawn", Whole(10, 1_000_000), default="400"),
         "seed": Key("of the random numbers", Whole(0, 2**32 - 1), default="1"),
-        "spreads": Key("how each parameter scatters", _Spreads(), required=True),
+        "spreads": Key("how each parameter scatters", _SPREADS, required=True),
     },
     owner="a file of spreads",
 )
 
 
-@dataclass(frozen=True)
-class Spreads:
-    """What a file of spreads holds; each parameter scatters on its own, and the same seed draws the
-    same pads."""
-
-    spreads: tuple[Spread, ...]
-    samples: int = 400
-    seed: int = 1
-
-    def drawn(self, varied: Varied) -> np.ndarray:
-        """Values (spreads, samples) of each sample. Raises InputError for what does not fit."""
-        at, random, rows = Place("spreads"), np.random.default_rng(self.seed), []
-        names = [spread.name for spread in self.spreads]
-        if not names or len(set(names)) < len(names):
-            raise at.must_be(", ".join(names) or "nothing", "one parameter or several, each once")
-        for one in self.spreads:
-            step = varied.step(one.name, one.size, one.kind == "relative", at)
-            even = one.kind == "within"
-            count = self.samples
-            unit = random.uniform(-1.0, 1.0, count) if even else random.standard_normal(count)
-            rows.append(varied.values[one.name] + step * unit)
-        return np.array(rows)
-
-
-def read_spreads(path: Path | str) -> Spreads:
-    """Read a file of spreads, checked but for its parameters, which a scene or system has to have.
+def read_spreads(path: Path | str) -> dict[str, Any]:
+    """Read a file of spreads: arguments of `scatter`, but for the parameters unchecked there.
 
     Raises InputError with one sentence that names the file, the key and what is allowed.
     """
     file = FILE.read(path, Place("read_spreads", "path"))
-    return Spreads(**SPREADS.read(read_document(file), Place(str(file))))
+    return SPREADS.read(read_document(file), Place(str(file)))
 
 
-@dataclass(frozen=True)
-class Quantile:
+class Quantile(NamedTuple):
     """A quantile of the critical friction and the interval that holds it with `CONFIDENCE`.
 
     A bound, or the quantile itself, is None where it lies above `mu_max` of the scatter.
@@ -456,26 +371,29 @@ class Quantile:
 class Scatter(Answer):
     """Critical friction of many pads whose parameters scatter.
 
-    critical (n,): the first loss of stability of each, sorted; NaN where none lies below `mu_max`.
-    no_pad: samples that cannot be pads or rest nowhere without friction, left out; failed: samples
-    that could not be computed, which widen all intervals, since nothing is known of them. stable,
-    interval: share of the pads whose first loss lies above the subject's own mu.
+    spreads: how each parameter does; critical (n,): the first loss of stability of each pad,
+    sorted, NaN where none lies below `mu_max`. no_pad: samples that cannot be pads or rest nowhere
+    without friction, left out; failed: samples that could not be computed, which widen all
+    intervals, since nothing is known of them. stable, interval: share of the pads whose first loss
+    lies above the subject's own mu.
     """
 
     name: str
     mu: float
     mu_max: float
+    spreads: Mapping[str, Mapping[str, float]]
+    samples: int
+    seed: int
     critical: np.ndarray = field(repr=False)
     no_pad: int
     failed: int
     stable: float
     interval: tuple[float, float]
-    drawn: Spreads
 
     @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
         """How many samples could not be computed."""
-        count = f"{self.failed} of {self.drawn.samples} samples could not be computed"
+        count = f"{self.failed} of {self.samples} samples could not be computed"
         return (f"{count}; the quantiles are those of the others",) if self.failed else ()
 
     @property
@@ -515,7 +433,7 @@ class Scatter(Answer):
         table = [Column("share unstable, %", value=lambda q: 100 * q.level)]
         table += [bound("mu", self.name), bound("low", "from"), bound("high", "to")]
         title = (
-            f"{self.drawn.samples} samples, seed {self.drawn.seed}: first loss of stability up to "
+            f"{self.samples} samples, seed {self.seed}: first loss of stability up to "
             f"{self.name} = {self.mu_max:g}, intervals of {100 * CONFIDENCE:g} % confidence"
         )
         low, high = (100 * end for end in self.interval)
@@ -527,21 +445,25 @@ class Scatter(Answer):
         return [Table(table, self.quantiles, title), line]
 
     def to_dict(self) -> dict[str, Any]:
-        scatter: dict[str, Any] = {"parameter": self.name, "value": self.mu, "mu": self.mu}
-        scatter |= {"mu_max": self.mu_max} | asdict(self.drawn)
-        scatter |= picked(self, "failed no_pad beyond stable")
-        scatter |= {"interval": list(self.interval), "confidence": CONFIDENCE}
-        return {"scatter": scatter | {"quantiles": [asdict(q) for q in self.quantiles]}}
+        scatter: dict[str, Any] = {"parameter": self.name, "value": self.mu}
+        scatter |= picked(self, "mu mu_max samples seed failed no_pad beyond stable interval")
+        pairs = [(name, *pair) for name, one in self.spreads.items() for pair in one.items()]
+        scatter["spreads"] = [
+            dict(zip(("name", "kind", "size"), one, strict=True)) for one in pairs
+        ]
+        scatter["quantiles"] = [q._asdict() for q in self.quantiles]
+        return {"scatter": scatter | {"confidence": CONFIDENCE}}
 
 
-def _work(task: tuple[Varied, list[str], np.ndarray, float]) -> list[Outcome]:
-    varied, names, values, mu_max = task
-    return varied.outcomes(names, values, mu_max)
+def _work(task: tuple[Varied, list[dict[str, float]], float]) -> list[Outcome]:
+    return task[0].outcomes(*task[1:])
 
 
 def scatter(
     subject: object,
-    spreads: Spreads | Sequence[Spread],
+    spreads: Mapping[str, Mapping[str, float]],
+    samples: int = 400,
+    seed: int = 1,
     mu_max: float = 2.0,
     workers: int = 1,
     progress: Callable[[int, int], None] | None = None,
@@ -552,8 +474,12 @@ def scatter(
     ----------
     subject : Scene or TermSystem
         A scene, or a system with named parameters of at most 100 rows.
-    spreads : Spreads or sequence of Spread
-        How the parameters scatter; `Spreads` says also how many samples, from which seed.
+    spreads : mapping of str to mapping
+        How each parameter scatters on its own: normally with the standard deviation ``relative``
+        to its value or ``absolute`` in its unit, or evenly ``within`` its value plus and minus so
+        much, such as ``{"k1": {"relative": 0.05}}``.
+    samples, seed : int
+        How many are drawn, and of the random numbers: the same seed draws the same pads.
     mu_max : float
         Upper end of the range that is searched for the critical friction.
     workers : int
@@ -564,7 +490,7 @@ def scatter(
     Returns
     -------
     Scatter
-        Sorted critical frictions and their quantiles; the same for the same seed.
+        Sorted critical frictions and their quantiles.
 
     Raises
     ------
@@ -578,33 +504,39 @@ def scatter(
     >>> import squeal
     >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
     >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
-    >>> spread = squeal.Spread("a", "within", 0.1)
-    >>> [0.45 <= q.mu <= 0.55 for q in squeal.scatter(pair, [spread]).quantiles if q.level == 0.5]
+    >>> answer = squeal.scatter(pair, {"a": {"within": 0.1}})
+    >>> [0.45 <= q.mu <= 0.55 for q in answer.quantiles if q.level == 0.5]
     [True]
     """
     from scipy.stats import binomtest
 
-    def share(count: int, total: int) -> Any:  # Wilson's interval
-        return binomtest(count, total).proportion_ci(CONFIDENCE, "wilson")
-
-    varied = Varied.of(subject, "scatter", mu_max)
-    drawn = spreads if isinstance(spreads, Spreads) else Spreads(tuple(spreads))
-    values, names = drawn.drawn(varied), [spread.name for spread in drawn.spreads]
-    starts = range(0, drawn.samples, CHUNK)
-    tasks = [(varied, names, values[:, i : i + CHUNK], mu_max) for i in starts]
-    outcomes: list[Outcome] = []
+    drawn = {"spreads": spreads, "samples": samples, "seed": seed}
+    samples, seed, spreads = SPREADS.read(drawn, Place("scatter")).values()
+    if not spreads:
+        raise Place("spreads").must_be(spreads, _SPREADS.named)
+    varied, random = Varied.of(subject, "scatter", mu_max), np.random.default_rng(seed)
+    drawn, outcomes = dict[str, Any](), list[Outcome]()
+    for name, ((kind, size),) in ((name, one.items()) for name, one in spreads.items()):
+        step, even = varied.step(name, size, kind == "relative", Place("spreads")), kind == "within"
+        unit = random.uniform(-1.0, 1.0, samples) if even else random.standard_normal(samples)
+        drawn[name] = (varied.values[name] + step * unit).tolist()
+    pads = [dict(zip(drawn, values, strict=True)) for values in zip(*drawn.values(), strict=True)]
+    tasks = [(varied, pads[i : i + CHUNK], mu_max) for i in range(0, samples, CHUNK)]
     for part in mapped(_work, tasks, workers):
         outcomes.extend(part)
         if progress is not None:
-            progress(len(outcomes), drawn.samples)
+            progress(len(outcomes), samples)
     computed = [o for o in outcomes if o.reason is None]
     if not computed:
         raise ComputationError(f"no sample can be computed: {NO_REST}")
     no_pad = sum(outcome.kind == NO_PAD for outcome in outcomes)
     made, failed = len(computed), len(outcomes) - len(computed) - no_pad
-    critical = np.sort([math.nan if o.critical is None else o.critical for o in computed])
-    above = int(np.sum(~(critical <= varied.at)))  # NaN comes last, and lies above
-    ends = share(above, made + failed).low, share(above + failed, made + failed).high
-    interval = float(ends[0]), float(ends[1])
-    counts = (no_pad, failed, above / made, interval, drawn)
-    return Scatter(varied.free, varied.at, mu_max, critical, *counts)
+    first = np.sort([math.nan if o.critical is None else o.critical for o in computed])
+    above = int(np.sum(~(first <= varied.at)))  # NaN comes last, and lies above
+    least, most = (
+        binomtest(count, made + failed).proportion_ci(CONFIDENCE, "wilson")
+        for count in (above, above + failed)
+    )
+    head = varied.free, varied.at, mu_max, spreads, samples, seed
+    interval = float(least.low), float(most.high)
+    return Scatter(*head, first, no_pad, failed, above / made, interval)

@@ -12,33 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.answers import (
-    Axis,
-    Eigenvalues,
-    Map,
-    Sensitivity,
-    Step,
-    Sweep,
-    Thresholds,
-    shape_rows,
-)
-from squeal.analysis.maps import angle_axes, stability_map
-from squeal.analysis.pads import (
-    PAD_COORDINATES,
-    Analysis,
-    analyse,
-    critical_friction,
-    growing_modes,
-    shapes_of_pad,
-    sweep_mu,
-)
-from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
-from squeal.analysis.stack import parameters
+from squeal.analysis import pads
+from squeal.analysis.answers import Eigenvalues, Map, Sensitivity, Sweep, Thresholds
+from squeal.analysis.maps import stability_map
+from squeal.analysis.sensitivity import sensitivity as pad_sensitivity
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.io.writing import number
 from squeal.linear.system import Term, TermSystem
-from squeal.model.pad import PARAMETERS
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Number, Place, Several
 
@@ -49,10 +29,17 @@ VALUES = Several(Number(), "a sequence of finite numbers")
 QUESTION = ("band", "region", "modes", "memory", "progress")
 OF_SYSTEMS = (*QUESTION[:-1], "method", "low")
 OF_SCENES = ("quantity", "curves")
+PADS: dict[str, Callable[..., Any]] = {
+    "eigenvalues": pads.eigenvalues,
+    "sweep": pads.sweep,
+    "thresholds": pads.critical_friction,
+    "map": stability_map,
+    "sensitivity": pad_sensitivity,
+}
 
 
-def _answer(pads: Callable[..., Any], subject: object, **options: Any) -> Any:
-    """What the verb for pads, or that of the same name for systems, answers.
+def _answer(verb: str, subject: object, **options: Any) -> Any:
+    """What a verb answers for a pad or a system.
 
     Raises InputError for what the subject cannot take.
     """
@@ -62,9 +49,10 @@ def _answer(pads: Callable[..., Any], subject: object, **options: Any) -> Any:
             kind, other = ("a scene", "a system") if scene else ("a system", "a scene")
             raise InputError(f"{name}: is not allowed with {kind}; {other} takes it")
     if scene:  # a pad is answered at once
-        return pads(subject, **{n: v for n, v in options.items() if n != "progress"})
+        options.pop("progress", None)
+        return PADS[verb](subject, **options)
     question = _question(subject, **{n: options.pop(n) for n in QUESTION if n in options})
-    return getattr(question, pads.__name__.removeprefix("_"))(**options)
+    return getattr(question, verb)(**options)
 
 
 def _question(subject: object, **options: Any) -> Any:
@@ -160,8 +148,7 @@ def eigenvalues(
     >>> squeal.eigenvalues(squeal.System([[1, 0], [0, 1]], K=K), at=1.0).verdict
     'flutter'
     """
-    answer: Eigenvalues = _answer(_eigenvalues, **locals())
-    return answer
+    return _answer("eigenvalues", **locals())
 
 
 def sweep(
@@ -200,8 +187,7 @@ def sweep(
     ['marginal', 'flutter']
     """
     values = VALUES.read(values, Place("sweep", "values"))
-    answer: Sweep = _answer(_sweep, **locals())
-    return answer
+    return _answer("sweep", **locals())
 
 
 def thresholds(
@@ -238,8 +224,7 @@ def thresholds(
     >>> loss.kind, round(loss.mu, 9)
     ('flutter', 0.75)
     """
-    answer: Thresholds = _answer(_thresholds, **locals())
-    return answer
+    return _answer("thresholds", **locals())
 
 
 def map(
@@ -278,8 +263,7 @@ def map(
     >>> squeal.map(pair, axes).share["flutter"]
     0.4444444444444444
     """
-    answer: Map = _answer(_map, **locals())
-    return answer
+    return _answer("map", **locals())
 
 
 def sensitivity(
@@ -312,8 +296,7 @@ def sensitivity(
     """
     if of not in ("eigenvalues", "threshold"):
         raise InputError(f"of: {of} is not allowed; it must be one of eigenvalues, threshold")
-    answer: Sensitivity = _answer(_sensitivity, **locals())
-    return answer
+    return _answer("sensitivity", **locals())
 
 
 def reduce(
@@ -351,84 +334,4 @@ def reduce(
     if values is not None:
         values = VALUES.read(values, Place("reduce", "values"))
     options = {"band": band, "region": region, "memory": memory, "progress": progress}
-    system: TermSystem = _question(subject, **options).reduced(values, method)[0].system
-    return system
-
-
-def _eigenvalues(scene: Scene, at: float | None) -> Eigenvalues:
-    """The sliding equilibrium's eigenvalues."""
-    scene = scene if at is None else scene.replace(mu=at)
-    analysis = analyse(scene)
-    place = dict(zip(PAD_COORDINATES, analysis.q, strict=True))
-    details = {
-        "model": analysis.model,
-        "equilibrium": place | {"R_n": analysis.R_n, "contact": analysis.contact},
-        "how": analysis.how,
-        **{name: X.tolist() for name, X in zip("MCK", analysis.matrices, strict=True)},
-        "basis": None,
-    }
-    units = zip(place.items(), ("m", "m", "rad"), strict=True)
-    where = ", ".join(f"{name} = {number(value)} {unit}" for (name, value), unit in units)
-    reaction = "" if analysis.R_n is None else f", R_n = {number(analysis.R_n)} N"
-    note = f"model {analysis.model}: {where}, contact {analysis.contact}{reaction}"
-    rule = "largest of x, y, w theta 1 m"
-    return Eigenvalues(
-        scene.model,
-        "mu",
-        scene.pad.mu,
-        analysis.spectrum.eigenvalues,
-        analysis.judgement.verdict,
-        str(analysis.judgement),
-        growing_modes(scene, analysis),
-        certified=True,
-        count=len(analysis.spectrum),
-        shapes=shape_rows(shapes_of_pad(analysis, scene.pad.w), PAD_COORDINATES, rule),
-        details=details,
-        notes=(f"{note}\n({analysis.how})",),
-        warnings=analysis.warnings,
-        source=(scene, analysis),
-    )
-
-
-def _sweep(scene: Scene, values: Sequence[float]) -> Sweep:
-    """The eigenvalues along the branch from mu = 0."""
-
-    def step(mu: float, at: Analysis | None) -> Step:
-        if at is None:
-            return Step(mu, None, None, None, None, False)
-        errors = np.array([root.residual for root in at.spectrum.eigenvalues])
-        verdict = at.judgement.verdict
-        return Step(mu, at.spectrum.values, errors, verdict, at.contact, at.admissible)
-
-    steps = tuple(step(mu, at) for mu, at in sweep_mu(scene, values))
-    return Sweep(scene.model, "mu", steps, source=scene)
-
-
-def _thresholds(scene: Scene, high: float) -> Thresholds:
-    return critical_friction(scene, high)
-
-
-def _map(scene: Scene, axes: tuple[Axis, Axis] | None, quantity: str | None, curves: bool) -> Map:
-    """The verdict over two parameters of the scene, both spring angles if left out."""
-    return stability_map(scene, angle_axes(200) if axes is None else axes, quantity, curves)
-
-
-def _sensitivity(scene: Scene, of: str, high: float, known: Any) -> Sensitivity:
-    """What moves the eigenvalues, or the first loss of stability; `known`: its answer."""
-    slopes: dict[str, np.ndarray] = {}
-    if of == "eigenvalues":
-        scene = scene if known is None else scene.replace(mu=known.value)
-        analysis = analyse(scene) if known is None else known.source[1]
-        place, kind = analysis.spectrum.values, analysis.judgement.verdict
-        slopes = eigenvalue_sensitivities(scene, analysis)
-    else:
-        first = (critical_friction(scene, high) if known is None else known).first
-        place, kind = (None, "") if first is None else (first.mu, first.kind)
-        if first is not None:
-            moved = threshold_sensitivities(scene, first)
-            slopes = {name: np.array([slope]) for name, slope in moved.items()}
-    names = parameters(scene.pad_model)
-    values = {name: getattr(scene.pad, name) for name in names}
-    units = {name: PARAMETERS[name].unit for name in names}
-    angles = frozenset(name for name in names if PARAMETERS[name].angle)
-    return Sensitivity(of, "mu", place, kind, slopes, values, units, angles)
+    return _question(subject, **options).reduced(values, method)[0].system

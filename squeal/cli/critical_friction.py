@@ -27,10 +27,10 @@ def run(given: argparse.Namespace) -> Reply:
     source = given.source
     if given.scatter is not None:
         refuse(given, "sensitivity low band", "--scatter; one of both is allowed")
-        spreads = squeal.read_spreads(given.scatter)
+        asked = squeal.read_spreads(given.scatter) | {"mu_max": given.high}
         subject, workers = source.subject(), given.workers or 1
         with Place(str(given.scatter)).named():
-            answer = squeal.scatter(subject, spreads, given.high, workers, counter("samples"))
+            answer = squeal.scatter(subject, **asked, workers=workers, progress=counter("samples"))
         write_files(given, answer)
         source.inputs.append(given.scatter)
         return Reply.of(answer)
@@ -39,7 +39,7 @@ def run(given: argparse.Namespace) -> Reply:
     scene = isinstance(subject, Scene)
     if not scene:
         refuse(given, "sensitivity", f"{source.name}, a system of matrices; `squeal advise` is")
-    asked: dict[str, Any] = picked(given, "high low band memory") | {"progress": steps()}
+    asked = picked(given, "high low band memory") | {"progress": steps()}
     thresholds = squeal.thresholds(subject, **asked)
     answers: list[Any] = [thresholds]
     if given.sensitivity:

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from squeal.analysis import of_systems
 from squeal.analysis.answers import Eigenvalues, Map, Sweep, Thresholds
 from squeal.analysis.cycles import Cycles
-from squeal.analysis.pads import shapes_of_pad, sweep_modes
+from squeal.analysis.pads import mode_shapes, sweep_modes
 from squeal.analysis.variations import Scatter
 from squeal.errors import InputError
 from squeal.io.provenance import provenance
@@ -51,7 +51,7 @@ def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Dr
         return modes.shape_drawing(name, words, subject.coordinates, root.right)
     if not isinstance(subject, Scene):
         return modes.modes_drawing(name, answer.values)
-    shapes = shapes_of_pad(analysis, subject.pad.w)
+    shapes = mode_shapes(analysis.spectrum, (1.0, 1.0, subject.pad.w))
     figure = modes.pad_figure(subject.pad, analysis.q, shapes, answer.values)
     return modes.modes_drawing(name, answer.values, figure)
 
@@ -76,10 +76,10 @@ def _thresholds(answer: Thresholds, name: str, high: float | None = None) -> Dra
 def _map(answer: Map, name: str) -> Drawing:
     if not isinstance(answer.source[0], Scene):
         return maps.map_drawing(name, answer)
-    scene, curves = answer.source
+    scene = answer.source[0]
     own = getattr(scene.pad, answer.axes[0].name), getattr(scene.pad, answer.axes[1].name)
     critical = answer.quantity is not None and answer.quantity[0] == "critical-friction"
-    return maps.map_drawing(name, answer, own, curves, scene.pad.mu if critical else None)
+    return maps.map_drawing(name, answer, own, scene.pad.mu if critical else None)
 
 
 def _motion(answer: Simulation, name: str, scene: Scene | None = None, inputs: Any = ()) -> Drawing:

@@ -2,7 +2,6 @@
 
 import math
 import re
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +12,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from squeal.analysis.answers import Map
-from squeal.analysis.maps import NAMES, QUANTITIES, ThresholdCurve
+from squeal.analysis.maps import NAMES, QUANTITIES
 from squeal.plots.style import SINGLE, Drawing, literal, origin, style
 
 VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#E0B040")
@@ -41,14 +40,15 @@ def symbol_of(parameter: str) -> str:
     return symbol(parameter) if parameter == "mu" else literal(parameter)
 
 
-def _settle(axes: Axes, answer: Map, curves: Sequence[ThresholdCurve], own: Own) -> list[Line2D]:
+def _settle(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
     """Limits, ticks and labels of both axes; the pad marked if it lies in the ranges.
 
     Also draws curves on which stability is lost. Returns what stands for them in a legend.
     """
     look: Any = {"color": THRESHOLD, "linewidth": 1.8}
+    curves = answer.details.get("threshold_curve", ())
     for curve in curves:
-        axes.plot(*curve.points.T, gid="threshold", zorder=4, **look)
+        axes.plot(*zip(*curve["points"], strict=True), gid="threshold", zorder=4, **look)
     angles = [(axis.low, axis.high) == (0.0, math.pi) for axis in answer.axes]
     for axis, way, unit, angle in zip(answer.axes, "xy", answer.units, angles, strict=True):
         name = literal(axis.name) if own is None else symbol(axis.name)
@@ -70,13 +70,12 @@ def map_drawing(
     name: str,
     answer: Map,
     own: Own = None,
-    curves: Sequence[ThresholdCurve] = (),
     level: float | None = None,
 ) -> Drawing:
     """Verdicts over two parameters, a cell for each point, or contours of the map's quantity.
 
-    own: the numbers of a pad, which is marked; curves: continued thresholds; level: a value of the
-    quantity whose curve is drawn thick.
+    own: the numbers of a pad, which is marked; level: a value of the quantity whose curve
+    is drawn thick.
     """
     contours = own is not None and answer.quantity is not None
     x, y = (axis.values for axis in answer.axes)
@@ -85,7 +84,7 @@ def map_drawing(
         axes = figure.add_subplot(facecolor="0.85")
         draw = _contours if contours else _cells
         handles, what, text = draw(axes, x, y, answer, level)
-        handles += _settle(axes, answer, curves, own)
+        handles += _settle(axes, answer, own)
         if handles:
             figure.legend(handles=handles, loc="outside upper center", ncols=2)
     title = f"{what} of {name} over {answer.axes[0].name} and {answer.axes[1].name}"

@@ -5,15 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import (
-    analyse,
-    critical_friction,
-    mode_shapes,
-    modes_along,
-    shapes_of_pad,
-    sweep_modes,
-    sweep_mu,
-)
+import squeal
+from squeal.analysis.pads import analyse, critical_friction, mode_shapes, sweep_modes
 from squeal.errors import ComputationError
 from squeal.linear import complex_eigenvalues
 from tests.conftest import scene_of
@@ -55,39 +48,29 @@ def test_shapes_of_mode_coupling():
 @pytest.mark.parametrize("stem", ["b1-a", "b2-c", "b3"])
 def test_shapes_of_pads_solve_the_equations(stem):
     scene = scene_of(stem)
-    analysis = analyse(scene)
-    m, shapes = analysis.matrices, shapes_of_pad(analysis, scene.pad.w)
+    analysis, lever = analyse(scene), np.array([1.0, 1.0, scene.pad.w])
+    m, shapes = analysis.matrices, mode_shapes(analysis.spectrum, lever)
     assert len(shapes) == 3
     for one in shapes:
         s = one.growth_rate + 2j * math.pi * one.frequency_hz
         rest = (s * s * m.M + s * m.C + m.K) @ one.shape
         assert np.abs(rest).max() < 1e-8 * np.abs(m.K @ np.diag(np.abs(one.shape))).max()
-        assert np.abs(one.shape * [1, 1, scene.pad.w]).max() == pytest.approx(1.0)
+        assert np.abs(one.shape * lever).max() == pytest.approx(1.0)
 
 
-def test_a_sweep_changes_its_verdict_at_the_thresholds_and_nowhere_else():
-    modes = modes_along(coupled, None, 0.0, 1.0)
-    (low, first, before), (second, high, after) = modes.spans
-    assert (low, high, before, after) == (0.0, 1.0, "marginal", "flutter")
-    assert first == second == pytest.approx(0.75, rel=1e-12)
-    squares = -(modes.values**2)
-    root = np.sqrt(1 - 4 / 3 * modes.mus + 0j)
-    for sign in (1, -1):
-        nearest = np.abs(squares - (2 + sign * root)[:, None]).min(axis=1)
-        assert nearest.max() < 1e-7
-
-
-def test_a_scene_s_sweep_is_that_of_its_branch():
+def test_modes_over_friction_are_those_of_the_branch_and_change_at_thresholds():
     scene = scene_of("b2-c")
-    modes = sweep_modes(scene, 0.1, 2.0)
+    modes, found = sweep_modes(scene, 0.1, 2.0), critical_friction(scene)
     assert (modes.low, modes.high) == (0.1, 2.0)
-    assert modes.end == critical_friction(scene).high < 2.0
+    assert modes.mus[-1] <= modes.end == found.high < 2.0
     assert modes.mus[0] == 0.1
-    assert modes.mus[-1] <= modes.end
-    pick = modes.mus[::40].tolist()
-    for (_, analysis), row in zip(sweep_mu(scene, pick), modes.values[::40], strict=True):
-        exact = analysis.spectrum.values
-        assert np.abs(row[:, None] - exact[None, :]).min(axis=0).max() < 1e-6 * np.abs(exact).max()
+    inner = [point.mu for point in found.points if point.kind != "fold"]
+    assert [high for _, high, _ in modes.spans[:-1]] == pytest.approx(inner, rel=1e-12)
+    assert {span[2] for span in modes.spans[1::2]} <= {"flutter", "divergence"}
+    pick = squeal.sweep(scene, modes.mus[::40].tolist()).steps
+    for step, row in zip(pick, modes.values[::40], strict=True):
+        apart = np.abs(row[:, None] - step.roots).min(axis=0)
+        assert apart.max() < 1e-6 * np.abs(step.roots).max()
     ((mu, state),) = modes.contacts
     assert state == "PC"
     assert 0.1 < mu < modes.end

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
+import squeal
 from squeal.analysis.pads import analyse, branch_system, critical_friction
-from squeal.analysis.sensitivity import eigenvalue_sensitivities, threshold_sensitivities
+from squeal.analysis.sensitivity import of_threshold
 from squeal.analysis.stack import parameters
 from squeal.equilibrium.find import normalised_damping, normalised_damping_slope
 from squeal.errors import ComputationError
@@ -23,6 +24,11 @@ DAMPINGS = {
     "rayleigh": Damping(rayleigh=(50.0, 1e-7)),
     "matrix": Damping(matrix=((30.0, 0.0, 0.0), (0.0, 20.0, 0.0), (0.0, 0.0, 0.01))),
 }
+
+
+def of_eigenvalues(scene):
+    """Slopes of the eigenvalues."""
+    return squeal.sensitivity(scene).slopes
 
 
 def both_sides(scene, name, factor=1.0):
@@ -45,7 +51,7 @@ def test_eigenvalues_against_differences_through_the_whole_chain(name, damping):
     scene = scene_of(name, damping=DAMPINGS[damping])
     analysis = analyse(scene)
     size = np.abs(analysis.spectrum.values).max()
-    sensitivities = eigenvalue_sensitivities(scene, analysis)
+    sensitivities = of_eigenvalues(scene)
     assert set(sensitivities) == set(parameters(scene.pad_model))
     for parameter, slopes in sensitivities.items():
         sides, h = both_sides(scene, parameter)
@@ -57,7 +63,7 @@ def test_a_moment_of_inertia_that_was_left_out_follows():
     scene = scene_of("b1-b", I=None)
     analysis, pad = analyse(scene), scene.pad
     given = scene.replace(I=pad.I)
-    following, held = (eigenvalue_sensitivities(s, analysis) for s in (scene, given))
+    following, held = map(of_eigenvalues, (scene, given))
     size = np.abs(analysis.spectrum.values).max()
     by_I = {"m": pad.I / pad.m, "w": 2 * pad.m * pad.w / 3, "h": 2 * pad.m * pad.h / 3}
     for name, slopes in following.items():
@@ -71,7 +77,7 @@ def test_scaling_laws(name):
     # in other units of mass and force the frequencies change as sqrt(k/m); lengths do not count
     scene = scene_of(name)
     analysis, pad = analyse(scene), scene.pad
-    values, slopes = analysis.spectrum.values, eigenvalue_sensitivities(scene, analysis)
+    values, slopes = analysis.spectrum.values, of_eigenvalues(scene)
 
     def together(names, **powers):
         powers = dict.fromkeys(names.split(), 1) | powers
@@ -89,7 +95,7 @@ def test_upright_pad_in_closed_form():
     pad, analysis = scene.pad, analyse(scene)
     omega = math.sqrt((pad.k1 + pad.k2 + pad.k3 + pad.k4) / pad.m)
     k = int(np.argmin(np.abs(analysis.spectrum.values - 1j * omega)))
-    slopes = eigenvalue_sensitivities(scene, analysis)
+    slopes = of_eigenvalues(scene)
     assert slopes["m"][k] == pytest.approx(-0.5j * omega / pad.m, rel=1e-9)
     for name in ("k1", "k2", "k3", "k4"):
         assert slopes[name][k] == pytest.approx(0.5j / (pad.m * omega), rel=1e-6)
@@ -114,7 +120,7 @@ def test_modes_of_one_frequency_with_two_ratios_have_no_derivative():
 def test_thresholds_against_differences(name, damping):
     scene = scene_of(name, damping=DAMPINGS[damping], **COUPLED)
     loss = critical_friction(scene).first
-    slopes = threshold_sensitivities(scene, loss)
+    slopes = of_threshold(scene, loss)
     for parameter in ("m", "h", "k2", "alpha1") if name == "b3" else ("h", "k2"):
         sides, h = both_sides(scene, parameter, 10.0)
         up, down = (critical_friction(side, 1.01 * loss.mu).first.mu for side in sides)
@@ -125,9 +131,9 @@ def test_a_threshold_at_zero_stays_there():
     scene = scene_of("b3", damping=Damping(ratios=(0.02, 0.0, 0.01)), **COUPLED)
     loss = critical_friction(scene).first
     assert loss.mu == critical_friction(scene.replace(w=1.01 * scene.pad.w)).first.mu == 0.0
-    assert set(threshold_sensitivities(scene, loss).values()) == {0.0}
+    assert set(of_threshold(scene, loss).values()) == {0.0}
     with pytest.raises(ComputationError, match="no derivatives"):
-        threshold_sensitivities(scene.replace(damping=Damping(matrix=((0.0,) * 3,) * 3)), loss)
+        of_threshold(scene.replace(damping=Damping(matrix=((0.0,) * 3,) * 3)), loss)
 
 
 def test_a_fold_has_derivatives_and_no_warning_of_rounding(recwarn):
@@ -135,7 +141,7 @@ def test_a_fold_has_derivatives_and_no_warning_of_rounding(recwarn):
     scene = scene_of("b2-c")
     fold = critical_friction(scene).points[-1]
     assert fold.kind == "fold"
-    assert np.isfinite(list(threshold_sensitivities(scene, fold).values())).all()
+    assert np.isfinite(list(of_threshold(scene, fold).values())).all()
     assert not recwarn
 
 

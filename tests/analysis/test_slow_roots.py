@@ -9,7 +9,6 @@ from squeal.analysis.pads import (
     analyse,
     branch_system,
     critical_friction,
-    critical_parameter,
     roots_and_verdict,
 )
 from squeal.analysis.stack import PadStack
@@ -77,7 +76,7 @@ def test_a_light_motion_hides_neither_roots_nor_verdict_of_plain_matrices(stiffn
     for exact in exact_damped(M, C, K):
         assert np.abs(spectrum.values - complex(exact)).min() <= 1e-9 * abs(exact)
     system = TermSystem((Term(M),), (Term(C),), (Term(K),))
-    assert critical_parameter(system, 1.0).verdict == judgement.verdict
+    assert squeal.thresholds(system, 1.0).verdict == judgement.verdict
     assert squeal.sweep(system, [0.0]).steps[0].verdict == judgement.verdict
 
 

@@ -6,17 +6,9 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from squeal.analysis.answers import Axis
-from squeal.analysis.maps import stability_map
-from squeal.analysis.pads import analyse, critical_friction, growing_modes
-from squeal.analysis.variations import (
-    Outcome,
-    Spread,
-    Spreads,
-    Varied,
-    advise,
-    scatter,
-)
+import squeal
+from squeal.analysis.pads import critical_friction
+from squeal.analysis.variations import Outcome, Varied, advise, scatter
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene, read_scene
 from squeal.linear.system import Term, TermSystem
@@ -32,7 +24,7 @@ VALUES = {
 SCENE = Scene("B1", Pad(**VALUES))
 SIZE, COUNT = 0.03, 24
 MU_MAX = 0.6  # twice the threshold
-SPREADS = Spreads((Spread("h", "relative", SIZE),), COUNT, 3)
+DRAWN: dict = {"spreads": {"h": {"relative": SIZE}}, "samples": COUNT, "seed": 3, "mu_max": MU_MAX}
 
 
 def first(**changes):
@@ -56,7 +48,7 @@ def coupled(stiffness):
 
 @pytest.fixture(scope="module")
 def scattered():
-    return scatter(SCENE, SPREADS, mu_max=MU_MAX)
+    return scatter(SCENE, **DRAWN)
 
 
 def test_each_change_is_the_threshold_of_the_pad_made_so_by_hand():
@@ -116,7 +108,7 @@ def test_what_grows_at_once_and_what_never_grows_has_no_threshold_to_move():
     advice = advise(falling, mu_max=0.1)
     assert (advice.nominal.critical, advice.nominal.kind) == (0.0, "flutter")
     assert all(one.changes == (0.0, 0.0) for one in advice.levers)
-    assert [mode.onset for mode in growing_modes(falling, analyse(falling))] == [None]
+    assert [mode.onset for mode in squeal.eigenvalues(falling).unstable] == [None]
     calm = advise(read_scene(SCENES / "b3.yaml"))
     assert calm.nominal.critical is None
     assert all(one.changes == (0.0, 0.0) for one in calm.levers)
@@ -133,24 +125,24 @@ def test_a_change_that_is_no_pad_says_why():
 
 @pytest.mark.parametrize("name", ["w", "h"])
 def test_an_inertia_that_is_left_out_follows_in_contours_and_levers(name):
-    axes = Axis(name, 0.9 * VALUES[name], 1.1 * VALUES[name], 3), Axis("F_n", 4000.0, 5000.0, 1)
-    values = stability_map(SCENE, axes, "critical-friction").quantity[2]
+    own, load = VALUES[name], squeal.Axis("F_n", 4000.0, 5000.0, 1)
+    axes = squeal.Axis(name, 0.9 * own, 1.1 * own, 3), load
+    values = squeal.map(SCENE, axes, "critical-friction").quantity[2]
     exact = [first(**{name: float(value)}) for value in axes[0].values]
     assert values[:, 0] == pytest.approx(exact, rel=1e-6)
     one = lever(advise(SCENE, {name: "5%"}), name)
     for outcome, factor in ((one.lowered, 0.95), (one.raised, 1.05)):
-        value = factor * VALUES[name]
+        value = factor * own
         assert outcome.critical == pytest.approx(first(**{name: value}), rel=1e-9)
         held = first(**{name: value}, I=SCENE.pad.I)  # must not come out
         assert outcome.critical != pytest.approx(held, rel=1e-4)
 
 
 def test_every_sample_is_the_threshold_of_its_own_pad():
-    spreads = Spread("w", "within", 0.004), Spread("m", "relative", 0.1)
-    answer = scatter(SCENE, Spreads(spreads, 6, 3))
+    answer = scatter(SCENE, {"w": {"within": 0.004}, "m": {"relative": 0.1}}, 10, 3)
     random = np.random.default_rng(3)
-    w = 0.04 + 0.004 * random.uniform(-1.0, 1.0, 6)
-    m = 0.2 + 0.02 * random.standard_normal(6)
+    w = 0.04 + 0.004 * random.uniform(-1.0, 1.0, 10)
+    m = 0.2 + 0.02 * random.standard_normal(10)
     exact = [first(w=a, m=b) for a, b in zip(w.tolist(), m.tolist(), strict=True)]
     assert answer.critical == pytest.approx(sorted(exact), rel=1e-9)
 
@@ -163,22 +155,22 @@ def test_quantiles_hold_the_threshold_at_the_parameter_s_quantile(scattered):
         exact = first(h=0.014 * (1.0 + SIZE * norm.ppf(level)))
         inside += (q.low or 0.0) <= exact <= (np.inf if q.high is None else q.high)
     assert inside >= len(scattered.quantiles) - 1  # each interval is of 95 per cent
-    half = scatter(SCENE.replace(mu=float(np.median(scattered.critical))), SPREADS, MU_MAX)
+    half = scatter(SCENE.replace(mu=float(np.median(scattered.critical))), **DRAWN)
     assert half.stable == pytest.approx(0.5, abs=0.01)
     assert half.interval[0] < 0.5 < half.interval[1]
 
 
 def test_workers_and_progress_change_nothing():
     calls = []
-    spreads = (Spread("k2", "within", 0.01 * SCENE.pad.k2), Spread("alpha1", "absolute", 0.01))
-    alone = scatter(SCENE, Spreads(spreads, 9), MU_MAX, progress=lambda *call: calls.append(call))
-    both = scatter(SCENE, Spreads(spreads, 9), MU_MAX, workers=2)
+    drawn = DRAWN | {"spreads": {"k2": {"within": 2e5}, "alpha1": {"absolute": 0.01}}}
+    alone = scatter(SCENE, **drawn, progress=lambda *call: calls.append(call))
+    both = scatter(SCENE, **drawn, workers=2)
     assert np.array_equal(alone.critical, both.critical, equal_nan=True)
-    assert calls[-1] == (9, 9)
+    assert calls[-1] == (COUNT, COUNT)
 
 
 def test_samples_that_are_no_pads_are_counted_and_left_out():
-    answer = scatter(SCENE, Spreads((Spread("h", "relative", 1.0),), 20), mu_max=MU_MAX)
+    answer = scatter(SCENE, {"h": {"relative": 1.0}}, 20, mu_max=MU_MAX)
     assert 0 < answer.no_pad < 20
     assert len(answer.critical) == 20 - answer.no_pad - answer.failed
 
@@ -187,19 +179,19 @@ def test_samples_that_are_no_pads_are_counted_and_left_out():
 def test_where_no_sample_can_be_computed_nothing_is_said(changes):
     """Pads that rest nowhere; stiffnesses 14 decades apart."""
     with pytest.raises(ComputationError, match="no sample can be computed"):
-        scatter(SCENE.replace(**changes), Spreads((Spread("F_n", "relative", 0.01),), 10))
+        scatter(SCENE.replace(**changes), {"F_n": {"relative": 0.01}}, 10)
 
 
 def test_samples_that_cannot_be_computed_are_counted_apart(scattered, monkeypatch):
     """They were dropped as "no such pads", and the quantiles were those of the survivors."""
     outcomes = Varied.outcomes
 
-    def failing(varied, names, values, high):
-        known = outcomes(varied, names, values, high)
+    def failing(varied, changes, high):
+        known = outcomes(varied, changes, high)
         return [Outcome(reason="hidden") if i % 4 == 3 else one for i, one in enumerate(known)]
 
     monkeypatch.setattr(Varied, "outcomes", failing)
-    some = scatter(SCENE, SPREADS, mu_max=MU_MAX)
+    some = scatter(SCENE, **DRAWN)
     assert (some.failed, some.no_pad, len(some.critical)) == (COUNT // 4, 0, COUNT - COUNT // 4)
     assert some.warnings
     # all that holds for the whole holds within the wider intervals
@@ -224,9 +216,11 @@ WIDE = TermSystem((Term(np.eye(101)),), (), (Term(np.eye(101), Formula("k")),), 
             (lambda s=s: advise(SCENE, {"k1": s}), "a finite number above 0")
             for s in (0.0, -1.0, np.inf, "-5%", "many")
         ),
-        (lambda: Spread("k2", "about", 0.1), "spread k2: about: unknown key"),
-        *((lambda s=s: Spread("k2", "relative", s), "spread k2: ") for s in (0.0, np.nan)),
-        (lambda: scatter(SCENE, (Spread("k_c", "relative", 0.1),)), "k_c is no parameter here"),
+        *(
+            (lambda one=one: scatter(SCENE, {"k2": one}), r"spreads\.k2")
+            for one in ({"about": 0.1}, {"relative": 0.0}, {"within": np.nan})
+        ),
+        (lambda: scatter(SCENE, {"k_c": {"relative": 0.1}}), "k_c is no parameter here"),
     ],
 )
 def test_refusals(wrong, words):

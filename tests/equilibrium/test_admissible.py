@@ -5,10 +5,11 @@ import itertools
 import numpy as np
 import pytest
 
+import squeal
 from benchmarks.literal import frictionless, literal
 from squeal.analysis.answers import Axis
 from squeal.analysis.maps import NAMES, codes_at, stability_map
-from squeal.analysis.pads import analyse, critical_friction, judged_equilibria, sweep_mu
+from squeal.analysis.pads import analyse, critical_friction, judged_equilibria
 from squeal.equilibrium import find_all, sliding_equilibrium
 from squeal.equilibrium.statics import LIMITS, Excursion, Statics, excursion
 from squeal.errors import ComputationError
@@ -91,13 +92,13 @@ def test_map_eigenvalues_sliding_and_sweep_agree(seed):
         assert not taken.beyond
         assert keeps == analysis.admissible
     try:
-        ((_, swept),) = sweep_mu(scene, [mu])
+        swept = squeal.sweep(scene, [mu]).steps[0]
         critical = critical_friction(scene, mu)
     except ComputationError:  # no equilibrium without friction
         assert mapped == "beyond a fold"
         return
-    assert (swept is None) == (mapped == "beyond a fold")
-    if swept is not None:
+    assert (swept.roots is None) == (mapped == "beyond a fold")
+    if swept.roots is not None:
         assert swept.admissible == analysis.admissible
         assert (critical.details["admissible_to"] < mu) >= (not analysis.admissible)
 

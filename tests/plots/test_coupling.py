@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import modes_along
+from squeal.analysis.pads import ModeSweep
+from squeal.linear import thresholds, track
 from squeal.plots.coupling import coupling_figure
 from tests.known import coupled
 
@@ -19,7 +20,11 @@ def words(figure):
 
 @pytest.fixture(scope="module")
 def figure():
-    return coupling_figure(modes_along(coupled, None, 0.0, 1.0), own=0.6)
+    modes, found = track(coupled, np.linspace(0.0, 1.0, 201)), thresholds(coupled, 1.0)
+    (point,) = found.points
+    spans = (0.0, point.mu, "marginal"), (point.mu, 1.0, "flutter")
+    sweep = ModeSweep(0.0, 1.0, 1.0, modes.mus, modes.values, spans, tuple(found.crossings), ())
+    return coupling_figure(sweep, own=0.6)
 
 
 def test_the_background_changes_at_the_threshold(figure):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from squeal.analysis.answers import Step
-from squeal.analysis.pads import analyse, shapes_of_pad
+from squeal.analysis.pads import analyse, mode_shapes
 from squeal.io.scene import read_scene
 from squeal.io.system import Coordinates
 from squeal.plots.coupling import sweep_drawing
@@ -30,7 +30,7 @@ def scene():
 
 def test_the_pad_moves_by_the_shape(scene):
     found = analyse(scene)
-    shapes = shapes_of_pad(found, scene.pad.w)
+    shapes = mode_shapes(found.spectrum, (1.0, 1.0, scene.pad.w))
     figure = pad_figure(scene.pad, found.q, shapes, found.spectrum.values)
     plane, *panels = figure.axes
     assert len(panels) == 3

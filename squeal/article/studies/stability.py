@@ -6,14 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal import linear
-from squeal.analysis.pads import (
-    analyse,
-    branch_system,
-    critical_friction,
-    shapes_of_pad,
-    values_of_mu,
-)
+from squeal.analysis.pads import analyse, critical_friction, mode_shapes, sweep_modes
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes
@@ -22,7 +15,6 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 
 MU_MAX = 1.0
-SWEEP = 101
 ROUNDING = 1e-9  # of the greatest imaginary part: real parts below are none
 
 Row = tuple[float, ...]
@@ -113,24 +105,17 @@ def _nested(values: np.ndarray) -> Any:
 def branch(scene: Scene) -> Branch | Missing:
     """Tracked eigenvalues along the equilibrium branch, or why there is no branch."""
     try:
-        system, path = branch_system(scene, MU_MAX)
-        critical = critical_friction(scene, MU_MAX)
+        swept, critical = sweep_modes(scene, 0.0, MU_MAX), critical_friction(scene, MU_MAX)
     except ComputationError as error:
         return Missing(str(error))
-    assert path is not None
-    marked = [scene.pad.mu, *(point.mu for point in critical.points)]
-    tracked = linear.track(system, values_of_mu(path, 0.0, path.mu_end, marked, SWEEP))
+    folds = [point.mu for point in critical.points if point.kind == "fold"]
     return Branch(
-        mu=_nested(tracked.mus),
-        real=_nested(tracked.values.real.T),
-        imag=_nested(tracked.values.imag.T),
-        contact_changes=tuple(
-            ContactChange(mu, scene.pad_model.state_name(path.at(mu)[1]))
-            for mu in path.breakpoints
-            if mu <= path.mu_end
-        ),
-        fold=path.fold,
-        end=path.end,
+        mu=_nested(swept.mus),
+        real=_nested(swept.values.real.T),
+        imag=_nested(swept.values.imag.T),
+        contact_changes=tuple(ContactChange(*change) for change in swept.contacts),
+        fold=folds[0] if folds else None,
+        end=critical.end,
         thresholds=tuple(map(Threshold.of, critical.points)),
     )
 
@@ -140,7 +125,7 @@ def modes(scene: Scene, at: Equilibrium) -> Modes:
     analysis, pad = analyse(scene), scene.pad
     lever = np.array([1.0, 1.0, pad.w])
     shapes = []
-    for one in shapes_of_pad(analysis, pad.w):
+    for one in mode_shapes(analysis.spectrum, lever):
         shape = lever * one.shape
         shapes.append(ModeShape.of(one, real=_nested(shape.real), imag=_nested(shape.imag)))
     pose = (pad.x0 + analysis.q[0], pad.y0 + analysis.q[1], pad.theta0 + analysis.q[2])
