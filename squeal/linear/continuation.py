@@ -36,6 +36,7 @@ from squeal.linear.matrices import (
     LightMassError,
     first_order,
     norm_of,
+    null_spaces,
     reduce,
     unit_diagonal,
 )
@@ -50,52 +51,23 @@ class ContinuationOptions:
     """What a continuation and a search for thresholds may cost, and when they are in doubt.
 
     A threshold that is missed calls for more `steps`, or for a smaller `doubt`.
-
-    Parameters
-    ----------
-    steps : int
-        Values at which the eigenvalues are computed first; larger systems take fewer.
-    depth : int
-        How often a step may be halved.
-    budget : int
-        Values in all, of systems of up to 60 rows; larger ones take fewer.
-    doubt : float
-        Part of its way by which the slopes may miss a root that counts as matched.
-    near : float
-        Part of |z| by which they always may, and of a frequency by which roots that are one may
-        differ.
-    difference : float
-        Step of a difference that stands for a derivative, of the range.
-    same : float
-        Events closer than this part of the range are at one place; an interval narrower than this
-        part of its value has converged.
-    sure : float
-        Standard deviations of rounding that an interval holds.
-    resolved : float
-        Part of its greatest value by which a factor of a term may bend within a step.
-    wide : float
-        Part of the range that an interval of a certified search may take.
-    aside : float
-        Part of a step at which it is divided.
-    rounds : int
-        Steps of Newton's method, and half of those of inverse iteration.
-    small : int
-        Rows up to which systems are stacked, and loading SciPy costs more than it saves.
     """
 
-    steps: int = 24
-    depth: int = 12
-    budget: int = 1500
-    doubt: float = 0.25
-    near: float = 1e-3
-    difference: float = 1e-6
+    steps: int = 24  # values at which the eigenvalues are computed first; large systems take fewer
+    depth: int = 12  # how often a step may be halved
+    budget: int = 1500  # values in all, of systems of up to 60 rows; larger ones take fewer
+    doubt: float = 0.25  # of its way: how far the slopes may miss a root that counts as matched
+    near: float = 1e-3  # of |z|: ... or this; of a frequency: how far roots that are one differ
+    difference: float = 1e-6  # of the range: step of a difference that stands for a derivative
+    # of the range: events closer than this are at one place; of its value: an interval narrower
+    # than this has converged
     same: float = 1e-9
-    sure: float = 4.0
-    resolved: float = 0.02
-    wide: float = 1e-4
-    aside: float = 0.4837
-    rounds: int = 25
-    small: int = 40
+    sure: float = 4.0  # standard deviations of rounding that an interval holds
+    resolved: float = 0.02  # of its size: how much a factor of a term may bend within a step
+    wide: float = 1e-4  # of the range: the widest interval of a certified search
+    aside: float = 0.4837  # of a step: where it is divided
+    rounds: int = 25  # steps of Newton's method, and half of those of inverse iteration
+    small: int = 40  # rows up to which systems are stacked, and SciPy's loading is not worth while
 
 
 def hermite_cubic(a: Any, da: Any, b: Any, db: Any) -> Array:
@@ -105,11 +77,9 @@ def hermite_cubic(a: Any, da: Any, b: Any, db: Any) -> Array:
 
 def zeros_between(cubic: Array) -> list[float]:
     """Real zeros in 0 <= t <= 1, or next to it, of a cubic by rising powers."""
-    if not np.any(cubic[1:]):
-        return []
-    roots = np.roots(cubic[::-1])
+    roots = np.roots(cubic[::-1]) if np.any(cubic[1:]) else np.zeros(0)
     real = roots[np.abs(roots.imag) < 1e-9].real
-    return sorted(float(t) for t in real if -1e-9 <= t <= 1 + 1e-9)
+    return sorted(real[np.abs(real - 0.5) <= 0.5 + 1e-9].tolist())
 
 
 @dataclass(frozen=True, eq=False)
@@ -272,7 +242,7 @@ class Continuation:
         self.form = _form(each)
         n = len(each[0][0]) if self._free is None else self._free[0].shape[1]
         self.size = n if self.form == "undamped" else 2 * n  # rows N of A
-        self.rate = 1.0 if self.form == "undamped" else 0.0
+        self.rate: Any = 1.0 if self.form == "undamped" else None
         self._states: dict[float, State] = {}
         # of no value, but it sets the rate
         self._last = np.nan, *self._standard(each[2], (np.zeros_like(each[2][0]),) * 3)
@@ -303,11 +273,10 @@ class Continuation:
         E, F = (growth * (L @ np.abs(X) @ R + off @ np.abs(Y)) for X, Y in ((K, A), (C, B)))
         if self.form == "undamped":
             return A, dA, E
-        rate = self.rate = self.rate or float(first_order(A, B)[1])
-        eye, zero = np.eye(len(A)), np.zeros_like(A)
-        A = np.block([[zero, eye], [-A / rate**2, -B / rate]])
-        dA = np.block([[zero, zero], [-dA / rate**2, -dB / rate]])
-        E = np.block([[zero, zero], [E / rate**2, F / rate]])
+        n = len(A)
+        A, self.rate = first_order(A, B, self.rate)
+        dA, E = (first_order(*part, self.rate)[0] for part in ((dA, dB), (-E, -F)))
+        dA[:n] = E[:n] = 0.0
         return (-1j * A, -1j * dA, E) if self.form == "gyroscopic" else (A, dA, E)
 
     def _standards(self, ps: Sequence[float]) -> list[tuple[NDArray, NDArray, Array]]:
@@ -382,17 +351,14 @@ def _free_motions(each: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Ar
     unit = [scale * X * scale.T for X in parts]
     unit = [X / np.abs(X).max() for X in unit]
 
-    def annihilated(X: Array, k: int | None = None) -> Array:
-        """A basis of what X (., n), of rank k, annihilates, in the same units."""
-        _, size, rows = np.linalg.svd(X)
-        rank = int(np.sum(size > 8 * EPS * len(M) * size[0])) if k is None else k
-        return scale * rows[rank:].T
-
-    right, left = (annihilated(np.vstack(X)) for X in (unit, [X.T for X in unit]))
+    noise = 8 * EPS * len(M) * float(np.linalg.norm(np.hstack(unit), 2))
+    right = scale * null_spaces(np.vstack(unit), noise)[0]
+    left = scale * null_spaces(np.hstack(unit), noise)[1]
     k = right.shape[1]
     if not 0 < k < len(M) or left.shape[1] != k or np.linalg.cond(left.T @ M @ right) > 1 / ILL:
         return None
-    P, Q = (annihilated((scale * X).T, k) for X in (M @ right, M.T @ left))
+    beside = (np.linalg.qr(scale * X, "complete")[0][:, k:] for X in (M @ right, M.T @ left))
+    P, Q = (scale * X for X in beside)
     return P, Q
 
 
@@ -513,21 +479,20 @@ def _passes(values: Array, slack: Array) -> Bools:
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """Two neighbouring states, and the index at `b` of each root of `a`."""
+    """Two neighbouring states."""
 
     a: State
     b: State
-    order: NDArray[np.intp]
     options: ContinuationOptions
 
-    @staticmethod
-    def of(a: State, b: State, options: ContinuationOptions) -> Step:
-        """The step between two states."""
-        h = b.value - a.value
+    @cached_property
+    def order(self) -> NDArray[np.intp]:
+        """The index at `b` of each root of `a`."""
+        a, b, h = self.a, self.b, self.b.value - self.a.value
         mean, bend = a.slopes[:, None] + b.slopes, a.slopes[:, None] - b.slopes
         missed = np.abs(b.roots - a.roots[:, None] - h / 2 * mean)
         # of two that cross in the middle those that turn back would fit as well
-        return Step(a, b, _assigned(missed + 0.01 * np.abs(h * bend)), options)
+        return _assigned(missed + 0.01 * np.abs(h * bend))
 
     @cached_property
     def ends(self) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:

@@ -74,7 +74,7 @@ def track(system: System, mus: Iterable[float], halvings: int = 7) -> TrackedMod
 
 def _halved(along: Continuation, a: float, b: float, depth: int) -> Iterator[Step]:
     """Steps from a to b, halved until every root is matched, alone or in a pair."""
-    step = Step.of(along.at(a), along.at(b), along.options)
+    step = Step(along.at(a), along.at(b), along.options)
     middle, fits = (a + b) / 2, step.matched.copy()
     for k, other in itertools.combinations(np.flatnonzero(~fits).tolist(), 2):
         if not fits[k] and not fits[other] and step.pair(k, other) is not None:
@@ -148,7 +148,7 @@ def _onsets(result: Thresholds, mu: float) -> Iterator[tuple[complex, float | No
         for (line, before), (other, after) in reversed(list(itertools.pairwise(known))):
             hertz = after.omegas[k] / (2 * np.pi)
             if line is other:
-                k = int(np.argsort(Step.of(before, after, line.options).order)[k])
+                k = int(np.argsort(Step(before, after, line.options).order)[k])
             else:  # beyond a jump
                 k = int(np.argmin(np.abs(before.exponents - after.exponents[k])))
             if not before.grows[k]:

@@ -124,7 +124,7 @@ class _Walk:
     def go(self, low: float, high: float, depth: int) -> None:
         """Match all roots from low to high and collect what may cross the line."""
         along = self.along
-        step = Step.of(along.at(low), along.at(high), along.options)
+        step = Step(along.at(low), along.at(high), along.options)
         guesses, share = guesses_of(step, along.form, (low == along.low, high == along.high))
         met = near_coalescences(step.a, step.b)
         most = 8 * along.options.resolved / (high - low) ** 2
