@@ -404,73 +404,68 @@ class Guess:
     width: float  # of the parameter within which it must lie
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Meeting:
-    """Two roots that may meet, by index, how far away, and their mean there."""
+    """Two roots that may meet: where, their mean there, and their vectors (N, 2) now."""
 
-    first: int
-    second: int
-    step: float
+    value: float
     half: float  # of the way on which they stay close
     mean: complex
+    right: ComplexArray
+    left: ComplexArray
     doubtful: bool  # other roots decide over their coupling
 
 
-def near_coalescences(a: State, b: State) -> list[tuple[State, Meeting]]:
-    """Meetings within a step, seen from both ends; steps are negative from b."""
-    return [
-        (state, one)
-        for state, way in ((a, 1), (b, -1))
-        for one in _meetings(state, way, b.value - a.value)
-    ]
-
-
-def _meetings(state: State, way: int, span: float) -> Iterator[Meeting]:
-    """Pairs that may meet on the line, or exchange so much that one crosses it, up to `span` away
-    for a rising parameter (`way` = 1) or a falling one (-1)."""
-    k, l, conjugate, direct, indirect, bend, alone = state.couplings
-    z, noise, own = state.roots, state.rounding, way * state.slopes
-    with np.errstate(all="ignore"):
-        u, v = z[k] - z[l], own[k] - own[l]
-        x = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
-        v = v + x * bend
-        a, b = way * direct + x * indirect
-        third = 0.5 * x * (np.abs(alone[0] * b) + np.abs(alone[1] * a))
-        s = 2 * np.sqrt(-a * b)
-        ends = np.stack([-u / (v - s), -u / (v + s)]).real
-        ends = np.where(np.isfinite(ends), ends, 1e9 * span)
-        inside = np.abs(np.stack([*ends, ends.mean(axis=0)]) - span / 2) <= span / 2
-        near = inside.any(axis=0)
-        if not near.any():
-            return
-        ends, inside = ends[:, near], inside[:, near]
-        k, l, u, v, w = k[near], l[near], u[near], v[near], (a * b)[near]
-        conjugate, third = conjugate[near], third[near]
-        centre, half = ends.mean(axis=0), np.abs(ends[0] - ends[1]) / 2
-        # of a wide window the end that lies in the step
-        at = np.where(inside[2], centre, np.where(inside[0], *ends))
-        width = np.abs(u * np.sqrt(w) / v**2) + 1e-6 * span  # also where both ends are one
-        looks = 10.0 ** np.linspace(-1.0, 0.9, 12)  # of the half width of a close approach
-        looks = np.concatenate([-looks, [0.0], looks])[:, None]
-        x = np.clip(centre + looks * np.maximum(half, width), 0.0, span)
-        d = (u + x * v) ** 2 / 4 + x**2 * w
-        error = x**2 * (third + 0.1 * np.abs(w))  # of what both exchange a third may be wrong
-        mean, mean_slope = (z[k] + z[l]) / 2, (own[k] + own[l]) / 2
-        passes = _passes(d.real, error)
-        if state.form == "damped":
-            slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d))) + noise[k] + noise[l]
-            same, apart = (mean + x * mean_slope).real, np.sqrt(d).real
-            passes |= ~conjugate
-            passes &= _passes(same + apart, slack) | _passes(same - apart, slack)
-        # what rounding alone couples
-        passes &= x.max(axis=0) ** 2 * (np.abs(w) + third) > noise[k] * noise[l]
-    for n in np.flatnonzero(passes).tolist():
-        # three roots meet, or others decide
-        shared = (k == k[n]).astype(int) + (l == l[n]) + (k == l[n]) + (l == k[n]) == 1
-        joined = shared & passes & (np.abs(at - at[n]) <= half + half[n])
-        doubtful = bool(third[n] > np.abs(w[n]) or joined.any())
-        middle = complex(mean[n] + at[n] * mean_slope[n])
-        yield Meeting(int(k[n]), int(l[n]), way * float(at[n]), float(half[n]), middle, doubtful)
+def near_coalescences(before: State, after: State) -> Iterator[Meeting]:
+    """Pairs that may meet on the line within a step, or exchange so much that one crosses it; seen
+    from both ends."""
+    span = after.value - before.value
+    for state, way in ((before, 1), (after, -1)):
+        k, l, conjugate, direct, indirect, bend, alone = state.couplings
+        z, noise, own = state.roots, state.rounding, way * state.slopes
+        with np.errstate(all="ignore"):
+            u, v = z[k] - z[l], own[k] - own[l]
+            x = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
+            v = v + x * bend
+            a, b = way * direct + x * indirect
+            third = 0.5 * x * (np.abs(alone[0] * b) + np.abs(alone[1] * a))
+            s = 2 * np.sqrt(-a * b)
+            ends = np.stack([-u / (v - s), -u / (v + s)]).real
+            ends = np.where(np.isfinite(ends), ends, 1e9 * span)
+            inside = np.abs(np.stack([*ends, ends.mean(axis=0)]) - span / 2) <= span / 2
+            near = inside.any(axis=0)
+            if not near.any():
+                continue
+            ends, inside = ends[:, near], inside[:, near]
+            k, l, u, v, w = k[near], l[near], u[near], v[near], (a * b)[near]
+            conjugate, third = conjugate[near], third[near]
+            centre, half = ends.mean(axis=0), np.abs(ends[0] - ends[1]) / 2
+            # of a wide window the end that lies in the step
+            at = np.where(inside[2], centre, np.where(inside[0], *ends))
+            width = np.abs(u * np.sqrt(w) / v**2) + 1e-6 * span  # also where both ends are one
+            looks = 10.0 ** np.linspace(-1.0, 0.9, 12)  # of the half width of a close approach
+            looks = np.concatenate([-looks, [0.0], looks])[:, None]
+            x = np.clip(centre + looks * np.maximum(half, width), 0.0, span)
+            d = (u + x * v) ** 2 / 4 + x**2 * w
+            error = x**2 * (third + 0.1 * np.abs(w))  # of what both exchange a third may be wrong
+            mean, mean_slope = (z[k] + z[l]) / 2, (own[k] + own[l]) / 2
+            passes = _passes(d.real, error)
+            if state.form == "damped":
+                slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d))) + noise[k] + noise[l]
+                same, apart = (mean + x * mean_slope).real, np.sqrt(d).real
+                passes |= ~conjugate
+                passes &= _passes(same + apart, slack) | _passes(same - apart, slack)
+            # what rounding alone couples
+            passes &= x.max(axis=0) ** 2 * (np.abs(w) + third) > noise[k] * noise[l]
+        for n in np.flatnonzero(passes).tolist():
+            # three roots meet, or others decide
+            shared = (k == k[n]).astype(int) + (l == l[n]) + (k == l[n]) + (l == k[n]) == 1
+            joined = shared & passes & (np.abs(at - at[n]) <= half + half[n])
+            doubtful = bool(third[n] > np.abs(w[n]) or joined.any())
+            middle, both = complex(mean[n] + at[n] * mean_slope[n]), [k[n], l[n]]
+            vectors = state.right[:, both], state.left[:, both]
+            value = state.value + way * float(at[n])
+            yield Meeting(value, float(half[n]), middle, *vectors, doubtful)
 
 
 def _passes(values: Array, slack: Array) -> Bools:

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any, NamedTuple
@@ -24,7 +25,6 @@ from squeal.linear.continuation import (
     Continuation,
     Guess,
     Meeting,
-    State,
     Step,
     hermite_cubic,
     zeros_between,
@@ -218,6 +218,11 @@ class Near(NamedTuple):
         centre = float(ends.real.mean())
         return centre, float(np.abs(ends - centre).max())
 
+    def moved(self, along: Continuation, p: float) -> Near:
+        """The same at p."""
+        root = self.mean + (p - self.value) * self.mean_slope
+        return roots_near(along, p, root, self.right, self.left)
+
     def vanishing(self, coalesces: bool) -> tuple[float, float, float, float]:
         """What vanishes at an event: its value, slope, half its second derivative, rounding."""
         m, dm, d, dd = self.mean.real, self.mean_slope.real, self.d, self.d_slope
@@ -323,11 +328,6 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
     p, single, coalesces = guess.value, guess.right.shape[1] == 1, guess.coalesces
     near = roots_near(along, p, guess.root, guess.right, guess.left)
 
-    def moved(near: Near, p: float) -> Near:
-        """From the vectors of the last value."""
-        root = near.mean + (p - near.value) * near.mean_slope
-        return roots_near(along, p, root, near.right, near.left)
-
     for _ in range(along.options.rounds):
         value, slope, bend, noise = near.vanishing(coalesces)
         if not slope or not np.isfinite(slope):
@@ -341,7 +341,7 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
             return None
         if abs(move) <= max(4 * EPS * abs(p), noise / abs(slope) / 4):
             break
-        near = moved(near, p)
+        near = near.moved(along, p)
     else:
         return None
     half = 2 * noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
@@ -356,7 +356,7 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
 
         def sign(x: float) -> int:
             nonlocal near
-            near = moved(near, x)
+            near = near.moved(along, x)
             value, _, _, noise = near.vanishing(coalesces)
             return int(np.sign(value)) if abs(value) > noise else 0
 
@@ -432,44 +432,23 @@ def certain(
 # Windows
 
 
-def windows(along: Continuation, met: list[tuple[State, Meeting]], width: float) -> Iterator[Guess]:
+def windows(along: Continuation, met: Sequence[Meeting], width: float) -> Iterator[Guess]:
     """Where two roots that are predicted to meet within a step of that width cross the line."""
-    seen: list[tuple[float, complex]] = []
-    for state, one in met:
-        both, p = [one.first, one.second], state.value + one.step
-        pair = _closest(along, p, one.mean, state.right[:, both], state.left[:, both], width)
-        if pair is None:
-            continue
-        x, half = pair.approach(along.form)
-        place, mean = pair.value + x, pair.mean + x * pair.mean_slope
-        if not any(abs(place - q) <= half and abs(mean - z) <= 1e-6 * abs(z) for q, z in seen):
-            seen.append((place, mean))
-            yield from _window(pair, along, width)
+    for one in met:
+        with suppress(np.linalg.LinAlgError):
+            yield from _window(along, one, width)
 
 
-def _closest(
-    along: Continuation, p: float, near: complex, right: NDArray, left: NDArray, width: float
-) -> Near | None:
-    """The pair at its closest approach."""
-    pair = None
-    for _ in range(4):
-        try:
-            pair = roots_near(along, p, near, right, left)
-        except np.linalg.LinAlgError:
-            return None
-        right, left = pair.right, pair.left
+def _window(along: Continuation, met: Meeting, width: float) -> Iterator[Guess]:
+    """Crossings of the line around the closest approach of a pair, if there are any."""
+    pair = roots_near(along, met.value, met.mean, met.right, met.left)
+    for _ in range(3):
         centre, half = pair.approach(along.form)
         if abs(centre) <= 4 * half or half >= width / 8:
             break
         if not abs(centre) <= width:
-            return None
-        p = float(np.clip(p + centre, along.low, along.high))
-        near = pair.mean + (p - pair.value) * pair.mean_slope
-    return pair
-
-
-def _window(pair: Near, along: Continuation, width: float) -> Iterator[Guess]:
-    """Crossings of the line around the closest approach of a pair, if there are any."""
+            return
+        pair = pair.moved(along, float(np.clip(pair.value + centre, along.low, along.high)))
     centre, half = pair.approach(along.form)
     if half == 0.0 or not np.isfinite(centre):
         return

@@ -126,11 +126,11 @@ class _Walk:
         along = self.along
         step = Step(along.at(low), along.at(high), along.options)
         guesses, share = guesses_of(step, along.form, (low == along.low, high == along.high))
-        met = near_coalescences(step.a, step.b)
+        met = list(near_coalescences(step.a, step.b))
         most = 8 * along.options.resolved / (high - low) ** 2
         bent = any(not bend(low, high) <= most * size for bend, size in self.factors)
         # half the budget is left for matches
-        several = any(one.doubtful for _, one in met) and len(along.states) < self.budget / 2
+        several = any(one.doubtful for one in met) and len(along.states) < self.budget / 2
         divide = along.options.aside if bent or several else share
         spent = len(along.states) >= self.budget
         if divide is not None and depth > 0 and not spent:

@@ -129,8 +129,8 @@ class Along:
                 z, way = state.roots[k], ahead * state.slopes[k]
                 if self.region.contains(z + way) or _changes_sign(z, z + 2 * way):
                     return middle
-        for state, met in near_coalescences(before, after):
-            place, half = state.value + met.step, max(met.half, 1e-9 * abs(state.value))
+        for met in near_coalescences(before, after):
+            place, half = met.value, max(met.half, 1e-9 * abs(met.value))
             # a window that is wider than this has been seen from its inside
             seen = min(abs(p - place) for p in self._states) <= half / 2
             if before.value < place < after.value and half < abs(h) / 8 and not seen:
