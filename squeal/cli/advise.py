@@ -13,14 +13,10 @@ from squeal.io.scene import Scene
 
 def options(parser: Parser) -> None:
     """Options of `squeal advise`."""
-    parser.add_argument(
-        "--tolerance",
-        metavar="NAME=VALUE",
-        action="append",
-        default=[],
-        help="how far a parameter is lowered and raised, such as k1=5%% or alpha1=0.01 in its own "
-        "unit (repeatable; left out: 2%%, an angle 0.02 rad, and nothing that is 0)",
-    )
+    words = "how far a parameter is lowered and raised, such as k1=5%% or alpha1=0.01 in its own "
+    words += "unit (repeatable; left out: 2%%, an angle 0.02 rad, and nothing that is 0)"
+    form = "NAME=VALUE"
+    parser.add_argument("--tolerance", metavar=form, action="append", default=[], help=words)
     take(parser, "high", high=2.0)
     take_files(parser, table="the table")
 

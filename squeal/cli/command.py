@@ -24,14 +24,13 @@ from squeal.io.scene import SCENE, Scene
 from squeal.io.writing import Answer, to_json
 from squeal.schema import ANY, Group, Key, Place, named_files, parse_document, read_content, scalar
 
-_ARGUMENT = re.compile(r"(?:\w+: )?(\w+): ")  # with which the library begins a refusal
+_ARGUMENT = re.compile(r"(?:\w+: )?(\w+)[.\d]*: ")  # with which the library begins a refusal
 
 
 class Source:
-    """The document of a file, or of standard input for "-", as --set changes it.
+    """The document of a file, or of standard input for "-", as --set changes it (`changes`).
 
-    inputs: the files behind what was read; changes: what --set has put in, by dotted key. Raises
-    InputError.
+    inputs: the files behind what was read. Raises InputError.
     """
 
     def __init__(self, given: str, sets: Sequence[str]) -> None:
@@ -106,10 +105,9 @@ def _keys_of(document: dict[str, Any]) -> Group:
 class Reply:
     """What a command answers: an object for --json and a text for people, made only when wanted.
 
-    inputs: the files behind it, whose provenance joins the object, of a command without a scene.
-    warnings: reasons why the equilibria behind it are none that the model means; None where there
-    are no equilibria. They go to standard error and, with the key `admissible`, into the object,
-    which may have such a key of its own.
+    inputs: the files behind it, for its provenance, of a command without a scene.
+    warnings: why the equilibria behind it are none that the model means, None without equilibria;
+    the object gains the key `admissible`, unless it has one.
     """
 
     data: Callable[[], dict[str, Any]]

@@ -14,23 +14,21 @@ from squeal.io.writing import picked
 
 def options(parser: Parser) -> None:
     """Options of `squeal eigenvalues`."""
-    take(parser, "sweep band")
+    take(parser, "values band")
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
     take(parser, "at modes region method memory shape")
     table = "the eigenvalues, or those of the sweep,"
-    take_files(parser, table=table, figure="a picture of them, or of --shape")
+    take_files(parser, table=table, figure="a picture of them, or of --shape,")
 
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and analyse it."""
     source = given.source
-    subject = source.subject(swept=given.sweep is not None)
+    subject = source.subject(swept=given.values is not None)
     scene = isinstance(subject, Scene)
     if scene:
         refuse(given, "at method shape", f"{source.name}, a scene")
-        if given.sweep and given.sweep[0] < 0.0:
-            raise InputError(f"{said(given, 'sweep')}: is not allowed; friction is at least 0")
     elif given.at is not None and f"parameters.{subject.system.parameter}" in source.changes:
         raise InputError(f"{said(given, 'at')}: --set gives it too; one of both is allowed")
     if given.shape and (given.figure is None or subject.coordinates is None):
@@ -39,8 +37,8 @@ def run(given: argparse.Namespace) -> Reply:
     asked: dict[str, Any] = picked(given, "band region modes memory") | {"progress": steps()}
     spectrum = squeal.eigenvalues(subject, given.at, **asked)
     answers: list[Any] = [spectrum]
-    if given.sweep:
-        answers.append(squeal.sweep(subject, given.sweep, method=given.method, **asked))
+    if given.values:
+        answers.append(squeal.sweep(subject, given.values, method=given.method, **asked))
     drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
     write_files(given, answers[-1], **drawn)
     if given.sensitivity:

@@ -26,7 +26,7 @@ def options(parser: Parser) -> None:
     parser.add_argument("--output", metavar="FOLDER", read=Path, required=True, help=words)
     words = "how matrices are written (mtx)"
     parser.add_argument("--format", choices=("mtx", "mat", "npz"), default="mtx", help=words)
-    take(parser, "method band region sweep memory")
+    take(parser, "method band region values memory")
 
 
 def run(given: argparse.Namespace) -> Reply:
@@ -37,16 +37,16 @@ def run(given: argparse.Namespace) -> Reply:
         raise InputError(f"--output {folder}: is {kind}; a new or empty folder is allowed")
     subject, basis = given.source.subject(), None
     if isinstance(subject, Scene):
-        refuse(given, "method band region sweep", f"{given.source.name}, a scene with six roots")
+        refuse(given, "method band region values", f"{given.source.name}, a scene with six roots")
         (M, C, K), mu = analyse(subject).matrices, {"mu": subject.pad.mu}
         name = Path(given.source.name).stem
         system = squeal.System(M, C if C.any() else None, K, mu, name=name)
     elif given.method in (None, "full"):
-        refuse(given, "band region sweep", "a whole system; --method reduced or modal takes it")
+        refuse(given, "band region values", "a whole system; --method reduced or modal takes it")
         system = subject.system
     else:
         asked: Any = picked(given, "band region memory") | {"progress": steps()}
-        reduction, basis = Question.of(subject, **asked).reduced(given.sweep, given.method)
+        reduction, basis = Question.of(subject, **asked).reduced(given.values, given.method)
         if reduction.spurious:
             words = f"the reduced system has {reduction.spurious} roots that the full one has not"
             warnings.warn(words, InputWarning, stacklevel=2)

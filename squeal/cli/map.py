@@ -21,12 +21,8 @@ def options(parser: Parser) -> None:
     words = "contours beside the verdicts: critical-friction, growth, frequency"
     parser.add_argument("--quantity", metavar="NAME", help=words)
     take(parser, "band memory")
-    take_files(
-        parser,
-        table="the verdicts",
-        figure="the map",
-        curves="the curves on which stability is lost",
-    )
+    curves = "the curves on which stability is lost"
+    take_files(parser, table="the verdicts", figure="the map", curves=curves)
 
 
 def run(given: argparse.Namespace) -> Reply:

@@ -74,7 +74,7 @@ REGION = numbers(
 )
 # names, metavar, help, and what reads the value, or the words that are allowed
 OPTIONS: dict[str, tuple[str, str, str, Read | tuple[str, ...]]] = {
-    "sweep": ("--sweep --mu", "A:B:N", "values of mu or of the free parameter", SWEEP),
+    "values": ("--sweep --mu", "A:B:N", "values of mu or of the free parameter", SWEEP),
     "high": ("--max --mu-max", "MU", "upper end of the range", NUMBER),
     "n": ("--n", "N", "points a side (200; of a system 41)", whole(2, 4000)),
     "first": ("--first", "NAME:LOW:HIGH[:log]", "first parameter and range (alpha1:0:pi)", axis),
@@ -106,10 +106,7 @@ FILE_OPTIONS = {
 
 
 class Once(argparse.Action):
-    """Reads the value, keeps with it what was said, and refuses a second one.
-
-    The last would win without a word, also of options of one meaning that have several names.
-    """
+    """Reads a value, keeps what was said, and refuses a second one, also under another name."""
 
     def __init__(self, *arguments: Any, read: Read = lambda text: text, **options: Any) -> None:
         super().__init__(*arguments, **options)
@@ -134,25 +131,19 @@ def take(parser: Any, names: str, **defaults: Any) -> None:
     """Give a parser some of `OPTIONS`, by their keys."""
     for key in names.split():
         flags, metavar, words, read = OPTIONS[key]
-        how = {"choices": read} if isinstance(read, tuple) else {"read": read}
-        parser.groups[SYSTEMS if key in _OF_SYSTEMS else ""].add_argument(
-            *flags.split(),
-            dest=key,
-            metavar=metavar,
-            help=words,
-            default=defaults.get(key),
-            **how,
-        )
+        how = {"dest": key, "metavar": metavar, "help": words, "default": defaults.get(key)}
+        how["choices" if isinstance(read, tuple) else "read"] = read
+        group = parser.groups[SYSTEMS if key in _OF_SYSTEMS else ""]
+        group.add_argument(*flags.split(), **how)
 
 
 def take_files(parser: Any, **options: str) -> None:
     """Options that name a file to write, such as table="the verdicts"."""
+    add = parser.groups[FILES].add_argument
     for key, words in options.items():
         flags, kinds = FILE_OPTIONS[key]
-        words = f"write {words} to FILE, whose name ends in {_listed(kinds)}"
-        parser.groups[FILES].add_argument(
-            *flags.split(), dest=key, metavar="FILE", read=Path, help=words
-        )
+        words = f"write {words} to FILE, whose name ends in {' or '.join(kinds)}"
+        add(*flags.split(), dest=key, metavar="FILE", read=Path, help=words)
 
 
 def refuse(given: argparse.Namespace, names: str, why: str) -> None:
@@ -172,12 +163,7 @@ def write_files(given: argparse.Namespace, answer: Any, other: Any = None, **dra
 
 
 def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
-    """Refuse outputs that could not be written or would destroy something, before any work.
-
-    Refused are a name without a known ending, an input, the same file twice, a link to itself, what
-    is no plain file in a writable folder, and an existing file that is not of the format its name
-    says. Raises InputError.
-    """
+    """Refuse outputs that could not be written or would destroy something. Raises InputError."""
     taken = {Path(os.path.realpath(path)): "an input" for path in inputs}
     for name, (_, kinds) in FILE_OPTIONS.items():
         path = getattr(given, name, None)
@@ -185,7 +171,7 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
             continue
         at = Place(said(given, name))
         if path.suffix not in kinds:
-            raise at.refuse(f"the name must end in {_listed(kinds)}")
+            raise at.refuse(f"the name must end in {' or '.join(kinds)}")
         place = Path(os.path.realpath(path))  # of a link, also one to no file yet, where it leads
         if place.is_symlink() or (place.exists() and not place.is_file()):
             raise at.refuse("is no plain file; the name of a file is allowed")
@@ -200,8 +186,3 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
                 kind = path.suffix[1:].upper()
                 raise at.refuse(f"exists and is no {kind} file; another name is allowed")
         taken[place] = "another output"
-
-
-def _listed(endings: Iterable[str]) -> str:
-    *others, last = endings
-    return f"{', '.join(others)} or {last}" if others else last

@@ -1,7 +1,4 @@
-"""Standard streams as users leave them: closed, full, or without the letters of a text.
-
-And the one line on them with which a program ends that does not come to its end.
-"""
+"""Standard streams as users leave them: closed, full, or without the letters of a text."""
 
 import os
 import re
@@ -67,10 +64,7 @@ def open_closed() -> None:
 
 
 def say(text: str) -> None:
-    """Print on standard error, in place of the progress there, control characters as escapes.
-
-    What cannot be said there stops nothing and changes no exit code.
-    """
+    """Print on standard error, in place of the progress there; what fails stops nothing."""
     try:
         print(f"{_erase()}{visible(text)}", file=sys.stderr, flush=True)
     except OSError:  # a full disc, a terminal that is gone
