@@ -56,6 +56,10 @@ class Place:
         """The InputError of a value that is not what is allowed."""
         return self.refuse(f"{shown(value)} is not allowed; it must be {allowed}")
 
+    def warn(self, words: str) -> None:
+        """Warn of what stands here."""
+        warnings.warn(f"{self}: {words}", InputWarning, stacklevel=3)
+
     @contextmanager
     def named(self) -> Iterator[None]:
         """Let what is refused meanwhile begin with this place."""
@@ -175,8 +179,8 @@ class Angle(Number):
 def warn_of_degrees(value: Any, at: Place) -> None:
     """Warn of an angle beyond a full turn that is not written as a multiple of pi."""
     if isinstance(value, int | float) and abs(value) > 2 * math.pi:
-        words = f"{at}: {value:g} rad is more than a full turn; if degrees are meant, write "
-        warnings.warn(f"{words}{value / 180:.6g}*pi", InputWarning, stacklevel=2)
+        words = f"{value:g} rad is more than a full turn; if degrees are meant, write "
+        at.warn(f"{words}{value / 180:.6g}*pi")
 
 
 class Whole(Kind):
@@ -372,7 +376,8 @@ class Key:
     """One key: what it means and may be, and in `default` what stands for it if it is left out.
 
     `models` are the models that use it, all if it is empty; `required` tells whether those need it,
-    which the key `unless` does away with; `needs` are the keys that must stand beside it.
+    which the key `unless` does away with; `needs` are the keys that must stand beside it, `instead`
+    is the one that may not.
     """
 
     meaning: str
@@ -383,6 +388,7 @@ class Key:
     models: tuple[str, ...] = ()
     unless: str = ""
     needs: tuple[str, ...] = ()
+    instead: str = ""
 
     def missing(self, at: Place, owner: str) -> Exception:
         """The InputError of a key that its owner needs and that is left out."""
@@ -424,6 +430,8 @@ class Group(Kind):
             if name in value and not used:
                 words = f"model {model} does not use it, leave it out"
                 raise here.refuse(f"{shown(value[name])} is not allowed; {words}")
+            if name in value and key.instead in value:
+                raise here.refuse(f"is not allowed beside {key.instead}")
             if name in value:
                 values[name] = key.kind.read(value[name], here, model)
             elif key.required and used and key.unless not in value:

@@ -6,13 +6,10 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from functools import lru_cache
 from multiprocessing import get_context
-from typing import TypeVar
-
-A = TypeVar("A")
-B = TypeVar("B")
+from typing import Any
 
 
-def mapped(work: Callable[[A], B], tasks: Iterable[A], workers: int) -> Iterator[B]:
+def mapped(work: Callable[[Any], Any], tasks: Iterable[Any], workers: int) -> Iterator[Any]:
     """The results of all tasks, in their order, from so many processes; of one from this.
 
     Others are started anew by import and stay for later calls, with what they have compiled. They

@@ -13,7 +13,7 @@ import hashlib
 import platform
 import re
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
@@ -72,10 +72,7 @@ def _modules(modules: Iterable[str]) -> set[Path]:
 
 
 def sources(*modules: str) -> list[str]:
-    """Files, relative to the folder that holds the package, that the modules need to run.
-
-    Raises ModuleNotFoundError if the package has no such module.
-    """
+    """Files, from the folder of the package on, that modules need. Raises ModuleNotFoundError."""
     files = _modules(modules)
     for path in [path for path in files if "importlib.resources" in _imports(path)]:
         files |= {f for f in path.parent.rglob("*") if f.is_file() and f.suffix[:3] != ".py"}
@@ -83,10 +80,7 @@ def sources(*modules: str) -> list[str]:
 
 
 def packages(module: str) -> list[str]:
-    """Names of the packages beside this one and Python's own that `module` or its sources import.
-
-    Raises ModuleNotFoundError if the package has no such module.
-    """
+    """Names of the packages beside this one and Python's own that a module's `sources` import."""
     named = {name.partition(".")[0] for path in _modules([module]) for name in _imports(path)}
     return sorted(named - {PACKAGE} - sys.stdlib_module_names)
 
@@ -126,19 +120,17 @@ class Provenance:
     loaded: tuple[str, ...]
 
 
-def provenance(inputs: Iterable[Path | InputFile | None], module: str) -> Provenance:
+def provenance(inputs: Iterable[Path | InputFile], module: str) -> Provenance:
     """The provenance of a result that `module` computed from some files, read here or before.
 
-    None stands for a scene that was not read from a file. Raises ModuleNotFoundError if this
-    package has no such module.
+    Raises ModuleNotFoundError if this package has no such module.
     """
-    files = (
+    files = [
         InputFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest())
         if isinstance(file, Path)
         else file
         for file in inputs
-        if file is not None
-    )
+    ]
     imported = packages(module)
     versions = {"squeal": __version__, "python": platform.python_version()}
     return Provenance(
@@ -161,7 +153,7 @@ def version(package: str) -> str:
         return loaded
     with suppress(metadata.PackageNotFoundError):
         return metadata.version(package)
-    names: Sequence[str] = ()
     if package in sys.modules or util.find_spec(package):  # else not all names need be read
-        names = metadata.packages_distributions().get(package, ())
-    return metadata.version(names[0]) if names else NOT_INSTALLED
+        for name in metadata.packages_distributions().get(package, ()):
+            return metadata.version(name)
+    return NOT_INSTALLED

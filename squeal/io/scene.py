@@ -1,7 +1,6 @@
 """The scene: one validated, immutable request, and every key of its file in one table.
 
-Files are read, records checked and the documentation written from the table;
-keys of the pad and the formulation stand in the model.
+Those of the pad and the formulation stand in the model.
 """
 
 from __future__ import annotations
@@ -37,7 +36,6 @@ from squeal.schema import (
     Word,
     read_document,
     row,
-    shown,
     warn_of_degrees,
 )
 
@@ -45,12 +43,12 @@ OUTPUTS = ("events", "shares", "extrema", "response", "history")
 DEFAULT_OUTPUTS = ("events", "shares", "extrema")
 DEFAULT_TOLERANCE = 1e-15
 
-STARTS = ("origin", "equilibrium")
 # fmt: off
 INITIAL = Group({
     "from": Key(
         "where the others count from: the origin, or the sliding equilibrium that "
-        "`eigenvalues` takes, which they then kick", Word(STARTS), default="origin"),
+        "`eigenvalues` takes, which they then kick",
+        Word(("origin", "equilibrium")), default="origin"),
     "x": Key("displacement along the surface", ANY, "m", default="0"),
     "y": Key("displacement normal to the surface", ANY, "m", default="0"),
     "theta": Key("rotation", Angle(), "rad", default="0"),
@@ -157,7 +155,7 @@ class Scene:
     tolerance: float = DEFAULT_TOLERANCE
     outputs: tuple[str, ...] = DEFAULT_OUTPUTS
     damping: Damping | None = None
-    start: str = STARTS[0]
+    start: str = "origin"
     source: Path | None = field(default=None, compare=False)
 
     def __post_init__(self) -> None:
@@ -174,17 +172,18 @@ class Scene:
     def to_dict(self) -> dict[str, Any]:
         """The scene as a mapping of a scene file's form, defaults left out."""
         initial = zip(INITIAL.keys, (self.start, *self.initial), strict=True)
-        times = {"stop": self.stop, "samples": self.samples}
         parts: dict[str, Any] = {
             "model": self.model,
             "parameters": self.pad.to_dict(),
             "formulation": self.formulation.to_dict(),
-            "initial": {name: value for name, value in initial if value not in (0.0, STARTS[0])},
-            "time": {name: value for name, value in times.items() if value is not None},
-            "damping": {} if self.damping is None else self.damping.to_dict(),
-            "tolerance": self.tolerance if self.tolerance != DEFAULT_TOLERANCE else None,
-            "outputs": list(self.outputs) if self.outputs != DEFAULT_OUTPUTS else None,
+            "initial": {name: value for name, value in initial if value not in (0.0, "origin")},
+            "time": {n: v for n in TIME.keys if (v := getattr(self, n)) is not None},
+            "damping": self.damping and self.damping.to_dict(),
         }
+        if self.tolerance != DEFAULT_TOLERANCE:
+            parts["tolerance"] = self.tolerance
+        if self.outputs != DEFAULT_OUTPUTS:
+            parts["outputs"] = list(self.outputs)
         return {name: part for name, part in parts.items() if part not in ({}, None)}
 
     @staticmethod
@@ -206,7 +205,7 @@ class Scene:
             **given.get("time", {}),
             **{name: given[name] for name in ("tolerance", "outputs") if name in given},
             damping=damping and Damping(**damping),
-            start=first.get("from", STARTS[0]),
+            start=first.get("from", "origin"),
             source=source,
         )
 
@@ -232,12 +231,10 @@ def _read(document: Any, at: Place) -> dict[str, Any]:
     model = document.get("model") if isinstance(document, dict) else None
     given = SCENE.read(document, at, model if isinstance(model, str) and model in MODELS else "")
     first = given.get("initial", {})
-    turn = first.get("theta", 0.0) if first.get("from") in (None, STARTS[0]) else 0.0
+    turn = first.get("theta", 0.0) if first.get("from") in (None, "origin") else 0.0
     if abs(given["parameters"].get("theta0", 0.0) + turn) >= math.pi / 2:
-        raise (at / "initial" / "theta").refuse(
-            f"{shown(turn)} is not allowed; theta0 + theta must lie between "
-            f"-{math.pi / 2:.6g} and {math.pi / 2:.6g} (the lower face faces the surface)"
-        )
+        words = f"such that theta0 + theta lies between -{math.pi / 2:.6g} and {math.pi / 2:.6g}"
+        raise (at / "initial" / "theta").must_be(turn, words)
     return given
 
 
@@ -252,23 +249,17 @@ def check_simulation(scene: Scene) -> None:
     """Refuse a scene that cannot be simulated. Raises InputError."""
     pad, at = the_scene(scene).pad, Place(str(scene.source or "Scene"))
     if scene.model not in CONTACT_MODELS:
-        raise (at / "model").refuse(
-            f"{scene.model} is not allowed; only {', '.join(CONTACT_MODELS)} can be simulated, "
-            f"{scene.model} is a linearisation"
-        )
+        words = f"one of {', '.join(CONTACT_MODELS)}; {scene.model} is a linearisation"
+        raise (at / "model").must_be(scene.model, words)
     if scene.stop is None:
         raise (at / "time").refuse("missing; a simulation needs time.stop and time.samples")
     if pad.fall is not None and scene.initial[3] >= cast(float, pad.V):
-        raise (at / "initial" / "x_dot").refuse(
-            f"{shown(scene.initial[3])} is not allowed with friction that falls with speed; it "
-            f"must be below V = {pad.V:g}"
-        )
+        words = f"below V = {pad.V:g} where friction falls with speed"
+        raise (at / "initial" / "x_dot").must_be(scene.initial[3], words)
     forces = [output for output in ("extrema", "history") if output in scene.outputs]
     if forces and pad.F_n == 0.0:
-        raise (at / "parameters" / "F_n").refuse(
-            f"0 is not allowed with the output {forces[0]}, which gives forces over F_n; it must "
-            "be above 0, or leave that output out"
-        )
+        words = f"above 0 for the output {forces[0]}, which gives forces over F_n"
+        raise (at / "parameters" / "F_n").must_be(pad.F_n, words)
 
 
 def read_scene(path: str | Path) -> Scene:

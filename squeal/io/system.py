@@ -15,7 +15,6 @@ In place of K there may be K0, K1, ..., rows of numbers: K = K0 + K1 mu + K2 mu^
 """
 
 import csv
-import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from keyword import iskeyword
@@ -26,7 +25,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from squeal.errors import InputWarning
 from squeal.io.matrices import FORMATS, MatrixFile, aligned, read_matrix
 from squeal.linear.matrices import dense, reduce
 from squeal.linear.system import (
@@ -51,6 +49,8 @@ from squeal.schema import (
     Place,
     Several,
     Square,
+    Word,
+    read_content,
     read_document,
     row,
 )
@@ -64,7 +64,9 @@ COLUMNS = ("node", "dof", "x", "y", "z")
 DIRECTIONS = {"1": 0, "2": 1, "3": 2, "x": 0, "y": 1, "z": 2}
 # rotations, and what has no place in space
 DIRECTIONS |= dict.fromkeys(("4", "5", "6", "rx", "ry", "rz", "-"), -1)
+DOF = Word(tuple(DIRECTIONS))
 
+FACTOR = Kind("text or a number", lambda v: TEXT.convert(repr(v) if type(v) in (int, float) else v))
 # fmt: off
 TERM = Group({
     "file": Key(
@@ -73,11 +75,11 @@ TERM = Group({
     "key": Key(
         "which matrix of a .mat, .npz or .op4 file", TEXT, default="the only one",
         needs=("file",)),
-    "matrix": Key("the rows themselves, instead of a file", Square(most=MOST_ROWS)),
+    "matrix": Key("the rows themselves", Square(most=MOST_ROWS), instead="file"),
     "symmetric": Key(
         "whether entries on one side of the diagonal stand for the other side too",
         FLAG, default="what the file says", needs=("file",)),
-    "factor": Key(f"what it is multiplied with: {ALLOWED}", TEXT, default="1"),
+    "factor": Key(f"what it is multiplied with: {ALLOWED}", FACTOR, default="1"),
 }, owner="a term")
 # fmt: on
 
@@ -88,20 +90,10 @@ class Part(Kind):
     def read(self, value: Any, at: Place, model: str = "") -> tuple[dict[str, Any], ...]:
         """The terms, none of them read from its file yet. Raises InputError."""
         if isinstance(value, dict):
-            return (self._term(value, at),)
-        if not isinstance(value, list) or not value:
-            raise at.must_be(value, self.named)
-        if isinstance(value[0], list):
+            return (TERM.read(value, at),)
+        if isinstance(value, list) and value and isinstance(value[0], list):
             return ({"matrix": Square(most=MOST_ROWS).read(value, at)},)
-        return tuple(self._term(one, at / str(i)) for i, one in enumerate(value, 1))
-
-    def _term(self, value: Any, at: Place) -> dict[str, Any]:
-        if isinstance(value, dict) and isinstance(value.get("factor"), int | float):
-            value = value | {"factor": repr(value["factor"])}
-        term = TERM.read(value, at)
-        if "file" in term and "matrix" in term:
-            raise at.refuse("it must hold one of file and matrix")
-        return term
+        return Several(TERM, self.named).read(value, at)
 
 
 PART = Part("rows of numbers, {file: NAME}, or a list of terms {file: NAME, factor: FORMULA}")
@@ -111,16 +103,15 @@ class Ratios(Kind):
     """One damping ratio for all modes, or a list of them for the first ones."""
 
     def read(self, value: Any, at: Place, model: str = "") -> float | tuple[float, ...]:
-        several = isinstance(value, list)
-        kind = Several(NOT_NEGATIVE, self.named) if several else NOT_NEGATIVE
-        return kind.read(value, at)
+        each = Several(NOT_NEGATIVE, self.named) if isinstance(value, list) else NOT_NEGATIVE
+        return each.read(value, at)
 
 
 # fmt: off
 POWERS = {
     f"{letter}{power}": Key(
-        f"in place of {letter}, what is multiplied with that power of the parameter", Square(),
-        default="0")
+        "what is multiplied with that power of the parameter", Square(), default="0",
+        instead=letter)
     for letter in "CK" for power in range(POWER + 1)
 }
 DAMPING = Group({
@@ -184,12 +175,8 @@ def _read_coordinates(path: Path, rows: int) -> Coordinates:
     not move a node in space. Raises InputError.
     """
     at = Place(str(path))
-    try:
-        lines = [line for line in path.read_text(encoding="utf-8").splitlines() if line.strip()]
-    except (OSError, UnicodeDecodeError) as error:
-        reason = getattr(error, "strerror", None) or "it is no UTF-8 table"
-        words = f"cannot be read ({reason}); the name of a .csv file is allowed"
-        raise at.refuse(words) from None
+    text = read_content(path, at).decode("utf-8-sig", "backslashreplace")
+    lines = [line for line in text.splitlines() if line.strip()]
     heads = [name.strip().lower() for name in next(csv.reader(lines[:1]), [])]
     if missing := [name for name in COLUMNS if name not in heads]:
         raise at.refuse(f"no column {missing[0]}; the columns {', '.join(COLUMNS)} are")
@@ -197,18 +184,15 @@ def _read_coordinates(path: Path, rows: int) -> Coordinates:
         raise at.refuse(f"{len(lines) - 1} lines; the system's {rows} rows need one each")
     table = []
     for number, line in enumerate(csv.DictReader(lines[1:], heads, restval=""), 2):
-        cells = {name: line[name].strip() for name in COLUMNS}
-        direction = cells["dof"].lower()
+        here, cells = at / f"line {number}", [line[name].strip() for name in COLUMNS]
+        direction = DOF.read(cells[1].lower(), here / "dof")
         try:
-            place = [float(cells[name]) for name in "xyz"]
+            place = [ANY.convert(float(cell)) for cell in cells[2:]]
         except ValueError:
-            place = [np.nan]
-        if not cells["node"] or not np.isfinite(place).all():
-            raise at.refuse(f"line {number}: a node and three finite coordinates are needed")
-        if direction not in DIRECTIONS:
-            words = f"line {number}: dof {direction} is not allowed; it must be "
-            raise at.refuse(words + ", ".join(DIRECTIONS))
-        table.append((cells["node"], DIRECTIONS[direction], place))
+            place = [None]
+        if not cells[0] or None in place:
+            raise here.refuse("a node and three finite coordinates are needed")
+        table.append((cells[0], DIRECTIONS[direction], place))
     names, directions, places = zip(*table, strict=True)
     _, first, nodes = np.unique(names, return_index=True, return_inverse=True)
     return Coordinates(nodes, np.array(directions), np.array(places)[first])
@@ -235,7 +219,7 @@ class SystemFile:
 
 
 def read_system(path: Path | str) -> SystemFile:
-    """The system that a file of either form describes, its matrices read and checked.
+    """The system that a file describes, its matrices read and checked.
 
     Raises InputError with one sentence that names the file, the key, the value and what is
     allowed.
@@ -293,13 +277,18 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
             reduce(mass, None, np.zeros_like(mass))
         system, supports = without_supports(system)
         if supports.size:
-            _warn(
-                at / "K",
+            (at / "K").warn(
                 f"{supports.size} rows whose diagonal stands decades above all others are "
-                f"taken for supports and left out, the first is row {supports[0] + 1}",
+                f"taken for supports and left out, the first is row {supports[0] + 1}"
             )
             coordinates = coordinates and coordinates.without(supports)
-        system = _damped(system, given.get("damping", {}), at)
+        if damping := given.get("damping"):
+            varied = [i for i in structure_stiffness(system)[1] if system.K[i].factor.names]
+            if varied:
+                of = ", ".join(f"K.{i + 1} ({system.K[i].factor.text})" for i in varied)
+                words = f"also damps {of}, at the values of the parameters given here"
+                (at / "damping").warn(words)
+            system = damped(system, **damping)
     reference = given.get("reference", "")
     return SystemFile(system, reference, tuple(origins), tuple(inputs), coordinates)
 
@@ -321,16 +310,10 @@ def _terms(given: dict[str, Any], at: Place) -> tuple[str, Terms]:
         for i, term in enumerate(each, 1):
             terms.append((part, at / part / str(i) if len(each) > 1 else at / part, term))
         for power, name in enumerate(name for name in POWERS if name[0] == part):
-            if name in given and each:
-                raise (at / name).refuse(f"is not allowed beside {part}")
             if name in given:
                 factor = f"{parameter}**{power}" if power else "1"
                 terms.append((part, at / name, {"matrix": given[name], "factor": factor}))
     return parameter, terms
-
-
-def _warn(at: Place, words: str) -> None:
-    warnings.warn(f"{at}: {words}", InputWarning, stacklevel=3)
 
 
 def _compare_labels(at: Place, parts: Sequence[str], matrices: Sequence[MatrixFile]) -> None:
@@ -342,18 +325,7 @@ def _compare_labels(at: Place, parts: Sequence[str], matrices: Sequence[MatrixFi
         alone = sorted(labels[part] - labels[other])
         if alone and labels[other]:
             node, dof = alone[0]
-            _warn(
-                at,
+            at.warn(
                 f"{len(alone)} rows stand in {part} and not in {other}, the first is degree "
-                f"of freedom {dof} of node {node}; their entries in {other} are taken as zero",
+                f"of freedom {dof} of node {node}; their entries in {other} are taken as zero"
             )
-
-
-def _damped(system: TermSystem, damping: dict[str, Any], at: Place) -> TermSystem:
-    if not damping:
-        return system
-    varied = [i for i in structure_stiffness(system)[1] if system.K[i].factor.names]
-    if varied:
-        terms = ", ".join(f"K.{i + 1} ({system.K[i].factor.text})" for i in varied)
-        _warn(at / "damping", f"also damps {terms}, at the values of the parameters given here")
-    return damped(system, **damping)

@@ -175,12 +175,9 @@ def columns(names: str) -> tuple[Column, ...]:
 def aligned(rows: Sequence[Sequence[str]], right: bool = True) -> str:
     """Rows of text as aligned columns, the first to the left."""
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    lines = []
-    for first, *others in rows:
-        cells = zip(others, widths[1:], strict=True)
-        rest = [cell.rjust(width) if right else cell.ljust(width) for cell, width in cells]
-        lines.append("  ".join(["", first.ljust(widths[0]), *rest]).rstrip())
-    return "\n".join(lines)
+    sides = "<" + (">" if right else "<") * (len(widths) - 1)
+    cells = (map("{:{}{}}".format, row, sides, widths) for row in rows)
+    return "\n".join("  ".join(["", *row]).rstrip() for row in cells)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -224,9 +221,7 @@ class Table:
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping of column names to values for each row."""
-        return [
-            {column.name: plain(column.of(row)) for column in self.columns} for row in self.rows
-        ]
+        return [{each.name: plain(each.of(row)) for each in self.columns} for row in self.rows]
 
     def save(self, path: Path | str) -> None:
         """Write the table as CSV or JSON, by the end of the name.
@@ -284,9 +279,8 @@ class Answer(ABC):
         try:
             pandas = importlib.import_module("pandas")
         except ImportError:
-            raise InputError(
-                "to_dataframe: pandas is not installed; to_records needs it not"
-            ) from None
+            words = "to_dataframe: pandas is not installed; to_records needs it not"
+            raise InputError(words) from None
         names = [column.name for column in self.table().columns]
         return pandas.DataFrame.from_records(self.to_records(), columns=names)
 
@@ -299,5 +293,5 @@ class Answer(ABC):
 
         Raises InputError for an answer that has no figure.
         """
-        path = None if path is None else Path(path)
-        return importlib.import_module("squeal.plots.answers").draw(self, path, **more)
+        room = importlib.import_module("squeal.plots.answers")
+        return room.draw(self, None if path is None else Path(path), **more)
