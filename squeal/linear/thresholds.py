@@ -138,18 +138,24 @@ def _along(
         if parts:
             jumps = _jump(a, parts[-1].line.at(parts[-1].line.high), part.line.at(low))
             points, crossings = points + jumps[0], crossings + jumps[1]
-        changes = list(_changes(part))
-        points += [_point(part, c) for c in changes]
-        for k, place in enumerate(part.places):
-            leads = [_leads(part, c) for c in changes if c.place == k]
-            for c in place:
-                changing = any(c in lead.values() or not any(lead.values()) for lead in leads)
-                mode = _mode(part.line.at(c.value), c.omega, 2 if c.coalesces else 1)
-                crossings.append(c.crossing(mode, changing))
+        found = points_and_crossings(part)
+        points, crossings = points + found[0], crossings + found[1]
         parts.append(part)
     answers = [part.certified for part in parts]
     certified = None if None in answers else all(answers)
     return Thresholds(points, crossings, certified, tuple(parts))
+
+
+def points_and_crossings(part: Searched) -> tuple[list[CriticalPoint], list[Crossing]]:
+    """The changes of verdict and the crossings of a part without a jump."""
+    changes, crossings = list(_changes(part)), []
+    for k, place in enumerate(part.places):
+        leads = [_leads(part, c) for c in changes if c.place == k]
+        for c in place:
+            changing = any(c in lead.values() or not any(lead.values()) for lead in leads)
+            mode = _mode(part.line.at(c.value), c.omega, 2 if c.coalesces else 1)
+            crossings.append(c.crossing(mode, changing))
+    return [_point(part, c) for c in changes], crossings
 
 
 def _jump(at: float, below: State, above: State) -> tuple[list[CriticalPoint], list[Crossing]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -22,14 +21,14 @@ from squeal.analysis.systems.roots import (
     verdict_of,
 )
 from squeal.errors import ComputationError, InputError
-from squeal.linear import CriticalPoint, Crossing, thresholds
-from squeal.linear.continuation import ContinuationOptions
-from squeal.linear.eigen import GROWING, ComplexArray, UnstableCount, unstable_count
+from squeal.linear import thresholds
+from squeal.linear.continuation import Continuation, ContinuationOptions, State
+from squeal.linear.eigen import ComplexArray, unstable_count
 from squeal.linear.events import Event
 from squeal.linear.matrices import ILL, dense, unit_diagonal
-from squeal.linear.search import Searched, fastest_first, search, together
+from squeal.linear.search import Searched, search, together
 from squeal.linear.system import TermSystem
-from squeal.linear.thresholds import VerdictChange, Verdicts
+from squeal.linear.thresholds import points_and_crossings
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import OPTIONS, modes_in
 from squeal.sparse.quadratic import PROGRESS
@@ -95,22 +94,21 @@ def system_thresholds(
             rows, unconfirmed = crossings_along(reduction, name, values)
         else:  # coalescences of the reduced system
             searched = (search(reduction.system, low, high),)
-    band = _Band(system, wanted, lambda p: roots({name: p}))
+    line = _Band(system, low, high, roots)
     if region is not None:
         for part in searched:
-            for place, way in itertools.product(part.places, (1, -1)):
-                own = fastest_first(part.line, [c for c in place if c.direction == way])
-                own = [c for c in own if region.low_imag <= c.omega <= region.high_imag]
-                rows = [*rows, *own]
+            events = itertools.chain(*part.places)
+            rows = [c for c in events if region.low_imag <= c.omega <= region.high_imag]
         outside = len(crossings) - len(rows) if whole else None
         if reduction is not None and searched:
             rows = [replace(c, residual=reduction.worst) for c in rows]
-        points, crossings, between, unexplained, left_out = band.thresholds(rows, values)
+        found, between, unexplained, left_out = _explained(line, rows, values, wanted.words())
+        points, crossings = points_and_crossings(found)
         unconfirmed = [*unconfirmed, *unexplained]
         if whole:
             certified = bool(certified) and not unconfirmed
         elif reduction is not None and system.n <= COUNTED_ROWS:
-            counts = (_counted(reduction, p, band.growth(p).roots) for p in between)
+            counts = (_counted(reduction, p, line.at(p).growth.roots) for p in between)
             certified = not unconfirmed and all(counts)
     notes = [f"not confirmed on the full system: {words}" for words in unconfirmed] + left_out
     if outside:
@@ -132,7 +130,7 @@ def system_thresholds(
         name,
         low,
         high,
-        verdict_of(band.roots(low), band.noise),
+        verdict_of(roots({name: low}), line.noise),
         tuple(points),
         tuple(crossings),
         f"{name} = {high:g} is reached",
@@ -156,96 +154,62 @@ def _counted(reduction: Reduction, value: float, growing: int) -> bool:
     return full.certified and unstable_count(z, noise * np.abs(z)).roots == growing
 
 
-class _Band:
-    """What grows among the roots of a band, by more than rounding; `roots` gives them."""
+class _Band(Continuation):
+    """What grows among the roots of a band alone, which `roots` gives."""
 
     def __init__(
-        self, system: TermSystem, wanted: Wanted, roots: Callable[[float], ComplexArray]
+        self,
+        system: TermSystem,
+        low: float,
+        high: float,
+        roots: Callable[[Changes], ComplexArray],
     ) -> None:
-        self.name, self.wanted, self.roots = system.parameter, wanted, roots
-        self.noise = noise_of(system)
-        self.known: dict[float, UnstableCount] = {}
+        self.name, self.low, self.high, self.roots = system.parameter, low, high, roots
+        self.options, self.form = ContinuationOptions(), "values"
+        self.noise, self._states = noise_of(system), {}
 
-    def growth(self, p: float) -> UnstableCount:
-        """What grows at p, of pairs the upper roots."""
-        if p not in self.known:
-            z = self.roots(p)
-            self.known[p] = unstable_count(z, self.noise * np.abs(z))
-        return self.known[p]
-
-    def thresholds(
-        self, rows: Sequence[Event], values: Sequence[float]
-    ) -> tuple[list[CriticalPoint], list[Crossing], list[float], list[str], list[str]]:
-        """Changes of verdict and crossings from events by rising value, of one place the fastest
-        first; values between them; and what grows without an event, or ceases to.
-
-        `values` from the first to the last are looked at.
-        """
-        low, high = values[0], values[-1]
-        groups = together(rows, 1e-9 * (high - low))
-        margin = 1e-6 * (high - low)  # where the verdict may be that of either side
-        beyond = bool(groups) and high - groups[-1][-1].value <= margin  # what follows is seen
-        edges = [low, *(group[0].value for group in groups), high + 2 * margin * beyond]
-        inside = [v for v in values if all(abs(v - c.value) > margin for c in rows)]
-        between = [(a + b) / 2 for a, b in itertools.pairwise(edges)]
-        number, growths, first = self.growth(between[0]).roots, [], []
-        for k, (a, b) in enumerate(itertools.pairwise(edges)):
-            if k:
-                number += sum(c.direction * (2 if c.omega else 1) for c in groups[k - 1])
-            tried = [between[k], *(v for v in inside if a < v < b), a + margin, b - margin]
-            agrees = (v for v in tried if a < v < b and self.growth(v).roots == number)
-            first.append(next(agrees, between[k]))
-            growths.append(self.growth(first[k]))
-        seen_at = sorted(self.known)
-        changes = list(Verdicts(self.growth).changes(edges, growths, groups, seen_at))
-        unexplained, left = [], dict[int, str]()
-        for v in sorted({*inside, *between}):
-            k, seen = sum(group[0].value < v for group in groups), self.growth(v)
-            here = f"{self.name} = {v:.6g}"
-            if seen.verdict == growths[k].verdict:
-                continue
-            if seen.roots > growths[k].roots:
-                words = f"{seen.verdict} at {here} follows from no threshold that was located"
-                unexplained.append(words)
-            elif seen.roots < growths[k].roots:
-                left.setdefault(
-                    k,
-                    f"what grows at {self.name} = {first[k]:.6g} leaves {self.wanted.words()} by "
-                    f"{here} and is left out there, as are roots that grow faster than it holds",
-                )
-        crossings = [
-            c.crossing(self._mode(c), any(x.place == k and c in _leads(group, x) for x in changes))
-            for k, group in enumerate(groups)
-            for c in group
-        ]
-        points = [self._point(change, groups) for change in changes]
-        return points, crossings, between, unexplained, list(left.values())
-
-    def _mode(self, c: Event) -> int:
-        at = self.roots(c.value).imag
-        return 1 + int(np.sum((at > 0) & (at < c.omega * (1 - 1e-6))))
-
-    def _point(self, change: VerdictChange, groups: Sequence[Sequence[Event]]) -> CriticalPoint:
-        """A change of verdict at a crossing, or where growth changes hands, with the pair's
-        frequency there."""
-        kind = change.above if change.above in GROWING else "restabilised"
-        if change.place is not None:
-            c = _leads(groups[change.place], change)[0]
-            tight, hertz = c.width <= ContinuationOptions.same * abs(c.value), c.omega / 2 / math.pi
-            return CriticalPoint(c.value, kind, hertz, c.interval, tight, c.residual)
-        hertz = 0.0
-        if kind == "flutter":
-            at = self.roots(change.value)
-            fastest = at[np.argmax(np.where(at.imag > self.noise * np.abs(at), at.real, -np.inf))]
-            hertz = float(abs(fastest.imag)) / (2 * math.pi)
-        interval = (change.value - change.half, change.value + change.half)
-        return CriticalPoint(change.value, kind, hertz, interval, True)
+    def at(self, p: float) -> State:
+        """The roots at p without vectors and slopes, those above the axis with their conjugates."""
+        if p not in self._states:
+            z = self.roots({self.name: p})
+            z = np.concatenate([z[z.imag >= 0.0], z[z.imag > 0.0].conj()])
+            none, still = np.zeros((0, len(z)), complex), np.zeros((len(z), len(z)), complex)
+            self._states[p] = State(p, z, none, none, still, self.noise * np.abs(z))
+        return self._states[p]
 
 
-def _leads(group: Sequence[Event], change: VerdictChange) -> list[Event]:
-    """Of the crossings at a place the first that begins what grows above, and that ends what grew
-    below; all of them if there is none."""
-    leads = []
-    for alike in ((change.above, 1), (change.below, -1)):
-        leads += [c for c in group if (c.kind, c.direction) == alike][:1]
-    return leads or list(group)
+def _explained(
+    line: _Band, rows: Sequence[Event], values: Sequence[float], words: str
+) -> tuple[Searched, list[float], list[str], list[str]]:
+    """Events by rising value in their places, and what grows between these; values between them;
+    what grows without an event, and what leaves the band, which `words` name, while it grows.
+
+    `values` from the first to the last are looked at.
+    """
+    low, high, wide = line.low, line.high, line.high - line.low
+    groups, margin = together(rows, 1e-9 * wide), 1e-6 * wide  # of verdicts that are of either side
+    beyond = bool(groups) and high - groups[-1][-1].value <= margin  # what follows is seen
+    edges = [low, *(group[0].value for group in groups), high + 2 * margin * beyond]
+    inside = [v for v in values if all(abs(v - c.value) > margin for c in rows)]
+    between = [(a + b) / 2 for a, b in itertools.pairwise(edges)]
+    number, growths, first = line.at(between[0]).growth.roots, [], []
+    for k, (a, b) in enumerate(itertools.pairwise(edges)):
+        if k:
+            number += sum(c.direction * (2 if c.omega else 1) for c in groups[k - 1])
+        tried = [between[k], *(v for v in inside if a < v < b), a + margin, b - margin]
+        agrees = (v for v in tried if a < v < b and line.at(v).growth.roots == number)
+        first.append(next(agrees, between[k]))
+        growths.append(line.at(first[k]).growth)
+    unexplained, left = [], dict[int, str]()
+    for v in sorted({*inside, *between}):
+        k, seen = sum(group[0].value < v for group in groups), line.at(v).growth
+        here, there = (f"{line.name} = {x:.6g}" for x in (v, first[k]))
+        if seen.verdict != growths[k].verdict and seen.roots > growths[k].roots:
+            unexplained.append(
+                f"{seen.verdict} at {here} follows from no threshold that was located"
+            )
+        elif seen.verdict != growths[k].verdict and seen.roots < growths[k].roots:
+            text = f"what grows at {there} leaves {words} by {here} and is left out there"
+            left.setdefault(k, text)
+    found = Searched(tuple(map(tuple, groups)), tuple(growths), None, line)
+    return found, between, unexplained, list(left.values())
