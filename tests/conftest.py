@@ -1,8 +1,4 @@
-"""Pads and scenes that several tests use.
-
-The scenes are a fixed pad with flutter, folds and changes of contact; those of the workflow may be
-identified anew at any time.
-"""
+"""Pads and scenes that several tests use; those of the workflow may be identified anew."""
 
 import gc
 import importlib.util

@@ -7,8 +7,7 @@ from squeal.cli.main import main
 
 def run(capsys, *arguments):
     """Exit code, standard output and standard error."""
-    code = main([str(a) for a in arguments])
-    return code, *capsys.readouterr()
+    return main([str(a) for a in arguments]), *capsys.readouterr()
 
 
 def answer(capsys, *arguments):
@@ -22,8 +21,7 @@ def answer(capsys, *arguments):
 
 def assert_warns(err, found):
     """Standard error holds the warnings of the answer and nothing else."""
-    told = [f"squeal: warning: {words}" for words in found.get("warnings", [])]
-    assert err.splitlines() == told
+    assert err.splitlines() == [f"squeal: warning: {words}" for words in found.get("warnings", [])]
 
 
 def assert_refused(capsys, *arguments, code=2):

@@ -84,9 +84,8 @@ def test_sensitivities(capsys, tmp_path):
 
 
 def test_no_steady_sliding_is_exit_code_1_with_the_reason(capsys):
-    # without springs nothing balances the friction force
-    err = assert_refused(capsys, "eigenvalues", B1, "--set=k1=0", "--set=k2=0", code=1)
-    assert "no steady sliding exists" in err
+    free = ("--set=k1=0", "--set=k2=0")  # nothing balances the friction force
+    assert "no steady sliding" in assert_refused(capsys, "eigenvalues", B1, *free, code=1)
 
 
 CODE = """
