@@ -9,7 +9,6 @@ words of a refusal, serves arrays and dual numbers, and loads in no time.
 from __future__ import annotations
 
 import math
-import os
 import re
 import sys
 import warnings
@@ -103,10 +102,6 @@ def instance(kind: type, named: str) -> Kind:
 
 
 TEXT, FLAG = instance(str, "text"), instance(bool, "true or false")
-FILE = Kind(
-    "the path of a file",
-    lambda value: Path(value) if isinstance(value, str | os.PathLike) else None,
-)
 NAME = Kind(
     "a name of letters, digits and underscores",
     lambda value: value if isinstance(value, str) and _NAME.fullmatch(value) else None,
@@ -327,10 +322,12 @@ def scalar(text: str) -> Any:
         return text
 
 
-def read_document(path: Path) -> dict[str, Any]:
-    """The single mapping that a YAML file holds. Raises InputError for any other file."""
+def read_document(path: Path | str) -> tuple[dict[str, Any], Place]:
+    """The single mapping that a YAML file holds, and its place. Raises InputError."""
+    if not isinstance(path, str | Path):
+        raise Place("path").must_be(path, "the path of a file")
     at = Place(str(path))
-    return parse_document(read_content(path, at), at)
+    return parse_document(read_content(Path(path), at), at), at
 
 
 def read_content(path: Path, at: Place) -> bytes:

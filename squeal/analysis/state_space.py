@@ -8,8 +8,9 @@ from control import StateSpace
 
 from squeal.analysis.pads import analyse
 from squeal.errors import InputWarning
-from squeal.io.scene import Scene, the_scene
+from squeal.io.scene import A_SCENE, Scene
 from squeal.linear.matrices import state_matrices
+from squeal.schema import Place
 
 STATES = ["x", "y", "theta", "x_dot", "y_dot", "theta_dot"]
 
@@ -22,7 +23,7 @@ def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
     (InputWarning) of what speaks against the equilibrium. Raises InputError for a mu that is not
     allowed, ComputationError if no steady sliding exists.
     """
-    scene = the_scene(scene)
+    scene = A_SCENE.read(scene, Place("scene"))
     analysis = analyse(scene if mu is None else scene.replace(mu=mu))
     for words in analysis.warnings:
         warnings.warn(words, InputWarning, stacklevel=3)

@@ -28,7 +28,7 @@ from squeal.io.writing import Answer, Column, Table, columns, number, picked, un
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
-from squeal.schema import FILE, Group, Key, Named, Number, Place, Whole, read_document
+from squeal.schema import Group, Key, Named, Number, Place, Whole, read_document
 
 LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again
 ROUNDING = 1e-11  # relative: what a query and a stack may differ by
@@ -351,8 +351,7 @@ def read_spreads(path: Path | str) -> dict[str, Any]:
 
     Raises InputError with one sentence that names the file, the key and what is allowed.
     """
-    file = FILE.read(path, Place("read_spreads", "path"))
-    return SPREADS.read(read_document(file), Place(str(file)))
+    return SPREADS.read(*read_document(path))
 
 
 class Quantile(NamedTuple):

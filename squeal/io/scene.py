@@ -11,33 +11,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
-from squeal.model.contact import (
-    CONSISTENT,
-    CONTACT_MODELS,
-    FORMULATION,
-    MODELS,
-    Formulation,
-    models_with,
-)
+from squeal import schema
+from squeal.model.contact import CONTACT_MODELS, FORMULATION, MODELS, Formulation, models_with
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Model, Pad
-from squeal.schema import (
-    ANY,
-    FILE,
-    NOT_NEGATIVE,
-    Angle,
-    Group,
-    Key,
-    Number,
-    Place,
-    Several,
-    Square,
-    Whole,
-    Word,
-    read_document,
-    row,
-    warn_of_degrees,
-)
+from squeal.schema import ANY, NOT_NEGATIVE, Group, Key, Number, Place, Several, Square, Word, row
 
 OUTPUTS = ("events", "shares", "extrema", "response", "history")
 DEFAULT_OUTPUTS = ("events", "shares", "extrema")
@@ -51,7 +29,7 @@ INITIAL = Group({
         Word(("origin", "equilibrium")), default="origin"),
     "x": Key("displacement along the surface", ANY, "m", default="0"),
     "y": Key("displacement normal to the surface", ANY, "m", default="0"),
-    "theta": Key("rotation", Angle(), "rad", default="0"),
+    "theta": Key("rotation", schema.Angle(), "rad", default="0"),
     "x_dot": Key("velocity along the surface", ANY, "m/s", default="0"),
     "y_dot": Key("velocity normal to the surface", ANY, "m/s", default="0"),
     "theta_dot": Key("rate of rotation", Number(), "rad/s", default="0"),
@@ -62,7 +40,7 @@ TIME = Group({
     "stop": Key("length of time", Number(low=0.0), "s", required=True),
     "samples": Key(
         "equally spaced times of the history, both ends included",
-        Whole(2, 10_000_000), required=True),
+        schema.Whole(2, 10_000_000), required=True),
 }, owner="time")
 
 DAMPING = Group({
@@ -148,7 +126,7 @@ class Scene:
 
     model: Model
     pad: Pad
-    formulation: Formulation = CONSISTENT
+    formulation: Formulation = field(default_factory=Formulation)
     initial: tuple[float, ...] = (0.0,) * 6
     stop: float | None = None
     samples: int | None = None
@@ -195,7 +173,7 @@ class Scene:
         given = _read(document, at)
         for name, parameter in PARAMETERS.items():
             if parameter.angle and name in given["parameters"]:
-                warn_of_degrees(document["parameters"][name], at / "parameters" / name)
+                schema.warn_of_degrees(document["parameters"][name], at / "parameters" / name)
         first, damping = given.get("initial", {}), given.get("damping")
         return Scene(
             given["model"],
@@ -238,16 +216,12 @@ def _read(document: Any, at: Place) -> dict[str, Any]:
     return given
 
 
-def the_scene(value: object) -> Scene:
-    """The same scene. Raises InputError for what is none."""
-    if not isinstance(value, Scene):
-        raise Place("scene").must_be(value, "a Scene, from read_scene or Scene(...)")
-    return value
+A_SCENE = schema.instance(Scene, "a Scene, from read_scene or Scene(...)")
 
 
 def check_simulation(scene: Scene) -> None:
     """Refuse a scene that cannot be simulated. Raises InputError."""
-    pad, at = the_scene(scene).pad, Place(str(scene.source or "Scene"))
+    pad, at = A_SCENE.read(scene, Place("scene")).pad, Place(str(scene.source or "Scene"))
     if scene.model not in CONTACT_MODELS:
         words = f"one of {', '.join(CONTACT_MODELS)}; {scene.model} is a linearisation"
         raise (at / "model").must_be(scene.model, words)
@@ -264,5 +238,4 @@ def check_simulation(scene: Scene) -> None:
 
 def read_scene(path: str | Path) -> Scene:
     """Read a scene file. Raises InputError with one sentence on the first thing that is wrong."""
-    file = FILE.read(path, Place("read_scene", "path"))
-    return Scene.from_dict(read_document(file), Place(str(file)), file)
+    return Scene.from_dict(*schema.read_document(path), Path(path))

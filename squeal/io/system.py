@@ -25,35 +25,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
+from squeal import schema
 from squeal.io.matrices import FORMATS, MatrixFile, aligned, read_matrix
 from squeal.linear.matrices import dense, reduce
-from squeal.linear.system import (
-    Term,
-    TermSystem,
-    damped,
-    structure_stiffness,
-    without_supports,
-)
+from squeal.linear.system import Term, TermSystem, damped, structure_stiffness, without_supports
 from squeal.numerics.differentiation import ALLOWED, Formula
-from squeal.schema import (
-    ANY,
-    FILE,
-    FLAG,
-    NAME,
-    NOT_NEGATIVE,
-    TEXT,
-    Group,
-    Key,
-    Kind,
-    Named,
-    Place,
-    Several,
-    Square,
-    Word,
-    read_content,
-    read_document,
-    row,
-)
+from squeal.schema import ANY, NOT_NEGATIVE, TEXT, Group, Key, Kind, Place, Several, Square, row
 
 PARTS = ("M", "C", "K")
 MOST_ROWS = 2000  # of a matrix written into the file
@@ -64,7 +41,7 @@ COLUMNS = ("node", "dof", "x", "y", "z")
 DIRECTIONS = {"1": 0, "2": 1, "3": 2, "x": 0, "y": 1, "z": 2}
 # rotations, and what has no place in space
 DIRECTIONS |= dict.fromkeys(("4", "5", "6", "rx", "ry", "rz", "-"), -1)
-DOF = Word(tuple(DIRECTIONS))
+DOF = schema.Word(tuple(DIRECTIONS))
 
 FACTOR = Kind("text or a number", lambda v: TEXT.convert(repr(v) if type(v) in (int, float) else v))
 # fmt: off
@@ -78,7 +55,7 @@ TERM = Group({
     "matrix": Key("the rows themselves", Square(most=MOST_ROWS), instead="file"),
     "symmetric": Key(
         "whether entries on one side of the diagonal stand for the other side too",
-        FLAG, default="what the file says", needs=("file",)),
+        schema.FLAG, default="what the file says", needs=("file",)),
     "factor": Key(f"what it is multiplied with: {ALLOWED}", FACTOR, default="1"),
 }, owner="a term")
 # fmt: on
@@ -125,7 +102,7 @@ SYSTEM = Group({
     "name": Key("what the system is called", TEXT, default="the name of the file"),
     "reference": Key("where it is from", TEXT, default="empty"),
     "parameters": Key(
-        "named numbers", Named(ANY, "a mapping of names to finite numbers"), default="none"),
+        "named numbers", schema.Named(ANY, "a mapping of names to finite numbers"), default="none"),
     "parameter": Key("the one that is swept", TEXT, default="mu"),
     "M": Key("mass", PART, required=True),
     "C": Key("damping and gyroscopic forces", PART, default="none"),
@@ -175,7 +152,7 @@ def _read_coordinates(path: Path, rows: int) -> Coordinates:
     not move a node in space. Raises InputError.
     """
     at = Place(str(path))
-    text = read_content(path, at).decode("utf-8-sig", "backslashreplace")
+    text = schema.read_content(path, at).decode("utf-8-sig", "backslashreplace")
     lines = [line for line in text.splitlines() if line.strip()]
     heads = [name.strip().lower() for name in next(csv.reader(lines[:1]), [])]
     if missing := [name for name in COLUMNS if name not in heads]:
@@ -224,8 +201,7 @@ def read_system(path: Path | str) -> SystemFile:
     Raises InputError with one sentence that names the file, the key, the value and what is
     allowed.
     """
-    file = FILE.read(path, Place("read_system", "path"))
-    return system_file(read_document(file), Place(str(file)), file.parent)
+    return system_file(*schema.read_document(path), Path(path).parent)
 
 
 def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile:
@@ -301,7 +277,7 @@ def _terms(given: dict[str, Any], at: Place) -> tuple[str, Terms]:
     """The name of the parameter, and all terms, those of its powers too."""
     parameter: str = given.get("parameter") or "mu"
     if POWERS.keys().isdisjoint(given):
-        NAME.read(parameter, at / "parameter")
+        schema.NAME.read(parameter, at / "parameter")
     elif not parameter.isidentifier() or iskeyword(parameter):
         parameter = "p"  # in formulas a parameter is a word
     terms: Terms = []
