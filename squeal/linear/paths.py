@@ -49,7 +49,7 @@ def track(system: System, mus: Iterable[float], halvings: int = 7) -> TrackedMod
     >>> (modes.values.imag[:, ::2] ** 2).round(6).tolist()
     [[1.0, 3.0], [1.9, 2.1], [3.0, 1.0]]
     """
-    values = finite_numbers("track", mus)
+    values = finite_numbers("track: mus", mus)
     low, high = min(values), max(values)
     high = high if high > low else low + 1e-6 * max(abs(low), 1.0)
     along = Continuation(system, low, high, ContinuationOptions(depth=halvings))

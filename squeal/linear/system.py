@@ -288,7 +288,7 @@ def finite_numbers(what: str, given: Iterable[Any], rising: bool = False) -> lis
         values = []
     if not values or not all(map(math.isfinite, values)) or (rising and values[0] >= values[-1]):
         words = "it must be finite numbers" + ", the first below the last" * rising
-        raise InputError(f"{what}: {given!r} is not allowed; {words}")
+        raise InputError(f"{what} = {given!r} is not allowed; {words}")
     return values
 
 

@@ -114,7 +114,7 @@ def thresholds(
     >>> print(*result.points)
     flutter at mu = 0.75, 0.225079 Hz
     """
-    mu_min, mu_max = finite_numbers("thresholds", (mu_min, mu_max), rising=True)
+    mu_min, mu_max = finite_numbers("thresholds: mu_min, mu_max", (mu_min, mu_max), rising=True)
     edges = [mu_min, *sorted({float(b) for b in breakpoints if mu_min < b < mu_max}), mu_max]
     try:
         return _along(system, edges, options, counter)
