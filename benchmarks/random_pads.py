@@ -70,6 +70,17 @@ def _relative(found: Any, exact: Any, scale: Any) -> float:
     return float(max(abs(mp.mpf(float(a)) - b) for a, b in zip(found, exact, strict=True)) / scale)
 
 
+def lead(exact: Exact, q: Any, mu: Any) -> Any:
+    """By how much a pair grows faster than any real mode. Raises ArithmeticError without."""
+    squares = exact.squares(q, mu)
+    small = mp.mpf(10) ** -25 * max(abs(s) for s in squares)
+    pairs = [abs(mp.re(mp.sqrt(-s))) for s in squares if abs(mp.im(s)) > small]
+    real = [mp.sqrt(-mp.re(s)) for s in squares if abs(mp.im(s)) <= small and mp.re(s) < 0]
+    if not pairs or not real:
+        raise ArithmeticError(f"no pair and real mode both grow at mu = {mu}")
+    return max(pairs) - max(real)
+
+
 def _compare_spectrum(scene: Scene, pad: Pad) -> None:
     """Equilibrium, stiffness, eigenvalues and verdict at the scene's friction."""
     at, _ = sliding_equilibrium(scene.pad_model)
@@ -117,7 +128,7 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> float:
         conditions = [
             lambda q, mu: discriminant(exact.cubic(q, mu)),
             lambda q, mu: exact.cubic(q, mu)[2],
-            exact.lead,
+            lambda q, mu: lead(exact, q, mu),
         ]
     found = []
     for condition in conditions:

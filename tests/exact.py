@@ -49,10 +49,11 @@ class Exact:
         """Heights of the leading and the trailing edge over where they touch."""
         pad = self.scene.pad
         *_, leading, trailing, _ = naive.points(pad, q)
+        low = -pad.h, -pad.h
         if self.scene.model == "B1":
             *_, rest_l, rest_t, _ = naive.points(pad, (0, 0, 0))
-            return leading[1] - rest_l[1], trailing[1] - rest_t[1]
-        return leading[1] + pad.h, trailing[1] + pad.h
+            low = rest_l[1], rest_t[1]
+        return leading[1] - low[0], trailing[1] - low[1]
 
     def equilibrium(self, guess: Any, mu: Any) -> mp.matrix:
         """The equilibrium near `guess`."""
@@ -64,32 +65,19 @@ class Exact:
                 return q
         raise ArithmeticError(f"no exact equilibrium near {guess} at mu = {mu}")
 
+    def _reduced(self, q: Any, mu: Any) -> mp.matrix:
+        pad = self.scene.pad
+        return mp.diag([1 / mp.mpf(m) for m in (pad.m, pad.m, pad.I)]) * self.stiffness(q, mu)
+
     def cubic(self, q: Any, mu: Any) -> Cubic:
         """Coefficients a, b, c of the polynomial in s = -lambda^2."""
-        K, pad = self.stiffness(q, mu), self.scene.pad
-        A = mp.matrix(
-            [[K[i, j] / m for j in range(3)] for i, m in enumerate((pad.m, pad.m, pad.I))]
-        )
-        minors = ((0, 1), (0, 2), (1, 2))
-        b = sum(A[i, i] * A[j, j] - A[i, j] * A[j, i] for i, j in minors)
+        A = self._reduced(q, mu)
+        b = sum(A[i, i] * A[j, j] - A[i, j] * A[j, i] for i, j in ((0, 1), (0, 2), (1, 2)))
         return A[0, 0] + A[1, 1] + A[2, 2], b, mp.det(A)
 
     def squares(self, q: Any, mu: Any) -> list[Any]:
         """The three roots s."""
-        a, b, c = self.cubic(q, mu)
-        size = max(abs(a), mp.sqrt(abs(b)), mp.cbrt(abs(c)))
-        scaled = [-c / size**3, b / size**2, -a / size, mp.mpf(1)]
-        return [size * s for s in mp.polyroots(scaled, maxsteps=500, extraprec=200, asc=True)]
-
-    def lead(self, q: Any, mu: Any) -> Any:
-        """By how much a pair grows faster than any real mode. Raises ArithmeticError without."""
-        squares = self.squares(q, mu)
-        small = mp.mpf(10) ** -25 * max(abs(s) for s in squares)
-        pairs = [abs(mp.re(mp.sqrt(-s))) for s in squares if abs(mp.im(s)) > small]
-        real = [mp.sqrt(-mp.re(s)) for s in squares if abs(mp.im(s)) <= small and mp.re(s) < 0]
-        if not pairs or not real:
-            raise ArithmeticError(f"no pair and real mode both grow at mu = {mu}")
-        return max(pairs) - max(real)
+        return list(mp.eig(self._reduced(q, mu), left=False, right=False))
 
     def critical(
         self, condition: Callable[[Any, Any], Any], guess: Any, mu: Any

@@ -10,34 +10,26 @@ from squeal.numerics import differentiation
 from squeal.numerics.differentiation import Dual, Formula, complex_step
 
 
-def curve(x):
-    return np.array([x[0] ** 2 + x[1] ** 2, np.sin(x[0]) * x[1], 3.0 * x[1]])
-
-
-def slope(x):
-    a, b = x
-    return np.array([[2 * a, 2 * b], [np.cos(a) * b, np.sin(a)], [0.0 * a, 3.0 + 0.0 * a]])
-
-
 def test_complex_step_is_the_derivative_of_one_and_of_many_points():
-    x = np.array([0.7, -1.3])
-    assert complex_step(curve, x) == pytest.approx(slope(x), rel=1e-15)
-    many = np.random.default_rng(1).normal(size=(2, 5))
-    assert complex_step(curve, many) == pytest.approx(slope(many), rel=1e-14)
+    def curve(x):
+        return np.array([x[0] ** 2 + x[1] ** 2, np.sin(x[0]) * x[1], 3.0 * x[1]])
+
+    for x in (np.array([0.7, -1.3]), np.random.default_rng(1).normal(size=(2, 5))):
+        a, b, zero = *x, 0.0 * x[0]
+        slope = np.array([[2 * a, 2 * b], [np.cos(a) * b, np.sin(a)], [zero, 3.0 + zero]])
+        assert complex_step(curve, x) == pytest.approx(slope, rel=1e-14)
     along = np.array([2.0, 0.5])
-    assert complex_step(curve, x, along=along) == pytest.approx(slope(x) @ along, rel=1e-15)
+    x, expected = np.array([0.7, -1.3]), [2.0 * 2 * 0.7 - 1.3, np.nan, 1.5]
+    expected[1] = np.cos(0.7) * -1.3 * 2.0 + np.sin(0.7) * 0.5
+    assert complex_step(curve, x, along=along) == pytest.approx(np.array(expected), rel=1e-14)
 
 
-@pytest.mark.parametrize("ops", [np, differentiation])
-def test_dual_numbers_and_the_complex_step_agree(ops):
-    def f(x):
+def test_dual_numbers_and_the_complex_step_agree():
+    def f(x, ops):
         return ops.exp(2.0 - x) / ops.sqrt(x) - 3.0 * ops.sin(x) ** 3 + (1.0 + ops.cos(x)) / x
 
-    at, step = 0.7, 1e-200
-    expected = f(at + 1j * step).imag / step if ops is np else f(Dual(at, 1.0)).slope
-    assert complex_step(
-        lambda x: np.exp(2.0 - x) / np.sqrt(x) - 3.0 * np.sin(x) ** 3 + (1.0 + np.cos(x)) / x, [at]
-    )[0, 0] == pytest.approx(expected, rel=1e-14)
+    expected = complex_step(lambda x: f(x, np), [0.7])[0, 0]
+    assert f(Dual(0.7, 1.0), differentiation).slope == pytest.approx(expected, rel=1e-14)
 
 
 AT = {"Omega": 4 * math.pi, "mu": 0.3, "a_1": -2.0}
@@ -83,21 +75,10 @@ def test_curvature_is_a_bound_of_the_second_derivative(text, low, high, most):
         assert np.abs(np.diff(values) / np.diff(x)).max() <= bound + 1e-6
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "__import__('os')",
-        "mu.real",
-        "mu[0]",
-        "mu > 1",
-        "True",
-        "1j",
-        "mu +",
-        "",
-        "mu**mu",
-        "mu // 2",
-    ],
-)
+NOT_ALLOWED = ["__import__('os')", "mu.real", "mu[0]", "mu > 1", "True", "1j", "mu +", "", "mu**mu"]
+
+
+@pytest.mark.parametrize("text", [*NOT_ALLOWED, "mu // 2", "+".join(["1"] * 300)])
 def test_anything_else_is_refused(text):
     with pytest.raises(InputError):
         Formula(text)
@@ -107,8 +88,6 @@ def test_anything_else_is_refused(text):
 def test_places_without_a_value_are_refused(text):
     with pytest.raises(InputError):
         Formula(text).value(AT)
-    with pytest.raises(InputError):
-        Formula("+".join(["1"] * 300))
 
 
 def test_a_slope_without_bound_is_refused_only_where_it_is_asked_for():
