@@ -375,22 +375,13 @@ def sensitivities(
 
 
 def hidden(reduced: Reduced, C: Array | None, K: Array) -> bool:
-    """True if rounding of A or B leaves slow modes too few digits: a hundredth of the slowest
-    one's stiffness or more, or all of some stiffness or damping. So it is where a mass is light, a
-    spring stiff or a damper strong beside others."""
-    sizes = np.linalg.svd(reduced.A, compute_uv=False)
-    error, square = 2 * len(sizes) * reduced.rounding, sizes[0]
-    present = sizes[sizes > error * sizes[0]]
-    if len(present) != scaled_rank(K):
-        return True
-    if reduced.B is not None:
-        square = max(square, float(np.linalg.norm(reduced.B, 2)) ** 2)
-        if len(present) < len(sizes):  # of what K leaves free the roots are those of its damping
-            parts = [X / np.linalg.norm(X, 2) for X in (reduced.A, reduced.B) if X.any()]
-            both = np.linalg.svd(np.vstack(parts), compute_uv=False)
-            if np.sum(both > error) != scaled_rank(np.vstack([K, np.asarray(C)])):
-                return True
-    return bool(len(present) and error * square > 0.01 * present[-1])
+    """True if rounding leaves a root too few digits, or there are more of zero than K and C leave
+    free: where a mass is light, a spring stiff or a damper strong beside others."""
+    roots, rank = roots_of(reduced), scaled_rank(K)
+    both = rank if reduced.B is None else scaled_rank(np.vstack([K, np.asarray(C)]))
+    size = np.abs(roots.values)
+    vague = (size > 0.0) & (roots.rounding > 0.005 * size)
+    return bool(np.any(vague) or np.sum(size == 0.0) != 2 * len(K) - rank - both)
 
 
 # The verdict
