@@ -236,10 +236,8 @@ def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> bool:
         reals = np.setdiff1d(reals, pair)
         if np.any(np.abs(s[pair].imag) <= rounding[pair]):
             mean = s[pair].real.mean()
-            if abs(cubic.c.value) > cubic.c.bound:
-                half = np.sqrt(-cubic.discriminant.value) / 2 / abs(s[reals[0]] - mean) ** 2
-            else:
-                half = np.sqrt(-cubic.discriminant2.value) / 2
+            third = s[reals[0]] if n == 3 else 0.0
+            half = np.sqrt(-cubic.discriminant.value) / 2 / abs(third - mean) ** 2
             s[pair] = mean + np.array([1j, -1j]) * half
         rounding[pair] = np.minimum(rounding[pair], np.abs(s[pair].imag) / 2)
     s[reals] = s[reals].real
@@ -520,10 +518,8 @@ def _by_invariants(entries: Any, rounding: float) -> Codes:
     occur that which grows faster names the verdict; what is vague is judged by its roots.
     """
     cubic = invariants(list(entries), rounding)
-    a, b, c = cubic[:3]
-    zero, below = np.abs(c.value) <= c.bound, c.value < -c.bound
-    disc = np.where(zero, cubic.discriminant2.value, cubic.discriminant.value)
-    pair = disc < -np.where(zero, cubic.discriminant2.bound, cubic.discriminant.bound)
+    a, b, c, disc = cubic[:4]
+    pair, below = disc.value < -disc.bound, c.value < -c.bound
     falling = below | (b.value < -b.bound) | (a.value < -a.bound)
     codes = np.where(pair, FLUTTER, np.where(falling, DIVERGENCE, MARGINAL)).astype(np.int8)
     both, vague = np.flatnonzero(pair & below), np.flatnonzero(cubic.vague)

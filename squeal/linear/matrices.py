@@ -143,7 +143,7 @@ def check_regular(M: Any, C: Any, K: Any) -> None:
     rate = np.sqrt(sizes[1] / sizes[0]) if all(sizes) else 1.0
     for turn in (0.8 + 0.6j, -0.9 + 1.7j):  # no root but by accident, and not both
         z = rate * turn
-        if scaled_rank(z * z * M + (0.0 if C is None else z * C) + K, 3) == len(M):
+        if scaled_rank(z * z * M + (0.0 if C is None else z * C) + K) == len(M):
             return
     raise MatrixError("M, C and K: are singular together, so that every number is a root")
 
@@ -154,10 +154,10 @@ def rank_of(singular: Array, size: float | None = None) -> int:
     return int(np.sum(singular > 4 * EPS * len(singular) * largest))
 
 
-def scaled_rank(K: Any, passes: int = 2) -> int:
+def scaled_rank(K: Any) -> int:
     """The rank of K with its rows and columns scaled to a largest entry of one: what is small
     beside others still counts."""
-    for axis in (1, 0, 1)[:passes]:
+    for axis in (1, 0, 1):
         size = np.abs(K).max(axis=axis, keepdims=True)
         K = K / np.where(size > 0, size, 1.0)
     return rank_of(np.linalg.svd(K, compute_uv=False))
@@ -238,13 +238,12 @@ class Value(NamedTuple):
 
 
 class Cubic(NamedTuple):
-    """Invariants of A (3, 3): the coefficients of its cubic and two discriminants."""
+    """Invariants of A (3, 3): the coefficients of its cubic and the discriminant."""
 
     a: Value  # trace
     b: Value  # sum of the principal minors
     c: Value  # determinant
-    discriminant: Value  # of the cubic: negative with a complex pair
-    discriminant2: Value  # a^2 - 4 b, of the quadratic that remains where c = 0
+    discriminant: Value  # negative with a complex pair
     vague: Any  # True where a great root and rounding together hide what the others do
 
 
@@ -305,11 +304,7 @@ def invariants(entries: Sequence[Any], rounding: float = 4 * EPS, floor: Any = 0
         split, known = _split(a, b, c)
         disc, bound = np.where(far, split.value, disc), np.where(far, split.bound, bound)
         vague = np.where(far, (c.bound > 0.0) & ~known, vague)
-    # a^2 - 4 b without the cancellation, exact in the difference for a padded 2 x 2
-    apart = d[0] - d[1] - d[2]
-    disc2 = apart * apart + 4 * (p - d[1] * d[2])
-    bound2 = h * (2 * np.abs(apart) + h) + 8 * unit * (P + D[1] * D[2])
-    return Cubic(a, b, c, Value(disc, bound), Value(disc2, bound2), vague)
+    return Cubic(a, b, c, Value(disc, bound), vague)
 
 
 def _split(a: Value, b: Value, c: Value) -> tuple[Value, Any]:
@@ -338,8 +333,7 @@ def _split(a: Value, b: Value, c: Value) -> tuple[Value, Any]:
 def unstable_roots(cubic: Cubic) -> tuple[int, int]:
     """How many complex pairs and how many negative real roots s the cubic of one system has."""
     a, b, c = (0 if abs(v.value) <= v.bound else v.value for v in cubic[:3])
-    disc = cubic.discriminant if c else cubic.discriminant2
-    if disc.value < -disc.bound:
+    if cubic.discriminant.value < -cubic.discriminant.bound:
         return 1, int(c < 0)
     # all roots are real: the coefficients of p(-s) change sign once for each negative one
     signs = [np.sign(v) for v in (1.0, a, b, c) if v]
