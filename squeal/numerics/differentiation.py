@@ -4,10 +4,9 @@ The module offers `sin`, `cos`, `exp` and `sqrt` of dual numbers, so that it can
 model's functions. Values of dual numbers may be complex (with the complex step they give mixed
 second derivatives), or dual numbers again.
 
-A formula of named parameters (+ - * / ** and parentheses) is parsed by Python's own grammar and
-then walked node by node; only the nodes listed here are known, nothing is ever evaluated as code.
-Walked with numbers it gives the value, with dual numbers a derivative, with intervals in these a
-bound of the second one.
+A formula of named parameters is parsed by Python's grammar and walked node by node; only the nodes
+listed here are known, nothing is ever evaluated as code. Walked with numbers it gives the value,
+with dual numbers a derivative, with intervals in these a bound of the second one.
 """
 
 from __future__ import annotations
@@ -17,7 +16,6 @@ import math
 import operator
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -45,14 +43,10 @@ def with_derivative(
 
     Both come from one evaluation of f at complex x (see `complex_step`).
     """
-    at = np.asarray(x, dtype=complex)
-    values = np.asarray(f(at[:, None] + _shifts(len(at), unknowns, at.ndim)))
+    at = np.asarray(x, dtype=complex)[:, None]
+    shifts = np.eye(len(at))[:, :unknowns].reshape((len(at), -1) + (1,) * (at.ndim - 2))
+    values = np.asarray(f(at + 1j * STEP * shifts))
     return values.real[:, 0], values.imag / STEP
-
-
-@lru_cache
-def _shifts(m: int, unknowns: int | None, dimensions: int) -> np.ndarray:
-    return 1j * STEP * np.eye(m)[:, :unknowns].reshape((m, -1) + (1,) * (dimensions - 1))
 
 
 class _Arithmetic:
@@ -149,9 +143,6 @@ class Formula:
 
     def value(self, parameters: Mapping[str, float]) -> float:
         """The formula's value. Raises InputError where it is not a finite number."""
-        for name in sorted(self.names - parameters.keys()):
-            allowed = ", ".join(sorted(parameters)) or "none"
-            raise InputError(f"{self._about}: {name} is no parameter; allowed are {allowed}")
         return self._finite(parameters, "", "finite number")
 
     def slope(self, parameters: Mapping[str, float], name: str) -> float:
@@ -175,11 +166,11 @@ class Formula:
         most = max(map(abs, _ends(second)))
         return most if math.isfinite(most) else math.inf
 
-    @property
-    def _about(self) -> str:
-        return f"{self.place}: {self.text}" if self.place else self.text
-
     def _finite(self, parameters: Mapping[str, float], by: str, what: str) -> float:
+        about = f"{self.place}: {self.text}" if self.place else self.text
+        for name in sorted(self.names - parameters.keys()):
+            allowed = ", ".join(sorted(parameters)) or "none"
+            raise InputError(f"{about}: {name} is no parameter; allowed are {allowed}")
         at: dict[str, Any] = {name: float(parameters[name]) for name in self.names}
         if by in at:
             at[by] = Dual(at[by], 1.0)
@@ -190,7 +181,7 @@ class Formula:
             number = math.nan
         if isinstance(number, complex) or not math.isfinite(number):
             where = ", ".join(f"{name} = {parameters[name]:g}" for name in sorted(self.names))
-            raise InputError(f"{self._about}: is not a {what} at {where or 'any value'}")
+            raise InputError(f"{about}: is not a {what} at {where or 'any value'}")
         return float(number)
 
 
