@@ -40,7 +40,7 @@ from squeal.linear.matrices import (
     reduce,
     unit_diagonal,
 )
-from squeal.linear.system import Parametrised, System, TermSystem
+from squeal.linear.system import System, TermSystem, matrices_of, with_slopes
 
 ComplexArray = NDArray[np.complex128]
 Bools = NDArray[np.bool_]
@@ -234,9 +234,8 @@ class Continuation:
                 "thresholds: complex matrices (structural damping) are not allowed; damping by "
                 "rayleigh or ratios is"
             )
-        self.family = Parametrised(system, low, high, self.options.difference)
         inside = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
-        each = self.family.at_many(inside)
+        each = matrices_of(system, inside)
         self._normal: tuple[Array, Array, Array] | None = None  # the last M with L, R
         self._free = _free_motions(each)
         self.form = _form(each)
@@ -280,7 +279,8 @@ class Continuation:
         return (-1j * A, -1j * dA, E) if self.form == "gyroscopic" else (A, dA, E)
 
     def _standards(self, ps: Sequence[float]) -> list[tuple[NDArray, NDArray, Array]]:
-        return [self._standard(*both) for both in self.family.with_derivatives(ps)]
+        both = with_slopes(self.system, ps, self.low, self.high, self.options.difference)
+        return [self._standard(*each) for each in both]
 
     def both(self, p: float) -> tuple[NDArray, NDArray, Array]:
         """A(p), dA/dp, and the sizes of which the rounding of each entry is a part eps."""

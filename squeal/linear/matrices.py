@@ -170,8 +170,7 @@ def first_order(A: Any, B: Any, rate: ArrayLike | None = None) -> tuple[Any, Arr
     if rate is None:
         a, b = (np.linalg.norm(X, axis=(-2, -1)) for X in (A, B))
         rate = np.asarray(np.maximum(np.sqrt(a), b))
-        # a power of two rounds nothing
-        rate = 2.0 ** np.round(np.log2(rate, out=np.zeros_like(rate), where=rate > 0))
+        rate = 2.0 ** np.round(np.log2(np.where(rate > 0, rate, 1.0)))  # rounds nothing
     n, rate = A.shape[-1], np.asarray(rate)
     turn = rate[..., None, None]
     state = np.zeros((*A.shape[:-2], 2 * n, 2 * n), dtype=np.result_type(A, B))

@@ -31,7 +31,7 @@ from squeal.linear.continuation import (
 from squeal.linear.eigen import UnstableCount, hidden
 from squeal.linear.events import Event, certain, guesses_of, located, windows
 from squeal.linear.matrices import norm_of, reduce
-from squeal.linear.system import Slow, System, TermSystem
+from squeal.linear.system import Slow, System, TermSystem, matrices_of
 
 Counter = Callable[[Continuation, float], int | None]
 """(continuation, p) -> how many roots grow at p (two for a pair), None if it cannot tell."""
@@ -375,7 +375,7 @@ def _hides(along: Continuation, p: float) -> bool:
     """True if rounding leaves the slow roots at p too few digits, see `eigen.hidden`."""
     if isinstance(along.system, Slow):
         return False
-    M, C, K = along.family.at_many([p])[0]
+    ((M, C, K),) = matrices_of(along.system, [p])
     with suppress(InputError):  # M is not symmetric
         return hidden(reduce(M, C, K), C, K)
     return False

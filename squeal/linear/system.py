@@ -1,7 +1,6 @@
 """Parametrised systems M(p) q'' + C(p) q' + K(p) q = 0: functions of p, or sums of terms.
 
-A system is any function of one parameter that gives M, C and K. `Parametrised` gives every kind one
-form, and `Slow` is the system of the slow motions where others have no mass, or hardly any.
+A system is any function of one parameter that gives M, C and K.
 
 Damping that is not given as a matrix refers to the structure's own stiffness: the symmetric part of
 K at the system's own parameters, without friction. The friction coefficient is the parameter `mu`;
@@ -150,17 +149,12 @@ class TermSystem:
         return dataclasses.replace(self, parameters=self.values(changes))
 
     def at(self, changes: Mapping[str, float] | None = None) -> tuple[Any, Any, Any]:
-        """M, C, K (C None without terms) at the parameters, some of them changed.
-
-        Raises InputError, naming the parameters, where an entry is not finite.
-        """
+        """M, C, K (C None without terms) at the parameters, some of them changed."""
         p = self.values(changes)
-        M, C, K = (self._sum(terms, [t.factor.value(p) for t in terms]) for terms in self.parts)
-        for letter, X in zip("MCK", (M, C, K), strict=True):
-            if X is not None and not np.isfinite(X.data if is_sparse(X) else X).all():
-                where = ", ".join(f"{name} = {p[name]:g}" for name in sorted(self.names))
-                where = where or "any value"
-                raise MatrixError(f"{letter}: all entries must be finite, at {where}")
+        M, C, K = (
+            self._sum(terms, [t.factor.value(p) for t in terms])
+            for terms in (self.M, self.C, self.K)
+        )
         return M, C, K
 
     def arrays(self, changes: Mapping[str, float] | None = None) -> tuple[Any, Any, Any]:
@@ -195,46 +189,41 @@ class TermSystem:
             return sum((f * convert(t.matrix) for f, t in each if f), zero)
 
 
-@dataclass(frozen=True, eq=False)
-class Parametrised:
-    """One form of every kind of system: dense, checked matrices at values of one parameter.
+def matrices_of(system: System, ps: Sequence[float]) -> list[Dense]:
+    """M, C (zero without damping) and K, arrays (n, n), at each value.
+
+    Raises InputError where the system gives no square, finite, real matrices of one size.
+    """
+    if isinstance(system, Batched):
+        given = system.many(list(ps))
+    else:
+        given = [matrices_at(system, p) for p in ps]
+    each = (checked(M, C, K) for M, C, K in given)
+    return [(M, np.zeros_like(M) if C is None else C, K) for M, C, K in each]
+
+
+def with_slopes(
+    system: System, ps: Sequence[float], low: float, high: float, difference: float = 1e-6
+) -> list[tuple[Any, Any]]:
+    """M, C and K, and their derivatives by the parameter, at each value; as `matrices_of`.
 
     Derivatives of a TermSystem are exact; of another function they are differences over
-    `difference` times the range from low to high, one-sided at its ends. Raises InputError where
-    the system gives no square, finite, real matrices of one size.
+    `difference` times the range from low to high, one-sided at its ends.
 
-    >>> family = Parametrised(lambda p: (np.eye(1), None, np.array([[1 + p * p]])), 0.0, 2.0)
-    >>> [((_, C, K), (_, _, dK))] = family.with_derivatives([1.0])
+    >>> system = lambda p: (np.eye(1), None, np.array([[1 + p * p]]))
+    >>> [((_, C, K), (_, _, dK))] = with_slopes(system, [1.0], 0.0, 2.0)
     >>> C.item(), K.item(), round(dK.item(), 6)
     (0.0, 2.0, 2.0)
     """
-
-    system: System
-    low: float
-    high: float
-    difference: float = 1e-6
-
-    def at_many(self, ps: Sequence[float]) -> list[Dense]:
-        """M, C (zero without damping) and K, arrays (n, n), at each value."""
-        if isinstance(self.system, Batched):
-            given = self.system.many(list(ps))
-        else:
-            given = [matrices_at(self.system, p) for p in ps]
-        each = (checked(M, C, K) for M, C, K in given)
-        return [(M, np.zeros_like(M) if C is None else C, K) for M, C, K in each]
-
-    def with_derivatives(self, ps: Sequence[float]) -> list[tuple[Any, Any]]:
-        """M, C and K, and their derivatives by the parameter, at each value."""
-        if isinstance(self.system, TermSystem):
-            name, zero = self.system.parameter, np.zeros((self.system.n,) * 2)
-            slopes = (self.system.derivative(name, {name: p}) for p in ps)
-            filled = [[zero if X is None else dense(X) for X in each] for each in slopes]
-            return list(zip(self.at_many(ps), filled, strict=True))
-        step = self.difference * (self.high - self.low)
-        inside = np.clip(ps, self.low, self.high)
-        before, after = np.maximum(self.low, inside - step), np.minimum(self.high, inside + step)
-        at, first, last = np.split(np.array(self.at_many([*ps, *before, *after])), 3)
-        return list(zip(at, (last - first) / (after - before)[:, None, None, None], strict=True))
+    if isinstance(system, TermSystem):
+        name, zero = system.parameter, np.zeros((system.n, system.n))
+        slopes = (system.derivative(name, {name: p}) for p in ps)
+        filled = [[zero if X is None else dense(X) for X in each] for each in slopes]
+        return list(zip(matrices_of(system, ps), filled, strict=True))
+    inside, step = np.clip(ps, low, high), difference * (high - low)
+    before, after = np.maximum(low, inside - step), np.minimum(high, inside + step)
+    at, first, last = np.split(np.array(matrices_of(system, [*ps, *before, *after])), 3)
+    return list(zip(at, (last - first) / (after - before)[:, None, None, None], strict=True))
 
 
 def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
@@ -318,8 +307,8 @@ class Slow:
     """
 
     def __init__(self, system: System, p: float) -> None:
-        self._family, self.growth = Parametrised(system, p, p), 1.0
-        self._M, _, K = self._family.at_many([p])[0]
+        self._system, self.growth = system, 1.0
+        ((self._M, _, K),) = matrices_of(system, [p])
         size = np.sqrt(np.abs(np.diag(self._M)))
         if not size.any():
             raise MatrixError("M: has no mass on its diagonal; a mass is required")
@@ -340,7 +329,7 @@ class Slow:
 
     def __call__(self, p: float) -> Matrices:
         """M, C and K of the slow motions at p."""
-        M, C, K = self._family.at_many([p])[0]
+        ((M, C, K),) = matrices_of(self._system, [p])
         *light, own = self._turned(C)
         noise = 4 * EPS * len(M) * np.abs(own).max()
         _require(not any(np.abs(X).max() > noise for X in light))
@@ -406,30 +395,26 @@ def damped(
     lambda > 0, roots below the real axis are mirror images. Raises InputError without stiffness,
     for ratios of more than 2000 rows or with an M that is not symmetric, positive definite.
     """
-    (alpha, beta), K = rayleigh, structure_stiffness(system)[0]
+    from scipy.linalg import eigh
+
+    (alpha, beta), (K, _), n, most = rayleigh, structure_stiffness(system), system.n, 2000
     of_mass = (Term(t.matrix, Formula(f"{alpha!r} * ({t.factor.text})")) for t in system.M if alpha)
-    C, n = [*system.C, *of_mass], system.n
+    C = [*system.C, *of_mass]
     if beta:
         C.append(Term(beta * K))
     zeta = np.full(n, ratios) if np.ndim(ratios) == 0 else np.asarray(ratios)
     if len(zeta):
-        C.append(Term(_modal(system.at()[0], K, zeta)))
+        if not len(zeta) <= n <= most:
+            raise InputError(
+                f"damping.ratios: {len(zeta)} ratios of {n} rows are not allowed; modal damping "
+                f"takes up to one for each row of at most {most}, rayleigh takes more"
+            )
+        M = dense(system.at()[0])
+        try:
+            squares, modes = eigh(dense(K), M, subset_by_index=(0, len(zeta) - 1))
+        except np.linalg.LinAlgError:
+            raise InputError("damping.ratios: M must be symmetric and positive definite") from None
+        weights = 2 * zeta * np.sqrt(np.maximum(squares, 0.0))
+        C.append(Term((M @ modes * weights) @ (M @ modes).T))
     imaginary = [Term(1j * structural * K)] if structural else []
     return dataclasses.replace(system, C=tuple(C), K=(*system.K, *imaginary))
-
-
-def _modal(M: Matrix, K: Matrix, ratios: Array) -> Array:
-    from scipy.linalg import eigh
-
-    most, rows = 2000, M.shape[0]
-    if not len(ratios) <= rows <= most:
-        raise InputError(
-            f"damping.ratios: {len(ratios)} ratios of {rows} rows are not allowed; modal damping "
-            f"takes up to one for each row of at most {most}, rayleigh takes more"
-        )
-    try:
-        squares, modes = eigh(dense(K), dense(M), subset_by_index=(0, len(ratios) - 1))
-    except np.linalg.LinAlgError:
-        raise InputError("damping.ratios: M must be symmetric and positive definite") from None
-    shapes = dense(M) @ modes
-    return np.asarray((shapes * (2 * ratios * np.sqrt(np.maximum(squares, 0.0)))) @ shapes.T)

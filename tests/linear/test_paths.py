@@ -43,7 +43,9 @@ def test_flutter_and_back_gives_all_eigenvalues(mode_coupling):
     modes = track(lambda mu: mode_coupling(1.5 * np.sin(mu)), np.linspace(0, np.pi, 25))
     for mu, row in zip(modes.mus, modes.values, strict=True):
         exact = complex_eigenvalues(*mode_coupling(1.5 * np.sin(mu))).values
-        assert np.sort_complex(row) == pytest.approx(np.sort_complex(exact))
+        # at a coalescence the real parts are rounding
+        ordered = (np.sort_complex(each.round(7)) for each in (row, exact))
+        assert next(ordered) == pytest.approx(next(ordered))
     jumps = np.abs(np.diff(modes.values, axis=0))
     assert jumps.max() < 0.6  # no column ever changes from one mode to another
     assert modes.frequencies_hz.shape == (25, 4)

@@ -15,7 +15,8 @@ def test_complex_step_is_the_derivative_of_one_and_of_many_points():
         return np.array([x[0] ** 2 + x[1] ** 2, np.sin(x[0]) * x[1], 3.0 * x[1]])
 
     for x in (np.array([0.7, -1.3]), np.random.default_rng(1).normal(size=(2, 5))):
-        a, b, zero = *x, 0.0 * x[0]
+        a, b = x
+        zero = 0.0 * a
         slope = np.array([[2 * a, 2 * b], [np.cos(a) * b, np.sin(a)], [zero, 3.0 + zero]])
         assert complex_step(curve, x) == pytest.approx(slope, rel=1e-14)
     along = np.array([2.0, 0.5])
