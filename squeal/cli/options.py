@@ -65,13 +65,8 @@ SWEEP = numbers(
     lambda a, b, n: a < b and n == int(n) and 2 <= n <= MOST,
     lambda a, b, n: [a + (b - a) * i / (n - 1) for i in range(int(n))],
 )
-BAND = numbers(
-    "LOW:HIGH in Hz with 0 <= LOW < HIGH, such as 500:8000", lambda low, high: 0.0 <= low < high
-)
-REGION = numbers(
-    "RE0:RE1:IM0:IM1 in 1/s and rad/s with RE0 < RE1 and IM0 < IM1",
-    lambda a, b, c, d: a < b and c < d,
-)
+BAND = numbers("LOW:HIGH in Hz with 0 <= LOW < HIGH", lambda low, high: 0.0 <= low < high)
+REGION = numbers("RE0:RE1:IM0:IM1 with RE0 < RE1, IM0 < IM1", lambda a, b, c, d: a < b and c < d)
 # names, metavar, help, and what reads the value, or the words that are allowed
 OPTIONS: dict[str, tuple[str, str, str, Read | tuple[str, ...]]] = {
     "values": ("--sweep --mu", "A:B:N", "values of mu or of the free parameter", SWEEP),
