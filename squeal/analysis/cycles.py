@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from operator import attrgetter
@@ -17,7 +17,7 @@ from squeal.io.scene import COORDINATES, Scene, check_simulation
 from squeal.io.writing import Answer, Column, Table, number
 from squeal.model.pad import PARAMETERS
 from squeal.schema import Place
-from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Measures, Member, Shooting
+from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Measures, Shooting
 from squeal.simulation.observers import Extrema
 from squeal.simulation.run import in_natural_units
 
@@ -152,19 +152,15 @@ class Cycles(Answer):
 
     def parts(self) -> Sequence[str | Table]:
         """The cycles and where sliding is stable."""
-        sliding = [f"sliding at {self.parameter} = {number(v)}: {w}" for v, w in self._own_sliding]
+        at = {one.value for one in self.orbits[self.own : self.own + 1]}
+        verdicts = [(v, word) for v, word in self.sliding if v in at or not at]
+        sliding = [f"sliding at {self.parameter} = {number(v)}: {word}" for v, word in verdicts]
         if not self.orbits:
             return [self.table(), *sliding]
         own = self.orbits[self.own]
         work = f"friction does {number(own.friction)} J of work in a period, damping takes "
         closed = [self.ends[0]] if CLOSED_CURVE in self.ends else []
         return [self.table(), f"{work}{number(own.damping)} J", *closed, *sliding]
-
-    @property
-    def _own_sliding(self) -> list[tuple[float, str | None]]:
-        if not self.orbits:
-            return list(self.sliding)
-        return [one for one in self.sliding if one[0] == self.orbits[self.own].value]
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of `squeal cycles`."""
@@ -200,36 +196,28 @@ def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, flo
     return name, low, high
 
 
-def _models(scene: Scene, name: str, scale: float, scaled: Callable[[Any], Any]) -> Any:
-    @lru_cache(maxsize=8)
-    def at(value: float) -> Any:
-        return scaled(damped_model(scene.replace(**{name: value * scale})))
-
-    return at
-
-
-def _orbit(shooting: Shooting, member: Member, scale: float) -> Orbit:
+def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     """A cycle in SI units."""
-    cycle = member.cycle
     model, units = shooting.model(cycle.value), shooting.units
     extrema, measures = Extrema(model), Measures(model)
     shooting.motion(cycle.state, cycle.period, cycle.value, [extrema, measures])
+    friction, damping, _, square, _ = measures.sums.tolist()
     half = np.append(np.ptp(measures.ranges[:3], axis=1) / 2.0, np.zeros(3))
     x, y, theta = units.to_si(half)[:3].tolist()
     return Orbit(
         value=float(cycle.value * scale),
         period=float(cycle.period * units.time),
         amplitude=(x, y, theta),
-        velocity=float(np.sqrt(measures.squares[1] / cycle.period) * units.velocity),
+        velocity=float(np.sqrt(square / cycle.period) * units.velocity),
         extrema=extrema.result()["extrema"],
         contacts=tuple(model.state_name(state) for state in cycle.contacts),
         multipliers=tuple(cycle.multipliers.tolist()),
         stable=cycle.stable,
-        friction=measures.friction * units.energy,
-        damping=measures.damping * units.energy,
-        face=None if model.pad.V is None else max(measures.face, 0.0) / model.pad.V,
+        friction=friction * units.energy,
+        damping=damping * units.energy,
+        face=None if model.pad.V is None else max(float(measures.ranges[3, 1]), 0.0) / model.pad.V,
         start=tuple(units.to_si(cycle.state).tolist()),
-        turn=member.turn,
+        turn=cycle.turn,
     )
 
 
@@ -282,35 +270,34 @@ def cycles(
     <BLANKLINE>
     sliding at mu = 0.1: stable
     """
-    check_simulation(scene)
+    check_simulation(scene, Place(str(scene.source or "Scene")))
     name, low, high = _over(scene, over)
     units, _, start, stop = in_natural_units(scene)
     value = getattr(scene.pad, name)
     scale = 1.0 if name == "mu" or PARAMETERS[name].angle else max(abs(low), abs(high)) or 1.0
-    shooting = Shooting(_models(scene, name, scale, units.scaled), units)
+
+    @lru_cache(maxsize=8)
+    def at(scaled: float) -> Any:
+        return units.scaled(damped_model(scene.replace(**{name: scaled * scale})))
+
+    shooting = Shooting(at, units)
     own, reason = shooting.settle(start, stop, value / scale, windows)
-    values = sorted({value, *(np.linspace(low, high, SLIDING).tolist() if over else ())})
     if own is None:
         verdict = _verdict(scene)
         if reason == RESTS and verdict in ("flutter", "divergence"):
             reason += f" where sliding is not stable ({verdict}); other initial conditions leave it"
         return Cycles(scene.model, name, reason=reason, sliding=((value, verdict),))
-    lower, upper = list[Member](), list[Member]()
-    ends = ("", "")
-    if over:
-        reach = low / scale, high / scale
-        lower, first = shooting.branch(own, -1.0, reach, STEP, MOST)
-        last = first
-        if first != CLOSED_CURVE:
-            upper, last = shooting.branch(own, 1.0, reach, STEP, MOST)
-        ends = first, last
-    members = [*reversed(lower), Member(own), *upper]
+    reach = (low / scale, high / scale), STEP, MOST
+    lower, first = shooting.branch(own, -1.0, *reach) if over else ([], "")
+    closed = first == CLOSED_CURVE
+    upper, last = shooting.branch(own, 1.0, *reach) if over and not closed else ([], first)
+    values = sorted({value, *(np.linspace(low, high, SLIDING).tolist() if over else ())})
     return Cycles(
         scene.model,
         name,
-        tuple(_orbit(shooting, one, scale) for one in members),
+        tuple(_orbit(shooting, one, scale) for one in (*reversed(lower), own, *upper)),
         len(lower),
-        ends=ends,
+        ends=(first, last),
         sliding=tuple((v, _verdict(scene.replace(**{name: v}))) for v in values),
         source=(shooting, own),
     )

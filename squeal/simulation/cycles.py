@@ -9,18 +9,17 @@ switching surface, is therefore the identity, and the variational equations run 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.model.equations import PadModel, Units, net_loads
-from squeal.model.pad import facing, pose
 from squeal.numerics.differentiation import complex_step
 from squeal.simulation.hybrid import Course, Observer, Steps, integrate, state_rates
-from squeal.simulation.observers import Change, Events, Grid, one_of
+from squeal.simulation.observers import Change, Events, Grid, face_speed
 from squeal.simulation.run import make_integrator
 
 PARTS = 8  # Runge-Kutta steps of the variational equations in a step of the motion
@@ -43,25 +42,13 @@ class Variations(Observer):
     dense = True
 
     def __init__(self, model: PadModel) -> None:
-        self._model = model
-        self.matrix = np.eye(6)
+        self._model, self.matrix = model, np.eye(6)
 
     def _rates(self, steps: Steps, share: float) -> np.ndarray:
         """The matrices A (s, 6, 6) of the linear equations at a share of each step."""
-        pad = self._model.pad
-        lever = np.array([1.0, 1.0, pad.w])
         states = steps.states(np.full(len(steps.t), share))
-        q, rates = (np.array(self._model.c.place(part)) for part in (states[:3], states[3:]))
-        loads = partial(self._model.loads, state=steps.on)
-        slopes = np.moveaxis(complex_step(partial(loads, rates=rates), q), -1, 0)
-        mass = np.array([pad.m, pad.m, pad.I])
-        A = np.zeros((len(steps.t), 6, 6))
-        A[:, :3, 3:] = np.eye(3)
-        A[:, 3:, :3] = slopes * (lever / mass)[:, None] / lever
-        if self._model.terms:
-            damping = np.moveaxis(complex_step(lambda v: loads(q, rates=v), rates), -1, 0)
-            A[:, 3:, 3:] = damping * (lever / mass)[:, None] / lever
-        return A
+        slopes = complex_step(lambda state: state_rates(self._model, state, steps.on), states)
+        return np.moveaxis(slopes, -1, 0)
 
     def see(self, course: Course) -> None:
         steps, one = course.steps, np.eye(6)
@@ -85,7 +72,9 @@ class Cycle:
 
     state (6,): a state that it passes; period; monodromy (6, 6): the matrix of small deviations
     over a period; value: of the scaled parameter; gap: distance of its ends, relative to its size;
-    changes: its contact changes.
+    changes: its contact changes; turn: what happens at it on a branch, empty for nothing: a fold, a
+    period doubling, a torus (a complex pair leaves or enters the unit circle) or a grazing (the
+    sequence of contact states changes).
     """
 
     state: np.ndarray
@@ -94,6 +83,7 @@ class Cycle:
     value: float
     gap: float
     changes: tuple[Change, ...]
+    turn: str = ""
 
     @property
     def unknowns(self) -> np.ndarray:
@@ -101,37 +91,31 @@ class Cycle:
         return np.concatenate([self.state, [self.period, self.value]])
 
     @cached_property
-    def _split(self) -> tuple[complex, np.ndarray]:
+    def _values(self) -> np.ndarray:
+        """The Floquet multipliers (6,), the one of a shift in time first, then the largest."""
         values = np.linalg.eigvals(self.monodromy)
         shift = np.argmin(np.abs(values - 1.0))
         others = np.delete(values, shift)
-        return complex(values[shift]), others[np.argsort(-np.abs(others))]
+        return np.append(values[shift], others[np.argsort(-np.abs(others))])
 
     @property
     def multipliers(self) -> np.ndarray:
         """The five Floquet multipliers beside the one of a shift in time, the largest first."""
-        return self._split[1]
+        return self._values[1:]
 
     @property
     def trivial(self) -> complex:
         """The multiplier of a shift in time, 1 but for errors."""
-        return self._split[0]
-
-    @property
-    def margin(self) -> float:
-        """How far errors may move a multiplier, from that of a shift in time."""
-        return 1e-6 + 10.0 * abs(self.trivial - 1.0)
+        return complex(self._values[0])
 
     @property
     def stable(self) -> bool | None:
-        """Whether small deviations decay; None where the multipliers do not decide."""
+        """Whether small deviations decay; None where the multipliers do not decide, which errors
+        may move as they move that of a shift in time."""
         largest = abs(self.multipliers[0])
-        return None if abs(largest - 1.0) <= self.margin else bool(largest < 1.0)
-
-    @property
-    def critical(self) -> bool:
-        """Whether a multiplier is next to the unit circle, away from 1."""
-        return any(abs(abs(m) - 1.0) < CRITICAL and m.real < 0.99 for m in self.multipliers)
+        if abs(largest - 1.0) <= 1e-6 + 10.0 * abs(self.trivial - 1.0):
+            return None
+        return bool(largest < 1.0)
 
     @cached_property
     def contacts(self) -> tuple[Any, ...]:
@@ -141,15 +125,8 @@ class Cycle:
         return max(turns, default=())
 
 
-class Member(NamedTuple):
-    """A cycle of a branch.
-
-    turn: what happens at it, empty for nothing: a fold, a period doubling, a torus (a complex pair
-    leaves or enters the unit circle) or a grazing (the sequence of contact states changes).
-    """
-
-    cycle: Cycle
-    turn: str = ""
+Point = tuple[Cycle, np.ndarray]
+"""A cycle and the direction (8,) of its branch."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,6 +142,10 @@ class Shooting:
             return self.at(float(value))
         except InputError as error:
             raise ComputationError(str(error)) from None
+
+    def rates(self, state: np.ndarray, value: float) -> np.ndarray:
+        """The rates (6,) of a state at a value."""
+        return state_rates(self.model(value), state)
 
     def motion(
         self, state: np.ndarray, time: float, value: float, observers: Sequence[Observer] = ()
@@ -184,33 +165,44 @@ class Shooting:
 
     def solve(
         self, guess: np.ndarray, direction: np.ndarray | None = None, most: int = PASSES
-    ) -> tuple[Cycle, np.ndarray]:
-        """The cycle next to a guess (z, T, value), and the direction (8,) of its branch.
+    ) -> Point:
+        """The cycle next to a guess (z, T, value), and the direction of its branch.
 
-        The correction is orthogonal to `direction`; without one, the value is held. Raises
-        ComputationError where Newton's method does not converge.
+        The correction is orthogonal to `direction`, whose sense the branch's has; without one, the
+        value is held. Raises ComputationError where Newton's method does not converge.
         """
         along = np.eye(8)[7] if direction is None else direction
         x = guess.copy()
-        phase = state_rates(self.model(x[7]), x[:6])
+        phase = self.rates(x[:6], x[7])
         phase /= np.linalg.norm(phase)
         for _ in range(most):
             apart, cycle = self.over(x[:6], x[6], x[7])
             end = x[:6] + apart
             J = np.zeros((8, 8))
             J[:6, :6] = cycle.monodromy - np.eye(6)
-            J[:6, 6] = state_rates(self.model(x[7]), end)
+            J[:6, 6] = self.rates(end, x[7])
             J[:6, 7] = (self.motion(x[:6], x[6], x[7] + STEP) - end) / STEP
             J[6, :6] = phase
             J[7] = along
-            if cycle.gap < CLOSED:
-                tangent = np.linalg.solve(J, np.eye(8)[7])
-                return cycle, tangent / np.linalg.norm(tangent)
-            residual = np.concatenate([apart, [phase @ (x[:6] - guess[:6]), along @ (x - guess)]])
-            x = x - np.linalg.solve(J, residual)
+            closed = cycle.gap < CLOSED
+            residual = [*apart, phase @ (x[:6] - guess[:6]), along @ (x - guess)]
+            try:
+                step = np.linalg.solve(J, np.eye(8)[7] if closed else residual)
+            except np.linalg.LinAlgError:
+                break
+            if closed:
+                sense = -1.0 if direction is not None and step @ along < 0.0 else 1.0
+                return cycle, sense * step / np.linalg.norm(step)
+            x = x - step
             if not (x[6] > 0.0 and np.all(np.isfinite(x))):
                 break
         raise ComputationError("no periodic motion was found next to the guess")
+
+    def _tried(self, *how: Any) -> Point | None:
+        try:
+            return self.solve(*how)
+        except ComputationError:
+            return None
 
     def settle(
         self, state: np.ndarray, window: float, value: float, windows: int
@@ -218,12 +210,11 @@ class Shooting:
         """The cycle to which the motion from a state settles within so many windows of time, or
         None with the reason. Raises ComputationError where the model ends."""
         rate, changes = 0.0, list[Change]()
-        fastest = max(1e-6, float(np.linalg.norm(state_rates(self.model(value), state))))
+        fastest = max(1e-6, float(np.linalg.norm(self.rates(state, value))))
         for _ in range(windows):
             events = Events()
-            end = self.motion(state, window, value, [events])
-            changes, state = events.changes, end
-            rate = float(np.linalg.norm(state_rates(self.model(value), state)))
+            state, changes = self.motion(state, window, value, [events]), events.changes
+            rate = float(np.linalg.norm(self.rates(state, value)))
             if not changes and rate <= RESTING * fastest:
                 break
             if period := _return(changes):
@@ -248,87 +239,78 @@ class Shooting:
 
     def branch(
         self, own: Cycle, towards: float, ends: tuple[float, float], step: float, most: int
-    ) -> tuple[list[Member], str]:
+    ) -> tuple[list[Cycle], str]:
         """Cycles along the branch from one in the sense in which the value goes `towards` (+1 or
         -1), and why no more follow.
 
         Steps of at most `step` in (z, T, value), shortened where Newton's method fails; ends after
         `most` cycles, outside the values `ends`, or where it fails with a thousandth of the step.
         """
-        members: list[Member] = []
+        members: list[Cycle] = []
         cycle, way = self.solve(own.unknowns)
         way *= np.sign(way[7]) * towards
         size, (low, high) = step, ends
-        speed = first = state_rates(self.model(cycle.value), cycle.state)
+        speed = first = self.rates(cycle.state, cycle.value)
         while len(members) < most:
-            try:
-                after, turned = self.solve(cycle.unknowns + size * way, way, 6)
-            except (ComputationError, np.linalg.LinAlgError):
-                turned = np.zeros(8)
-            if abs(turned @ way) <= STRAIGHT:  # a sharp turn may be a jump between branches
+            found = self._tried(cycle.unknowns + size * way, way, 6)
+            if found is None or found[1] @ way <= STRAIGHT:  # may be a jump between branches
                 size /= 2.0
                 if size < 1e-3 * step:
                     return members, "no further cycle was found"
                 continue
-            turned = turned * np.sign(turned @ way)
-            before, speed = speed, state_rates(self.model(after.value), after.state)
+            after, turned = found
+            before, speed = speed, self.rates(after.state, after.value)
             small = np.linalg.norm(speed) < RESTING * np.linalg.norm(first)
             if small or speed @ before < 0.0:  # beyond the equilibrium the same cycles follow
                 return members, "the cycle shrinks to the equilibrium"
-            met = self._turns((cycle, way), size, (after, turned))
+            met = self._turns((cycle, way), size, found)
             side = cycle.value - own.value
             if (after.value - own.value) * side < 0.0:
-                again = self._last(cycle, after, own.value, own.value)
-                if any(abs(one.cycle.period / own.period - 1.0) < RETURNED for one in again):
-                    met = [one for one in met if (one.cycle.value - own.value) * side > 0.0]
+                again = self._between(cycle, after, own.value)
+                if any(abs(one.period / own.period - 1.0) < RETURNED for one in again):
+                    met = [one for one in met if (one.value - own.value) * side > 0.0]
                     return members + met + again, CLOSED_CURVE
-            members += [one for one in met if low <= one.cycle.value <= high]
+            members += [one for one in met if low <= one.value <= high]
             if not low <= after.value <= high:
-                return members + self._last(cycle, after, low, high), ""
-            members.append(Member(after))
+                return members + self._between(cycle, after, min(max(after.value, low), high)), ""
+            members.append(after)
             if not after.changes and after.stable is None:
                 return members, "without a change of contact, cycles of any amplitude follow"
             cycle, way, size = after, turned, min(1.5 * size, step)
         return members, f"{most} cycles were followed"
 
-    def _last(self, cycle: Cycle, beyond: Cycle, low: float, high: float) -> list[Member]:
-        """The cycle at the end of the range, between two, where there is one."""
-        end = low if beyond.value < low else high
-        share = (end - cycle.value) / (beyond.value - cycle.value)
+    def _between(self, cycle: Cycle, beyond: Cycle, value: float) -> list[Cycle]:
+        """The cycle at a value between two, where there is one."""
+        share = (value - cycle.value) / (beyond.value - cycle.value)
         guess = cycle.unknowns + share * (beyond.unknowns - cycle.unknowns)
-        guess[7] = end
-        try:
-            return [Member(self.solve(guess)[0])]
-        except (ComputationError, np.linalg.LinAlgError):
-            return []
+        guess[7] = value
+        found = self._tried(guess)
+        return [found[0]] if found else []
 
-    def _turns(
-        self, first: tuple[Cycle, np.ndarray], size: float, last: tuple[Cycle, np.ndarray]
-    ) -> list[Member]:
+    def _turns(self, first: Point, size: float, last: Point) -> list[Cycle]:
         """What happens within a step, in order, each located by bisection."""
-        (cycle, way), met = first, list[tuple[float, Member]]()
+        (cycle, way), met = first, list[tuple[float, Cycle]]()
         linear = not last[0].changes and last[0].stable is None  # at one value, with any amplitude
         for kind, sign in SIGNS.items():
-            if linear and kind != "grazing":
-                continue
             low, before = 0.0, sign(*first)
-            while before != sign(*last) and low < size:
+            while before != sign(*last) and low < size and (kind == "grazing" or not linear):
                 high, found = size, last
                 for _ in range(HALVINGS):
                     middle = (low + high) / 2.0
-                    try:
-                        one, turned = self.solve(cycle.unknowns + middle * way, way)
-                    except (ComputationError, np.linalg.LinAlgError):
+                    one = self._tried(cycle.unknowns + middle * way, way)
+                    if one is None:
                         break
-                    turned = turned * np.sign(turned @ way)
-                    if sign(one, turned) == before:
+                    if sign(*one) == before:
                         low = middle
                     else:
-                        high, found = middle, (one, turned)
-                if kind in ("fold", "grazing") or found[0].critical:  # no pair that meets elsewhere
-                    met.append((high, Member(found[0], kind)))
+                        high, found = middle, one
+                crosses = any(
+                    abs(abs(m) - 1.0) < CRITICAL and m.real < 0.99 for m in found[0].multipliers
+                )
+                if kind in ("fold", "grazing") or crosses:  # no pair that meets elsewhere
+                    met.append((high, replace(found[0], turn=kind)))
                 low, before = high, sign(*found)
-        return [member for _, member in sorted(met, key=lambda one: one[0])]
+        return [one for _, one in sorted(met, key=lambda each: each[0])]
 
 
 SIGNS: dict[str, Callable[[Cycle, np.ndarray], Any]] = {
@@ -364,39 +346,17 @@ class Measures(Observer):
 
     def __init__(self, model: PadModel) -> None:
         self._model = model
-        self.friction = self.damping = 0.0
-        self.squares = np.zeros(3)  # time integrals
-        self.ranges = np.array([[np.inf, -np.inf]] * 4)
-
-    @property
-    def face(self) -> float:
-        """The greatest speed of the lower face while it touches, -inf if it never does."""
-        return float(self.ranges[3, 1])
-
-    def _powers(self, c: Any, states: np.ndarray, on: np.ndarray) -> np.ndarray:
-        """Powers of friction and of damping, and squared velocities (5, ...)."""
-        model = self._model
-        q, v = c.place(states[:3]), np.array(c.place(states[3:]))
-        C = np.zeros((3, 3)) if model.damping is None else np.array(model.damping)
-        drag = np.tensordot(C, v, 1)
-        bare = net_loads(np, c._replace(mu=0.0 * c.mu), model.law, q, on)
-        rest = net_loads(np, model.at_speed(v[0]), model.law, q, on)
-        friction = sum((a - b) * u for a, b, u in zip(rest, bare, v, strict=True))
-        return np.array([friction, (drag * v).sum(axis=0), *states[3:] ** 2])
-
-    @staticmethod
-    def _places(c: Any, states: np.ndarray, on: np.ndarray) -> np.ndarray:
-        """The place, and the speed of the middle of the lower face where it touches (4, ...)."""
-        q, v = c.place(states[:3]), c.place(states[3:])
-        face = v[0] + c.h * facing(c, pose(np, q)) * v[2]
-        return np.array([*states[:3], np.where(on.any(axis=0), face, np.nan)])
+        self.sums = np.zeros(5)  # works of friction and damping, time integrals of velocities^2
+        self.ranges = np.array([[np.inf, -np.inf]] * 4)  # of the place and of the lower face
 
     def see(self, course: Course) -> None:
-        grid = Grid(course, 16)
-        total = (grid.read(self._powers) * grid.weights[:, None] * grid.steps.h).sum(axis=(1, 2))
-        self.friction += float(total[0])
-        self.damping += float(total[1])
-        self.squares += total[2:]
-        for i, known in enumerate(self.ranges):
-            ((low, high),) = grid.ranges(one_of(self._places, i))
-            known[:] = min(known[0], low), max(known[1], high)
+        model, c, grid = self._model, self._model.c, Grid(course, 16)
+        on, states = grid.steps.on[:, None], grid.states
+        q, v = c.place(states[:3]), np.array(c.place(states[3:]))
+        bare = net_loads(np, c._replace(mu=0.0), model.law, q, on)
+        rest = net_loads(np, model.at_speed(v[0]), model.law, q, on)
+        friction = sum((a - b) * u for a, b, u in zip(rest, bare, v, strict=True))
+        drag = np.tensordot(np.zeros((3, 3)) if model.damping is None else model.damping, v, 1)
+        rates = np.array([friction, (drag * v).sum(axis=0), *states[3:] ** 2])
+        self.sums += (rates * grid.weights[:, None] * grid.steps.h).sum(axis=(1, 2))
+        grid.widen(self.ranges, lambda *at: np.array([*at[1][:3], face_speed(*at)]))

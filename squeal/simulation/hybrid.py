@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from squeal.errors import ComputationError
-from squeal.model.contact import ContactLaw, State
+from squeal.model.contact import ContactLaw, State, Touching
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, pose
 from squeal.numerics.differentiation import complex_step
@@ -232,10 +232,11 @@ def state_of(contact: np.ndarray) -> State:
     return State(*(value > 0 for value in contact.tolist()))
 
 
-def state_rates(model: PadModel, state: np.ndarray) -> np.ndarray:
-    """Rates (6, ...) of scaled states (6, ...) in the contact states of their gaps."""
+def state_rates(model: PadModel, state: np.ndarray, on: Touching | None = None) -> np.ndarray:
+    """Rates (6, ...) of scaled states (6, ...), where no contact is given in that of their gaps."""
     q, rates = (np.array(model.c.place(part)) for part in (state[:3], state[3:]))
-    x, y, turn = model.loads(q, 1.0 * (model.gaps(q) < 0.0), rates)
+    touching = 1.0 * (model.gaps(q) < 0.0) if on is None else on
+    x, y, turn = model.loads(q, touching, rates)
     c = model.c
     return np.array([*state[3:], x / c.m, y / c.m, turn * c.w / c.I])
 
