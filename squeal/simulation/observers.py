@@ -12,13 +12,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.io.scene import COORDINATES
+from squeal.io.scene import COORDINATES, INITIAL
+from squeal.io.writing import number
 from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, facing, pose
 from squeal.numerics.oscillation import exponent, line, swing
 from squeal.simulation.hybrid import DEFAULT, Course, Observer, Options, state_of
 
+UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
 LAST = 0.25  # share of the run that is its last part
 PARTS = 20  # equal parts of the run whose kinetic energies are compared
 LINE = 0.25  # least share of the power in the strongest line of a motion that has a frequency
@@ -328,6 +330,19 @@ class Response:
     growth_rate: float | None = None
     growth_frequency_hz: float | None = None
     settled: bool | None = None
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Name and value of each, for people."""
+        unknown, growth = "cannot be told", self.growth_rate
+        sizes = (f"{name} {number(v)} {UNITS[name]}" for name, v in (self.amplitude or {}).items())
+        frequency = self.frequency_hz
+        grows = f"{number(growth or 0.0)} 1/s at {number(self.growth_frequency_hz or 0.0)} Hz"
+        return [
+            ("dominant frequency", unknown if frequency is None else f"{number(frequency)} Hz"),
+            ("amplitude", ", ".join(sizes) or unknown),
+            ("growth at the start", unknown if growth is None else grows),
+            ("settled", {True: "yes", False: "no", None: unknown}[self.settled]),
+        ]
 
 
 class Watch(Observer):

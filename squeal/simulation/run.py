@@ -14,13 +14,14 @@ from typing import Any, Literal
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.io.scene import COORDINATES, INITIAL, Scene, check_simulation
-from squeal.io.writing import Answer, Column, Table, number, plain
+from squeal.io.scene import Scene, check_simulation
+from squeal.io.writing import Answer, Column, Table, number, picked, plain
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema import Place, Word
 from squeal.simulation.hybrid import DEFAULT, Integrator, Observer, Options, integrate
 from squeal.simulation.observers import (
+    UNITS,
     Events,
     Extrema,
     History,
@@ -34,8 +35,6 @@ from squeal.simulation.scipy_solver import SciPyIntegrator
 
 Backend = Literal["auto", "heyoka", "scipy"]
 BACKENDS = Word(("auto", "heyoka", "scipy"))
-UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
-UNKNOWN = "cannot be told"
 
 
 @dataclass(frozen=True)
@@ -80,84 +79,67 @@ class Simulation(Answer):
         if self.history is None:
             raise InputError("history: missing; the scene's outputs must name it")
         units = UNITS | {signal.name: signal.over for signal in contact_law(self.model).plotted}
-        names = list(self.history)
-        told = [Column(name, units.get(name, ""), itemgetter(k)) for k, name in enumerate(names)]
-        columns = (self.history[name].tolist() for name in names)
-        return Table(told, list(zip(*columns, strict=True)))
+        columns = [
+            Column(name, units.get(name, ""), itemgetter(k)) for k, name in enumerate(self.history)
+        ]
+        values = (column.tolist() for column in self.history.values())
+        return Table(columns, list(zip(*values, strict=True)))
 
     def parts(self) -> Sequence[str | Table]:
         """Final state, shares, extrema, response, contact changes, and whether sliding holds."""
-
-        def pairs(title: str, head: str, rows: Sequence[tuple[str, str]]) -> Table:
-            told = (Column(head, value=itemgetter(0)), Column("", value=itemgetter(1)))
-            return Table(told, rows, title, f"{title}: none")
-
-        named = zip(UNITS.items(), self.final, strict=True)
-        final = [(name, f"{number(v, 9)} {unit}") for (name, unit), v in named]
-        found: list[str | Table] = [
-            f"model {self.model}, {self.method}, tolerance {self.tolerance:g}: {self.steps} steps, "
-            f"{self.contact_changes} contact changes",
-            pairs("final state", "at", final),
-        ]
+        over, final = contact_law(self.model).plotted, zip(UNITS.items(), self.final, strict=True)
+        sections: dict[tuple[str, str], list[tuple[str, str]]] = {
+            ("final state", "at"): [(name, f"{number(v, 9)} {unit}") for (name, unit), v in final]
+        }
         if self.shares is not None:
-            shares = [(state, f"{100 * v:.3f} %") for state, v in self.shares.items()]
-            found.append(pairs("share of time", "state", shares))
+            shares = [(state, f"{100 * share:.3f} %") for state, share in self.shares.items()]
+            sections["share of time", "state"] = shares
         if self.extrema is not None:
-            spans = []
-            for signal in contact_law(self.model).plotted:
-                ends = self.extrema[signal.name]
-                span = "none" if ends is None else f"{number(ends[0])} to {number(ends[1])}"
-                spans.append((f"{signal.name}/{signal.over}", span))
-            found.append(pairs("extrema", "signal", spans))
+            sections["extrema", "signal"] = [
+                (f"{name}/{signal.over}", " to ".join(map(number, ends)) if ends else "none")
+                for signal, (name, ends) in zip(over, self.extrema.items(), strict=True)
+            ]
         if self.response is not None:
-            found.append(pairs("response", "", _rows(self.response)))
+            sections["response", ""] = self.response.rows()
         if self.events is not None:
-            rows = [(f"{e.t:.9g} s", f"{e.source} -> {e.target}") for e in self.events]
-            found.append(pairs("contact changes", "t", rows))
-        if self.sliding_holds:
-            found.append("sliding: the surface stays faster than the pad")
-        elif self.sliding_holds is False:
-            found.append(
-                f"WARNING: the pad reaches the speed V of the surface at t = "
+            events = [(f"{e.t:.9g} s", f"{e.source} -> {e.target}") for e in self.events]
+            sections["contact changes", "t"] = events
+        words = "sliding: the surface stays faster than the pad"
+        if self.sliding_lost_at is not None:
+            words = (
+                "WARNING: the pad reaches the speed V of the surface at t = "
                 f"{self.sliding_lost_at:.9g} s; the equations do not hold from there on"
             )
-        return found
+        right = Column("", value=itemgetter(1))
+        return [
+            f"model {self.model}, {self.method}, tolerance {self.tolerance:g}: {self.steps} steps, "
+            f"{self.contact_changes} contact changes",
+            *(
+                Table((Column(head, value=itemgetter(0)), right), rows, title, f"{title}: none")
+                for (title, head), rows in sections.items()
+            ),
+            *([] if self.sliding_holds is None else [words]),
+        ]
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of `squeal simulate`: only what the scene asked for."""
-        found: dict[str, Any] = {"model": self.model}
-        found["final"] = dict(zip(UNITS, self.final, strict=True))
-        if self.events is not None:
-            found["events"] = [{"t": e.t, "from": e.source, "to": e.target} for e in self.events]
-        for name in ("shares", "extrema"):
-            if getattr(self, name) is not None:
-                found[name] = getattr(self, name)
-        if self.response is not None:
-            found["response"] = dataclasses.asdict(self.response)
-        found["sliding_holds"] = self.sliding_holds
-        if self.sliding_holds is False:
-            found["sliding_lost_at"] = self.sliding_lost_at
-        if self.history is not None:
-            columns = self.history.items()
-            found["history"] = {name: [plain(v) for v in each.tolist()] for name, each in columns}
-        last = ("method", "tolerance", "steps", "contact_changes", "run_time")
-        return found | {name: getattr(self, name) for name in last}
-
-
-def _rows(response: Response) -> list[tuple[str, str]]:
-    """Name and value of all that a response tells."""
-    sizes = (response.amplitude or {}).items()
-    size = ", ".join(f"{name} {number(value)} {UNITS[name]}" for name, value in sizes)
-    frequency, growth = response.frequency_hz, response.growth_rate
-    grows = UNKNOWN
-    if growth is not None:
-        grows = f"{number(growth)} 1/s at {number(response.growth_frequency_hz or 0.0)} Hz"
-    return [
-        ("dominant frequency", UNKNOWN if frequency is None else f"{number(frequency)} Hz"),
-        ("amplitude", size or UNKNOWN),
-        ("growth at the start", grows),
-        ("settled", {True: "yes", False: "no", None: UNKNOWN}[response.settled]),
-    ]
+        events, history = self.events, self.history
+        asked: dict[str, Any] = {
+            "events": events and [{"t": e.t, "from": e.source, "to": e.target} for e in events],
+            "shares": self.shares,
+            "extrema": self.extrema,
+            "response": self.response and dataclasses.asdict(self.response),
+            "history": None
+            if history is None
+            else {n: [plain(v) for v in c.tolist()] for n, c in history.items()},
+            "sliding_lost_at": self.sliding_lost_at,
+        }
+        return {
+            "model": self.model,
+            "final": dict(zip(UNITS, self.final, strict=True)),
+            **{name: value for name, value in asked.items() if value is not None},
+            **picked(self, "sliding_holds method tolerance steps contact_changes run_time"),
+        }
 
 
 def heyoka() -> ModuleType:
