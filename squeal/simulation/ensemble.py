@@ -63,6 +63,7 @@ def _motions(
     model, state, stop = units.scaled(model), units.to_scaled(initial.T), stop / units.time
     contact = first_contact(model, state, options)
     state = off_level(model, state, contact, options)
+    integrator = partial(taylor.TaylorIntegrator, tolerance=tolerance, options=options)
     results: Arrays = {}
 
     def put(pads: np.ndarray, course: Course) -> None:
@@ -99,18 +100,16 @@ def _motions(
         # of long motions fewer are measured at once: their steps are stored meanwhile
         groups = min(int(800.0 / lengths[order[0]]) + 1, 8) if dense else n
         block, order = np.split(order, [groups * options.lanes])
-        start = contact[:, block], state[:, block], stop[block]
-        course = taylor.run_together(_some(model, block), *start, tolerance, dense, options)
+        side_by_side = integrator(_some(model, block), lanes=options.lanes)
+        start = contact[:, block], np.zeros(len(block)), state[:, block], stop[block]
+        course = side_by_side.run(*start, dense)
         doubt = taylor.unsure(course, options)
         put(block, dataclasses.replace(course, limit=np.where(doubt, -2, course.limit)))
         for i in np.unique(block[doubt]).tolist():
             one, own = _some(model, i), Units(*(float(v[i]) for v in vars(units).values()))
-            integrator, courses = (
-                taylor.TaylorIntegrator(one, tolerance, options=options),
-                Courses(dense),
-            )
+            alone, courses = integrator(one), Courses(dense)
             try:
-                integrate(one, integrator, own, state[:, i], float(stop[i]), [courses], options)
+                integrate(one, alone, own, state[:, i], float(stop[i]), [courses], options)
             except ModelEnd:
                 pass  # as the last course says
             except ComputationError:

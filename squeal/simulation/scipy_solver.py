@@ -1,7 +1,6 @@
 """SciPy stand-in for platforms without heyoka, and an independent check of its results."""
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -35,14 +34,14 @@ class SciPyIntegrator(Integrator):
         self._max_step = options.scipy_step * min(1.0, turn)
 
     def _rhs(self, contact: list[int]) -> Any:
-        c, law, model = self._model.c, self._model.law, self._model
+        c, model = self._model.c, self._model
         inverse_m, turn, D = 1.0 / c.m, c.w / c.I, model.decay
         falls, damped = ("falling" in model.terms), ("damping" in model.terms)
 
         def rhs(_t: float, s: np.ndarray) -> list[float]:
             state = s.tolist()
             now = model.at_speed(state[3], math) if falls else c
-            f = net_loads(math, now, law, c.place(state), contact)
+            f = net_loads(math, now, model.law, c.place(state), contact)
             rates = [f.x * inverse_m, f.y * inverse_m, f.moment * turn]
             return [*state[3:], *((rates - D @ s[3:]).tolist() if damped else rates)]
 
@@ -52,13 +51,17 @@ class SciPyIntegrator(Integrator):
         """Those of the contact points, then of the limits `_UPRIGHT` and `_SLOWER`."""
         c, law, V = self._model.c, self._model.law, self._model.pad.V
 
-        def gap(point: int) -> Any:
-            return lambda s: law.gaps(c, pose(math, c.place(s)))[point]
+        def event(value: Any, direction: float) -> Any:
+            value.terminal, value.direction = True, direction
+            return value
 
-        events = [_event(gap(i), 1.0 if on else -1.0) for i, on in enumerate(contact)]
-        events.append(_event(lambda s: facing(c, pose(math, c.place(s))), -1.0))
+        def gap(point: int) -> Any:
+            return lambda _t, s: law.gaps(c, pose(math, c.place(s)))[point]
+
+        events = [event(gap(i), 1.0 if on else -1.0) for i, on in enumerate(contact)]
+        events.append(event(lambda _t, s: facing(c, pose(math, c.place(s))), -1.0))
         if "falling" in self._model.terms:
-            events.append(_event(lambda s: V - s[3], -1.0))
+            events.append(event(lambda _t, s: V - s[3], -1.0))
         return events
 
     def _collapse(self, y: np.ndarray) -> tuple[int, int] | None:
@@ -113,14 +116,6 @@ class SciPyIntegrator(Integrator):
             limit=np.array([limit]),
             smooth=_smooth(nodes, solution.sol) if dense else (),
         )
-
-
-def _event(value: Callable[[np.ndarray], Any], direction: float) -> Any:
-    def event(_t: float, s: np.ndarray) -> float:
-        return float(value(s))
-
-    event.terminal, event.direction = True, direction  # type: ignore[attr-defined]
-    return event
 
 
 def _smooth(nodes: np.ndarray, motion: Any) -> tuple[np.ndarray, ...]:

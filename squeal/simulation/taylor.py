@@ -83,8 +83,8 @@ def rising(heights: Sequence[Any], on: Touching) -> list[Any]:
 class Machine:
     """A compiled integrator of a contact law, for every pad.
 
-    `lanes` motions side by side, or with 0 a single one in numbers of `fp_type`. A machine comes as
-    its last user left it, and each use sets all of its parameters and state.
+    `lanes` motions side by side, or with 0 a single one in numbers of `fp_type`. It comes as its
+    last user left it, and each use sets all of its parameters and state.
     """
 
     def __init__(
@@ -92,15 +92,15 @@ class Machine:
         law: ContactLaw,
         terms: tuple[str, ...],
         tolerance: float,
-        lanes: int,
         fp_type: Any,
+        lanes: int,
         regrouped: bool,
     ) -> None:
         on = state_parameters(law)
         system, heights, limits = equations(law, on, terms)
         self.law, self.lanes = law, lanes
         self.log: list[tuple[Any, ...]] = []  # motion, point, time, state of the changes
-        self.base = 0  # the motion in the first lane
+        self.base, self.clear = 0, 0.0  # the motion in the first lane; see `Options`
         upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
         how: Any = {"fp_type": fp_type}
         none = fp_type(0.0)
@@ -144,91 +144,31 @@ class Machine:
         pairs = enumerate(zip(self.on, gaps, strict=True))
         return any(i != point and (-gap if on[0] else gap) < self.clear for i, (on, gap) in pairs)
 
-    def _recorder(self, tcs: list[Any], times: list[Any]) -> Any:
-        """A callback that stores the coefficients of each step and its end."""
-        tc, time = self.ta.tc, self.time
+    def start(self, pars: np.ndarray, state: np.ndarray, t: np.ndarray) -> None:
+        """Set parameters (k, lanes), states (6, lanes) and times (lanes,)."""
+        self.pars[:], self.state[:] = pars, state
+        if self.lanes:
+            self.ta.set_time(t)
+        else:
+            self.ta.time = t[0]
+            self.c = Coefficients(*map(float, pars[: len(NAMES), 0]))
+
+    def recorded(self, how: dict[str, Any]) -> tuple[list[Any], list[Any]]:
+        """Coefficients and ends of steps, the begin first, which a run with `how` will fill."""
+        tc, time, tcs, times = self.ta.tc, self.time, list[Any](), [np.array(self.ta.time)]
 
         def record(ta: Any) -> bool:
             tcs.append(tc.copy())
             times.append(ta.time if time is None else time.copy())
             return True
 
-        return record
+        how |= {"write_tc": True, "callback": record}
+        return tcs, times
 
-    def run(
-        self,
-        model: PadModel,
-        first: np.ndarray,
-        begin: np.ndarray,
-        state: np.ndarray,
-        stop: np.ndarray,
-        dense: bool,
-        options: Options,
-    ) -> Course:
-        """Motions of n scaled pads from contact (points, n), times (n,) and states (6, n) on.
 
-        n is 1 or a multiple of the lanes; the numbers of `model` are alike or arrays (n,). A single
-        motion stops as `Integrator.run` says. Several go on to their ends; of them, changes of
-        several points in one instant are not resolved, see `unsure`.
-        """
-        ta, law, n, lanes = self.ta, self.law, len(stop), self.lanes
-        c = Coefficients(*(np.broadcast_to(np.asarray(v, dtype=float), n) for v in model.c))
-        numbers = np.concatenate([c, first, model.term_values.reshape(-1, n)])
-        t1, count, limit = np.array(stop), np.zeros(n, dtype=int), np.full(n, -1)
-        end, smooth = np.empty((6, n), self.state.dtype), list[tuple[np.ndarray, ...]]()
-        if not lanes:
-            self.c = Coefficients(*(v.item() for v in c))
-            self.clear = options.clear * (1.0 + self.c.w + self.c.h)
-        how: Any = {"max_steps": options.most_steps if lanes else options.steps_at_once}
-        self.log.clear()
-        for self.base in range(0, n, max(lanes, 1)):
-            own = slice(self.base, self.base + max(lanes, 1))
-            starts, until = (numbers[:, own], state[:, own]), t1[own].copy()
-            self.pars[:], self.state[:] = starts
-            if lanes:
-                ta.set_time(begin[own])
-            else:
-                ta.time = begin[0]
-            tcs: list[Any] = []
-            times = [np.array(ta.time)]
-            if dense:
-                how |= {"write_tc": True, "callback": self._recorder(tcs, times)}
-            while True:
-                ta.reset_cooldowns()
-                result = ta.propagate_until(until if lanes else until[0], **how)
-                results = ta.propagate_res if lanes else [result]
-                count[own] += [one[3] for one in results]
-                t1[own], ends = ta.time, [limit_of(one[0], law.points) for one in results]
-                end[:, own] = np.where(limit[own] < 0, self.state, end[:, own])
-                stopped = (t1[own] < until) & (np.array(ends) != -1)
-                limit[own] = np.where(stopped, ends, limit[own])
-                if not lanes or not stopped.any():
-                    break
-                # where one motion ends at a limit, it waits at its start while the others go on
-                until[stopped] = t1[own][stopped]
-                for now, start in zip((self.pars, self.state), starts, strict=True):
-                    now[:, stopped] = start[:, stopped]
-            if lanes:
-                limit[own] = np.where(t1[own] < until, -2, limit[own])
-            if dense:
-                smooth.append(_smooth(tcs, times, self.base))
-        lane, point, t, states = zip(*self.log, strict=True) if self.log else ((), (), (), ())
-        order = np.argsort(lane, kind="stable")
-        return Course(
-            law=law,
-            c=c,
-            t0=begin,
-            t1=t1,
-            first=first,
-            end=end,
-            lane=np.array(lane, dtype=int)[order],
-            point=np.array(point, dtype=int)[order],
-            t=np.array(t)[order],
-            state=np.frombuffer(b"".join(states), end.dtype).reshape(-1, 6)[order].T,
-            count=count,
-            limit=limit,
-            smooth=tuple(np.concatenate(each, axis=-1) for each in zip(*smooth, strict=True)),
-        )
+@lru_cache(maxsize=64)
+def _machine(_thread: int, *how: Any) -> Machine:
+    return Machine(*how)
 
 
 def _smooth(tcs: list[Any], times: list[Any], base: int) -> tuple[np.ndarray, ...]:
@@ -245,19 +185,6 @@ def _smooth(tcs: list[Any], times: list[Any], base: int) -> tuple[np.ndarray, ..
     return base + lane, t[step, lane], h, series
 
 
-@lru_cache(maxsize=64)
-def _machine(_thread: int, *how: Any) -> Machine:
-    return Machine(*how)
-
-
-def machine(
-    model: PadModel, tolerance: float, lanes: int, fp_type: Any, options: Options
-) -> Machine:
-    """The integrator of a model's law and terms at a tolerance; each thread has its own."""
-    regrouped = fp_type is float and tolerance > options.regrouped_above
-    return _machine(get_ident(), model.law, model.terms, tolerance, lanes, fp_type, regrouped)
-
-
 def limit_of(outcome: Any, points: int) -> int:
     """The entry of `LIMITS` at which heyoka stopped, -1 where it did not, -2 where it failed."""
     code = int(outcome)  # not negative where a callback let the motion go on
@@ -268,10 +195,11 @@ def limit_of(outcome: Any, points: int) -> int:
 
 
 class TaylorIntegrator:
-    """Integrator over one scaled pad; `fp_type` may be numpy.longdouble or heyoka.real128.
+    """Integrator over one scaled pad, or over many whose numbers are arrays (n,).
 
-    In the longer types the coefficients stay the doubles of the pad, so that the difference to a
-    double run is that of the integration alone.
+    `fp_type` may be numpy.longdouble or heyoka.real128; the coefficients then stay the doubles of
+    the pad, so that the difference to a double run is that of the integration alone. With `lanes`
+    so many motions run side by side.
     """
 
     method = "heyoka Taylor"
@@ -282,39 +210,77 @@ class TaylorIntegrator:
         tolerance: float,
         fp_type: Any = float,
         options: Options = DEFAULT,
+        lanes: int = 0,
     ) -> None:
         least = float(np.finfo(float).eps) if fp_type is float else 0.0
         self.tolerance = max(tolerance, least)
-        self._model, self._fp, self._options = model, fp_type, options
+        self._model, self._fp, self._options, self._lanes = model, fp_type, options, lanes
 
-    def run(
-        self, contact: np.ndarray, t: float, state: np.ndarray, stop: float, dense: bool
-    ) -> Course:
-        """See `squeal.simulation.hybrid.Integrator`."""
-        own = machine(self._model, self.tolerance, 0, self._fp, self._options)
-        begin, end = (np.array([self._fp(time)]) for time in (t, stop))
-        start = np.asarray(contact)[:, None], begin, state[:, None], end
-        course = own.run(self._model, *start, dense, self._options)
-        if course.limit[0] < -1:
-            raise ComputationError(
-                f"the motion is not finite after t = {float(t):.9g} natural time units"
-            )
-        return course
+    def run(self, contact: np.ndarray, t: Any, state: np.ndarray, stop: Any, dense: bool) -> Course:
+        """See `squeal.simulation.hybrid.Integrator`.
 
-
-def run_together(
-    model: PadModel,
-    first: np.ndarray,
-    state: np.ndarray,
-    stop: np.ndarray,
-    tolerance: float,
-    dense: bool,
-    options: Options = DEFAULT,
-) -> Course:
-    """The motions of n scaled pads, a multiple of `options.lanes`, each to its own time; see
-    `Machine.run`."""
-    own = machine(model, max(tolerance, float(np.finfo(float).eps)), options.lanes, float, options)
-    return own.run(model, first, np.zeros(len(stop)), state, stop, dense, options)
+        With lanes it carries motions, a multiple of the lanes, from contact (points, n), times (n,)
+        and states (6, n) to their ends; changes of several points in one instant are not resolved
+        then, see `unsure`.
+        """
+        model, law, options, lanes = self._model, self._model.law, self._options, self._lanes
+        regrouped = self._fp is float and self.tolerance > options.regrouped_above
+        how: Any = (model.terms, self.tolerance, self._fp, lanes, regrouped)
+        own = _machine(get_ident(), law, *how)  # each thread has its own
+        begin, t1 = (np.reshape(v, -1).astype(own.state.dtype) for v in (t, stop))
+        n, first = len(t1), np.reshape(contact, (law.points, -1))
+        c = Coefficients(*(np.broadcast_to(np.asarray(v, dtype=float), n) for v in model.c))
+        numbers = np.concatenate([c, first, model.term_values.reshape(-1, n)])
+        count, limit, end = np.zeros(n, dtype=int), np.full(n, -1), np.array(state).reshape(6, n)
+        smooth = list[tuple[np.ndarray, ...]]()
+        how = {"max_steps": options.most_steps if lanes else options.steps_at_once}
+        own.clear = options.clear * (1.0 + c.w[0] + c.h[0])
+        own.log.clear()
+        for own.base in range(0, n, max(lanes, 1)):
+            each = slice(own.base, own.base + max(lanes, 1))
+            starts, until = (numbers[:, each], end[:, each].copy()), t1[each].copy()
+            own.start(*starts, begin[each])
+            tcs, times = own.recorded(how) if dense else ([], [])
+            while True:
+                own.ta.reset_cooldowns()
+                result = own.ta.propagate_until(until if lanes else until[0], **how)
+                results = own.ta.propagate_res if lanes else [result]
+                count[each] += [one[3] for one in results]
+                t1[each], codes = own.ta.time, [limit_of(one[0], law.points) for one in results]
+                end[:, each] = np.where(limit[each] < 0, own.state, end[:, each])
+                stopped = (t1[each] < until) & (np.array(codes) != -1)
+                limit[each] = np.where(stopped, codes, limit[each])
+                if not lanes or not stopped.any():
+                    break
+                # where one motion ends at a limit, it waits at its start while the others go on
+                until[stopped] = t1[each][stopped]
+                for now, start in zip((own.pars, own.state), starts, strict=True):
+                    now[:, stopped] = start[:, stopped]
+            if lanes:
+                limit[each] = np.where(t1[each] < until, -2, limit[each])
+            elif limit[0] < -1:
+                raise ComputationError(
+                    f"the motion is not finite after t = {float(t):.9g} natural time units"
+                )
+            if dense:
+                smooth.append(_smooth(tcs, times, own.base))
+        lane, point, t, states = zip(*own.log, strict=True) if own.log else ((), (), (), ())
+        order = np.argsort(lane, kind="stable")
+        return Course(
+            law=law,
+            c=c,
+            t0=begin,
+            t1=t1,
+            first=first,
+            end=end,
+            lane=np.array(lane, dtype=int)[order],
+            point=np.array(point, dtype=int)[order],
+            t=np.array(t)[order],
+            state=np.frombuffer(b"".join(states), end.dtype).reshape(-1, 6)[order].T,
+            count=count,
+            limit=limit,
+            smooth=tuple(np.concatenate(part, axis=-1) for part in zip(*smooth, strict=True)),
+        )
 
 
 def unsure(course: Course, options: Options = DEFAULT) -> np.ndarray:
