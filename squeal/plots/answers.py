@@ -88,16 +88,9 @@ def _motion(answer: Simulation, name: str, scene: Scene | None = None, inputs: A
         raise InputError(
             "plot: a motion needs its scene, plot(scene=scene), and all outputs of the scene"
         )
-    run = motion.Run(
-        name=name,
-        model=answer.model,
-        stop=answer.final[0],
-        events=answer.events,
-        shares=answer.shares or {},
-        extrema=answer.extrema or {},
-        provenance=provenance(inputs, "squeal.cli.simulate"),
-        history=dict(history),
-    )
+    made, shares = provenance(inputs, "squeal.cli.simulate"), answer.shares or {}
+    seen = answer.events, shares, answer.extrema or {}, made, history
+    run = motion.Run(name, answer.model, answer.final[0], *seen)
     return motion.motion_drawing(run, scene.pad_model, response.frequency_hz or 0.0)
 
 

@@ -95,8 +95,7 @@ def pieces(
     return {state: tuple(np.concatenate(parts, axis=1)) for state, parts in curves.items()}
 
 
-@dataclass(frozen=True)
-class Looks:
+class Looks(NamedTuple):
     """How the states of a run are drawn: intervals of time, and by state its short label, meaning
     and colour.
 
@@ -111,31 +110,25 @@ class Looks:
     def of(run: Run) -> Looks:
         """The looks of a run."""
         law, palette = contact_law(run.model), colours(run.model)
+        timeline, states = run.timeline, dict[str, tuple[str, str, str]]()
         partial = law.state_name(LEAD)
-        if partial != law.state_name(TRAIL):
-            partial = ""
-        looks: dict[str, tuple[str, str, str]] = {}
+        if partial == law.state_name(TRAIL):
+            t, place = run.history["t"], run.history["delta"]
+            known = np.isfinite(place)
+
+            def named(one: Interval) -> Interval:
+                at = np.interp(0.5 * (one.start + one.stop), t[known], place[known])
+                return one._replace(state=f"{partial} {'leading' if at < 0 else 'trailing'}")
+
+            timeline = [named(one) if one.state == partial else one for one in timeline]
         for state in run.states_met:
             label, meaning = state_label(state), law.meanings[state]
-            if state == partial:
-                for edge, of in (("leading", LEAD), ("trailing", TRAIL)):
-                    look = rf"{label}$_{edge[0]}$", f"{meaning}, {edge} edge", STATE_COLOURS[of]
-                    looks[f"{state} {edge}"] = look
-            else:
-                looks[state] = (label, meaning, palette[state])
-        timeline = [
-            i._replace(state=f"{i.state} {_side(run, i)}") if i.state == partial else i
-            for i in run.timeline
-        ]
-        met = {i.state for i in timeline if i.stop > i.start}
-        return Looks(timeline, {name: look for name, look in looks.items() if name in met})
-
-
-def _side(run: Run, interval: Interval) -> str:
-    place = run.history["delta"]
-    known = np.isfinite(place)
-    middle = 0.5 * (interval.start + interval.stop)
-    return "leading" if np.interp(middle, run.history["t"][known], place[known]) < 0 else "trailing"
+            states[state] = label, meaning, palette[state]
+            for edge, of in (("leading", LEAD), ("trailing", TRAIL)):
+                look = rf"{label}$_{edge[0]}$", f"{meaning}, {edge} edge", STATE_COLOURS[of]
+                states[f"{state} {edge}"] = look
+        met = {one.state for one in timeline if one.stop > one.start}
+        return Looks(timeline, {name: look for name, look in states.items() if name in met})
 
 
 def trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> None:
@@ -170,34 +163,17 @@ def strip(axes: Axes, looks: Looks) -> None:
 
 def alternative_text(run: Run) -> str:
     """What the figure shows, in words and with its ranges."""
-    texts = []
-    law = contact_law(run.model)
-    for signal in law.plotted:
-        limits = run.extrema[signal.name]
-        span = "is nowhere defined"
-        if limits is not None:
-            span = f"lies between {limits[0]:.3g} and {limits[1]:.3g}"
-        texts.append(f"the {signal.words} over the {_SCALES[signal.over]} {span}")
+    law, texts = contact_law(run.model), []
+    for letter, signal in zip("ab", law.plotted, strict=True):
+        ends = run.extrema[signal.name]
+        span = f"lies between {ends[0]:.3g} and {ends[1]:.3g}" if ends else "is nowhere defined"
+        texts.append(f"({letter}) the {signal.words} over the {_SCALES[signal.over]} {span}")
     shares = ", ".join(f"{law.meanings[s]} {100 * run.shares[s]:.1f} %" for s in run.states_met)
-    changes = len(run.timeline) - 1
     return (
         f"Two panels over {1e3 * run.stop:g} ms for the scene {run.name} of model {run.model}: "
-        f"(a) {texts[0]}; (b) {texts[1]}. The curves are coloured by contact state and a strip "
-        f"below repeats the states, which change {changes} times; shares of time: {shares}."
+        f"{'; '.join(texts)}. The curves are coloured by contact state and a strip below repeats "
+        f"the states, which change {len(run.timeline) - 1} times; shares of time: {shares}."
     )
-
-
-def _with_place(run: Run, model: PadModel) -> Run:
-    """The run with the position of the reaction over w in its history."""
-    history = run.history
-    states = {model.state_name(state): state for state in model.states}
-    if PLACE.name not in history:
-        touching = np.array([states[name] for name in history["state"]], dtype=float).T
-        at = pose(np, (history["x"], history["y"], history["theta"]))
-        with np.errstate(divide="ignore", invalid="ignore"):
-            _, place = model.law.resultant(model.c, at, touching)
-        history = history | {PLACE.name: place / model.pad.w}
-    return replace(run, history=history)
 
 
 def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency: float) -> None:
@@ -229,11 +205,19 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
 
     `frequency` (Hz) is marked in the spectrum if it is not 0.
     """
-    law, looks = contact_law(run.model), Looks.of(run)
-    states = looks.states
+    law, looks, history = contact_law(run.model), Looks.of(run), run.history
+    words = alternative_text(run)
+    if PLACE not in law.plotted:
+        states = {model.state_name(state): state for state in model.states}
+        touching = np.array([states[name] for name in history["state"]], dtype=float).T
+        at = pose(np, (history["x"], history["y"], history["theta"]))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            _, place = law.resultant(model.c, at, touching)
+        run = replace(run, history=history | {PLACE.name: place / model.pad.w})
+        words += f" A third panel shows the {PLACE.words} over the half length."
     forces = [signal for signal in law.plotted if signal.is_force]
     panels = [*forces, PLACE]
-    heights = [1.0] * len(panels) + [0.2 + 0.14 * len(states), 1.1]
+    heights = [1.0] * len(panels) + [0.2 + 0.14 * len(looks.states), 1.1]
     with style():
         figure = Figure(figsize=(DOUBLE, 0.8 + 1.05 * sum(heights)))
         grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
@@ -241,20 +225,16 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
         axes = [first, *(figure.add_subplot(grid[i], sharex=first) for i in range(1, len(panels)))]
         below = figure.add_subplot(grid[-2], sharex=first)
         for one, signal, letter in zip(axes, panels, "abc", strict=False):
-            trace(one, _with_place(run, model), signal, letter, looks)
+            trace(one, run, signal, letter, looks)
             one.tick_params(labelbottom=False)
         strip(below, looks)
         last = figure.add_subplot(grid[-1])
         _spectrum(last, run, forces, "abcd"[len(panels)], frequency)
         figure.align_ylabels([*axes, below, last])
-        handles = first.get_lines()[: len(states)]
-        names = [f"{label}: {meaning}" for label, meaning, _ in states.values()]
+        handles = first.get_lines()[: len(looks.states)]
+        names = [f"{label}: {meaning}" for label, meaning, _ in looks.states.values()]
         figure.legend(handles, names, loc="outside upper center", ncols=4)
-    third = f" A third panel shows the {PLACE.words} over the half length."
     known = f"its strongest line is at {frequency:.0f} Hz" if frequency else "no line stands out"
-    text = (
-        f"{alternative_text(run)}{'' if PLACE in law.plotted else third} A last panel "
-        f"shows the spectrum of the forces in the last quarter of the run; {known}."
-    )
+    words += f" A last panel shows the spectrum of the forces in the last quarter; {known}."
     title = f"Motion of the scene {run.name}: forces, contact and spectrum"
-    return Drawing(figure, text, title, origin(__name__, run.provenance))
+    return Drawing(figure, words, title, origin(__name__, run.provenance))
