@@ -200,7 +200,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     """A cycle in SI units."""
     model, units = shooting.model(cycle.value), shooting.units
     extrema, measures = Extrema(model), Measures(model)
-    shooting.motion(cycle.state, cycle.period, cycle.value, [extrema, measures])
+    shooting.motion(cycle.state, cycle.period, cycle.value, [extrema.see, measures.see])
     friction, damping, _, square, _ = measures.sums.tolist()
     half = np.append(np.ptp(measures.ranges[:3], axis=1) / 2.0, np.zeros(3))
     x, y, theta = units.to_si(half)[:3].tolist()
@@ -209,7 +209,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
         period=float(cycle.period * units.time),
         amplitude=(x, y, theta),
         velocity=float(np.sqrt(square / cycle.period) * units.velocity),
-        extrema=extrema.result()["extrema"],
+        extrema=extrema.result(),
         contacts=tuple(model.state_name(state) for state in cycle.contacts),
         multipliers=tuple(cycle.multipliers.tolist()),
         stable=cycle.stable,
@@ -270,7 +270,7 @@ def cycles(
     <BLANKLINE>
     sliding at mu = 0.1: stable
     """
-    check_simulation(scene, Place(str(scene.source or "Scene")))
+    check_simulation(scene)
     name, low, high = _over(scene, over)
     units, _, start, stop = in_natural_units(scene)
     value = getattr(scene.pad, name)

@@ -18,7 +18,7 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.model.equations import PadModel, Units, net_loads
 from squeal.numerics.differentiation import complex_step
-from squeal.simulation.hybrid import Course, Observer, Steps, integrate, state_rates
+from squeal.simulation.hybrid import Course, Steps, integrate, state_rates
 from squeal.simulation.observers import Change, Events, Grid, face_speed
 from squeal.simulation.run import make_integrator
 
@@ -36,10 +36,8 @@ CLOSED_CURVE, RESTS = "the branch is closed", "the motion comes to rest"
 CRITICAL = 0.05  # most distance from the unit circle of a multiplier that crosses it
 
 
-class Variations(Observer):
+class Variations:
     """The matrix of small deviations (6, 6) along a motion, in natural units."""
-
-    dense = True
 
     def __init__(self, model: PadModel) -> None:
         self._model, self.matrix = model, np.eye(6)
@@ -148,18 +146,18 @@ class Shooting:
         return state_rates(self.model(value), state)
 
     def motion(
-        self, state: np.ndarray, time: float, value: float, observers: Sequence[Observer] = ()
+        self, state: np.ndarray, time: float, value: float, see: Sequence[Any] = ()
     ) -> np.ndarray:
-        """The state (6,) after some time from a state. Raises ComputationError."""
+        """The state (6,) after some time from a state, see `integrate`. Raises ComputationError."""
         model = self.model(value)
         integrator = make_integrator(model, TOLERANCE, "auto")
-        _, end, _, _ = integrate(model, integrator, self.units, state, time, observers)
+        _, end, _, _ = integrate(model, integrator, self.units, state, time, see, bool(see))
         return np.asarray(end)
 
     def over(self, state: np.ndarray, period: float, value: float) -> tuple[np.ndarray, Cycle]:
         """phi_T(z) - z and, as a cycle, the motion from z over T."""
         small, events = Variations(self.model(value)), Events()
-        apart = self.motion(state, period, value, [small, events]) - state
+        apart = self.motion(state, period, value, [small.see, events.see]) - state
         gap = float(np.abs(apart).max() / np.abs(state).max())
         return apart, Cycle(state, period, small.matrix, value, gap, tuple(events.changes))
 
@@ -213,7 +211,7 @@ class Shooting:
         fastest = max(1e-6, float(np.linalg.norm(self.rates(state, value))))
         for _ in range(windows):
             events = Events()
-            state, changes = self.motion(state, window, value, [events]), events.changes
+            state, changes = self.motion(state, window, value, [events.see]), events.changes
             rate = float(np.linalg.norm(self.rates(state, value)))
             if not changes and rate <= RESTING * fastest:
                 break
@@ -338,11 +336,9 @@ def _return(changes: Sequence[Change]) -> float:
     return 0.0
 
 
-class Measures(Observer):
+class Measures:
     """Work of friction and of damping, ranges of the place, mean square velocities and the greatest
     speed of the lower face while it touches, in natural units."""
-
-    dense = True
 
     def __init__(self, model: PadModel) -> None:
         self._model = model

@@ -18,7 +18,6 @@ from squeal.simulation.hybrid import (
     DEFAULT,
     LIMITS,
     Course,
-    Courses,
     ModelEnd,
     Options,
     first_contact,
@@ -107,14 +106,16 @@ def _motions(
         put(block, dataclasses.replace(course, limit=np.where(doubt, -2, course.limit)))
         for i in np.unique(block[doubt]).tolist():
             one, own = _some(model, i), Units(*(float(v[i]) for v in vars(units).values()))
-            alone, courses = integrator(one), Courses(dense)
+            alone, courses = integrator(one), list[Course]()
             try:
-                integrate(one, alone, own, state[:, i], float(stop[i]), [courses], options)
+                integrate(
+                    one, alone, own, state[:, i], float(stop[i]), [courses.append], dense, options
+                )
             except ModelEnd:
                 pass  # as the last course says
             except ComputationError:
                 continue
-            put(np.array([i]), courses.whole)
+            put(np.array([i]), Course.joined(courses))
     return results
 
 

@@ -1,11 +1,11 @@
 """The hybrid run: smooth steps joined at the contact changes (Table 1, Fig. 3, Fig. 8).
 
 An integrator carries one motion, or several side by side, through contact changes and hands over a
-`Course`. Observers look at courses as they come, so that memory does not grow with the time.
+`Course`. Functions see courses as they come, so that memory does not grow with the time.
 """
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
@@ -198,35 +198,6 @@ class Integrator(Protocol):
         """
 
 
-class Observer:
-    """Sees a motion course by course; a `dense` one needs the motion between changes."""
-
-    dense = False
-
-    def see(self, course: Course) -> None:
-        """The next course of the motion."""
-
-    def result(self) -> dict[str, Any]:
-        """Fields of `Simulation` that this observer fills."""
-        return {}
-
-
-class Courses(Observer):
-    """All courses of a motion."""
-
-    def __init__(self, dense: bool) -> None:
-        self.dense = dense
-        self._seen: list[Course] = []
-
-    def see(self, course: Course) -> None:
-        self._seen.append(course)
-
-    @property
-    def whole(self) -> Course:
-        """What was seen of the motion, as one course."""
-        return Course.joined(self._seen)
-
-
 def state_of(contact: np.ndarray) -> State:
     """The contact state of a column (points,) of zeros and ones."""
     return State(*(value > 0 for value in contact.tolist()))
@@ -302,16 +273,17 @@ def integrate(
     units: Units,
     state: np.ndarray,
     stop: float,
-    observers: Sequence[Observer],
+    see: Sequence[Callable[[Course], Any]] = (),
+    dense: bool = False,
     options: Options = DEFAULT,
 ) -> tuple[float, np.ndarray, int, int]:
-    """Run a scaled pad to `stop` (natural units), showing each course to the observers.
+    """Run a scaled pad to `stop` (natural units), whose courses some functions see; `dense` ones
+    hold the motion between changes.
 
     Returns the final time and state (6,), the number of steps and the number of contact changes.
     Raises ModelEnd after the last course before the model ends, and ComputationError where a
     contact change was missed.
     """
-    dense = any(observer.dense for observer in observers)
     contact = first_contact(model, state, options)
     state = off_level(model, state, contact, options)
     t, steps, changed = 0.0, 0, 0
@@ -342,8 +314,8 @@ def integrate(
                 )
         contact = course.last[:, 0]
         steps, changed = steps + int(course.count[0]), changed + len(course.t)
-        for observer in observers:
-            observer.see(course)
+        for function in see:
+            function(course)
         if limit >= 0:
             raise ModelEnd(f"{LIMITS[limit]} at {at}; the model ends there")
     return t, state, steps, changed

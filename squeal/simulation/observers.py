@@ -18,7 +18,7 @@ from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, facing, pose
 from squeal.numerics.oscillation import exponent, line, swing
-from squeal.simulation.hybrid import DEFAULT, Course, Observer, Options, state_of
+from squeal.simulation.hybrid import DEFAULT, Course, Options, state_of
 
 UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
 LAST = 0.25  # share of the run that is its last part
@@ -168,7 +168,7 @@ class Change(NamedTuple):
     state: np.ndarray
 
 
-class Events(Observer):
+class Events:
     """The list of contact changes."""
 
     def __init__(self) -> None:
@@ -186,11 +186,11 @@ class Events(Observer):
         """Natural times (n,) of the changes."""
         return np.array([change.t for change in self.changes])
 
-    def result(self) -> dict[str, Any]:
-        return {"events": self.changes}
+    def result(self) -> list[Change]:
+        return self.changes
 
 
-class Shares(Observer):
+class Shares:
     """Share of time spent in each contact state."""
 
     def __init__(self, model: PadModel, stop: float) -> None:
@@ -203,14 +203,12 @@ class Shares(Observer):
         for time, on in zip(spent.tolist(), contact.T, strict=True):
             self._time[self._model.state_name(state_of(on))] += time
 
-    def result(self) -> dict[str, Any]:
-        return {"shares": {state: spent / self._stop for state, spent in self._time.items()}}
+    def result(self) -> dict[str, float]:
+        return {state: spent / self._stop for state, spent in self._time.items()}
 
 
-class Extrema(Observer):
+class Extrema:
     """Least and greatest values of the plotted signals, forces over F_n and delta over w."""
-
-    dense = True
 
     def __init__(self, model: PadModel, options: Options = DEFAULT) -> None:
         self._law, self._count = model.law, options.samples
@@ -219,18 +217,14 @@ class Extrema(Observer):
     def see(self, course: Course) -> None:
         Grid(course, self._count).widen(self._ranges, plotted(self._law))
 
-    def result(self) -> dict[str, Any]:
+    def result(self) -> dict[str, tuple[float, float] | None]:
         pairs = zip(self._law.plotted, self._ranges.tolist(), strict=True)
         named = {signal.name: (low, high) for signal, (low, high) in pairs}
-        return {
-            "extrema": {n: ends if math.isfinite(ends[1]) else None for n, ends in named.items()}
-        }
+        return {n: ends if math.isfinite(ends[1]) else None for n, ends in named.items()}
 
 
-class Samples(Observer):
+class Samples:
     """The states (n, 6) and contact (points, n) at given rising times (n,), in natural units."""
-
-    dense = True
 
     def __init__(self, model: PadModel, times: np.ndarray) -> None:
         self.times, self.states = times, np.full((len(times), 6), np.nan)
@@ -250,7 +244,7 @@ class History(Samples):
         super().__init__(model, self._seconds / units.time)
         self._model, self._units = model, units
 
-    def result(self) -> dict[str, Any]:
+    def result(self) -> dict[str, np.ndarray]:
         model = self._model
         kinds, which_kind = np.unique(self.on, axis=1, return_inverse=True)
         names = [model.state_name(state_of(kind)) for kind in kinds.T]
@@ -259,30 +253,26 @@ class History(Samples):
         columns["state"] = np.array(names)[which_kind]
         signals = plotted(model.law)(model.c, self.states.T, self.on)
         columns |= {s.name: v for s, v in zip(model.law.plotted, signals, strict=True)}
-        return {"history": columns}
+        return columns
 
 
-class Sliding(Observer):
-    """Whether the surface stays faster than the pad, as every equation assumes (finding E16)."""
+class Sliding:
+    """When the pad first becomes as fast as the surface, which every equation assumes to be faster
+    (finding E16); speed and time in natural units."""
 
-    dense = True
-
-    def __init__(self, units: Units, speed: float, options: Options = DEFAULT) -> None:
-        self._units, self._speed, self._count = units, speed / units.velocity, options.samples
+    def __init__(self, speed: float, options: Options = DEFAULT) -> None:
+        self._speed, self._count = speed, options.samples
         self._lost: float | None = None
 
+    def _excess(self, _c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
+        return np.asarray(states[3] - self._speed)
+
     def see(self, course: Course) -> None:
-        if self._lost is not None:
-            return
-
-        def excess(_c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
-            return np.asarray(states[3] - self._speed)
-
         grid, steps = Grid(course, self._count), course.steps
-        values = grid.read(excess)
-        step, at, top = grid.peaks(excess, values, np.zeros(len(steps.t)))
+        values = grid.read(self._excess)
+        step, at, top = grid.peaks(self._excess, values, np.zeros(len(steps.t)))
         lost = np.append(grid.t[values >= 0.0], (steps.t[step] + steps.h[step] * at)[top >= 0.0])
-        if lost.size:
+        if lost.size and self._lost is None:
             high = lost.min()
             low = max(grid.t[grid.t < high].max(initial=-np.inf), course.t0[0])
             while low < (middle := low + (high - low) / 2) < high:
@@ -290,19 +280,8 @@ class Sliding(Observer):
                 low, high = (low, middle) if late else (middle, high)
             self._lost = float(high)
 
-    def result(self) -> dict[str, Any]:
-        at = None if self._lost is None else self._lost * self._units.time
-        return {"sliding_holds": at is None, "sliding_lost_at": at}
-
-
-class Progress(Observer):
-    """Reports the share of the run that is done."""
-
-    def __init__(self, stop: float, report: Callable[[float], None]) -> None:
-        self._stop, self._report = stop, report
-
-    def see(self, course: Course) -> None:
-        self._report(float(course.t1[0]) / self._stop)
+    def result(self) -> float | None:
+        return self._lost
 
 
 @dataclass(frozen=True)
@@ -345,10 +324,8 @@ class Response:
         ]
 
 
-class Watch(Observer):
+class Watch:
     """Samples of the start, of the last part and of the kinetic energy, in natural units."""
-
-    dense = True
 
     def __init__(self, model: PadModel, units: Units, stop: float) -> None:
         pad = model.pad
@@ -372,12 +349,12 @@ class Watch(Observer):
             samples.see(course)
         self._changed = min([self._changed, *course.t[:1].tolist()])
 
-    def result(self) -> dict[str, Any]:
+    def result(self) -> Response:
         first, last, spread = (samples.states for samples in self._samples)
         energy = (self._mass * spread[:, 3:] ** 2).sum(axis=1).reshape(PARTS, -1).mean(axis=1)
         greatest = float(np.sqrt(energy.max()))
         if greatest <= 1e-11:  # in natural units: only rounding
-            return {"response": Response(amplitude=self._amplitude(last), settled=True)}
+            return Response(amplitude=self._amplitude(last), settled=True)
         found: dict[str, Any] = {}
         rate, begun = self._units.time, first[self._samples[0].times < self._changed]
         if (growth := exponent(begun, self._step)) is not None:
@@ -394,7 +371,7 @@ class Watch(Observer):
             before, late = np.sqrt(energy.reshape(-1, PARTS // 10).mean(axis=1))[-2:]
             if late < 0.01 * greatest or late >= (1.0 - STEADY) * before:
                 found["settled"] = bool(late < 0.01 * greatest)
-        return {"response": Response(**found)}
+        return Response(**found)
 
     def _amplitude(self, states: np.ndarray) -> dict[str, float]:
         whole = np.append(swing(states[:, :3]), np.zeros(3))

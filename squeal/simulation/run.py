@@ -19,13 +19,12 @@ from squeal.io.writing import Answer, Column, Table, number, picked, plain
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema import Place, Word
-from squeal.simulation.hybrid import DEFAULT, Integrator, Observer, Options, integrate
+from squeal.simulation.hybrid import DEFAULT, Integrator, Options, integrate
 from squeal.simulation.observers import (
     UNITS,
     Events,
     Extrema,
     History,
-    Progress,
     Response,
     Shares,
     Sliding,
@@ -201,21 +200,6 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
     return units, units.scaled(model), units.to_scaled(np.array(first)), scene.stop / units.time
 
 
-def _observers(
-    scene: Scene, model: PadModel, units: Units, stop: float, options: Options
-) -> list[Observer]:
-    """Just the observers that the scene's outputs need."""
-    wanted: dict[str, Callable[[], Observer]] = {
-        "events": Events,
-        "shares": lambda: Shares(model, stop),
-        "extrema": lambda: Extrema(model, options),
-        "history": lambda: History(model, units, scene.stop or 0.0, scene.samples or 0),
-        "response": lambda: Watch(model, units, stop),
-    }
-    found = [make() for name, make in wanted.items() if name in scene.outputs]
-    return found if scene.pad.V is None else [*found, Sliding(units, scene.pad.V, options)]
-
-
 def simulate(
     scene: Scene, backend: Backend = "auto", progress: Any = None, options: Options = DEFAULT
 ) -> Simulation:
@@ -258,19 +242,32 @@ def simulate(
     check_simulation(scene)
     started = clock.process_time()
     units, model, start, stop = in_natural_units(scene)
-    observers = _observers(scene, model, units, stop, options)
+    wanted: dict[str, Callable[[], Any]] = {
+        "events": Events,
+        "shares": lambda: Shares(model, stop),
+        "extrema": lambda: Extrema(model, options),
+        "history": lambda: History(model, units, scene.stop or 0.0, scene.samples or 0),
+        "response": lambda: Watch(model, units, stop),
+    }
+    watched = {name: make() for name, make in wanted.items() if name in scene.outputs}
+    if scene.pad.V is not None:
+        watched["sliding"] = Sliding(scene.pad.V / units.velocity, options)
+    see = [one.see for one in watched.values()]
     if progress is not None:
-        observers.append(Progress(stop, progress))
+        see.append(lambda course: progress(float(course.t1[0]) / stop))
+    dense = bool(watched.keys() - {"events", "shares"})
     integrator = make_integrator(model, scene.tolerance, backend, options)
-    t, state, steps, changes = integrate(model, integrator, units, start, stop, observers, options)
-    results: dict[str, Any] = {}
-    for observer in observers:
-        results |= observer.result()
-    if "events" in results:
-        results["events"] = tuple(
+    t, state, *counts = integrate(model, integrator, units, start, stop, see, dense, options)
+    found = {name: one.result() for name, one in watched.items()}
+    if "events" in found:
+        found["events"] = tuple(
             Event(e.t * units.time, model.state_name(e.source), model.state_name(e.target))
-            for e in results["events"]
+            for e in found["events"]
         )
+    if "sliding" in found:
+        lost = found.pop("sliding")
+        found["sliding_holds"] = lost is None
+        found["sliding_lost_at"] = None if lost is None else lost * units.time
     final = (t * units.time, *(float(v) for v in units.to_si(state)))
-    how = (integrator.method, integrator.tolerance, steps, changes, clock.process_time() - started)
-    return Simulation(scene.model, final, *how, **results)
+    how: Any = (integrator.method, integrator.tolerance, *counts, clock.process_time() - started)
+    return Simulation(scene.model, final, *how, **found)

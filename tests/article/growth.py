@@ -40,7 +40,9 @@ def fit(scene: Scene, at: Equilibrium) -> tuple[complex, complex] | None:
     size = DISPLACEMENT * np.max(np.abs(start[:3])) / np.max(np.abs(shape[:3]))
     motion = Samples(scaled, np.linspace(0.0, stop, SAMPLES))
     integrator = make_integrator(scaled, 1e-15, "auto")
-    *_, changes = integrate(scaled, integrator, units, start + size * shape, stop, [motion])
+    *_, changes = integrate(
+        scaled, integrator, units, start + size * shape, stop, [motion.see], True
+    )
     if changes:
         return None
     u = units.to_si(motion.states - start)

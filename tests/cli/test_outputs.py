@@ -70,7 +70,7 @@ def test_figures_follow_their_name_and_hold_their_alternative_text(capsys, scene
         data = first.read_bytes()
         assert data.startswith(KINDS[ending][:5])
         assert data == second.read_bytes()
-        assert b"shares of the area" in data
+        assert b" over alpha1 and alpha2: " in data
     assert not list(scene.parent.glob("*.txt"))
 
 

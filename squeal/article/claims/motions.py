@@ -11,7 +11,7 @@ from squeal.io.scene import Scene
 from squeal.model.contact import STATES
 from squeal.model.equations import Units
 from squeal.model.pad import Coefficients
-from squeal.simulation.hybrid import Course, Courses, integrate
+from squeal.simulation.hybrid import Course, integrate
 from squeal.simulation.observers import Grid, Read, face_speed, one_of, plotted
 from squeal.simulation.run import in_natural_units, make_integrator
 
@@ -31,11 +31,11 @@ def measure_alone(scene: Scene) -> dict[str, np.ndarray]:
     Raises ComputationError where the model ends.
     """
     units, model, state, stop = in_natural_units(scene)
-    courses = Courses(True)
+    courses: list[Course] = []
     integrator = make_integrator(model, scene.tolerance, "auto")
-    integrate(model, integrator, units, state, stop, [courses])
+    integrate(model, integrator, units, state, stop, [courses.append], True)
     natural = Units(*(np.array([v]) for v in (1.0, units.velocity, 1.0, 1.0)))  # type: ignore[arg-type]
-    return measures(courses.whole, natural, FINE)
+    return measures(Course.joined(courses), natural, FINE)
 
 
 def measures(

@@ -11,7 +11,7 @@ import numpy as np
 from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.pad import Loads, pose, spring_energy
-from squeal.simulation.hybrid import Course, Observer, integrate
+from squeal.simulation.hybrid import Course, integrate
 from squeal.simulation.observers import Grid
 from squeal.simulation.run import in_natural_units, make_integrator
 
@@ -63,10 +63,8 @@ class Works(NamedTuple):
     excursions: tuple[Excursion, ...]
 
 
-class _Power(Observer):
+class _Power:
     """Integrates the powers of the forces over each step (Lobatto's quadrature)."""
-
-    dense = True
 
     def __init__(self, model: PadModel) -> None:
         self._model = model
@@ -115,7 +113,8 @@ def contact_work(scene: Scene) -> Works:
     """
     units, model, start, stop = in_natural_units(scene)
     watch = _Power(model)
-    integrate(model, make_integrator(model, scene.tolerance, "auto"), units, start, stop, [watch])
+    integrator = make_integrator(model, scene.tolerance, "auto")
+    integrate(model, integrator, units, start, stop, [watch.see], True)
     t, *energies = np.concatenate(watch.columns, axis=1)
     kinetic, springs, contact, load, *works = (e * units.energy for e in energies)
     course = Energies(t * units.time, kinetic, springs, contact, load - load[0], *works)

@@ -42,7 +42,7 @@ def reference(scene: Scene, tolerance: float = TOLERANCE) -> Reference:
     else:
         integrator = heyoka().TaylorIntegrator(model, tolerance, number)
     start = np.array([(number or float)(float(v)) for v in first])
-    _, state, _, _ = integrate(model, integrator, units, start, stop, [changes])
+    _, state, _, _ = integrate(model, integrator, units, start, stop, [changes.see])
     return Reference(np.array([float(v) for v in state]), changes.times)
 
 

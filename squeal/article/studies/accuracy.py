@@ -94,7 +94,7 @@ def ours(scene: Scene, tolerance: float) -> Run:
     units, model, start, stop = in_natural_units(scene)
     changes = Events()
     integrator = TaylorIntegrator(model, tolerance)
-    _, state, steps, _ = integrate(model, integrator, units, start, stop, [changes])
+    _, state, steps, _ = integrate(model, integrator, units, start, stop, [changes.see])
     return Run(state[:3], changes.times, steps)
 
 
