@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
 from operator import attrgetter, itemgetter
 from typing import Any
 
@@ -25,23 +25,9 @@ ROOT = (
     Column("imag", "rad/s", lambda root: root.value.imag),
     *columns("frequency_hz damping_ratio"),
     Column("residual", shown=lambda root: number(root.residual, 2)),
-    Column("condition", value=lambda root: plain(root.condition), hidden=True),
+    Column("condition", hidden=True),
 )
 """Columns of an eigenvalue, and its keys in JSON."""
-
-
-def root_row(root: Eigenvalue) -> dict[str, Any]:
-    """An eigenvalue as a JSON row."""
-    return {column.name: column.of(root) for column in ROOT}
-
-
-def _of_second(column: Column) -> Column:
-    """The column in rows whose second entry is its record, or None."""
-    return replace(
-        column,
-        value=lambda row: None if row[1] is None else column.of(row[1]),
-        shown=lambda row: "-" if row[1] is None else column.cell(row[1]),
-    )
 
 
 def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
@@ -60,10 +46,9 @@ def valued(parameter: str, value: float | None) -> dict[str, Any]:
     return {"parameter": parameter, "value": value, "mu": value}
 
 
-def _led(name: str, unit: str, value: Any, others: Sequence[Column]) -> Column:
-    """The column of a parameter, called parameter.NAME if another column has its name."""
-    taken = name in {column.name for column in others}
-    return Column(f"parameter.{name}" if taken else name, unit, value)
+def _led(name: str, others: Collection[str]) -> str:
+    """The head of a parameter's column: parameter.NAME if another column has its name."""
+    return f"parameter.{name}" if name in others else name
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,10 +97,8 @@ class Eigenvalues(Answer):
         return np.array([root.value for root in self.eigenvalues], dtype=complex)
 
     def table(self) -> Table:
-        """A row for each eigenvalue."""
-        mode = Column("mode", value=itemgetter(0))
-        rows = list(enumerate(self.eigenvalues, 1))
-        return Table((mode, *map(_of_second, ROOT)), rows, nothing="no root")
+        mode = Column("mode", value=lambda root: 1 + self.eigenvalues.index(root))
+        return Table((mode, *ROOT), self.eigenvalues, nothing="no root")
 
     def parts(self) -> Sequence[str | Table]:
         head = f"{self.name}, {self.parameter} = {number(self.value)}"
@@ -131,7 +114,7 @@ class Eigenvalues(Answer):
     def to_dict(self) -> dict[str, Any]:
         head = {"name": self.name} | valued(self.parameter, self.value) | dict(self.details)
         return head | {
-            "eigenvalues": [root_row(root) for root in self.eigenvalues],
+            "eigenvalues": Table(ROOT, self.eigenvalues).records(),
             **picked(self, "verdict criterion certified count"),
             "unstable": [asdict(mode) for mode in self.unstable],
             "mode_shapes": self.shapes,
@@ -164,10 +147,8 @@ class Step:
 
     def to_dict(self, parameter: str) -> dict[str, Any]:
         """The step as a JSON row."""
-        rows = [
-            {name: plain(v) for name, v in root_row(root).items() if plain(v) is not None}
-            for root in self.eigenvalues
-        ]
+        records = Table(ROOT, self.eigenvalues).records()
+        rows = [{name: v for name, v in row.items() if v is not None} for row in records]
         row = valued(parameter, self.value) | {"eigenvalues": None if self.roots is None else rows}
         row |= picked(self, "verdict spurious")
         return row if self.admissible is None else row | picked(self, "contact admissible")
@@ -197,11 +178,15 @@ class Sweep(Answer):
     def table(self) -> Table:
         """A row for each root at each value; one without numbers where there is none."""
         others = [Column("contact", value=lambda row: row[0].contact)]
-        others += [_of_second(c) for c in ROOT if c.name not in ("damping_ratio", "condition")]
+        others += [
+            Column(c.name, c.unit, lambda row, of=c.of: row[1] and of(row[1]))  # type: ignore[misc]
+            for c in ROOT
+            if c.name not in ("damping_ratio", "condition")
+        ]
         others.append(Column("verdict", value=lambda row: row[0].verdict))
         rows = [(step, root) for step in self.steps for root in step.eigenvalues or [None]]
-        lead = _led(self.parameter, "", lambda row: row[0].value, others)
-        return Table([lead, *others], rows)
+        name = _led(self.parameter, [column.name for column in others])
+        return Table([Column(name, value=lambda row: row[0].value), *others], rows)
 
     def parts(self) -> Sequence[str | Table]:
         """A row for each value: frequencies, what grows of them, how fast, and the verdict."""
@@ -286,18 +271,17 @@ class Thresholds(Answer):
         changes = {point.mu: point.kind for point in self.points}
         crossed = {c.mu for c in self.crossings if c.changes_verdict}
         rows = [*self.crossings, *(point for point in self.points if point.mu not in crossed)]
+
+        def change(row: Any) -> str | None:
+            return changes.get(row.mu) if getattr(row, "changes_verdict", True) else None
+
         table = (
             Column("mu", shown=lambda row: located(row.mu, *row.interval), words=self.parameter),
             Column("kind"),
             Column("direction", value=lambda row: getattr(row, "direction", None)),
             Column("frequency_hz"),
             Column("mode", value=lambda row: getattr(row, "mode", None)),
-            Column(
-                "verdict",
-                value=lambda row: (
-                    changes.get(row.mu) if getattr(row, "changes_verdict", True) else None
-                ),
-            ),
+            Column("verdict", value=change),
             Column("low", value=lambda row: row.interval[0], hidden=True),
             Column("high", value=lambda row: row.interval[1], hidden=True),
             Column("error", value=lambda row: number((row.interval[1] - row.interval[0]) / 2, 2)),
@@ -318,18 +302,15 @@ class Thresholds(Answer):
             [valued(self.parameter, one.mu) | asdict(one) for one in each]
             for each in (self.points, self.crossings)
         )
-        return {
-            "name": self.name,
-            "parameter": self.parameter,
+        answer = picked(self, "name parameter end certified") | {
             "critical": points,
             "crossings": crossings,
             "verdict_at_start": self.verdict,
             "verdict_at_zero": self.verdict if self.low == 0.0 else None,
             "mu_start": self.low,
             "mu_end": self.high,
-            "end": self.end,
-            "certified": self.certified,
-        } | dict(self.details)
+        }
+        return answer | dict(self.details)
 
 
 @dataclass(frozen=True)
@@ -396,21 +377,17 @@ class Map(Answer):
 
     def table(self) -> Table:
         """A row for each point: parameters, verdict, quantity, admissible (1 or 0)."""
-        values = list(np.meshgrid(*(axis.values for axis in self.axes), indexing="ij"))
-        values.append(np.array(self.verdicts)[self.codes])
-        others = [Column("verdict", value=itemgetter(2))]
+        others: dict[str, tuple[str, Any]] = {"verdict": ("", np.array(self.verdicts)[self.codes])}
         if self.quantity is not None:
-            others.append(Column(*self.quantity[:2], itemgetter(len(values))))
-            values.append(self.quantity[2])
+            others[self.quantity[0]] = self.quantity[1:]
         if self.admissible is not None:
-            others.append(Column("admissible", value=itemgetter(len(values))))
-            values.append(self.admissible.astype(int))
-        leads = (
-            _led(axis.name, unit, itemgetter(k), others)
-            for k, (axis, unit) in enumerate(zip(self.axes, self.units, strict=True))
-        )
-        rows = zip(*(part.ravel().tolist() for part in values), strict=True)
-        return Table([*leads, *others], list(rows))
+            others["admissible"] = "", 1 * self.admissible
+        grid = np.meshgrid(*(axis.values for axis in self.axes), indexing="ij")
+        names = (_led(axis.name, others) for axis in self.axes)
+        each = dict(zip(names, zip(self.units, grid, strict=True), strict=True)) | others
+        heads = enumerate((name, unit) for name, (unit, _) in each.items())
+        rows = zip(*(part.ravel().tolist() for _, part in each.values()), strict=True)
+        return Table([Column(*head, itemgetter(k)) for k, head in heads], list(rows))
 
     def parts(self) -> Sequence[str | Table]:
         (a, b), shape = self.axes, self.codes.shape
@@ -451,7 +428,7 @@ class Sensitivity(Answer):
 
     what: the eigenvalues `at`, by rising frequency, or the first loss of stability in `parameter`
     at a value of it; slopes: (m,) of the eigenvalues, not finite at a coalescence, or (1,) of the
-    loss, empty where stability is not lost; values, units: of the parameters; angles among them.
+    loss, empty where stability is not lost; values, units: of the parameters.
     """
 
     what: str
@@ -461,31 +438,28 @@ class Sensitivity(Answer):
     slopes: Mapping[str, np.ndarray]
     values: Mapping[str, float]
     units: Mapping[str, str]
-    angles: frozenset[str] = frozenset()
 
     def table(self) -> Table:
         """A row for each parameter: what 1 per cent of it, of an angle one degree, moves."""
 
+        angles = {name for name, unit in self.units.items() if unit == "rad"}
+
         def moved(i: int, factor: complex) -> Any:
             def change(name: str) -> float:
-                step = DEGREE if name in self.angles else 0.01 * self.values[name]
+                step = DEGREE if name in angles else 0.01 * self.values[name]
                 slope = complex(self.slopes[name][i])
                 return (slope * factor).real * step if cmath.isfinite(slope) else math.nan
 
             return change
 
-        table = [
-            Column("parameter", value=str),
-            Column("change", value=lambda name: "1 degree" if name in self.angles else "1 %"),
-        ]
-        shown = [name for name in self.slopes if name in self.angles or self.values[name]]
+        change = Column("change", value=lambda name: "1 degree" if name in angles else "1 %")
+        table = [Column("parameter", value=str), change]
+        shown = [name for name in self.slopes if name in angles or self.values[name]]
         if self.what == "threshold":
-            title = (
-                f"what moves the first loss ({self.kind} at {self.parameter} = {self.at or 0:.6g})"
-            )
+            at = f"{self.kind} at {self.parameter} = {self.at or 0:.6g}"
             table.append(Column(f"d {self.parameter}", value=moved(0, 1.0)))
             nothing = "stability is not lost, so nothing moves its loss"
-            return Table(table, shown, title, nothing)
+            return Table(table, shown, f"what moves the first loss ({at})", nothing)
         for i in np.flatnonzero(np.imag(self.at) >= 0.0).tolist():
             table.append(Column(f"{i + 1}: df", "Hz", moved(i, -1j / math.tau)))
             table.append(Column(f"{i + 1}: dRe", "1/s", moved(i, 1.0)))
@@ -494,17 +468,14 @@ class Sensitivity(Answer):
     def to_dict(self) -> dict[str, Any]:
         """Null where nothing is lost or two eigenvalues coincide."""
         if self.what == "threshold":
-            slopes = {name: float(slope[0]) for name, slope in self.slopes.items()}
-            loss = {"mu": self.at, "value": self.at, "kind": self.kind, "parameters": slopes}
+            by = {name: float(slope[0]) for name, slope in self.slopes.items()}
+            loss = {"mu": self.at, "value": self.at, "kind": self.kind, "parameters": by}
             return {"sensitivity": loss if self.slopes else None}
-        rows = [
-            {"parameter": name, "unit": self.units[name]}
-            | {
-                "eigenvalues": [
-                    {"real": d.real, "imag": d.imag} if cmath.isfinite(d) else None
-                    for d in slopes.astype(complex).tolist()
-                ]
-            }
-            for name, slopes in self.slopes.items()
-        ]
+        rows = []
+        for name, slopes in self.slopes.items():
+            moved = [
+                {"real": d.real, "imag": d.imag} if cmath.isfinite(d) else None
+                for d in slopes.astype(complex).tolist()
+            ]
+            rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": moved})
         return {"sensitivity": rows}

@@ -73,7 +73,7 @@ def codes_at(
     codes = np.where(unknown, UNKNOWN, BEYOND_FOLD).astype(np.int8)
     here = np.flatnonzero(places.there)
     at = Places(*(part[..., here] for part in places))
-    codes[here] = verdicts(*stack.matrices(here, at.z, at.touching))
+    codes[here] = verdicts(*stack.matrices(here, at))
     contact = np.full(stack.n, 1, dtype=np.int8)
     for i, state in enumerate(scene.pad_model.states):
         own = places.there & np.all(places.touching == np.array(state)[:, None], axis=0)
@@ -165,20 +165,9 @@ def stability_map(
         notes.append(f"{words}: {span}")
         if unknown.any():
             warnings.append(f"{words} could not be decided at {_share(unknown)}")
-    first, second = (unit_word(PARAMETERS[name].unit) for name in names)
-    return Map(
-        scene.model,
-        axes,
-        (first, second),
-        NAMES,
-        codes,
-        beside,
-        None if linear else admissible,
-        tuple(warnings),
-        details,
-        tuple(notes),
-        (scene,),
-    )
+    units = (unit_word(PARAMETERS[names[0]].unit), unit_word(PARAMETERS[names[1]].unit))
+    parts = beside, None if linear else admissible, tuple(warnings), details, tuple(notes), (scene,)
+    return Map(scene.model, axes, units, NAMES, codes, *parts)
 
 
 def _share(part: np.ndarray) -> str:
@@ -240,8 +229,8 @@ def threshold_curves(
     kinds[other.codes == BEYOND_FOLD] = "fold"
     points = plain(quiet)
     stack, states = PadStack.of(scene, names, points), np.array(scene.pad_model.states, dtype=bool)
-    places = np.vstack([one.places[:3], stack.mu])
-    hertz = stack.meeting(*stack.matrices(np.arange(stack.n), places, states[one.contact].T))
+    at = Places(np.vstack([one.places[:3], stack.mu]), states[one.contact].T, known)
+    hertz = stack.meeting(*stack.matrices(np.arange(stack.n), at))
     hertz[kinds != "flutter"] = 0.0
     curves = []
     stops = np.cumsum([len(segment) for segment in traced])

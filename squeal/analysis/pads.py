@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.analysis.answers import Eigenvalues, ModeShape, Step, Sweep, Thresholds, shape_rows
-from squeal.equilibrium import Equilibrium, Path, find_all, sliding_equilibrium
+from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
 from squeal.equilibrium.find import damped_model
 from squeal.equilibrium.statics import excursion
 from squeal.errors import ComputationError, InputError
@@ -25,7 +25,6 @@ from squeal.linear import (
     Spectrum,
     System,
     UnstableMode,
-    judge,
     thresholds,
     track,
     unstable_modes,
@@ -104,22 +103,6 @@ def _about(model: PadModel, e: Equilibrium, how: str) -> Analysis:
     at = at_equilibrium(model.replace(mu=e.mu), e)
     result = (*roots_and_verdict(*at), e.on_branch, e.warnings)
     return Analysis(model.name, e.q, e.R_n, e.state, how, at, *result)
-
-
-def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
-    """All sliding equilibria at the scene's mu with the verdict on each, least potential first.
-
-    The one that `analyse` takes is that `on_branch`, or the first if the branch from mu = 0 does
-    not reach the scene's mu; where it does not rise up to there, all of them lie beyond.
-    """
-    model, lever = damped_model(scene), np.array([1.0, 1.0, scene.pad.w])
-    each, taken = find_all(model), sliding_equilibrium(model)[0]
-    if taken is not None:  # it stands for that of the list which is the same, and all lie alike
-        near = 1e-6 * np.abs(taken.q * lever).max()
-        others = [e for e in each if np.abs(np.subtract(e.q, taken.q) * lever).max() > near]
-        each = [taken, *(replace(e, beyond=taken.beyond) for e in others)]
-    each.sort(key=lambda e: e.potential)
-    return [(e, judge(*at_equilibrium(model, e))) for e in each]
 
 
 def roots_and_verdict(
@@ -207,9 +190,10 @@ def eigenvalues(scene: Scene, at: float | None = None) -> Eigenvalues:
     analysis = analyse(scene)
     names, units = ("x", "y", "theta"), ("m", "m", "rad")
     place = dict(zip(names, analysis.q, strict=True))
+    contact, spectrum = analysis.contact, analysis.spectrum
     details = {
         "model": analysis.model,
-        "equilibrium": place | {"R_n": analysis.R_n, "contact": analysis.contact},
+        "equilibrium": place | {"R_n": analysis.R_n, "contact": contact},
         "how": analysis.how,
         **{name: X.tolist() for name, X in zip("MCK", analysis.matrices, strict=True)},
         "basis": None,
@@ -217,21 +201,19 @@ def eigenvalues(scene: Scene, at: float | None = None) -> Eigenvalues:
     places = zip(names, analysis.q, units, strict=True)
     where = ", ".join(f"{name} = {number(value)} {unit}" for name, value, unit in places)
     reaction = "" if analysis.R_n is None else f", R_n = {number(analysis.R_n)} N"
-    note = f"model {analysis.model}: {where}, contact {analysis.contact}{reaction}"
-    shapes = mode_shapes(analysis.spectrum, (1.0, 1.0, scene.pad.w))
+    note = f"model {analysis.model}: {where}, contact {contact}{reaction}\n({analysis.how})"
+    shapes = mode_shapes(spectrum, (1.0, 1.0, scene.pad.w))
+    rows = shape_rows(shapes, names, "largest of x, y, w theta 1 m")
+    judgement = analysis.judgement
+    head = scene.model, "mu", scene.pad.mu, spectrum.eigenvalues, judgement.verdict, str(judgement)
     return Eigenvalues(
-        scene.model,
-        "mu",
-        scene.pad.mu,
-        analysis.spectrum.eigenvalues,
-        analysis.judgement.verdict,
-        str(analysis.judgement),
+        *head,
         _growing(scene, analysis),
         certified=True,
-        count=len(analysis.spectrum),
-        shapes=shape_rows(shapes, names, "largest of x, y, w theta 1 m"),
+        count=len(spectrum),
+        shapes=rows,
         details=details,
-        notes=(f"{note}\n({analysis.how})",),
+        notes=(note,),
         warnings=analysis.warnings,
         source=(scene, analysis),
     )
@@ -290,20 +272,10 @@ def critical_friction(scene: Scene, high: float = 2.0) -> Thresholds:
                 f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 "
                 f"turns back at mu = {fold:.9g}"
             )
-    return Thresholds(
-        scene.model,
-        "mu",
-        0.0,
-        end,
-        at_zero,
-        tuple(points),
-        tuple(crossings),
-        words,
-        located.certified,
-        tuple(warnings),
-        details={"admissible_to": min(admissible_to, end)},
-        source=(scene,),
-    )
+    events = tuple(points), tuple(crossings), words, located.certified, tuple(warnings)
+    details = {"admissible_to": min(admissible_to, end)}
+    head = scene.model, "mu", 0.0, end, at_zero
+    return Thresholds(*head, *events, details=details, source=(scene,))
 
 
 def _widened(at: Located, path: Path) -> Located:

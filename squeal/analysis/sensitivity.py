@@ -164,5 +164,4 @@ def sensitivity(scene: Scene, of: str, high: float, known: Any) -> Sensitivity:
     names = parameters(model)
     values = {name: getattr(scene.pad, name) for name in names}
     units = {name: PARAMETERS[name].unit for name in names}
-    angles = frozenset(name for name in names if PARAMETERS[name].angle)
-    return Sensitivity(of, "mu", place, kind, slopes, values, units, angles)
+    return Sensitivity(of, "mu", place, kind, slopes, values, units)

@@ -120,16 +120,14 @@ class PadStack:
 
     def at_mu(self) -> tuple[Places, np.ndarray]:
         """The equilibrium of each pad at its own friction, and where (n,) that is unknown."""
-        places, hidden = self.origin(self.mu), np.zeros(self.n, dtype=bool)
+        at = self.origin(self.mu)
         if self.linear:
-            return places, hidden
+            return at, np.zeros(self.n, dtype=bool)
         branches, unknown = self.branches(self.mu)
-        there = branches.end == REACHED
-        node = branches.first[1:][there] - 1
-        z, on = places.z, np.zeros_like(places.touching)
-        z[:, there], on[:, there] = branches.z[:, node], branches.touching[:, node]
-        z[3] = self.mu
-        hidden[there] = self.statics.pick(there).hidden(z[:, there])
+        if not branches.owner.size:  # none rests anywhere
+            return at._replace(there=~at.there), unknown
+        z, on, there = branches.at(np.arange(self.n), self.mu)
+        hidden = there & self.statics.hidden(z)
         return Places(z, on, there & on.any(axis=0) & ~hidden), unknown | hidden
 
     @cached_property
@@ -162,35 +160,25 @@ class PadStack:
     @cached_property
     def _at_rest(self) -> np.ndarray:
         """Mass-normalised stiffness (n, 3, 3) without friction."""
-        z, on, _ = self.origin(np.zeros(self.n))
+        at = self.origin(np.zeros(self.n))
         if not self.linear:
-            z, on = self.rest.z, self.rest.touching | ~self.rest.there
-        return self._matrices(np.arange(self.n), z, on)[0]
+            at = self.rest._replace(touching=self.rest.touching | ~self.rest.there)
+        return self._matrices(np.arange(self.n), at)[0]
 
-    @cached_property
-    def stiff(self) -> np.ndarray:
-        """Pads (n,) in which rounding of one stiffness or damping may hide the slow modes."""
-        sizes = np.linalg.svd(self._at_rest, compute_uv=False)
-        squares = sizes[:, 0]
-        if self.damping is not None:
-            squares = np.maximum(squares, np.linalg.norm(self.damping, 2, axis=(1, 2)) ** 2)
-        return np.asarray(sizes[:, -1] <= 1e-12 * squares)
-
-    def _matrices(self, pad: np.ndarray, z: np.ndarray, touching: np.ndarray) -> Stiffness:
+    def _matrices(self, pad: np.ndarray, at: Places) -> Stiffness:
         """Mass-normalised stiffness, and what falling friction adds to the damping, (k, 3, 3)."""
-        part = self.statics.pick(pad, z[3])
-        model, q, on = part.model, part.place(z), 1.0 * touching
+        part = self.statics.pick(pad, at.z[3])
+        model, q, on, falling = part.model, part.place(at.z), 1.0 * at.touching, None
         K = -complex_step(partial(model.loads, state=on), q)
-        falling = None
         if model.pad.mu_s is not None:
             rates = -complex_step(partial(model.loads, q, on), np.zeros(q.shape))
             falling = normalised(model.pad, rates)
         return normalised(model.pad, K), falling
 
-    def matrices(self, pad: np.ndarray, z: np.ndarray, touching: np.ndarray) -> Stiffness:
-        """Mass-normalised stiffness and damping (k, 3, 3) of pads (k,) about places z (4, k), the
-        damping None where no pad has any."""
-        A, B = self._matrices(pad, z, touching)
+    def matrices(self, pad: np.ndarray, at: Places) -> Stiffness:
+        """Mass-normalised stiffness and damping (k, 3, 3) of pads (k,) about places, the damping
+        None where no pad has any."""
+        A, B = self._matrices(pad, at)
         if self.damping is not None:
             B = self.damping[pad] if B is None else B + self.damping[pad]
         return A, B
@@ -204,12 +192,25 @@ class PadStack:
 
     def fastest(self) -> tuple[np.ndarray, np.ndarray]:
         """Of each pad at its own friction the eigenvalue (n,) of largest real part in rad/s, NaN
-        without an equilibrium, and where (n,) that is unknown."""
+        without an equilibrium, and where (n,) that is unknown.
+
+        Without damping, real parts of the size of rounding, next to a coalescence the square root
+        of it, are zero.
+        """
         places, unknown = self.at_mu()
         here = np.flatnonzero(places.there)
-        at = self.matrices(here, places.z[:, here], places.touching[:, here])
+        A, B = self.matrices(here, Places(*(part[..., here] for part in places)))
+        if B is None:
+            values = np.sqrt(-np.linalg.eigvals(A).astype(complex))
+            values = np.where(values.real < 0.0, -values, values)
+            size = np.abs(values).max(axis=1, keepdims=True)
+            values.real[values.real <= 1e-8 * size] = 0.0
+        else:
+            values = np.linalg.eigvals(first_order(A, B, 1.0)[0]).astype(complex)
+        # of several that grow alike the one of largest frequency
+        best = np.lexsort((np.abs(values.imag), values.real), axis=1)[:, -1]
         fastest = np.full(self.n, np.nan, dtype=complex)
-        fastest[here] = most_unstable(*at) / self.statics.units.time
+        fastest[here] = values[np.arange(here.size), best] / self.statics.units.time
         return fastest, unknown
 
     def first_losses(self, mu_max: float) -> Losses:
@@ -240,7 +241,7 @@ class PadStack:
         def calm_at(pad: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             """Where nothing grows, and the margins of stability."""
             places = at(pad, mu)
-            A, B = self.matrices(pad, places.z, places.touching)
+            A, B = self.matrices(pad, places)
             return np.isin(verdicts(A, B), QUIET) & places.there, margins(A, B)
 
         parts = np.maximum(np.ceil((stops - starts) / mu_max * LEVELS), 2).astype(int) + 1
@@ -252,7 +253,25 @@ class PadStack:
         for first in range(0, pad.size, 50_000):  # bounds the memory
             part = slice(first, first + 50_000)
             calm[part], margin[:, part] = calm_at(pad[part], mu[part])
-        _look_between(pad, mu, piece, calm, margin, calm_at)
+        i = np.arange(1, pad.size - 1)
+        same = (piece[i - 1] == piece[i]) & (piece[i] == piece[i + 1])
+        for which in range(2):  # where a margin has a low least value between values of mu
+            before, here, after = (margin[which, i + d] for d in (-1, 0, 1))
+            with np.errstate(all="ignore"):
+                least = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
+            low_one = (here < before) & (here < after) & (least < here / 2)
+            j = i[same & calm[i - 1] & calm[i] & calm[i + 1] & low_one]
+            if not j.size:
+                continue
+            low, high = mu[j - 1], mu[j + 1]
+            for _ in range(SHRINKS):
+                inner = np.array([low + GOLDEN * (high - low), high - GOLDEN * (high - low)])
+                quiet, at_inner = calm_at(np.tile(pad[j], 2), inner.ravel())
+                one, other = np.where(quiet, at_inner[which], -np.inf).reshape(2, -1)
+                left = one <= other
+                low, high = np.where(left, low, inner[0]), np.where(left, inner[1], high)
+            grows = np.minimum(one, other) == -np.inf
+            mu[j[grows]], calm[j[grows]] = np.where(left, *inner)[grows], False
         grows = np.flatnonzero(~calm)
         who, index = np.unique(pad[grows], return_index=True)
         node = grows[index]
@@ -265,10 +284,16 @@ class PadStack:
             middle = (low[i] + high[i]) / 2
             quiet = calm_at(who[i], middle)[0]
             low[i], high[i] = np.where(quiet, middle, low[i]), np.where(quiet, high[i], middle)
-        lost[who], unknown = high, (unknown & ~np.isin(every, who)) | self.stiff
+        # rounding of one stiffness or damping may hide the slow modes
+        sizes = np.linalg.svd(self._at_rest, compute_uv=False)
+        squares = sizes[:, 0]
+        if self.damping is not None:
+            squares = np.maximum(squares, np.linalg.norm(self.damping, 2, axis=(1, 2)) ** 2)
+        stiff = sizes[:, -1] <= 1e-12 * squares
+        lost[who], unknown = high, (unknown & ~np.isin(every, who)) | stiff
         hertz = np.where(np.array(kinds) == "fold", 0.0, np.nan)
         places = at(who, high)
-        A, B = self.matrices(who, places.z, places.touching)
+        A, B = self.matrices(who, places)
         codes = np.where(places.there, verdicts(A, B), QUIET[0])
         for i, code, frequency in zip(who, codes, self.meeting(A, B), strict=True):
             if code not in QUIET:
@@ -290,36 +315,6 @@ class PadStack:
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
             rate = roots.imag[rows, np.argmax(growth, axis=1)]
         return np.asarray(rate / self.statics.units.time / (2 * np.pi))
-
-
-def _look_between(
-    pad: np.ndarray,
-    mu: np.ndarray,
-    piece: np.ndarray,
-    calm: np.ndarray,
-    margin: np.ndarray,
-    calm_at: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
-) -> None:
-    """Move values of mu (m,) to where something grows, if a margin (2, m) has a low least value
-    between them."""
-    i = np.arange(1, pad.size - 1)
-    same = (piece[i - 1] == piece[i]) & (piece[i] == piece[i + 1])
-    quiet = same & calm[i - 1] & calm[i] & calm[i + 1]
-    for which in range(2):
-        before, here, after = (margin[which, i + d] for d in (-1, 0, 1))
-        with np.errstate(all="ignore"):
-            least = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
-        j = i[quiet & (here < before) & (here < after) & (least < here / 2)]
-        if not j.size:
-            continue
-        low, high = mu[j - 1], mu[j + 1]
-        for _ in range(SHRINKS):
-            c, d = low + GOLDEN * (high - low), high - GOLDEN * (high - low)
-            (cc, fc), (cd, fd) = calm_at(pad[j], c), calm_at(pad[j], d)
-            left = np.where(~cc | ~cd, ~cc, fc[which] < fd[which])
-            low, high = np.where(left, low, c), np.where(left, d, high)
-        grows = ~cc | ~cd
-        mu[j[grows]], calm[j[grows]] = np.where(~cc, c, d)[grows], False
 
 
 def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
@@ -347,21 +342,3 @@ def margins(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
     roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
     i, j = np.triu_indices(roots.shape[1], 1)
     return np.array([-np.prod(roots[:, i] + roots[:, j], axis=1).real, det])
-
-
-def most_unstable(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
-    """Of each system z'' + B z' + A z = 0 the eigenvalue (k,) of largest real part.
-
-    Without damping, real parts of the size of rounding, next to a coalescence the square root of
-    it, are zero.
-    """
-    if B is None:
-        values = np.sqrt(-np.linalg.eigvals(A).astype(complex))
-        values = np.where(values.real < 0.0, -values, values)
-        size = np.abs(values).max(axis=1, keepdims=True)
-        values.real[values.real <= 1e-8 * size] = 0.0
-    else:
-        values = np.linalg.eigvals(first_order(A, B, 1.0)[0]).astype(complex)
-    # of several that grow alike the one of largest frequency
-    best = np.lexsort((np.abs(values.imag), values.real), axis=1)[:, -1]
-    return np.asarray(values[np.arange(len(A)), best])

@@ -9,7 +9,8 @@ import squeal
 from benchmarks.literal import frictionless, literal
 from squeal.analysis.answers import Axis
 from squeal.analysis.maps import NAMES, codes_at, stability_map
-from squeal.analysis.pads import analyse, critical_friction, judged_equilibria
+from squeal.analysis.pads import analyse, critical_friction
+from squeal.article.commands.sliding import judged_equilibria
 from squeal.equilibrium import find_all, sliding_equilibrium
 from squeal.equilibrium.statics import LIMITS, Excursion, Statics, excursion
 from squeal.errors import ComputationError

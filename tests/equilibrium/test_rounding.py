@@ -5,8 +5,9 @@ import numpy as np
 import pytest
 
 from squeal.analysis.maps import NAMES, codes_at
-from squeal.analysis.pads import analyse, critical_friction, judged_equilibria
+from squeal.analysis.pads import analyse, critical_friction
 from squeal.analysis.variations import advise
+from squeal.article.commands.sliding import judged_equilibria
 from squeal.equilibrium import find_all, rests, sliding_equilibrium
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError

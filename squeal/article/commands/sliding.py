@@ -2,23 +2,43 @@
 
 import argparse
 import math
+from dataclasses import replace
 from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads import judged_equilibria
+from squeal.analysis.pads import at_equilibrium
 from squeal.article.equations import bounds, rank, stiffness
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take_files
+from squeal.equilibrium import Equilibrium, find_all, sliding_equilibrium
+from squeal.equilibrium.find import damped_model
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import Column, Table, number, picked
 from squeal.io.writing import aligned as table
+from squeal.linear import Judgement, judge
 
 UNITS = {"x": "m", "y": "m", "theta": "rad", "R_n": "N", "delta": "m"}
 UNITS |= dict.fromkeys(("contact", "verdict", "admissible"), "")
 COLUMNS = [Column(name, unit, itemgetter(name)) for name, unit in UNITS.items()]
+
+
+def judged_equilibria(scene: Scene) -> list[tuple[Equilibrium, Judgement]]:
+    """All sliding equilibria at the scene's mu with the verdict on each, least potential first.
+
+    The one that `analyse` takes is that `on_branch`, or the first if the branch from mu = 0 does
+    not reach the scene's mu; where it does not rise up to there, all of them lie beyond.
+    """
+    model, lever = damped_model(scene), np.array([1.0, 1.0, scene.pad.w])
+    each, taken = find_all(model), sliding_equilibrium(model)[0]
+    if taken is not None:  # it stands for that of the list which is the same, and all lie alike
+        near = 1e-6 * np.abs(taken.q * lever).max()
+        others = [e for e in each if np.abs(np.subtract(e.q, taken.q) * lever).max() > near]
+        each = [taken, *(replace(e, beyond=taken.beyond) for e in others)]
+    each.sort(key=lambda e: e.potential)
+    return [(e, judge(*at_equilibrium(model, e))) for e in each]
 
 
 def _finite(value: float) -> float | None:
