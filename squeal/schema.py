@@ -13,7 +13,7 @@ import re
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from numbers import Integral
 from pathlib import Path
@@ -23,12 +23,11 @@ import numpy as np
 import yaml
 
 from squeal.errors import InputError, InputWarning
+from squeal.numerics.differentiation import Formula
 
 MOST = 100_000  # values that aliases may make of a file, if it is shorter than that
 _TAG = "tag:yaml.org,2002:"
 
-_FACTOR = r"(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
-_ANGLE = re.compile(rf"\s*([-+]?)\s*(?:({_FACTOR})\s*\*\s*)?pi\s*(?:/\s*({_FACTOR}))?\s*", re.ASCII)
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _PLAIN = (int, float, np.integer, np.floating)
 _CHECKED = (*_PLAIN, np.bool_, str, bytes, list, tuple, set, dict)
@@ -154,21 +153,16 @@ ANY, NOT_NEGATIVE = Number(), Number(low=0.0, low_allowed=True)
 
 
 class Angle(Number):
-    """An angle: a number of radians, in a file also a multiple of pi such as 0.75*pi or pi/2."""
+    """An angle: a number of radians, in a file also a formula of pi such as 0.75*pi or pi/2."""
 
     def __init__(self, low: float = -math.inf, high: float = sys.float_info.max) -> None:
         super().__init__(low, high)
         self.named += " (radians) or a multiple of pi such as 0.75*pi"
 
     def convert(self, value: Any) -> float | None:
-        match = _ANGLE.fullmatch(value) if isinstance(value, str) else None
-        if match is None:
-            return super().convert(value)
-        sign, factor, divisor = match.groups(default="1")
-        if float(divisor) == 0.0:
-            return None
-        size = float(factor) * math.pi / float(divisor)
-        return super().convert(-size if sign == "-" else size)
+        with suppress(InputError):
+            value = Formula(value).value({"pi": math.pi}) if isinstance(value, str) else value
+        return super().convert(value)
 
 
 def warn_of_degrees(value: Any, at: Place) -> None:

@@ -20,8 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array, diags_array, issparse
 
-from squeal.errors import InputError, InputWarning
+from squeal.errors import InputError
 from squeal.io.writing import write_whole
+from squeal.schema import Place
 
 HEAD = 4096  # bytes that a format is recognised by
 MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
@@ -45,14 +46,13 @@ class MatrixFile:
 
 
 def _numbers(lines: Iterable[str], comments: str | None) -> NDArray[np.float64]:
-    """The table of numbers in some lines (rows, columns), (0, 0) if there are none."""
+    """The table of numbers in some lines (rows, columns)."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of no data
         try:
-            table = np.loadtxt(lines, comments=comments, ndmin=2)
+            return np.loadtxt(lines, comments=comments, ndmin=2)
         except ValueError as error:
             raise ValueError(str(error).partition(";")[0]) from None
-    return table if table.size else np.empty((0, 0))
 
 
 def _places(columns: NDArray, first: int) -> NDArray[np.intp]:
@@ -72,12 +72,8 @@ def _assembled(path: Path, indices: NDArray, values: NDArray, shape: tuple[int, 
     if matrix.nnz < len(values):
         places, count = np.unique(indices, axis=1, return_counts=True)
         row, column = places[:, np.argmax(count > 1)] + 1
-        warnings.warn(
-            f"{path}: {len(values) - matrix.nnz} entries stand where another one stands, the first "
-            f"at row {row}, column {column}; they are summed",
-            InputWarning,
-            stacklevel=2,
-        )
+        words = f"{len(values) - matrix.nnz} entries stand where another one stands, the first "
+        Place(str(path)).warn(f"{words}at row {row}, column {column}; they are summed")
     return matrix
 
 
@@ -101,10 +97,8 @@ def _read_matrix_market(path: Path) -> MatrixFile:
     with path.open(encoding="utf-8") as stream:
         _, kind, form, entry, symmetry, *_ = [*stream.readline().lower().split(), *[""] * 5]
         if kind != "matrix" or form not in ("coordinate", "array") or symmetry not in SYMMETRIES:
-            raise ValueError(
-                f"{kind} {form} {symmetry}: matrix, coordinate or array, {', '.join(SYMMETRIES)} "
-                "are read"
-            )
+            words = f"matrix, coordinate or array, {', '.join(SYMMETRIES)} are read"
+            raise ValueError(f"{kind} {form} {symmetry}: {words}")
         size = next((line for line in stream if line.strip() and line.lstrip()[0] != "%"), "")
         table = _numbers(stream, "%")
     placed, general, skew = form == "coordinate", symmetry == "general", symmetry[:4] == "skew"
@@ -116,9 +110,8 @@ def _read_matrix_market(path: Path) -> MatrixFile:
     width = 2 * placed + {"pattern": 0, "complex": 2}.get(entry, 1)
     shape = (numbers[2] if placed else count, width)
     if len(table) != shape[0] or (shape[0] and table.shape != shape):
-        raise ValueError(
-            f"{len(table)} lines of {table.shape[1]} numbers; {shape[0]} of {shape[1]} are required"
-        )
+        words = f"{shape[0]} of {shape[1]} are required"
+        raise ValueError(f"{len(table)} lines of {table.shape[1]} numbers; {words}")
     table = table.reshape(shape)
     if entry == "integer" and np.any(table != np.round(table)):
         raise ValueError("entries must be whole numbers, as the first line says")
@@ -237,19 +230,19 @@ FORMATS = (
 # fmt: on
 
 
-def _picked(path: Path, found: MatrixFile | dict[str, Any], key: str | None) -> MatrixFile:
+def _picked(found: MatrixFile | dict[str, Any], key: str | None) -> MatrixFile:
     """The matrix that a key names. Raises InputError."""
     if isinstance(found, MatrixFile):
         if key is None:
             return found
-        raise InputError(f"{path}: key {key} is not allowed; the file holds one matrix")
+        raise InputError(f"key {key} is not allowed; the file holds one matrix")
     names = ", ".join(sorted(found)) or "none"
     if key is None and len(found) != 1:
-        raise InputError(f"{path}: holds the matrices {names}; name one of them with key")
+        raise InputError(f"holds the matrices {names}; name one of them with key")
     alike = [n for n in found if key is None or n.lower() == key.lower()]  # op4: small letters
     name = key if key in found else alike[0] if len(alike) == 1 else None
     if name is None:
-        raise InputError(f"{path}: holds no matrix {key}; it holds {names}")
+        raise InputError(f"holds no matrix {key}; it holds {names}")
     return MatrixFile(found[name])
 
 
@@ -264,24 +257,23 @@ def read_matrix(
     is refused. Raises InputError for anything that is no real, finite, square matrix.
     """
     path = Path(path)
-    name = path.suffix
+    at, name = Place(str(path)), path.suffix
     try:
         if path.exists() and not path.is_file():  # a pipe would wait for ever
-            raise InputError(f"{path}: is no plain file; the name of a matrix file is allowed")
+            raise InputError("is no plain file; the name of a matrix file is allowed")
         with path.open("rb") as stream:
             head = stream.read(HEAD)
         fitting = [one for one in FORMATS if one.head and re.match(one.head, head)]
         fitting += [one for one in FORMATS if name.lower() in one.suffixes]
         if not fitting:
             known = ", ".join(f"{one.name} ({', '.join(one.suffixes)})" for one in FORMATS)
-            words = f"neither content nor suffix is of a format that is read: {known}"
-            raise InputError(f"{path}: {words}")
+            raise InputError(f"neither content nor suffix is of a format that is read: {known}")
         name = fitting[0].name
-        file = _picked(path, fitting[0].read(path), key)
-        matrix = _checked(path, file.matrix)
-        return replace(file, matrix=_complete(path, matrix, file, symmetric), symmetric=False)
-    except InputError:
-        raise
+        file = _picked(fitting[0].read(path), key)
+        matrix = _checked(file.matrix)
+        return replace(file, matrix=_complete(at, matrix, file, symmetric), symmetric=False)
+    except InputError as error:
+        words = str(error)
     except ImportError as error:
         words = f"reading {name} needs the package {error.name}, which is not installed"
     except MemoryError:
@@ -291,24 +283,22 @@ def read_matrix(
         words = f"no readable {name} matrix: {lines[0].rstrip('.:')}"
         if reason := getattr(error, "strerror", None):
             words = f"cannot be read ({reason}); the name of a matrix file is allowed"
-    raise InputError(f"{path}: {words}")
+    raise at.refuse(words)
 
 
-def _checked(path: Path, given: Any) -> Any:
+def _checked(given: Any) -> Any:
     """The matrix, canonical, if it is square, real and finite. Raises InputError."""
     if issparse(given):
         given.check_format(full_check=True)  # SciPy trusts the indices of a file
     matrix = csc_array(given)
     rows, columns = matrix.shape
     if rows != columns or not rows:
-        raise InputError(f"{path}: a matrix of {rows} x {columns}; a square one is required")
-    if np.iscomplexobj(matrix.data):
-        if matrix.data.imag.any():
-            raise InputError(f"{path}: a complex matrix; a real one is required")
-        matrix = matrix.real
+        raise InputError(f"a matrix of {rows} x {columns}; a square one is required")
+    if np.any(matrix.data.imag):
+        raise InputError("a complex matrix; a real one is required")
     if not np.all(np.isfinite(matrix.data)):
-        raise InputError(f"{path}: all entries must be finite")
-    return _canonical(matrix)
+        raise InputError("all entries must be finite")
+    return _canonical(matrix.real)
 
 
 def _canonical(matrix: Any) -> Any:
@@ -319,25 +309,26 @@ def _canonical(matrix: Any) -> Any:
     return copy
 
 
-def _complete(path: Path, matrix: Any, file: MatrixFile, symmetric: bool | None) -> Any:
+def _complete(at: Place, matrix: Any, file: MatrixFile, symmetric: bool | None) -> Any:
     """The matrix with its other triangle where it stands for that too. Raises InputError."""
     said = file.symmetric if symmetric is None else symmetric
     one_sided = _one_sided(csc_array(file.matrix))  # a zero that is written is an entry too
     if said is None and one_sided and matrix.nnz > np.count_nonzero(matrix.diagonal()):
-        words = f"{path}: all entries stand on one side of the diagonal"
+        words = "all entries stand on one side of the diagonal"
         if file.labels is None or not _as_abaqus_writes(matrix, np.array(file.labels)[:, 0]):
             raise InputError(
                 f"{words}, and nothing says whether they stand for the other side too; the key "
                 "symmetric: true or symmetric: false beside the file must"
             )
-        words += "; they are taken for the other side too, as Abaqus writes symmetric matrices "
-        words += "(symmetric: false beside the file says otherwise)"
-        warnings.warn(words, InputWarning, stacklevel=3)
+        at.warn(
+            f"{words}; they are taken for the other side too, as Abaqus writes symmetric matrices "
+            "(symmetric: false beside the file says otherwise)"
+        )
         said = True
     if said and one_sided:
         return _mirrored(matrix)
     if said and abs(matrix - matrix.T).max() > 0.0:
-        raise InputError(f"{path}: is not symmetric; symmetric: true is not allowed")
+        raise InputError("is not symmetric; symmetric: true is not allowed")
     return matrix
 
 
@@ -370,13 +361,12 @@ def aligned(files: Sequence[MatrixFile]) -> list[Any]:
     if not all(file.labels for file in files):
         raise InputError("matrices with (node, dof) labels and without cannot be combined")
     every = sorted({label for file in files for label in file.labels or ()})
-    place = {label: i for i, label in enumerate(every)}
+    place, shape = {label: i for i, label in enumerate(every)}, (len(every), len(every))
     placed = []
     for file in files:
-        rows = np.array([place[label] for label in file.labels or ()])
-        entries = file.matrix.tocoo()
+        rows, entries = np.array([place[x] for x in file.labels or ()]), file.matrix.tocoo()
         where = (rows[entries.row], rows[entries.col])
-        placed.append(coo_array((entries.data, where), shape=(len(every), len(every))).tocsc())
+        placed.append(coo_array((entries.data, where), shape=shape).tocsc())
     return placed
 
 
@@ -398,12 +388,11 @@ def write_matrix(path: Path | str, matrix: Any, key: str = "A") -> None:
     from scipy.sparse import save_npz
 
     path, sparse = Path(path), csc_array(matrix)
-    suffix = path.suffix.lower()
     writers: dict[str, Callable[[Any], None]] = {
         ".mtx": lambda stream: mmwrite(stream, sparse),
         ".mat": lambda stream: savemat(stream, {key: sparse}),
         ".npz": lambda stream: save_npz(stream, sparse),
     }
-    if suffix not in writers:
+    if path.suffix.lower() not in writers:
         raise InputError(f"{path.name}: the suffix must be one of {', '.join(writers)} to write")
-    write_whole(path, writers[suffix], binary=True)
+    write_whole(path, writers[path.suffix.lower()], binary=True)

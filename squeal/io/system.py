@@ -1,17 +1,7 @@
 """Systems of matrices from files: lists of terms with a factor each, or powers of one parameter.
 
-```yaml
-name: brake
-parameters: {Omega: 12.566, mu: 0.4}     # named numbers
-parameter: Omega                         # the one that is swept
-M: {file: M.mtx}
-C: [{file: D.mtx, factor: 1/Omega}]
-K: [{file: K0.mtx}, {file: K1.mtx, factor: mu}]
-damping: {rayleigh: [2.0, 1.0e-7]}
-coordinates: {file: nodes.csv}
-```
-
-In place of K there may be K0, K1, ..., rows of numbers: K = K0 + K1 mu + K2 mu^2 + ...; C likewise.
+Their keys stand in `SYSTEM`. In place of K there may be K0, K1, ..., rows of numbers: K = K0 + K1 mu +
+K2 mu^2 + ...; C likewise.
 """
 
 import csv
