@@ -14,7 +14,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, NamedTuple
 
@@ -308,26 +308,14 @@ def _subspace(A: NDArray, size: float, start: NDArray, solve: Callable, rounds: 
 
 def located(along: Continuation, guess: Guess) -> Event | None:
     """The event next to a guess, None if there is none that is known to within its width."""
-    guess = replace(guess, value=min(max(guess.value, along.low), along.high))
-    try:
-        event = _located(along, guess)
-        aside = 1e-5 * guess.width
-        if event is not None and guess.coalesces and event.width > 2 * aside:
-            # the subspaces are those of other roots: from beside they may be the right ones
-            again = _located(along, replace(guess, value=event.value + aside))
-            event = min(filter(None, (event, again)), key=lambda one: one.width)
-    except (np.linalg.LinAlgError, ValueError):
-        return None
-    if event is None or event.width > guess.width:
-        return None
-    low, high = event.interval
-    return replace(event, interval=(max(low, along.low), high))
+    with suppress(np.linalg.LinAlgError, ValueError):
+        return _located(along, guess)
+    return None
 
 
 def _located(along: Continuation, guess: Guess) -> Event | None:
-    p, single, coalesces = guess.value, guess.right.shape[1] == 1, guess.coalesces
-    near = roots_near(along, p, guess.root, guess.right, guess.left)
-
+    p, coalesces = min(max(guess.value, along.low), along.high), guess.coalesces
+    start, near = p, roots_near(along, p, guess.root, guess.right, guess.left)
     for _ in range(along.options.rounds):
         value, slope, bend, noise = near.vanishing(coalesces)
         if not slope or not np.isfinite(slope):
@@ -337,7 +325,7 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
             move = -2 * value / (slope + math.copysign(math.sqrt(inner), slope))
         move = float(np.clip(move, -guess.width / 2, guess.width / 2))
         p = float(np.clip(p + move, along.low, along.high))
-        if abs(p - guess.value) > 1.5 * guess.width:
+        if abs(p - start) > 1.5 * guess.width:
             return None
         if abs(move) <= max(4 * EPS * abs(p), noise / abs(slope) / 4):
             break
@@ -347,8 +335,7 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
     half = 2 * noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
     if coalesces and (slope**2 <= 16 * abs(bend) * noise or half > guess.width):
         return None  # two roots that only cross
-    known = _details(along, guess, near, move, slope)
-    if known is None:
+    if (known := _details(along, guess, near, move, slope)) is None:
         return None
     omega, direction, residual = known
     interval = p - half, p + half
@@ -364,8 +351,11 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
         if ends is None:
             return None
         interval, rise = ends[:2], ends[2]
-        if rise and (coalesces or single):
+        if rise and (coalesces or guess.right.shape[1] == 1):
             direction = rise if along.form == "damped" else -rise
+    if interval[1] - interval[0] > guess.width:
+        return None
+    interval = max(interval[0], along.low), interval[1]
     return Event(p, omega, direction, interval, residual, coalesces)
 
 
@@ -374,31 +364,29 @@ def _details(
 ) -> tuple[float, int, float] | None:
     """Frequency, direction and residual of the event that a last step `move` leads to."""
     A, derivative, _ = along.both(near.value)
-    mean, damped = near.mean + move * near.mean_slope, along.form == "damped"
-    if guess.right.shape[1] == 1:
+    damped, noise, rate = along.form == "damped", near.mean_noise, slope
+    z, root = near.mean + move * near.mean_slope, near.mean
+    if guess.coalesces:
+        zero = abs(z) <= 2 * math.sqrt(abs(near.noise)) + noise
+        if along.form == "undamped" and z.real < 0:
+            return None  # two divergent roots join: nothing crosses
+        if along.form == "gyroscopic" and abs(z.imag) > abs(z.real) and not zero:
+            return None
+        real = zero and along.form != "undamped"
+    elif guess.right.shape[1] == 1:
         if abs(move * slope) > 1e-8 * (norm_of(A) + norm_of(derivative) * guess.width):
             return None  # where two roots coalesce the slope is without bound, and this no zero
-        rest = float(np.linalg.norm(A @ near.right - near.mean * near.right) / (norm_of(A) or 1.0))
-        real = not damped or abs(mean.imag) <= 4 * near.mean_noise
-        return 0.0 if real else along.omega(mean), 1 if (slope > 0) == damped else -1, rest
-    least = np.linalg.svd(A - mean * np.eye(len(A)), compute_uv=False)
-    residual = float(least[-1] / least[0])
-    if guess.coalesces:
-        on_zero = abs(mean) <= 2 * math.sqrt(abs(near.noise)) + near.mean_noise
-        if along.form == "undamped" and mean.real < 0:
-            return None  # two divergent roots join: nothing crosses
-        if along.form == "gyroscopic" and abs(mean.imag) > abs(mean.real) and not on_zero:
-            return None
-        zero = on_zero and along.form != "undamped"
-        direction = 1 if (slope > 0) == damped else -1  # d > 0 off the axis if damped
-        return 0.0 if zero else along.omega(mean), direction, residual
-    d = np.sqrt(near.ahead(move)[1])
-    half = (d if abs((mean + d).real) < abs((mean - d).real) else -d) or 1e-300
-    z = complex(mean + half)
-    rate = complex(near.mean_slope + (near.d_slope + 2 * move * near.d_bend) / (2 * half))
-    noise = abs(near.noise / (2 * half)) + near.mean_noise
-    real = abs(z.imag) <= max(1e-9 * abs(mean) + 1e-9 * abs(half), noise)
-    return 0.0 if real else along.omega(z), 1 if rate.real > 0 else -1, residual
+        real = not damped or abs(z.imag) <= 4 * noise
+    else:  # one of the pair
+        d = np.sqrt(near.ahead(move)[1])
+        half = complex(d if abs((z + d).real) < abs((z - d).real) else -d) or 1e-300
+        rate = (near.mean_slope + (near.d_slope + 2 * move * near.d_bend) / (2 * half)).real
+        noise = max(noise + abs(near.noise / (2 * half)), 1e-9 * (abs(z) + abs(half)))
+        z, root = z + half, root + half
+        real = abs(z.imag) <= noise
+    least = np.linalg.svd(A - root * np.eye(len(A)), compute_uv=False)[-1]
+    direction = 1 if (rate > 0) == damped else -1  # off the axis d > 0 if damped
+    return 0.0 if real else along.omega(z), direction, float(least) / (norm_of(A) or 1.0)
 
 
 def certain(

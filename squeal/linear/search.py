@@ -246,10 +246,7 @@ class _Walk:
 
         sides = certain(sign, (a, b), 1e-7 * self.wide, *ends) or ends
         one = Event((a + b) / 2, omega, way, (sides[0], sides[1]), converged=False)
-        event = self.from_start(one)
-        if event is not None and event.value == along.low:
-            return self._alike(omega, way, along.low, along.low) or event
-        return event
+        return self.from_start(one)
 
 
 def _factors(
@@ -258,26 +255,22 @@ def _factors(
     """Bounds of the second derivatives of the factors of terms, and their greatest values."""
     if not isinstance(system, TermSystem):
         return []
-    name, values = system.parameter, system.values()
-    formulas = {t.factor.text: t.factor for t in system.terms}
-    bounds: list[tuple[Callable[[float, float], float], float]] = []
-    for formula in formulas.values():
-        if name in formula.names:
-            at = np.linspace(low, high, 33).tolist()
-            size = max(abs(formula.value(values | {name: p})) for p in at)
-            bounds.append((partial(formula.curvature, values, name), size))
-    return bounds
+    name, values, at = system.parameter, system.values(), np.linspace(low, high, 33).tolist()
+    formulas = {term.factor.text: term.factor for term in system.terms}.values()
+    return [
+        (partial(f.curvature, values, name), max(abs(f.value(values | {name: p})) for p in at))
+        for f in formulas
+        if name in f.names
+    ]
 
 
 def together(items: Sequence[Event], near: float) -> list[list[Event]]:
     """Events by rising value, those that are no further than `near` from the one before with it."""
-    groups: list[list[Event]] = []
-    for one in items:
-        if groups and one.value - groups[-1][-1].value <= near:
-            groups[-1].append(one)
-        else:
-            groups.append([one])
-    return groups
+    starts = [
+        k for k, (a, b) in enumerate(itertools.pairwise(items), 1) if b.value - a.value > near
+    ]
+    cuts = itertools.pairwise([0, *starts, len(items)])
+    return [list(items[a:b]) for a, b in cuts if items]
 
 
 def _middles(along: Continuation, places: Places) -> list[float]:

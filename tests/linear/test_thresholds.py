@@ -277,7 +277,7 @@ def test_a_mass_matrix_without_symmetry_is_taken_and_a_singular_one_refused():
 
 @pytest.mark.parametrize("mu_max", [0.0, -1.0, np.inf, np.nan])
 def test_empty_ranges_are_refused(mu_max):
-    with pytest.raises(InputError, match="mu_max"):
+    with pytest.raises(InputError, match="thresholds"):
         thresholds(coupled, mu_max)
 
 
