@@ -1,7 +1,7 @@
 """Systems of matrices from files: lists of terms with a factor each, or powers of one parameter.
 
-Their keys stand in `SYSTEM`. In place of K there may be K0, K1, ..., rows of numbers: K = K0 + K1 mu +
-K2 mu^2 + ...; C likewise.
+Their keys stand in `SYSTEM`. In place of K there may be K0, K1, ..., rows of numbers: K is then
+K0 + K1 mu + K2 mu^2 + ...; C likewise.
 """
 
 import csv
