@@ -24,7 +24,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.linear import CriticalPoint, sensitivities
 from squeal.model.contact import State
-from squeal.model.equations import PadModel, net_loads
+from squeal.model.equations import PadModel, linearise, net_loads
 from squeal.model.pad import PARAMETERS, at_speed, coefficients, pose
 from squeal.numerics import differentiation as dual
 from squeal.numerics.differentiation import Dual, complex_step, with_derivative
@@ -57,14 +57,14 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
     def slopes(at: np.ndarray, dq: np.ndarray, speed: Any = None) -> np.ndarray:
         place = tuple(Dual(x, d) for x, d in zip(at, dq, strict=True))
         now = c if speed is None else at_speed(dual, c, pad.fall, speed)
-        loads = net_loads(dual, now, model.law, place, state)  # type: ignore[arg-type]
+        loads = net_loads(dual, now, model.law, place, state)
         return np.array(np.broadcast_arrays(*(dual.dual(f).slope + 0.0 * at[0] for f in loads)))
 
     dq = np.zeros(3)
     loads = slopes(q, dq)
     if not model.linear:
         try:
-            dq = np.linalg.solve(-model.jacobian(q, state), loads)
+            dq = np.linalg.solve(linearise(model, q, state).K, loads)
         except np.linalg.LinAlgError:
             dq = np.full(3, np.inf)
     dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])
@@ -86,7 +86,7 @@ def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict
     if damping is None or damping.matrix is not None:
         return changes
     own, q, state = without_friction(scene)
-    M, K = own.mass_matrix, -own.jacobian(q, state)
+    M, _, K = linearise(own, q, state)
     root = np.outer(np.sqrt(np.diag(M)), np.sqrt(np.diag(M)))
     A, (B, _) = K / root, normalised_damping(damping, K / root)
     for name in changes.keys() - {"mu"}:
@@ -118,8 +118,8 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, float]:
         z, state = path.at(min(point.mu, path.mu_end))
         q, breakpoints = path.statics.to_si(z), path.breakpoints
     changes = _changes(scene, model, q, state)
-    M, K = model.mass_matrix, -model.jacobian(q, state)
-    C = damping_matrix(scene) - model.rate_jacobian(q, state)
+    M, C, K = linearise(model, q, state)
+    C = C + damping_matrix(scene)
     s = 2j * np.pi * point.frequency_hz
     unit, P = 1.0 / np.sqrt(np.diag(M)), s * s * M + s * C + K
     damped = bool(P.imag.any())

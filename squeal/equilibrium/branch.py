@@ -260,7 +260,7 @@ class _Front(NamedTuple):
         c, one = self.part.model.c._replace(mu=z[3]), np.eye(3).reshape(3, 3, *[1] * (z.ndim - 1))
         q = tuple(map(Dual, self.part.place(z), one))
         on = 1.0 * self.state[:, None]
-        f = net_loads(differentiation, c, self.part.model.law, q, on)  # type: ignore[arg-type]
+        f = net_loads(differentiation, c, self.part.model.law, q, on)
         x, y, turn = (load.slope for load in f)
         return np.asarray((x * np.cross(y, turn, axis=0)).sum(axis=0))
 

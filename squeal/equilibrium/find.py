@@ -164,7 +164,7 @@ def rests(statics: Statics, n: int) -> Places:
     statics = dataclasses.replace(statics, model=statics.model.replace(mu=0.0))
     z, sides = statics.settle(np.zeros((4, n)), None, 40)
     touching = statics.gaps(z) < 0.0
-    there = (sides == -1.0) & statics.presses(z) & statics.model.law.restoring
+    there = (sides == -1.0) & statics.presses(z) & (statics.model.law.sign > 0.0)
     left = np.flatnonzero(~there)
     for start in range(0, left.size, MOST):
         i = left[start : start + MOST]

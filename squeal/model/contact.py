@@ -23,7 +23,6 @@ import numpy as np
 from squeal.model.pad import (
     PARAMETERS,
     Coefficients,
-    Forces,
     Loads,
     Number,
     Point,
@@ -55,16 +54,6 @@ class State(tuple[bool, ...]):
 
     def __getnewargs__(self) -> tuple[bool, ...]:
         return tuple(self)
-
-    @property
-    def leading(self) -> bool:
-        """True if the point nearest to the leading edge touches."""
-        return self[0]
-
-    @property
-    def trailing(self) -> bool:
-        """True if the point nearest to the trailing edge touches."""
-        return self[-1]
 
     def flip(self, point: int) -> State:
         """The state after a contact point (its index) has separated or touched."""
@@ -142,10 +131,10 @@ class ContactLaw(ABC):
         """How many contact points there are, in order from the leading edge to the trailing."""
 
     @property
-    def restoring(self) -> bool:
-        """True if its moment turns the pad back, so that without friction a pad rests in one place
-        near the initial one."""
-        return True
+    def sign(self) -> float:
+        """Of the moment of Rn: with 1 it turns the pad back, so that without friction a pad rests
+        in one place near the initial one."""
+        return 1.0
 
     def state_name(self, state: State) -> str:
         """The name of a contact state, one of `meanings`."""
@@ -163,20 +152,21 @@ class ContactLaw(ABC):
     def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
         """Potential energy of the contact."""
 
-    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
-        """Normal and friction forces, Eqs. (8)-(10), friction at the constant arm h."""
-        f1, f2 = self.edge_forces(c, at, on)
-        Rn, Rf = f1 + f2, c.mu * (f1 + f2)
-        return Forces(Rf, Rn, c.rlx * f1 + c.rtx * f2, c.rly * f1 + c.rty * f2, c.h * Rf)
+    def normal(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """Total normal reaction Rn and its moment."""
+        (f1, f2), (x1, x2) = self.edge_forces(c, at, on), edges(c, at)
+        return f1 + f2, x1 * f1 + x2 * f2
 
     def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
-        """These forces and their moment."""
-        return self.forces(c, at, on).loads(at)
+        """Normal and friction forces, Eqs. (8)-(10), friction at the constant arm h."""
+        Rn, moment = self.normal(c, at, on)
+        Rf = c.mu * Rn
+        return Loads(Rf, Rn, self.sign * moment + c.h * Rf)
 
     def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Total normal reaction and its distance from the mass centre along x, 0/0 apart."""
-        (f1, f2), (x1, x2) = self.edge_forces(c, at, on), edges(c, at)
-        return f1 + f2, (x1 * f1 + x2 * f2) / (f1 + f2)
+        """Rn and its distance from the mass centre along x, 0/0 apart."""
+        Rn, moment = self.normal(c, at, on)
+        return Rn, moment / Rn
 
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         """The signals `plotted`, in units of force and length; a place is 0/0 apart: NaN in
@@ -260,10 +250,11 @@ class PointContact(Springs):
         """The article's number of a state (Fig. 3)."""
         return str(1 + STATES.index(state))
 
-    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
+    def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
         """Normal and friction forces of Eqs. (4)-(6), friction where its edge is."""
         f1, f2 = self.edge_forces(c, at, on)
-        return Forces.of((c.rlx, c.rly), c.mu * f1, f1) + Forces.of((c.rtx, c.rty), c.mu * f2, f2)
+        leading = Loads.of(at, (c.rlx, c.rly), c.mu * f1, f1)
+        return leading + Loads.of(at, (c.rtx, c.rty), c.mu * f2, f2)
 
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         return self.edge_forces(c, at, on)
@@ -313,9 +304,9 @@ class LineContact(ContactLaw):
     gaps = staticmethod(gaps)
 
     @property
-    def restoring(self) -> bool:
-        """False with the sign of Eq. (21), which turns the pad ever further."""
-        return self.delta_moment == "+"
+    def sign(self) -> float:
+        """-1 as in Eq. (21), which turns the pad ever further."""
+        return 1.0 if self.delta_moment == "+" else -1.0
 
     def _partial(self, gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]:
         """Penetration of the edge that touches alone and contact length over 2 w; zeros, without
@@ -335,19 +326,10 @@ class LineContact(ContactLaw):
         leading = on[0] * near + on[1] * far - full * (2.0 * gl + gt)
         return leading, on[1] * near + on[0] * far - full * (gl + 2.0 * gt)
 
-    def _origin(self, c: Coefficients, at: Pose) -> Number:
-        """Where delta is counted from, before the mass centre."""
-        return c.x0 + at.x if self.delta_from == "frame" else 0.0
-
-    def forces(self, c: Coefficients, at: Pose, on: Touching) -> Forces:
-        f, sign = super().forces(c, at, on), 1.0 if self.delta_moment == "+" else -1.0
-        moment = f.moment + sign * (self._origin(c, at) * f.y)
-        return f._replace(across=sign * f.across, along=sign * f.along, moment=moment)
-
-    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Rn and delta, Eqs. (13)-(20)."""
-        Rn, delta = super().resultant(c, at, on)
-        return Rn, delta + self._origin(c, at)
+    def normal(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """Rn and Rn delta, Eqs. (13)-(20)."""
+        Rn, moment = super().normal(c, at, on)
+        return Rn, moment if self.delta_from == "centre" else moment + (c.x0 + at.x) * Rn
 
     def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
         """(k_c/4w) x integral of the squared penetration: the potential of the integral law."""

@@ -41,19 +41,16 @@ from squeal.model.pad import (
 from squeal.numerics.differentiation import complex_step
 from squeal.schema import Place
 
-Coordinates = tuple[Number, Number, Number]
-Rows = tuple[tuple[float, ...], ...]
-
 
 def term_count(terms: tuple[str, ...]) -> int:
     """How many numbers the terms with velocities have, see `PadModel.terms`."""
     return (9 if terms else 0) + (3 if "falling" in terms else 0)
 
 
-def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Coordinates, on: Touching) -> Loads:
+def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Any, on: Touching) -> Loads:
     """Right-hand sides of Eqs. (4)-(6) or (8)-(10) in a contact state (m and I not divided out)."""
     at = pose(ops, q)
-    total = (springs(ops, c, at) + law.forces(c, at, on)).loads(at)
+    total = springs(ops, c, at) + law.loads(c, at, on)
     return total._replace(y=total.y - c.F_n)
 
 
@@ -70,7 +67,7 @@ class PadModel:
     name: Model
     pad: Pad
     formulation: Formulation = CONSISTENT
-    damping: Rows | None = None
+    damping: tuple[tuple[float, ...], ...] | None = None
 
     def __post_init__(self) -> None:
         at = Place("PadModel")
@@ -114,10 +111,6 @@ class PadModel:
         """Coefficients with the friction of a pad whose x_dot is `speed`."""
         return at_speed(ops, self.c, self.pad.fall, speed)
 
-    def physical_loads(self, q: Any, rates: Any = None) -> np.ndarray:
-        """Net force and moment (3,) in the contact state of the gaps at q."""
-        return self.loads(q, self.state_at(q), rates)
-
     def gaps(self, q: Any) -> np.ndarray:
         """Gaps of the contact points (the two edges in B1 and B2), shape (points, ...)."""
         return np.array(self.law.gaps(self.c, pose(np, tuple(q))))
@@ -125,16 +118,6 @@ class PadModel:
     def state_at(self, q: Any) -> State:
         """Contact state at q (3,): a point touches where its gap is negative."""
         return State(*(self.gaps(q) < 0.0).tolist())
-
-    def jacobian(self, q: Any, state: Touching) -> np.ndarray:
-        """Derivative of the loads by q, shape (3, 3, ...), exact to rounding (complex step)."""
-        return complex_step(lambda q: self.loads(q, state), q)
-
-    def rate_jacobian(self, q: Any, state: Touching) -> np.ndarray:
-        """Derivative of the loads by the velocities about rest at q (3, ...), shape (3, 3, ...)."""
-        if not self.terms:
-            return np.zeros((3, *np.shape(q)))
-        return complex_step(lambda rates: self.loads(q, state, rates), np.zeros(np.shape(q)))
 
     @property
     def terms(self) -> tuple[str, ...]:
@@ -163,23 +146,11 @@ class PadModel:
         mass = np.array(np.broadcast_arrays(self.pad.m, self.pad.m, self.pad.I))
         return np.asarray(np.array(self.damping) * turn[:, None] / (mass[:, None] * turn))
 
-    def signals(self, q: Any, state: State) -> np.ndarray:
-        """The plotted signals (F3, F4 or Rn, delta) at q (3, ...), in units of the pad."""
-        at = pose(np, tuple(q))
-        with np.errstate(divide="ignore", invalid="ignore"):  # delta is NaN where Rn is zero
-            values = self.law.signals(self.c, at, state)
-        return np.array(np.broadcast_arrays(*values, at.y)[:-1])
-
     def energy(self, q: Any, rates: Any, state: Touching) -> Number:
         """Kinetic plus potential energy, shape of q[0]; F_n is a dead load."""
         at, c = pose(np, tuple(q)), self.c
         kinetic = 0.5 * (c.m * (rates[0] ** 2 + rates[1] ** 2) + c.I * rates[2] ** 2)
         return kinetic + spring_energy(np, c, at) + self.law.energy(c, at, state) + c.F_n * at.y
-
-    @property
-    def mass_matrix(self) -> np.ndarray:
-        """diag(m, m, I), shape (3, 3)."""
-        return np.diag([self.pad.m, self.pad.m, self.pad.I]).astype(float)
 
     @property
     def states(self) -> tuple[State, ...]:
@@ -211,8 +182,11 @@ def linearise(model: PadModel, q: Any, state: Touching) -> Linearisation:
     velocity, exact to rounding; C is zero for the article's pad, which has no damping. About
     several places q (3, n) they are stacks (3, 3, n).
     """
-    C, K = 0.0 - model.rate_jacobian(q, state), -model.jacobian(q, state)
-    matrices = Linearisation(model.mass_matrix, C, K)
+    pad, C = model.pad, np.zeros((3, *np.shape(q)))
+    if model.terms:
+        C = -complex_step(lambda rates: model.loads(q, state, rates), np.zeros(np.shape(q)))
+    M = np.diag([pad.m, pad.m, pad.I]).astype(float)
+    matrices = Linearisation(M, C, -complex_step(lambda q: model.loads(q, state), q))
     for X in matrices:
         X.flags.writeable = False
     return matrices

@@ -321,32 +321,14 @@ class Loads(NamedTuple):
     y: Number
     moment: Number
 
-
-class Forces(NamedTuple):
-    """Forces on the pad at points that are fixed to it, put together for any pose.
-
-    across, along: sums of r x f and r . f, r being the point from the mass centre at theta = 0;
-    moment: what turns the pad beside them.
-    """
-
-    x: Number
-    y: Number
-    across: Number
-    along: Number
-    moment: Number = 0.0
-
     @staticmethod
-    def of(r: Point, x: Number, y: Number) -> Forces:
-        """One force at the point r."""
-        return Forces(x, y, r[0] * y - r[1] * x, r[0] * x + r[1] * y)
+    def of(at: Pose, r: Point, x: Number, y: Number) -> Loads:
+        """Of one force at the body point that lay at r from the mass centre."""
+        height = r[1] + at.S * r[0] + at.C * r[1]
+        return Loads(x, y, at.aside(*r) * y - height * x)
 
-    def __add__(self, other: Forces) -> Forces:  # type: ignore[override]
-        return Forces(*map(operator.add, self, other))
-
-    def loads(self, at: Pose) -> Loads:
-        """The loads in a pose; the moment of (R r) x f turns with the points."""
-        turned = self.across + at.C * self.across - at.S * self.along
-        return Loads(self.x, self.y, self.moment + turned)
+    def __add__(self, other: Loads) -> Loads:  # type: ignore[override]
+        return Loads(*map(operator.add, self, other))
 
 
 def _each_spring(c: Coefficients) -> list[tuple[Number, Number, Point, Point]]:
@@ -373,14 +355,14 @@ def stretched(ops: Any, L: Number, D: Point, u: Point) -> tuple[Point, Number, N
     return v, length, more / (length + L)
 
 
-def springs(ops: Any, c: Coefficients, at: Pose) -> Forces:
-    """Forces of springs 1 and 2 together, Eq. (3), where they act in Eqs. (6) and (10)."""
-    forces = []
+def springs(ops: Any, c: Coefficients, at: Pose) -> Loads:
+    """Loads of springs 1 and 2 together, Eq. (3), as in Eqs. (6) and (10)."""
+    loads = []
     for k, L, D, r in _each_spring(c):
         v, length, more = stretched(ops, L, D, at.displacement(*r))
         f = -k * more / length
-        forces.append(Forces.of(r, f * v[0], f * v[1]))
-    return forces[0] + forces[1]
+        loads.append(Loads.of(at, r, f * v[0], f * v[1]))
+    return loads[0] + loads[1]
 
 
 def spring_energy(ops: Any, c: Coefficients, at: Pose) -> Number:

@@ -54,7 +54,7 @@ def test_only_the_law_without_potential_feeds_energy_in(case):
         return works.fed / works.kinetic
 
     assert abs(fed("integral")) < 1e-11
-    partial = any(s.leading != s.trailing for s in study().cases[f"b2-{case}"].shares)
+    partial = any(s[0] != s[1] for s in study().cases[f"b2-{case}"].shares)
     assert (abs(fed("mean")) > 1e-6) is partial
 
 

@@ -77,7 +77,7 @@ def test_forces_derive_from_the_energy():
     for law in (contact_law(n, CONSISTENT) for n in MODELS):
         c = coefficients(np, pad, law.absolute_gap)
         for state in states(law.points):
-            q = np.array([0.01, -0.02, 0.03 if state.trailing else -0.03])
+            q = np.array([0.01, -0.02, 0.03 if state[-1] else -0.03])
             at = pose(np, tuple(q[:, None] + 1e-200j * np.eye(3)))
             slope = law.energy(c, at, state).imag * 1e200 * np.ones(3)
             loads = law.loads(c, pose(np, tuple(q)), state)

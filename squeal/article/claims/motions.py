@@ -8,7 +8,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.model.contact import STATES
+from squeal.model.contact import LEADING, STATES, TRAILING
 from squeal.model.equations import Units
 from squeal.model.pad import Coefficients
 from squeal.simulation.hybrid import Course, integrate
@@ -21,7 +21,7 @@ PLACES, FINE = 4, 24  # in each step, at which signals are read first: of many m
 LEVELS = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5)
 """Least impulses of a blow that are tried, over F_n T_1 with the period T_1 = 2 pi (m/k1)^(1/2)."""
 # where a state stands if its number is leading + 2 trailing
-_CODES = [state.leading + 2 * state.trailing for state in STATES]
+_CODES = [state[LEADING] + 2 * state[TRAILING] for state in STATES]
 _APART = np.array([[not state[edge] for state in STATES] for edge in (0, 1)], dtype=float)
 
 

@@ -78,7 +78,8 @@ def integrand_sign(pad: Pad) -> Measured:
     model = PadModel("B2", pad)
     q = _pressed(pad, 1e-3 * pad.w, 4e-4)
     gap_l, gap_t = model.gaps(q)  # y_l - y_cl and y_t - y_cl
-    ratio = float(pad.k_c * (gap_l + gap_t) / 2.0 / model.signals(q, FULL)[0])
+    Rn, _ = model.law.signals(model.c, pose(np, tuple(q)), FULL)
+    ratio = float(pad.k_c * (gap_l + gap_t) / 2.0 / Rn)
     return Measured(
         {"ratio": ratio},
         f"In full contact the mean of the printed integrand is {ratio:.12g} times the Rn of "

@@ -22,8 +22,8 @@ def table() -> str:
     """The contact states."""
     groups: dict[int, list[list[str]]] = {tilt: [] for tilt in SIGNS}
     for (tilt, state), printed in PRINTED.items():
-        leading = r"$p_l > 0$" if state.leading else r"$p_l \le 0$"
-        trailing = r"$p_t > 0$" if state.trailing else r"$p_t \le 0$"
+        leading = r"$p_l > 0$" if state[0] else r"$p_l \le 0$"
+        trailing = r"$p_t > 0$" if state[1] else r"$p_t \le 0$"
         name = f"{FACE_STATES[face_state(state)]} ({face_state(state)})"
         first = "" if groups[tilt] else rf"$\theta_0 + \theta {SIGNS[tilt]} 0$"
         groups[tilt].append([first, printed, f"{leading}, {trailing}", name])
