@@ -14,16 +14,19 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import astuple, dataclass, field, replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import State, hermite_cubic, near_coalescences, zeros_between
 from squeal.linear.events import Event
 from squeal.linear.matrices import EPS
 from squeal.linear.system import TermSystem
-from squeal.sparse.quadratic import ComplexArray, ScaledSystem, combined, factorise_at
+from squeal.sparse.quadratic import ComplexArray, ScaledSystem, factorise_at
 from squeal.sparse.reduction import Reduction
 
 
@@ -43,7 +46,8 @@ class AlongOptions:
 
 
 OPTIONS = AlongOptions()
-Place = tuple[State, int]  # a state with the index of one of its roots
+Guess = tuple[float, float, ComplexArray, ComplexArray]
+"""A crossing nearby: parameter, rad/s (0 for a real root), right and left vectors (n,), scaled."""
 
 
 def motion_of(
@@ -68,6 +72,7 @@ class Along:
 
     def __init__(self, reduction: Reduction, name: str) -> None:
         self.reduction, self.name, self.region = reduction, name, reduction.region
+        self.scaled = ScaledSystem(reduction.system)
         if not self.region.low_real < 0.0 < self.region.high_real or self.region.high_imag <= 0.0:
             shown = ":".join(f"{x:g}" for x in astuple(self.region))
             raise InputError(f"region {shown}: must hold a part of the upper imaginary axis")
@@ -93,42 +98,44 @@ class Along:
             self._states[value] = State(value, z, X, roots.left, coupling, noise)
         return self._states[value]
 
-    def crossings(self, a: float, b: float, least: float) -> Iterator[Place]:
-        """Where a root crosses the axis from a to b: the state next to that; steps are divided
-        down to the width `least`."""
+    def crossings(self, a: float, b: float, least: float) -> Iterator[Guess]:
+        """Where a root crosses the axis from a to b; steps are divided down to `least`."""
+        from scipy.optimize import linear_sum_assignment
+
         before, after = self.at(a), self.at(b)
-        pairs, misses = _matched(before, after)
-        cut, each = self._doubt(before, after, pairs, misses), []
+        mean = (b - a) / 2 * np.add.outer(before.slopes, after.slopes)
+        misses = np.abs(np.subtract.outer(after.roots, before.roots).T - mean)
+        i, j = linear_sum_assignment(misses)  # the same roots at both values
+        cut, each = self._doubt(before, after, i, j, misses[i, j]), []
         if cut is None:
-            each = [self._on_axis(before, after, i, j) for i, j in pairs]
+            each = [self._on_axis(before, after, *pair) for pair in zip(i, j, strict=True)]
             cut = (a + b) / 2 if None in each else None
         if cut is None:
-            yield from (place for places in each for place in places or ())
+            yield from (guess for guesses in each for guess in guesses or ())
         elif b - a > least and len(self._states) < OPTIONS.states:
             yield from self.crossings(a, cut, least)
             yield from self.crossings(cut, b, least)
         else:  # as near as values of the parameter differ
-            for i, j in pairs:
-                if _changes_sign(before.roots[i], after.roots[j]):
-                    first = abs(before.roots[i].real) < abs(after.roots[j].real)
-                    yield (before, i) if first else (after, j)
+            for k, l in zip(i, j, strict=True):
+                if _changes_sign(before.roots[k], after.roots[l]):
+                    first = abs(before.roots[k].real) < abs(after.roots[l].real)
+                    yield self._guess(*((before, k) if first else (after, l)))
 
     def _doubt(
-        self, before: State, after: State, pairs: list[tuple[int, int]], misses: np.ndarray
+        self, before: State, after: State, i: NDArray, j: NDArray, missed: NDArray
     ) -> float | None:
         """Where a step has to be divided, None if each root is matched or leaves the region for
         good, and no two may meet on the way."""
         h, middle = after.value - before.value, (before.value + after.value) / 2
-        for i, j in pairs:
-            way = abs(after.roots[j] - before.roots[i])
-            if misses[i, j] > max(OPTIONS.doubt * way, OPTIONS.near * abs(before.roots[i])):
-                return middle
-        for state, own, ahead in ((before, 0, h), (after, 1, -h)):
-            for k in set(range(len(state.roots))) - {pair[own] for pair in pairs}:
-                # one that leaves the region may cross the axis before
-                z, way = state.roots[k], ahead * state.slopes[k]
-                if self.region.contains(z + way) or _changes_sign(z, z + 2 * way):
-                    return middle
+        x, y = before.roots[i], after.roots[j]
+        most = np.maximum(OPTIONS.doubt * np.abs(y - x), OPTIONS.near * np.abs(x))
+        doubtful = bool(np.any(missed > most))
+        for state, matched, ahead in ((before, i, h), (after, j, -h)):
+            # one that leaves the region may cross the axis before
+            z, way = (np.delete(v, matched) for v in (state.roots, ahead * state.slopes))
+            doubtful |= bool(np.any(self.region.contains(z + way) | _changes_sign(z, z + 2 * way)))
+        if doubtful:
+            return middle
         for met in near_coalescences(before, after):
             place, half = met.value, max(met.half, 1e-9 * abs(met.value))
             # a window that is wider than this has been seen from its inside
@@ -137,52 +144,37 @@ class Along:
                 return place
         return None
 
-    def _on_axis(self, before: State, after: State, i: int, j: int) -> list[Place] | None:
+    def _on_axis(self, before: State, after: State, i: int, j: int) -> list[Guess] | None:
         """Where the cubic through the real parts of one root, and their derivatives, vanishes
         between two values, refined on the reduced system; None if a change of sign shows none."""
         h, a, b = after.value - before.value, before.roots[i], after.roots[j]
         slopes = h * before.slopes[i].real, h * after.slopes[j].real
-        zeros = zeros_between(hermite_cubic(a.real, slopes[0], b.real, slopes[1]))
-        refined = (
-            self._refined(before.value + t * h, complex(a + t * (b - a)), before.value, h)
-            for t in zeros
-        )
-        places = [place for place in refined if place]
-        return None if not places and _changes_sign(a, b) else places
+        guesses = []
+        for t in zeros_between(hermite_cubic(a.real, slopes[0], b.real, slopes[1])):
+            value, root = before.value + t * h, complex(a + t * (b - a))
+            with suppress(ComputationError):
+                guess = self._guess(*((before, i) if t < 0.5 else (after, j)), value, root)
+                one = axis_crossing(self.scaled, self.name, *guess)
+                if abs(one.value - (before.value + after.value) / 2) <= 3 * h / 4:
+                    guesses.append((one.value, one.omega, one.vector, guess[3]))
+        return None if not guesses and _changes_sign(a, b) else guesses
 
-    def _refined(self, value: float, root: complex, low: float, width: float) -> Place | None:
-        """The zero of the real part of the root next to a guess in a step; None without one."""
-        for _ in range(5):
-            state = self.at(value)
-            if not len(state.roots):
-                return None
-            k = int(np.argmin(np.abs(state.roots - root)))
-            slope = state.slopes[k]
-            move = -state.roots[k].real / slope.real if slope.real else math.inf
-            near = abs(move) <= width / 20  # rounding may move a weak crossing this far
-            if abs(move) <= OPTIONS.same * width:
-                break
-            move = float(np.clip(move, -width / 2, width / 2))
-            value, root = value + move, complex(state.roots[k] + move * slope)
-            if not low - width / 4 <= value <= low + 5 * width / 4:
-                return None
-        return (state, k) if near else None
+    def _guess(
+        self, state: State, k: int, value: float | None = None, root: complex | None = None
+    ) -> Guess:
+        """The crossing of a root of a state, or of where it goes from there."""
+        omega = abs((state.roots[k] if root is None else root).imag)
+        right, left = (X[:, k] / self.scaled.scale for X in (state.right, state.left))
+        value = state.value if value is None else value
+        return value, 0.0 if omega <= self.real else omega, right, left
 
 
-def _matched(before: State, after: State) -> tuple[list[tuple[int, int]], np.ndarray]:
-    """Indices of the same roots at both values, and by how much slopes miss each of all pairs."""
-    from scipy.optimize import linear_sum_assignment
-
-    mean = (after.value - before.value) / 2 * (before.slopes[:, None] + after.slopes)
-    misses = np.abs(after.roots - before.roots[:, None] - mean)
-    rows, columns = linear_sum_assignment(misses)
-    return list(zip(rows.tolist(), columns.tolist(), strict=True)), misses
-
-
-def _changes_sign(one: complex, other: complex) -> bool:
-    """True if the real parts differ in sign by more than rounding."""
-    sure = all(abs(z.real) > OPTIONS.rounding * abs(z) for z in (one, other))
-    return sure and one.real * other.real < 0
+def _changes_sign(one: Any, other: Any) -> Any:
+    """True where the real parts differ in sign by more than rounding."""
+    one, other = (
+        np.where(np.abs(z.real) > OPTIONS.rounding * np.abs(z), z.real, 0.0) for z in (one, other)
+    )
+    return one * other < 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -211,13 +203,10 @@ def crossings_along(
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
     for a, b in itertools.pairwise(values):
-        for state, k in along.crossings(a, b, OPTIONS.least * (high - low)):
-            omega = abs(state.roots[k].imag)
-            omega = 0.0 if omega <= along.real else omega
-            pair = np.stack([state.right[:, k], state.left[:, k]], axis=1)
-            vectors = combined(reduction.vectors, pair).T
+        for value, omega, *vectors in along.crossings(a, b, OPTIONS.least * (high - low)):
+            both = reduction.vectors @ (along.scaled.scale[:, None] * np.array(vectors).T)
             try:
-                one = axis_crossing(reduction.scaled, name, state.value, omega, *vectors)
+                one = axis_crossing(reduction.scaled, name, value, omega, *both.T)
             except ComputationError as error:
                 unconfirmed.append(str(error))
                 continue
@@ -247,12 +236,7 @@ def _same(one: AxisCrossing, other: AxisCrossing) -> bool:
 
 
 def axis_crossing(
-    scaled: ScaledSystem,
-    name: str,
-    value: float,
-    omega: float,
-    right: ComplexArray,
-    left: ComplexArray,
+    scaled: ScaledSystem, name: str, value: float, omega: float, right: NDArray, left: NDArray
 ) -> AxisCrossing:
     """The crossing of the axis next to a guess: parameter `name` at `value`, omega (rad/s; 0 for a
     real root), right and left vectors (n,) in the scaled coordinates.

@@ -2,12 +2,11 @@
 
 With lambda = shift + radius / theta the problem reads
 theta^2 P(shift) x + theta radius P'(shift) x + radius^2 M x = 0: the roots nearest the shift
-become the largest theta, of size one at the distance `radius`. A block Krylov subspace of the
-companion form, in single precision, shows roughly all roots within some distance. In the space of
-their vectors the full problem has Ritz pairs; P(shift)^-1, applied to the residuals of all of
-them at once, brings the directions that they lack (residual inverse iteration, Neumaier 1985, as a
-subspace method), until right and left vectors solve the full problem to rounding. One basis for all
-of them gives multiple roots, real ones and conjugates, and rigid bodies as the dense problem does.
+become the largest theta. A block Krylov subspace of the companion form, in single precision, shows
+roughly all roots within some distance. In the space of their vectors the full problem has Ritz
+pairs; P(shift)^-1, applied to the residuals of all of them at once, brings the directions that they
+lack (residual inverse iteration, Neumaier 1985), until right and left vectors solve the full
+problem to rounding. One basis gives multiple roots and rigid bodies as the dense problem does.
 """
 
 from __future__ import annotations
@@ -48,7 +47,7 @@ class SolverOptions:
     accepted: float = 2e-9  # the same that suffices where they gain no more
     rounds: int = 12  # corrections
     beyond: float = 1.6  # reach around a region, relative: the count then needs few determinants
-    pieces: int = 200  # shifts before a region is refused
+    pieces: int = 200  # parts that are tried before a region is refused
     attempts: int = 3  # starts for a region whose count shows missing roots
 
 
@@ -142,7 +141,6 @@ class Modes:
     eigenvalues: tuple[Eigenvalue, ...]
     region: Region
     count: int | None  # None where none was made or settled
-    shifts: int
     roots: Roots = field(repr=False)  # the same in scaled coordinates
 
     @property
@@ -201,25 +199,12 @@ def enlarged(V: Array, columns: ComplexArray, dropped: float) -> Array:
     unit vectors what exceeds `dropped`."""
     columns = columns / np.linalg.norm(columns, axis=0)
     rest = np.hstack([columns.real, columns.imag]).astype(float)
-    while rest.size:
+    for _ in range(2):
         rest -= V @ (V.T @ rest)
-        new, least = _principal(rest, dropped)
-        if not new.size:
-            break
-        new -= V @ (V.T @ new)  # once more, since it may have been a small part
-        V = np.hstack([V, _principal(new, 0.1)[0]])
-        if least == dropped:
-            break
-    return V
-
-
-def _principal(columns: Array, least: float) -> tuple[Array, float]:
-    """Orthonormal principal axes of columns (n, m) with singular values above `least` or, if that
-    is more, 1e-5 of the largest; and this limit. Products of matrices, much faster than an SVD."""
-    squares, axes = np.linalg.eigh(columns.T @ columns)
-    least = max(least, 1e-5 * float(np.sqrt(max(squares[-1], 0.0))))
-    large = squares > least**2
-    return columns @ (axes[:, large] / np.sqrt(squares[large])), least
+    axes, sizes, _ = np.linalg.svd(rest, full_matrices=False)
+    new = axes[:, sizes > dropped]
+    new -= V @ (V.T @ new)  # once more, since it may have been a small part
+    return np.hstack([V, np.linalg.qr(new)[0]])
 
 
 def modes_in(
@@ -242,16 +227,10 @@ def modes_in(
     V = np.zeros((problem.n, 0)) if start is None else start
     none = np.zeros((problem.n, 0), dtype=complex)
     every, missing = Roots(np.zeros(0, dtype=complex), none, none), 0 if certify else None
-    todo, shifts, inner = [region], 0, region.widened(-1e-9)
-    while todo:
-        if shifts >= options.pieces:
-            raise ComputationError(
-                f"the region holds too many roots: {len(every.values)} after {shifts} shifts; a "
-                "narrower band or region is required"
-            )
+    todo, inner = [region], region.widened(-1e-9)
+    for _ in range(options.pieces):
         part = todo.pop()
-        answer, tried = _around(problem, part, certify, V, options)
-        shifts += tried
+        answer = _around(problem, part, certify, V, options)
         if answer is None:
             todo += _halves(part)
             continue
@@ -262,8 +241,13 @@ def modes_in(
             missing = None
         missing = None if missing is None or lacking is None else missing + lacking
         every = every.joined(roots.picked(part.contains(roots.values)))
-    count = None if missing is None else len(every.values) + missing
-    return Modes(listed(problem, every), region, count, shifts, every)
+        if not todo:
+            count = None if missing is None else len(every.values) + missing
+            return Modes(listed(problem, every), region, count, every)
+    raise ComputationError(
+        f"the region holds too many roots: {len(every.values)} after {options.pieces} parts; a "
+        "narrower band or region is required"
+    )
 
 
 def _halves(region: Rectangle) -> list[Rectangle]:
@@ -278,13 +262,12 @@ def _halves(region: Rectangle) -> list[Rectangle]:
 
 def _around(
     problem: Quadratic, region: Rectangle, certify: bool, V: Array, options: SolverOptions
-) -> tuple[tuple[Roots, int | None] | None, int]:
+) -> tuple[Roots, int | None] | None:
     """The roots in and around a part with how many are missing among them (None if that is not
-    known), or None where one subspace does not reach around the part; and the shifts."""
+    known), or None where one subspace does not reach around the part."""
     # beside the middle: a root exactly there would hide all others from single precision
     shift = region.centre + (0.03 + 0.04j) * region.radius
-    aside = abs(shift - region.centre)
-    best: tuple[Roots, int | None] | None = None
+    aside, best = abs(shift - region.centre), None
     for attempt in range(options.attempts):
         wide = aside + (options.beyond + 0.3 * attempt) * region.radius
         near, factor = near_roots(
@@ -299,7 +282,7 @@ def _around(
         reach = near.reach - aside
         if reach < 1.02 * region.radius:
             if attempt or reach > 0.3 * region.radius:
-                return None, attempt + 1
+                return None
             continue  # single precision may be what hides them
         V = enlarged(V, near.vectors, 1e-6)
         around = disc_around(region, near.values, reach) if certify else region.widened(1e-6)
@@ -315,7 +298,7 @@ def _around(
         raise ComputationError(
             f"the roots around {region.centre:.6g} were not found: rounding hides them"
         )
-    return best, attempt + 1
+    return best
 
 
 def _missing(problem: Quadratic, region: Region, roots: Roots, near: Near) -> int | None:
@@ -354,26 +337,21 @@ def lowest_modes(
     for attempt in range(options.attempts):
         near, factor = near_roots(problem, complex(shift), scale, within, attempt, False, options)
         V = enlarged(V, near.vectors, 1e-6)
-        region = Disc(_end(near.values, modes, near.reach - shift, held))
+        # the disc ends between the last wanted root and the next one; both of a pair that may be
+        # zero count
+        sizes, same = np.abs(near.values), 1 + options.rough
+        upper = (near.values.imag >= -options.rough * sizes) | (sizes <= held)
+        sure = near.reach - shift
+        sizes = np.sort(sizes[upper & (sizes < sure)])
+        if not len(sizes):
+            raise ComputationError("no root was found near zero; a band or region is required")
+        last = sizes[min(modes, len(sizes)) - 1]
+        region = Disc(float(last + np.min(sizes[sizes > last * same], initial=sure)) / 2)
         roots = corrected(problem, factor, V, region, options)
         if roots is None:
             continue
         missing = _missing(problem, region, roots, near) if certify else None
         if missing is None or missing <= 0:
             count = None if missing is None else len(roots.values) + missing
-            return Modes(listed(problem, roots), region, count, attempt + 2, roots)
+            return Modes(listed(problem, roots), region, count, roots)
     raise ComputationError("the lowest roots were not found: rounding hides them")
-
-
-def _end(values: ComplexArray, modes: int, sure: float, held: float) -> float:
-    """A radius between the last wanted root and the next one, within the sure distance; of roots
-    that may be zero both of a pair count."""
-    sizes = np.abs(values)
-    same = OPTIONS.rough
-    upper = (values.imag >= -same * sizes) | (sizes <= held)
-    sizes = np.sort(sizes[upper & (sizes < sure)])
-    if not len(sizes):
-        raise ComputationError("no root was found near zero; a band or region is required")
-    last = sizes[min(modes, len(sizes)) - 1]
-    beyond = sizes[sizes > last * (1 + same)]
-    return float(last + (beyond[0] if len(beyond) else sure)) / 2

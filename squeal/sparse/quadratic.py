@@ -1,5 +1,4 @@
-"""lambda^2 M + lambda C + K of large sparse matrices: freed of units, on one pattern, its roots and
-factors.
+"""lambda^2 M + lambda C + K of large sparse matrices: freed of units, its roots and factors.
 
 SuperLU comes with SciPy. MUMPS (extra `mumps`) takes a third of its time and half its memory where
 solids have many rows, and is taken there if it is installed.
@@ -7,7 +6,8 @@ solids have many rows, and is taken there if it is installed.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import itertools
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field
@@ -35,10 +35,9 @@ PROGRESS: ContextVar[Progress] = ContextVar("progress", default=lambda _: None)
 
 @dataclass(frozen=True, eq=False)
 class Quadratic:
-    """P(lambda) = lambda^2 M + lambda C + K in coordinates z, q = scale z: S P S.
+    """P(lambda) = lambda^2 M + lambda C + K in coordinates z, q = scale z; M may be singular.
 
-    M, C, K are CSC arrays (n, n) of one and the same pattern, C of zeros if undamped; `norms` are
-    upper bounds of their 2-norms. M may be singular. All methods speak of z.
+    M, C, K are CSC arrays (n, n), C of zeros if undamped; `norms` bound their 2-norms.
     """
 
     M: Any = field(repr=False)
@@ -65,17 +64,11 @@ class Quadratic:
     def at(self, value: complex) -> Any:
         """P(value), a CSC array; real where both are."""
         value = value.real if value.imag == 0.0 else value
-        return self._on_pattern(value * (value * self.M.data + self.C.data) + self.K.data)
+        return value * (value * self.M + self.C) + self.K
 
     def slope(self, value: complex) -> Any:
         """dP/dlambda = 2 value M + C, a CSC array; real where both are."""
-        value = value.real if value.imag == 0.0 else value
-        return self._on_pattern(2 * value * self.M.data + self.C.data)
-
-    def _on_pattern(self, data: NDArray) -> Any:
-        from scipy.sparse import csc_array
-
-        return csc_array((data, self.K.indices, self.K.indptr), shape=self.K.shape)
+        return 2 * (value.real if value.imag == 0.0 else value) * self.M + self.C
 
     def apply(self, values: ComplexArray, vectors: ComplexArray) -> ComplexArray:
         """P(values[j]) vectors[:, j] as columns (n, m)."""
@@ -107,34 +100,21 @@ class ScaledSystem:
     """A system of terms in coordinates z, q = scale z, the same at all parameters.
 
     Rows and columns are scaled alike, by powers of two, to a unit diagonal of K + w^2 M at the
-    system's own scale w and its own parameters: mixtures of units cost no accuracy. All terms
-    share one pattern, so that the matrices at other parameters are sums of arrays. Raises
-    InputError for a row without mass and stiffness, or a system without mass.
+    system's own scale w and its own parameters: mixtures of units cost no accuracy. `terms` are the
+    scaled matrices of M, of C and of K. Raises InputError for a row without mass and stiffness, or
+    a system without mass.
     """
 
     def __init__(self, system: TermSystem) -> None:
         from scipy.sparse import csc_array
 
-        self.system = system
-        given = [[csc_array(t.matrix) for t in terms] for terms in system.parts]
-        self.scale, self.n = _scale(system, given), system.n
-        matrices = [A for terms in given for A in terms]
-        for A in matrices:
+        self.system, self.n = system, system.n
+        self.terms = [[csc_array(t.matrix, copy=True) for t in terms] for terms in system.parts]
+        self._zero = csc_array((self.n, self.n))
+        self.scale = _scale(system, self.terms)
+        for A in itertools.chain(*self.terms):
             A.sum_duplicates()
-        columns = np.arange(self.n + 1)
-        keys = [A.indices + self.n * np.repeat(columns[:-1], np.diff(A.indptr)) for A in matrices]
-        pattern, place = np.unique(np.concatenate(keys), return_inverse=True)
-        column, self._rows = np.divmod(pattern, self.n)
-        self._ends = np.searchsorted(column, columns)
-        sizes = self.scale[self._rows] * self.scale[column]
-        data = iter(np.split(place, np.cumsum([A.nnz for A in matrices])[:-1]))
-
-        def spread(A: Any) -> NDArray:
-            own, on_pattern = next(data), np.zeros(len(pattern), A.dtype)
-            on_pattern[own] = A.data * sizes[own]
-            return on_pattern
-
-        self._data = [[spread(A) for A in terms] for terms in given]
+            A.data = A.data * self.scale[A.indices] * np.repeat(self.scale, np.diff(A.indptr))
 
     def at(self, changes: Mapping[str, float] | None = None) -> Quadratic:
         """The problem at the system's parameters, some of them changed."""
@@ -151,27 +131,13 @@ class ScaledSystem:
         """dP(value)/d name as a CSC array."""
         p = self.system.values(changes)
         M, C, K = self._sums(lambda factor: factor.slope(p, name))
-        return value * value * M + value * C + K
+        return value * (value * M + C) + K
 
-    @property
-    def terms(self) -> list[list[Any]]:
-        """The scaled matrices of M, of C and of K, in the order of the terms."""
-        return [[self._csc(data) for data in terms] for terms in self._data]
-
-    def _sums(self, number: Callable[[Formula], float]) -> list[Any]:
-        sums = []
-        for terms, each in zip(self.system.parts, self._data, strict=True):
-            total = np.zeros(len(self._rows))
-            for term, data in zip(terms, each, strict=True):
-                if factor := number(term.factor):
-                    total = total + factor * data
-            sums.append(self._csc(total))
-        return sums
-
-    def _csc(self, data: NDArray) -> Any:
-        from scipy.sparse import csc_array
-
-        return csc_array((data, self._rows, self._ends), shape=(self.n, self.n))
+    def _sums(self, number: Callable[[Formula], float]) -> Iterator[Any]:
+        for terms, each in zip(self.system.parts, self.terms, strict=True):
+            factors = (number(term.factor) for term in terms)
+            parts = (f * A for f, A in zip(factors, each, strict=True) if f)
+            yield sum(parts, self._zero)
 
 
 def quadratic(M: Matrix, C: Matrix | None, K: Matrix) -> Quadratic:
@@ -322,10 +288,12 @@ def _odd(permutation: NDArray) -> bool:
 
 class _Mumps(Factor):
     def __init__(self, matrix: Any, new: Callable[[], Any], like: Factor | None) -> None:
-        lent = like._context if isinstance(like, _Mumps) and like.kind == matrix.dtype else None
-        self._context: Any = new() if lent is None else lent
+        self.kind, self.nnz, lent = matrix.dtype, matrix.nnz, None
+        if isinstance(like, _Mumps) and (like.kind, like.nnz) == (self.kind, self.nnz):
+            lent = like._context
+        self._context: Any = lent or new()
         self._context.set_matrix(matrix)
-        self._mumps, self.kind = self._context.mumps_instance, matrix.dtype
+        self._mumps = self._context.mumps_instance
         self._mumps.icntl[33] = 1  # the determinant too
         try:
             self._context.factor(ordering="metis", pivot_tol=PIVOT, reuse_analysis=lent is not None)

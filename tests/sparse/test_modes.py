@@ -75,8 +75,7 @@ def test_known_blocks_under_transformations():
     rng = np.random.default_rng(5)
     a, w = rng.uniform(-0.05, 0.2, 150), np.sort(rng.uniform(1.0, 20.0, 150))
     expected = np.concatenate([-a + 1j * w, -a - 1j * w])
-    found = assert_modes(large.blocks(a, w, rng), Rectangle(-0.15, 1.0, -2.0, 20.5), expected)
-    assert found.shifts > 1
+    assert_modes(large.blocks(a, w, rng), Rectangle(-0.15, 1.0, -2.0, 20.5), expected)
 
 
 def test_multiple_roots_are_counted_and_listed():
@@ -215,7 +214,6 @@ def test_what_is_not_reached_is_divided_and_what_is_not_corrected_is_refused():
     problem = ScaledSystem(BRAKE).at({"mu": 0.6})
     expected = modes_in(problem, REGION).values
     few = modes_in(problem, REGION, options=replace(OPTIONS, steps=24))
-    assert few.shifts > 2
     assert few.certified
     assert np.allclose(np.sort_complex(few.values), np.sort_complex(expected), rtol=1e-9)
     with pytest.raises(ComputationError, match="rounding hides them"):

@@ -67,11 +67,10 @@ class Wanted:
     def __post_init__(self) -> None:
         if self.band is not None and self.region is not None:
             raise InputError("band, region: one of them is allowed")
-        at = Place("Wanted")
         if self.band is not None:
-            band(*row(2).read(self.band, at / "band"))
+            band(*row(2).read(self.band, Place("band")))
         if self.modes is not None:
-            Whole(1, 10**6).read(self.modes, at / "modes")
+            Whole(1, 10**6).read(self.modes, Place("modes"))
 
     @property
     def rectangle(self) -> Rectangle | None:
@@ -127,21 +126,17 @@ class SystemRoots:
 
     The verdict is of what was proven: where only some roots are known it is the kind of the
     fastest growing one, None if none of them grows; `criterion` says what was looked at. A root
-    with a backward error above 1e-6 decides nothing. `region` None is the whole plane; `count` None
-    if the number could not be settled. `others` are roots that were found and counted too, and that
-    the verdict is on, beyond the lowest ones that are wanted. Roots of a band that grow faster
-    than `growth_limit` (1/s) were not looked for; None if there are none. `growing_outside` pairs
-    and real roots outside the region grow, None if that is not known.
+    with a backward error above 1e-6 decides nothing.
     """
 
     eigenvalues: Known = field(repr=False)
-    region: Rectangle | Disc | None
-    count: int | None
+    region: Rectangle | Disc | None  # None is the whole plane
+    count: int | None  # None if the number could not be settled
     verdict: str | None
     criterion: str
-    others: Known = field(default=(), repr=False)
-    growth_limit: float | None = None
-    growing_outside: int | None = None
+    others: Known = field(default=(), repr=False)  # found, counted and judged beside the lowest
+    growth_limit: float | None = None  # 1/s: of a band faster growth was not looked for
+    growing_outside: int | None = None  # pairs and real roots outside the region, if known
 
     @property
     def every(self) -> Known:
@@ -203,8 +198,7 @@ def _band_modes(problem: Quadratic, region: Rectangle) -> tuple[Modes, float | N
 
 
 def judged(values: Known, complete: bool = True) -> tuple[str | None, str]:
-    """Verdict on roots and what decided it. Unless they are `complete` no verdict but that of a
-    growing root is proven."""
+    """Verdict on roots and what decided it; unless they are `complete` only growth is proven."""
     solved = [e for e in values if e.residual <= ACCEPTED]
     if not solved:
         return None, f"{NO_ROOT} was found that solves the equations"
@@ -273,16 +267,10 @@ def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> S
 
 
 def _upper(every: Known, count: int | None, real: bool) -> tuple[Known, int | None]:
-    """The roots with Im >= 0, and how many there are if `count` is that of all.
-
-    Of complex matrices rounding may put a real one below, and as many lie below as were found
-    there; of real ones roots come in pairs but for those that are real.
-    """
+    """The roots with Im >= 0, of complex matrices some below by rounding, and how many there are if
+    `count` is that of all and as many lie below as were found there."""
     upper = tuple(e for e in every if e.value.imag >= (0.0 if real else -e.rounding))
-    if count is None or not real:
-        return upper, None if count is None else count - len(every) + len(upper)
-    twice = count + sum(e.value.imag == 0.0 for e in upper)
-    return upper, None if twice % 2 else twice // 2
+    return upper, None if count is None else count - len(every) + len(upper)
 
 
 def verdict_of(roots: NDArray[np.complex128], noise: float) -> str:
