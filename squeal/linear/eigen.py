@@ -17,6 +17,7 @@ bound of its own rounding (`matrices.invariants`). Maps take these signs themsel
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
@@ -28,6 +29,7 @@ from squeal.errors import ComputationError
 from squeal.linear.matrices import (
     BEYOND,
     EPS,
+    ROUNDING,
     Array,
     Reduced,
     checked,
@@ -37,7 +39,6 @@ from squeal.linear.matrices import (
     null_spaces,
     reduce,
     scaled_rank,
-    unstable_roots,
     zero_roots,
 )
 
@@ -227,9 +228,12 @@ def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> bool:
         cubic = invariants(A.ravel().tolist(), floor=floor)
     if cubic.vague:
         return False
-    pairs, negative = unstable_roots(cubic)
+    # of real roots the coefficients of p(-s) change sign once for each negative one
+    signs = [1.0, *(np.sign(v.value) for v in cubic[:3] if abs(v.value) > v.bound)]
+    negative = sum(bool(x != y) for x, y in itertools.pairwise(signs))
     reals = np.arange(n)
-    if pairs:
+    if cubic.discriminant.value < -cubic.discriminant.bound:
+        negative = int(cubic.c.value < -cubic.c.bound)
         # two conjugates, or where rounding made them real the closest two
         apart = np.abs(s[:, None] - s.conj()) + np.diag(np.full(n, np.inf))
         pair = np.array(np.unravel_index(np.argmin(apart), apart.shape))
@@ -474,12 +478,12 @@ def verdict(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> str:
 CHUNK = 8192  # matrices per pass: temporaries of 64 kB stay in the cache and in malloc's pool
 
 
-def _code(A: Array, B: Array | None, rounding: float) -> int:
-    roots = roots_of(Reduced(A, B, np.eye(len(A)), rounding))
+def _code(A: Array, B: Array | None) -> int:
+    roots = roots_of(Reduced(A, B, np.eye(len(A)), ROUNDING))
     return VERDICTS.index(decide(roots.values, roots.rounding).verdict)
 
 
-def damped_verdicts(A: Array, B: Array, rounding: float = 4 * EPS) -> Codes:
+def damped_verdicts(A: Array, B: Array) -> Codes:
     """Verdict codes (N,), indices into VERDICTS, of z'' + B z' + A z = 0; A, B of (N, n, n).
 
     The coordinates are mass-normalised and no B is zero throughout. The codes are those of
@@ -489,35 +493,32 @@ def damped_verdicts(A: Array, B: Array, rounding: float = 4 * EPS) -> Codes:
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
     norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
-    bound = root_rounding(values, np.inf, 2 * matrices.shape[-1] * rounding, norm)
+    bound = root_rounding(values, np.inf, 2 * matrices.shape[-1] * ROUNDING, norm)
     grows = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
     codes = np.where(grows.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
     codes[grows.real < 0.0] = STABLE
     doubtful = np.abs(values.real) <= bound
     doubtful |= (values.real > 0.0) & (values.imag != 0.0) & (np.abs(values.imag) <= bound)
     for k in np.flatnonzero(doubtful.any(axis=-1)):
-        codes[k] = _code(A[k], B[k], rounding)
+        codes[k] = _code(A[k], B[k])
     return codes
 
 
-def undamped_verdicts(A: Array, rounding: float = 4 * EPS) -> Codes:
+def undamped_verdicts(A: Array) -> Codes:
     """Verdict codes (...), indices into VERDICTS, of undamped systems A = M^-1 K (..., 3, 3)."""
     entries = np.ascontiguousarray(A.reshape(-1, 9).T)
-    parts = [
-        _by_invariants(entries[:, k : k + CHUNK], rounding)
-        for k in range(0, entries.shape[1], CHUNK)
-    ]
+    parts = [_by_invariants(entries[:, k : k + CHUNK]) for k in range(0, entries.shape[1], CHUNK)]
     return np.concatenate([np.zeros(0, np.int8), *parts]).reshape(A.shape[:-2])
 
 
-def _by_invariants(entries: Any, rounding: float) -> Codes:
+def _by_invariants(entries: Any) -> Codes:
     """Verdict codes (N,) of the nine entries (N,) of A.
 
     Real and non-negative roots s are marginal; a negative one is divergence, a complex pair
     flutter. A coalescence that rounding cannot tell from real roots counts as real. Where both
     occur that which grows faster names the verdict; what is vague is judged by its roots.
     """
-    cubic = invariants(list(entries), rounding)
+    cubic = invariants(list(entries))
     a, b, c, disc = cubic[:4]
     pair, below = disc.value < -disc.bound, c.value < -c.bound
     falling = below | (b.value < -b.bound) | (a.value < -a.bound)
@@ -528,11 +529,11 @@ def _by_invariants(entries: Any, rounding: float) -> Codes:
         s = np.linalg.eigvals(A[both]).astype(complex)
         first = np.argmax(np.abs(np.sqrt(-s).real), axis=1)
         codes[both] = np.where(s.imag[np.arange(len(s)), first] != 0.0, FLUTTER, DIVERGENCE)
-        codes[vague] = [_code(A[k], None, rounding) for k in vague]
+        codes[vague] = [_code(A[k], None) for k in vague]
     return codes
 
 
-def sum_verdicts(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> Codes:
+def sum_verdicts(Q: NDArray, u: NDArray) -> Codes:
     """Verdict codes (n1, n2), indices into VERDICTS, of A = Q[:, :, k] + u[:, i] u[:, i]'.
 
     Q (3, 3, n2) and u (3, n1) are in coordinates with a mass matrix of one. A rank-one term enters
@@ -550,7 +551,7 @@ def sum_verdicts(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> Codes:
     # coefficients and the deviator's invariants are at most size, size^2 and size^3: coarse bounds
     # of their rounding errors are multiples of these
     size = 2 * float(np.sqrt(np.sum(Q * Q, axis=(0, 1))).max() + squares.max())
-    unit = 64 * (rounding + 4 * EPS)
+    unit = 128 * ROUNDING
     codes = np.empty((u.shape[1], Q.shape[2]), dtype=np.int8)
     step = max(1, CHUNK // Q.shape[2])
     for start in range(0, len(codes), step):
@@ -570,6 +571,6 @@ def sum_verdicts(Q: NDArray, u: NDArray, rounding: float = 4 * EPS) -> Codes:
         if len(i):
             v = u[:, i + start]
             entries = [Q[m, n, k] + v[m] * v[n] for m in range(3) for n in range(3)]
-            part[i, k] = _by_invariants(entries, rounding)
+            part[i, k] = _by_invariants(entries)
         codes[own] = part
     return codes

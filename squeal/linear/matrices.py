@@ -11,7 +11,6 @@ is smaller than the bound of its own rounding, of the entries of A included, cou
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -24,6 +23,7 @@ from squeal.errors import ComputationError, InputError, MatrixError
 
 Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
+ROUNDING = 4 * EPS  # relative error of an entry of M^-1 K, M diagonal
 SKEW = 1e-12  # of a matrix: an unsymmetric part up to this is rounding
 ILL = 1e-7  # reciprocal condition of M, its diagonal scaled to 1, below which it is not inverted
 BEYOND = "M, C, K: the eigenvalues are beyond double precision"
@@ -127,7 +127,7 @@ def _factor(mass: bytes, n: int) -> tuple[Array, float]:
     inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
     T = (1.0 / np.sqrt(np.diag(M)))[:, None] * inverse.T
     T.setflags(write=False)  # the cache holds it
-    return T, 4 * EPS * float(np.linalg.norm(inverse, 2) ** 2)
+    return T, ROUNDING * float(np.linalg.norm(inverse, 2) ** 2)
 
 
 def unit_diagonal(M: Any) -> Any:
@@ -192,7 +192,7 @@ def norm_of(A: Any) -> float:
     return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
 
 
-def noise_of(A: Any, rounding: float = 4 * EPS) -> float:
+def noise_of(A: Any, rounding: float = ROUNDING) -> float:
     """Singular values of A (n, n) up to this are rounding, of a relative size."""
     return 2 * len(A) * rounding * float(np.linalg.norm(A, 2))
 
@@ -256,17 +256,17 @@ def _pairs(x: Any, y: Any, z: Any) -> Any:
     return x * y + (x + y) * z
 
 
-def invariants(entries: Sequence[Any], rounding: float = 4 * EPS, floor: Any = 0.0) -> Cubic:
+def invariants(entries: Sequence[Any], floor: float = 0.0) -> Cubic:
     """Invariants of A from its nine entries, row by row (numbers or arrays of one shape).
 
-    `rounding` bounds the relative error of each entry, `floor` (rad^2/s^2) adds an absolute one
-    (a product with a full M^-1 spreads its errors over all entries).
+    The relative error of each entry is `ROUNDING`, `floor` (rad^2/s^2) adds an absolute one (a
+    product with a full M^-1 spreads its errors over all entries).
     """
     size = [np.abs(x) + floor for x in entries]
     d, D = entries[::4], size[::4]
     p12, p13, p23, t = _cycles(entries)
     P12, P13, P23, T = _cycles(size)
-    p, P, unit = p12 + p13 + p23, P12 + P13 + P23, rounding + 4 * EPS
+    p, P, unit = p12 + p13 + p23, P12 + P13 + P23, 2 * ROUNDING
 
     def determinant(x: Sequence[Any]) -> Any:
         """With a diagonal x."""
@@ -327,13 +327,3 @@ def _split(a: Value, b: Value, c: Value) -> tuple[Value, Any]:
         error = 2 * np.abs(t) * e_t + e_t * e_t + 4 * e_d + 4 * EPS * terms
         bound = error * apart + 8 * off * np.abs(value)
         return Value(value, bound), bound <= 1e-9 * terms * apart
-
-
-def unstable_roots(cubic: Cubic) -> tuple[int, int]:
-    """How many complex pairs and how many negative real roots s the cubic of one system has."""
-    a, b, c = (0 if abs(v.value) <= v.bound else v.value for v in cubic[:3])
-    if cubic.discriminant.value < -cubic.discriminant.bound:
-        return 1, int(c < 0)
-    # all roots are real: the coefficients of p(-s) change sign once for each negative one
-    signs = [np.sign(v) for v in (1.0, a, b, c) if v]
-    return 0, sum(bool(x != y) for x, y in itertools.pairwise(signs))

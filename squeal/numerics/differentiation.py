@@ -88,12 +88,6 @@ class Dual(_Arithmetic):
             return Dual(self.value * other, self.slope * other)
         return Dual(self.value * other.value, self.slope * other.value + self.value * other.slope)
 
-    def __truediv__(self, other: Any) -> Dual:
-        if not isinstance(other, Dual):
-            return Dual(self.value / other, self.slope / other)
-        ratio = self.value / other.value
-        return Dual(ratio, (self.slope - ratio * other.slope) / other.value)
-
     def __pow__(self, power: float) -> Dual:
         return Dual(self.value**power, power * self.value ** (power - 1) * self.slope)
 
