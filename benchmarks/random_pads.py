@@ -168,7 +168,7 @@ def _compare_branch(scene: Scene, pad: Pad) -> None:
         exact = Exact(scene, state)
         q = exact.equilibrium(path.statics.to_si(z), mu)
         told = exact_verdict(exact.squares(q, mu))
-        matrices = path.linearisation(mu)
+        matrices = path(mu)
         pad.verdicts += 2
         if told != _told(critical, mu):
             pad.wrong.append(f"verdict at mu = {mu:g} by the thresholds")

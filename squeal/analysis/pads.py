@@ -17,7 +17,6 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import number
 from squeal.linear import (
-    Batched,
     CriticalPoint,
     Crossing,
     Judgement,
@@ -144,7 +143,7 @@ def branch_system(scene: Scene, high: float) -> tuple[System, Path | None]:
     if model.linear:
         return lambda mu: about_origin(model.replace(mu=mu)), None
     path = Path.of(model, high)
-    return Batched(path.linearisation, path.linearisations), path
+    return path, path
 
 
 def _growing(scene: Scene, analysis: Analysis) -> tuple[UnstableMode, ...]:

@@ -332,12 +332,12 @@ class Path:
         z, state = self.at(mu)
         return record(self.statics, z, state, on_branch=True)
 
-    def linearisation(self, mu: float) -> Linearisation:
+    def __call__(self, mu: float) -> Linearisation:
         """M, C, K about the equilibrium at mu, SI units."""
-        return self.linearisations([mu])[0]
+        return self.many([mu])[0]
 
-    def linearisations(self, mus: Sequence[float]) -> list[Linearisation]:
-        """`linearisation` of each mu, which together take hardly longer than one."""
+    def many(self, mus: Sequence[float]) -> list[Linearisation]:
+        """M, C, K at each mu, which together take hardly longer than one."""
         z, touching = self.places(mus)
         model = self.model.replace(mu=np.array(mus, dtype=float))
         M, C, K = linearise(model, self.statics.to_si(z), 1.0 * touching)

@@ -20,12 +20,12 @@ from squeal.linear.eigen import (
 )
 from squeal.linear.events import Crossing
 from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_modes
-from squeal.linear.system import Batched, Matrices, System
+from squeal.linear.system import Matrices, System
 from squeal.linear.thresholds import CriticalPoint, Thresholds, thresholds
 
 # fmt: off
 __all__ = [
-    "GROWING", "VERDICTS", "Batched", "CriticalPoint", "Crossing", "Eigenvalue",
+    "GROWING", "VERDICTS", "CriticalPoint", "Crossing", "Eigenvalue",
     "Judgement", "Matrices", "Spectrum", "System", "Thresholds",
     "TrackedModes", "UnstableMode", "complex_eigenvalues",
     "damped_verdicts", "judge", "sensitivities",

@@ -27,19 +27,8 @@ Matrix = Any
 """A square NumPy array or SciPy sparse array (n, n)."""
 Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
 System = Callable[[float], Matrices]
-"""A family of systems: p -> (M, C, K); C may be None (undamped)."""
+"""p -> (M, C, K); C may be None (undamped). A method `many` may give them at several values."""
 Dense = tuple[Array, Array, Array]
-
-
-@dataclass(frozen=True)
-class Batched:
-    """A system (`one`) of which `many` parameter values together take hardly longer than one."""
-
-    one: System
-    many: Callable[[list[float]], Sequence[Matrices]]
-
-    def __call__(self, p: float) -> Matrices:
-        return self.one(p)
 
 
 @dataclass(frozen=True, eq=False)
@@ -194,10 +183,8 @@ def matrices_of(system: System, ps: Sequence[float]) -> list[Dense]:
 
     Raises InputError where the system gives no square, finite, real matrices of one size.
     """
-    if isinstance(system, Batched):
-        given = system.many(list(ps))
-    else:
-        given = [matrices_at(system, p) for p in ps]
+    many = getattr(system, "many", None)
+    given = many(list(ps)) if many else [matrices_at(system, p) for p in ps]
     each = (checked(M, C, K) for M, C, K in given)
     return [(M, np.zeros_like(M) if C is None else C, K) for M, C, K in each]
 

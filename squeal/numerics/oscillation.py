@@ -14,13 +14,11 @@ def exponent(samples: np.ndarray, step: float) -> complex | None:
     their first halves, are not such a motion to a thousandth or hold less than two periods (of a
     real exponent: less than 1/|lambda|).
     """
-    count = len(samples)
-    while count >= 32:
+    fitted, count = None, len(samples)
+    while fitted is None and count >= 32:
         fitted = _fitted(samples[:count], step)
-        if fitted is not None:
-            return fitted
         count //= 2  # a motion that grows is linear at its start at least
-    return None
+    return fitted
 
 
 def _fitted(samples: np.ndarray, step: float) -> complex | None:

@@ -93,7 +93,7 @@ def test_matrices_of_many_values_of_mu_hold_damping_and_falling_friction():
     model = dataclasses.replace(scene.pad_model, damping=((3.0, 1.0, 0.0),) * 3)
     path = Path.of(model, 1.0)
     mus = [0.0, 0.2, path.breakpoints[0], 0.9]
-    for mu, many in zip(mus, path.linearisations(mus), strict=True):
+    for mu, many in zip(mus, path.many(mus), strict=True):
         e = path.equilibrium(mu)
         one = linearise(model.replace(mu=mu), np.array(e.q), e.state)
         assert len(np.unique(one.C)) > 2

@@ -8,7 +8,6 @@ from squeal.errors import InputError
 from squeal.linear import complex_eigenvalues, thresholds, track
 from squeal.linear.matrices import dense
 from squeal.linear.system import (
-    Batched,
     Term,
     TermSystem,
     damped,
@@ -127,9 +126,7 @@ def test_stiff_springs_between_coordinates_and_mixed_units_are_no_supports(K, ma
 def test_one_form_of_every_kind_of_system():
     terms = _system()
     exact = with_slopes(terms, [1.0, 2.2, 3.0], 1.0, 3.0)
-    many = Batched(terms, lambda ps: [terms(p) for p in ps])
-    for system in (lambda p: terms(p), many):
-        found = with_slopes(system, [1.0, 2.2, 3.0], 1.0, 3.0)
-        for (at, slopes), (exact_at, exact_slopes) in zip(found, exact, strict=True):
-            assert np.array_equal(np.array(at), np.array(exact_at))
-            assert np.array(slopes) == pytest.approx(np.array(exact_slopes), rel=1e-5, abs=1e-9)
+    found = with_slopes(lambda p: terms(p), [1.0, 2.2, 3.0], 1.0, 3.0)
+    for (at, slopes), (exact_at, exact_slopes) in zip(found, exact, strict=True):
+        assert np.array_equal(np.array(at), np.array(exact_at))
+        assert np.array(slopes) == pytest.approx(np.array(exact_slopes), rel=1e-5, abs=1e-9)

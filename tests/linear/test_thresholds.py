@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from squeal.errors import InputError
-from squeal.linear import Batched, thresholds, verdict
+from squeal.linear import thresholds, verdict
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from tests.known import coupled, known_system
@@ -284,11 +284,15 @@ def test_empty_ranges_are_refused(mu_max):
 def test_a_batched_system_is_evaluated_together_with_the_same_result():
     sizes = []
 
-    def many(mus):
-        sizes.append(len(mus))
-        return [coupled(mu) for mu in mus]
+    class Together:
+        def __call__(self, mu):
+            return coupled(mu)
 
-    alone, together = thresholds(coupled, 2.0), thresholds(Batched(coupled, many), 2.0)
+        def many(self, mus):
+            sizes.append(len(mus))
+            return [coupled(mu) for mu in mus]
+
+    alone, together = thresholds(coupled, 2.0), thresholds(Together(), 2.0)
     assert together.points == alone.points
     assert max(sizes) > 10
 
