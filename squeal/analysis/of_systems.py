@@ -28,7 +28,6 @@ from squeal.analysis.systems.roots import (
     Wanted,
     basis_of,
     check_memory,
-    growing,
     is_small,
     noise_of,
     reduced_for,
@@ -43,6 +42,7 @@ from squeal.linear import GROWING, VERDICTS, Spectrum, UnstableMode, unstable_mo
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.eigen import ordered
 from squeal.linear.matrices import dense as plain_matrix
+from squeal.linear.paths import growing
 from squeal.linear.system import TermSystem
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.crossings import motion_of

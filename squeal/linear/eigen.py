@@ -132,12 +132,6 @@ class Spectrum:
         """The eigenvalue of largest real part (of several, the one of largest frequency)."""
         return max(self.eigenvalues, key=lambda e: (e.value.real, e.value.imag))
 
-    @property
-    def unstable(self) -> tuple[Eigenvalue, ...]:
-        """What grows by more than rounding, the fastest first; of a pair Im > 0."""
-        growing = [e for e in self.eigenvalues if e.grows and e.value.imag >= -e.rounding]
-        return tuple(sorted(growing, key=lambda e: -e.growth_rate))
-
     def __len__(self) -> int:
         return len(self.eigenvalues)
 

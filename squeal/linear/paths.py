@@ -6,13 +6,18 @@ the next which root is which.
 
 import itertools
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
-from typing import Self
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from squeal.linear.continuation import Continuation, ContinuationOptions, Step
-from squeal.linear.eigen import ComplexArray, Eigenvalue, complex_eigenvalues, ordered
+from squeal.linear.eigen import (
+    ACCEPTED,
+    ComplexArray,
+    Eigenvalue,
+    complex_eigenvalues,
+    ordered,
+)
 from squeal.linear.matrices import Array
 from squeal.linear.system import System, finite_numbers, matrices_at
 from squeal.linear.thresholds import Thresholds
@@ -100,16 +105,20 @@ class UnstableMode:
     damping_ratio: float
     onset: float | None = None
 
-    @classmethod
-    def of(cls, e: Eigenvalue, kind: str, onset: float | None = None) -> Self:
-        """The mode of an eigenvalue that grows."""
-        return cls(kind, e.frequency_hz, e.growth_rate, e.damping_ratio, onset)
-
     def __str__(self) -> str:
         at = "" if self.onset is None else f", from {self.onset:.6g} on"
         return (
             f"{self.kind} at {self.frequency_hz:.6g} Hz growing at {self.growth_rate:.4g} 1/s{at}"
         )
+
+
+def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
+    """What grows by more than rounding and is accepted, the fastest first; of pairs the upper."""
+    roots = [e for e in values if e.grows and e.value.imag >= -e.rounding]
+    roots = sorted((e for e in roots if e.residual <= ACCEPTED), key=lambda e: -e.growth_rate)
+    kinds = ["flutter" if e.oscillates else "divergence" for e in roots]
+    each = zip(kinds, roots, strict=True)
+    return tuple(UnstableMode(k, e.frequency_hz, e.growth_rate, e.damping_ratio) for k, e in each)
 
 
 def unstable_modes(
@@ -120,13 +129,14 @@ def unstable_modes(
     `found` are the thresholds of the range from 0 to mu, on whose eigenvalue paths the onsets are
     read; without them the onsets are None. Raises InputError.
     """
-    grow = complex_eigenvalues(*matrices_at(system, mu)).unstable
-    ends = list(_onsets(found, mu)) if found is not None and grow else []
-    modes = []
-    for e in grow:
-        nearest = min(ends, key=lambda end: abs(end[0] - e.value), default=(0j, None))
-        modes.append(UnstableMode.of(e, "flutter" if e.value.imag else "divergence", nearest[1]))
-    return tuple(modes)
+    modes = growing(complex_eigenvalues(*matrices_at(system, mu)).eigenvalues)
+    ends = list(_onsets(found, mu)) if found is not None and modes else [(0j, None)]
+
+    def onset(mode: UnstableMode) -> float | None:
+        value = complex(mode.growth_rate, 2 * np.pi * mode.frequency_hz)
+        return min(ends, key=lambda end: abs(end[0] - value))[1]
+
+    return tuple(replace(mode, onset=onset(mode)) for mode in modes)
 
 
 def _onsets(result: Thresholds, mu: float) -> Iterator[tuple[complex, float | None]]:

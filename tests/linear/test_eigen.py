@@ -4,12 +4,13 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.systems.roots import growing, system_roots
+from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import ComputationError, InputError
 from squeal.linear import complex_eigenvalues, judge, sensitivities
 from squeal.linear.eigen import hidden
 from squeal.linear.matrices import check_regular, reduce
+from squeal.linear.paths import growing
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from tests.linear.conftest import exact_damped, exact_squares, random_pad
@@ -204,10 +205,9 @@ def test_a_growing_verdict_has_its_modes(K, kind, number, damping):
     eye = np.eye(len(K))
     C = None if damping is None else damping * eye
     roots = system_roots(system(eye, C, K))
-    modes = growing((*roots.eigenvalues, *roots.others))
     assert roots.verdict == kind == judge(eye, C, K).verdict
-    assert [mode.kind for mode in modes] == [kind] * number
-    assert len(complex_eigenvalues(eye, C, K).unstable) == number
+    for values in (roots.every, complex_eigenvalues(eye, C, K).eigenvalues):
+        assert [mode.kind for mode in growing(values)] == [kind] * number
 
 
 def test_sensitivities_of_a_damped_system_to_all_three_matrices(rng):

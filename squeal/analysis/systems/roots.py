@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from squeal.analysis.systems.matrices import ALL_ROWS
 from squeal.errors import ComputationError, InputError, InputWarning
-from squeal.linear import GROWING, UnstableMode
+from squeal.linear import GROWING
 from squeal.linear.eigen import (
     ACCEPTED,
     STIFF,
@@ -27,6 +27,7 @@ from squeal.linear.eigen import (
     spectrum_of,
 )
 from squeal.linear.matrices import rank_of, reduce, unit_diagonal
+from squeal.linear.paths import growing
 from squeal.linear.system import Matrix, TermSystem
 from squeal.schema import Place, Whole, row
 from squeal.sparse.argument_principle import (
@@ -207,16 +208,6 @@ def judged(values: Known, complete: bool = True) -> tuple[str | None, str]:
         return verdict.verdict, str(verdict)
     rate = f"largest Re lambda = {verdict.value:.6g}"
     return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
-
-
-def growing(values: Known) -> tuple[UnstableMode, ...]:
-    """The roots that grow by more than rounding, the fastest first; of a pair the upper one."""
-    roots = [e for e in values if e.grows and e.value.imag >= -e.rounding]
-    return tuple(
-        UnstableMode.of(e, "flutter" if e.oscillates else "divergence")
-        for e in sorted(roots, key=lambda e: -e.growth_rate)
-        if e.residual <= ACCEPTED
-    )
 
 
 def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> SystemRoots:
