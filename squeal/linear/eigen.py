@@ -4,15 +4,15 @@ How far rounding moves a root has one definition, `root_rounding`: its backward 
 condition number, which grows without limit where roots coalesce; m roots that meet are moved by no
 more than the m-th root of the relative error. Every eigenvalue carries this number.
 
-How is flutter decided? A root grows if its real part is greater than its rounding; a growing root
-whose imaginary part is greater too is one of a pair (flutter), else it is real (divergence). The
-fastest growing one names the verdict. Nothing grows: `marginal` if some root lies within its
-rounding of the imaginary axis, `stable` if none does. That is `decide`, of any roots.
+How is flutter decided? A root grows if its real part is greater than its rounding; if its imaginary
+part is greater too it is one of a pair (flutter), else real (divergence). The fastest growing one
+names the verdict. Nothing grows: `marginal` if some root lies within its rounding of the imaginary
+axis, else `stable`. That is `decide`, of any roots.
 
 At a flutter boundary two roots coalesce, and computed real parts are noise of the size of the
 square root of the machine precision. Up to three rows without damping the roots therefore follow
-the signs of the discriminant and of the coefficients of the polynomial in lambda^2, each against a
-bound of its own rounding (`matrices.invariants`). Maps take these signs themselves.
+the signs of invariants, each against a bound of its own rounding (`matrices.invariants`). Maps take
+these signs themselves.
 """
 
 from __future__ import annotations
@@ -81,11 +81,6 @@ class Eigenvalue:
     def grows(self) -> bool:
         """True if it grows by more than rounding."""
         return self.value.real > self.rounding
-
-    @property
-    def oscillates(self) -> bool:
-        """True if it is one of a pair by more than rounding, and not real."""
-        return abs(self.value.imag) > self.rounding
 
     @property
     def frequency_hz(self) -> float:
@@ -189,8 +184,8 @@ def _left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> Comple
 def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -> Roots:
     """Eigenvalues of a real matrix (m, m) whose entries carry a relative error `rounding`.
 
-    Zero roots counted by rank are set to exactly zero, with vectors from the null spaces; of a
-    first-order matrix with a regular `stiffness` block there are none, however strong the damping.
+    Zero roots are counted by rank and set, with vectors from the null spaces; of a first-order
+    matrix with a regular `stiffness` block there are none, however strong the damping.
     """
     values, right = (x.astype(complex) for x in np.linalg.eig(A))
     left = _left_vectors(A, values, right)
@@ -212,8 +207,8 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
 
 
 def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> bool:
-    """Give up to three roots s = -lambda^2 the pairs and signs, beyond rounding, of their
-    invariants, which know them where roots coalesce or pass zero; False if these are vague."""
+    """Give up to three roots s = -lambda^2 the pairs and signs, beyond rounding, that invariants
+    know where roots coalesce or pass zero; False if these are vague."""
     A, n = np.zeros((3, 3)), len(s)  # a missing row is one of zeros: a zero root
     A[:n, :n] = reduced.A
     diagonal = np.count_nonzero(reduced.T) == n
@@ -375,9 +370,10 @@ def hidden(reduced: Reduced, C: Array | None, K: Array) -> bool:
     free: where a mass is light, a spring stiff or a damper strong beside others."""
     roots, rank = roots_of(reduced), scaled_rank(K)
     both = rank if reduced.B is None else scaled_rank(np.vstack([K, np.asarray(C)]))
-    size = np.abs(roots.values)
-    vague = (size > 0.0) & (roots.rounding > 0.005 * size)
-    return bool(np.any(vague) or np.sum(size == 0.0) != 2 * len(K) - rank - both)
+    size, zeros = np.abs(roots.values), 2 * len(K) - rank - both
+    return bool(
+        np.any(roots.rounding > 0.005 * size, where=size > 0.0) or np.sum(size == 0) != zeros
+    )
 
 
 # The verdict
@@ -480,9 +476,8 @@ def _code(A: Array, B: Array | None) -> int:
 def damped_verdicts(A: Array, B: Array) -> Codes:
     """Verdict codes (N,), indices into VERDICTS, of z'' + B z' + A z = 0; A, B of (N, n, n).
 
-    The coordinates are mass-normalised and no B is zero throughout. The codes are those of
-    `judge`: its tolerances are bounded from above for all systems together, and only those with an
-    eigenvalue within this bound of an axis are judged one by one.
+    The coordinates are mass-normalised and no B is zero throughout. The codes are those of `judge`:
+    systems with an eigenvalue within the greatest rounding of an axis are judged one by one.
     """
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
@@ -551,9 +546,7 @@ def sum_verdicts(Q: NDArray, u: NDArray) -> Codes:
     for start in range(0, len(codes), step):
         own = slice(start, start + step)
         a, b, c = squares[own, None] + trace, rows[own] @ of_b, rows[own] @ of_c
-        aa = a * a
-        J2 = aa / 3 - b
-        J3 = (aa * (2 / 27) - b / 3) * a + c
+        J2, J3 = a * a / 3 - b, (a * a * (2 / 27) - b / 3) * a + c
         disc = J2 * J2 * J2 * 4 - 27 * J3 * J3
         pair, below = disc < 0.0, c < 0.0
         part = np.where(below | (b < 0.0) | (a < 0.0), np.int8(DIVERGENCE), np.int8(MARGINAL))

@@ -116,7 +116,8 @@ def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
     """What grows by more than rounding and is accepted, the fastest first; of pairs the upper."""
     roots = [e for e in values if e.grows and e.value.imag >= -e.rounding]
     roots = sorted((e for e in roots if e.residual <= ACCEPTED), key=lambda e: -e.growth_rate)
-    kinds = ["flutter" if e.oscillates else "divergence" for e in roots]
+    real = (abs(e.value.imag) <= e.rounding for e in roots)
+    kinds = ("divergence" if one else "flutter" for one in real)
     each = zip(kinds, roots, strict=True)
     return tuple(UnstableMode(k, e.frequency_hz, e.growth_rate, e.damping_ratio) for k, e in each)
 

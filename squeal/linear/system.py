@@ -28,7 +28,6 @@ Matrix = Any
 Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
 System = Callable[[float], Matrices]
 """p -> (M, C, K); C may be None (undamped). A method `many` may give them at several values."""
-Dense = tuple[Array, Array, Array]
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +42,8 @@ class Term:
 class TermSystem:
     """M(p) q'' + C(p) q' + K(p) q = 0, each matrix a sum of terms; C may have none (undamped).
 
+    Raises InputError if matrices differ in shape or a factor names no parameter.
+
     Parameters
     ----------
     M, C, K : tuple of Term
@@ -53,11 +54,6 @@ class TermSystem:
         The one that is swept; 0 unless `parameters` names it.
     name : str
         What the system is called.
-
-    Raises
-    ------
-    InputError
-        If matrices differ in shape or a factor names no parameter.
 
     Examples
     --------
@@ -116,22 +112,17 @@ class TermSystem:
         return int(self.M[0].matrix.shape[0])
 
     @property
-    def sparse(self) -> bool:
-        """True if any matrix is sparse; the sums are then sparse too."""
-        return any(is_sparse(term.matrix) for term in self.terms)
-
-    @property
     def real(self) -> bool:
         """True if all matrices are real, so that roots come in conjugate pairs."""
         return not any(np.iscomplexobj(term.matrix) for term in self.terms)
 
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
         """The parameters with some of them changed. Raises InputError for an unknown name."""
-        changes = changes or {}
-        for name in changes.keys() - self.parameters.keys():
+        values = {**self.parameters, **(changes or {})}
+        for name in values.keys() - self.parameters.keys():
             allowed = ", ".join(sorted(self.parameters))
             raise InputError(f"{name}: is no parameter; allowed are {allowed}")
-        return {**self.parameters, **changes}
+        return values
 
     def replace(self, changes: Mapping[str, float]) -> TermSystem:
         """The same system with other values of some parameters."""
@@ -140,10 +131,7 @@ class TermSystem:
     def at(self, changes: Mapping[str, float] | None = None) -> tuple[Any, Any, Any]:
         """M, C, K (C None without terms) at the parameters, some of them changed."""
         p = self.values(changes)
-        M, C, K = (
-            self._sum(terms, [t.factor.value(p) for t in terms])
-            for terms in (self.M, self.C, self.K)
-        )
+        M, C, K = (self._sum(X, [t.factor.value(p) for t in X]) for X in (self.M, self.C, self.K))
         return M, C, K
 
     def arrays(self, changes: Mapping[str, float] | None = None) -> tuple[Any, Any, Any]:
@@ -169,7 +157,7 @@ class TermSystem:
         if not terms:
             return None
         zero, convert = np.zeros((self.n, self.n)), np.asarray
-        if self.sparse:
+        if any(is_sparse(term.matrix) for term in self.terms):
             from scipy.sparse import csc_array
 
             zero, convert = csc_array((self.n, self.n)), csc_array
@@ -178,7 +166,7 @@ class TermSystem:
             return sum((f * convert(t.matrix) for f, t in each if f), zero)
 
 
-def matrices_of(system: System, ps: Sequence[float]) -> list[Dense]:
+def matrices_of(system: System, ps: Sequence[float]) -> list[tuple[Array, Array, Array]]:
     """M, C (zero without damping) and K, arrays (n, n), at each value.
 
     Raises InputError where the system gives no square, finite, real matrices of one size.
@@ -251,8 +239,8 @@ def matrices_at(system: System, p: float) -> Matrices:
     """What a system gives at p. Raises InputError if it is no function that gives M, C and K."""
     given = system(p) if callable(system) else None
     if not isinstance(given, tuple | list) or len(given) != 3:
-        words = "a function of one parameter that gives M, C (or None) and K"
-        raise InputError(f"system: {type(system).__name__} is not allowed; it must be {words}")
+        words = "it must be a function of one parameter that gives M, C (or None) and K"
+        raise InputError(f"system: {type(system).__name__} is not allowed; {words}")
     return given
 
 
