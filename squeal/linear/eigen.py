@@ -49,11 +49,9 @@ STIFF = (
     "modes; values that differ by fewer decades are required"
 )
 STABLE, MARGINAL, FLUTTER, DIVERGENCE = range(4)
-VERDICTS = ("stable", "marginal", "flutter", "divergence")
-"""Verdicts in the order of their int8 codes."""
+VERDICTS = ("stable", "marginal", "flutter", "divergence")  # in the order of their int8 codes
 GROWING = ("flutter", "divergence")
-UNKNOWN = "unknown"
-"""The verdict where some root is too uncertain and none of the others grows."""
+UNKNOWN = "unknown"  # the verdict where some root is too uncertain and no other grows
 ACCEPTED = 1e-6  # backward error up to which a root decides
 
 
