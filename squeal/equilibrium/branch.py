@@ -2,8 +2,8 @@
 long as mu rises. A single pad is n = 1, so that queries, maps and curves follow the same branches.
 
 Within a contact state a branch is smooth: a step goes along the tangent, Newton's method corrects
-it in the plane across, and it is halved where it turns too far. It is shortened to the first event
-on its way, which is located to rounding: a change of contact, a fold, or the end of the range.
+it in the plane across, and it is halved where it turns too far. It ends at the first event on its
+way, which is located to rounding: a change of contact, a fold, or the end of the range.
 """
 
 from __future__ import annotations
@@ -73,20 +73,14 @@ class Branches:
     kind: np.ndarray
 
     @cached_property
-    def first(self) -> np.ndarray:
-        """Index of the first node of each pad, (n + 1,)."""
-        return np.searchsorted(self.owner, np.arange(len(self.end) + 1))
-
-    @cached_property
     def last(self) -> np.ndarray:
-        """Index of the last node of each pad, (n,); first - 1 of a pad without nodes."""
-        return self.first[1:] - 1
+        """Index of the last node of each pad, (n,); that of another pad if it has none."""
+        return np.searchsorted(self.owner, np.arange(len(self.end)), side="right") - 1
 
     @cached_property
     def mu_end(self) -> np.ndarray:
         """The largest mu (n,) of each pad; NaN without a place of rest."""
-        there = self.last >= self.first[:-1]
-        mu = np.full(len(self.end), np.nan)
+        mu, there = np.full(len(self.end), np.nan), self.end != NOWHERE
         mu[there] = self.z[3, self.last[there]]
         return mu
 
@@ -106,13 +100,8 @@ class Branches:
         a, b, pad, target = node[go], node[go] + 1, pad[go], mu[go]
         start, end, part = self.z[:, a], self.z[:, b], self.statics.pick(pad)
         curve = _cubic(start, end, self.leaves[:, a], self.arrives[:, b], self.scale[:, pad])
-        share = (target - start[3]) / (end[3] - start[3])
-        share = np.where(self.kind[b] == FOLD, 1.0 - np.sqrt(1.0 - share), share)
-        with np.errstate(all="ignore"):
-            for _ in range(4):  # Newton's steps: mu rises along the curve
-                slope = polyval(share, polyder(curve[:, 3]), tensor=False)
-                off = (polyval(share, curve[:, 3], tensor=False) - target) / slope
-                share = np.clip(share - np.where(np.isfinite(off), off, 0.0), 0.0, 1.0)
+        share = (target - start[3]) / (end[3] - start[3])  # as if mu rose evenly,
+        share = np.where(self.kind[b] == FOLD, 1.0 - np.sqrt(1.0 - share), share)  # or to its top
         guess = polyval(share, curve, tensor=False)
         guess[3] = target
         root, side = part.settle(guess, 1.0 * touching[:, go], 12)
@@ -211,9 +200,8 @@ def _unit(v: np.ndarray) -> np.ndarray:
 
 
 class _Front(NamedTuple):
-    """Present ends of k branches, arrays over them: pad, place, contact state, unit vector ahead,
-    length of the step, scale, end of the range. Vectors and lengths are those of `scale` z, natural
-    units of each pad.
+    """Present ends of k branches: pad, place, contact state, unit vector ahead, length of the step,
+    scale, end of the range; vectors and lengths are those of `scale` z.
 
     Events are what changes sign where a step has to end, by number: the gap of each contact point,
     the tilt past 90 degrees, mu past the end of the range, and last a fold.

@@ -98,8 +98,7 @@ def _near_seeds(statics: Statics, n: int) -> np.ndarray:
 
 
 def _far_seeds(statics: Statics) -> np.ndarray:
-    """Places (4, seeds, 1) of one pad of the size of the load, of the pad and of its springs, at
-    all tilts."""
+    """Places (4, seeds, 1) of the size of load, pad and springs, at all tilts."""
     pad, sides = statics.model.pad, (-1.0, 0.0, 1.0)
     lengths = (1.0, 10.0, LIMITS.travel * pad.w / 2, pad.w, pad.L1, pad.L2)
     limit = 0.98 * np.pi / 2
@@ -113,44 +112,36 @@ def _far_seeds(statics: Statics) -> np.ndarray:
 def _search(
     statics: Statics, seeds: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Newton's method from all seeds (4, seeds, n) in each contact state.
-
-    Places (4, tries, n) and contact states (points, tries), where (tries, n) one is an equilibrium
-    that presses, and the potential energy, infinite where none was met.
-    """
+    """Newton's method from all seeds (4, seeds, n) in each contact state: places (4, tries, n),
+    states (points, tries), which (tries, n) are equilibria that press, energies of equilibria."""
     states = np.array([*filter(any, statics.model.states)], dtype=float).T
     tries, n = states.shape[1] * seeds.shape[1], seeds.shape[2]
     on = np.repeat(states, seeds.shape[1], axis=1)
     each = np.repeat(on, n, axis=1)
     part = statics.pick(np.tile(np.arange(n), tries))
     z, sides = part.settle(np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1), each, 60)
-    met = sides != 0.0
-    met[met] = part.pick(met).admits(z[:, met], each[:, met])
-    presses, energy = met.copy(), np.full(met.shape, np.inf)
-    here = part.pick(met)
-    presses[met] = here.presses(z[:, met])
-    energy[met] = here.model.energy(here.place(z[:, met]), np.zeros(3), each[:, met])
+    with np.errstate(all="ignore"):  # where nothing is met
+        met = (sides != 0.0) & part.admits(z, each)
+        presses = met & part.presses(z)
+        energy = np.where(met, part.model.energy(part.place(z), np.zeros(3), each), np.inf)
     return z.reshape(4, tries, n), on, presses.reshape(tries, n), energy.reshape(tries, n)
 
 
 def _least(statics: Statics, n: int) -> Places:
-    """Where each of n pads rests, of all places that the load reaches.
-
-    Of those that press it is that of least potential energy, of two with the same that further
-    along the surface's motion, to which friction pushes. Admissible ones go before others, which do
-    not count where the pad hangs in its springs with less energy.
-    """
+    """Where each of n pads rests, of all places that the load reaches."""
     z, on, presses, energy = _search(statics, _near_seeds(statics, n))
     tries = on.shape[1]
     part = statics.pick(np.tile(np.arange(n), tries))
     with np.errstate(all="ignore"):  # where nothing was met
         beyond = excursion(part, z.reshape(4, -1), np.repeat(on, n, axis=1)).beyond().any(axis=0)
+        # admissible ones go before others, which do not count where the pad hangs in its springs
         fits = presses & ~beyond.reshape(tries, n)
         hangs = energy.min(axis=0) < np.where(presses, energy, np.inf).min(axis=0)
         choose = np.where(fits.any(axis=0), fits, presses & ~hangs)
         energy = np.where(choose, energy, np.inf)
         least = energy.min(axis=0)
         alike = choose & (energy <= least + ALIKE * np.abs(least))
+    # of two with the same energy that further along the surface's motion: there friction pushes
     best = np.argmax(np.where(alike, z[0], -np.inf), axis=0)
     return Places(z[:, best, np.arange(n)], on[:, best] > 0.0, np.any(choose, axis=0))
 
@@ -416,9 +407,6 @@ def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
         return model, np.zeros(3), model.full
     path = Path(model, branch_of(model, 0.0))
     if not path.branch.z.size:
-        raise ComputationError(
-            "modal damping ratios and Rayleigh damping refer to the pad without friction, but "
-            f"{NO_START}"
-        )
+        raise ComputationError(f"ratios and rayleigh refer to the pad without friction: {NO_START}")
     z, state = path.at(0.0)
     return model, path.statics.to_si(z), state

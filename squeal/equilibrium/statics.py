@@ -1,7 +1,4 @@
-"""Balance of the loads on a pad at rest in its own units, with derivatives by q and by mu.
-
-And where an equilibrium leaves what the models mean, see `LIMITS`.
-"""
+"""Balance of the loads on a pad at rest in its own units, and how far from there models hold."""
 
 from __future__ import annotations
 
@@ -27,8 +24,7 @@ WHY_HIDDEN = (
 
 
 class Places(NamedTuple):
-    """Equilibria of n pads: z (4, n), contact states touching (points, n), and where (n,) there is
-    one."""
+    """Equilibria of n pads: z (4, n), contact states touching (points, n), where (n,) one is."""
 
     z: np.ndarray
     touching: np.ndarray
@@ -36,10 +32,7 @@ class Places(NamedTuple):
 
 
 def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Solutions (k, m, j) of A x = b for A (k, m, m), b (k, m, j), and where (k,) there is one.
-
-    Where A is singular or not finite the solution is b.
-    """
+    """Solutions (k, m, j) of A x = b and where (k,) there is one; where A is singular it is b."""
     try:
         x = np.linalg.solve(A, b)
         return x, np.asarray(np.isfinite(x).all(axis=(1, 2)))
@@ -131,12 +124,10 @@ class Statics:
         f = net_loads(np, c, self.model.law, tuple(self.place(z)), state)
         return np.array([f.x, f.y, f.moment / self.model.pad.w])
 
-    def linearised(
-        self, z: np.ndarray, state: Touching, unknowns: int = 4
-    ) -> tuple[np.ndarray, np.ndarray]:
-        """The residual (3, ...) and its derivative (3, unknowns, ...) by the first parts of z."""
+    def linearised(self, z: np.ndarray, state: Touching) -> tuple[np.ndarray, np.ndarray]:
+        """The residual (3, ...) and its derivative (3, 4, ...) by z."""
         with np.errstate(divide="ignore", invalid="ignore"):  # a search that hits the law's pole
-            return with_derivative(lambda z: self.residual(z, state), z, unknowns)
+            return with_derivative(lambda z: self.residual(z, state), z)
 
     def gaps(self, z: np.ndarray) -> np.ndarray:
         """Gaps of the contact points, shape (points, ...)."""
@@ -148,11 +139,8 @@ class Statics:
         It is that of the sizes of which a gap is the sum: where the pad is put, and displacements.
         """
         c = self.model.c
-        put = abs(c.gap_l) + abs(c.gap_t)
-        if self.model.law.absolute_gap:
-            put = put + abs(self.model.pad.y0)
-        corners = {name: abs(getattr(c, name)) for name in ("rlx", "rly", "rtx", "rty")}
-        sizes = c._replace(gap_l=put, gap_t=put, **corners)
+        put = abs(c.gap_l) + abs(c.gap_t) + self.model.law.absolute_gap * abs(self.model.pad.y0)
+        sizes = Coefficients(*map(np.abs, c))._replace(gap_l=put, gap_t=put)
         at = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
         # and of Newton's method, in units in which the load displaces by about one
         return ROUNDING * (np.array(self.model.law.gaps(sizes, at)) + 0.1)
@@ -245,23 +233,22 @@ class Excursion(NamedTuple):
 
     def warnings(self) -> tuple[str, ...]:
         """A sentence for each limit that one equilibrium exceeds."""
-        tilt, most = np.degrees([self.tilt, LIMITS.tilt])
-        pressing = f"presses with {self.reaction:.3g} times the load"
-        if np.isinf(self.reaction):
-            pressing = "presses without a load"
-        sentences = (
-            f"is tilted by {tilt:.3g} degrees; the model means at most {most:.3g}",
-            f"lies {self.travel:.3g} times the pad's half length (or a spring's, if shorter) off "
-            f"the initial position; the model means at most {LIMITS.travel:.3g}",
-            f"{pressing}; the model means at most {LIMITS.reaction:.3g}",
+        pressing = "with {:.3g} times the" if np.isfinite(self.reaction) else "without a"
+        words = (
+            "is tilted by {:.3g} degrees",
+            "lies {:.3g} times the pad's half length (or a spring's, if shorter) off the initial "
+            "position",
+            f"presses {pressing} load",
         )
-        which = zip(sentences, self.beyond(), strict=True)
-        return tuple(f"the equilibrium {words}" for words, beyond in which if beyond)
+        own, most = ((np.degrees(e.tilt), e.travel, e.reaction) for e in (self, LIMITS))
+        return tuple(
+            f"the equilibrium {text.format(value)}; the model means at most {limit:.3g}"
+            for text, value, limit, beyond in zip(words, own, most, self.beyond(), strict=True)
+            if beyond
+        )
 
 
-# The largest excursion of an equilibrium that is still one of the model. Pads at rest stay far
-# within: those of the article tilt by 0.03 rad, travel by 0.03 half lengths and press with less
-# than the load.
+# largest of an equilibrium of the model; those of the article's pads have 0.03, 0.03 and below 1
 LIMITS = Excursion(
     # the constant friction arm h of Eq. (10) and the face's length are then off by cos: 2 %
     tilt=0.2,

@@ -1,12 +1,9 @@
 """Contact states, contact laws (springs along the lower face, line contact), and the models.
 
-A contact law watches some points of the lower face: its two edges, or more. A point separates when
-its gap passes zero upwards and touches when it passes zero downwards, so every transition flips
-one point (Tables 1 and 2, Figs. 3, 8).
-
-Everything else asks the law and never the model's name. The line contact (model B2, Eqs. 8-20)
-rests on the gaps of the two lower edges, never on the contact-loss point of Eq. (12), which is
-singular for a level pad.
+A contact law watches points of the lower face: its two edges, or more. A point separates when its
+gap passes zero upwards and touches when it passes zero downwards, so every transition flips one
+point (Tables 1 and 2, Figs. 3, 8). The line contact (model B2, Eqs. 8-20) rests on the gaps of the
+two lower edges, never on the contact-loss point of Eq. (12), which is singular for a level pad.
 """
 
 from __future__ import annotations

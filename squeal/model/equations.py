@@ -272,14 +272,9 @@ def natural_units(model: PadModel, initial: Any) -> Units:
         raise InputError("Pad: no stiffness above 0; motion without any spring has no unit of time")
     time = np.sqrt(pad.m / stiffness)
     x, y, theta, x_dot, y_dot, theta_dot = initial
-    sizes = (
-        np.abs(x),
-        np.abs(pad.y0 + y if model.law.absolute_gap else y),
-        np.abs(pad.w * theta),
-        time * np.hypot(np.hypot(x_dot, y_dot), pad.w * theta_dot),
-        pad.F_n / stiffness,
-    )
-    length = reduce(np.maximum, sizes)
+    height = pad.y0 + y if model.law.absolute_gap else y
+    way = time * np.hypot(np.hypot(x_dot, y_dot), pad.w * theta_dot)
+    length = reduce(np.maximum, map(np.abs, (x, height, pad.w * theta, way, pad.F_n / stiffness)))
     length = np.where(length > 0.0, length, pad.w)
     each = (np.asarray(v) for v in (pad.m, length, time, pad.w))
     # plain numbers are faster than numpy's

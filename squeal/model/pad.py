@@ -1,12 +1,9 @@
 """The pad: parameters, kinematics and spring forces, Eqs. (1)-(3).
 
-The table of parameters is the single source for scene validation, defaults, scaling to other units
-and the parameter table of the report.
-
 Kinematics and forces are written once over generic arithmetic. `ops` is any module that offers
 `sin`, `cos`, `exp` and `sqrt`: math for plain numbers, numpy for arrays and complex numbers, mpmath
-for more digits, heyoka for expressions. The coefficients of a pad may then be numbers, arrays or
-symbols, and every use of the model runs through these lines.
+for more digits, heyoka for expressions. The coefficients of a pad are then numbers, arrays or
+symbols.
 """
 
 from __future__ import annotations

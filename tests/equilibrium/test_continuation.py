@@ -7,8 +7,8 @@ import pytest
 
 from squeal.analysis.answers import Axis
 from squeal.analysis.maps import NAMES, stability_map
-from squeal.equilibrium import BranchOptions, Path, branch, find_all, sliding_equilibrium
-from squeal.equilibrium.branch import REACHED
+from squeal.equilibrium import Path, branch, find_all, sliding_equilibrium
+from squeal.equilibrium.branch import REACHED, BranchOptions
 from squeal.equilibrium.find import branch_of
 from squeal.io.scene import read_scene
 from squeal.model.equations import PadModel

@@ -8,7 +8,8 @@ from squeal.analysis.maps import NAMES, codes_at
 from squeal.analysis.pads import analyse, critical_friction
 from squeal.analysis.variations import advise
 from squeal.article.commands.sliding import judged_equilibria
-from squeal.equilibrium import find_all, rests, sliding_equilibrium
+from squeal.equilibrium import find_all, sliding_equilibrium
+from squeal.equilibrium.find import rests
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
