@@ -15,10 +15,12 @@ from squeal.equilibrium.find import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import COORDINATES, Scene, check_simulation
 from squeal.io.writing import Answer, Column, Table, number
+from squeal.model.equations import net_loads
 from squeal.model.pad import PARAMETERS
 from squeal.schema import Place
-from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Measures, Shooting
-from squeal.simulation.observers import Extrema
+from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Shooting
+from squeal.simulation.hybrid import Course
+from squeal.simulation.observers import Extrema, Grid, face_speed
 from squeal.simulation.run import in_natural_units
 
 WINDOWS = 40  # times of the scene in which its motion may settle
@@ -198,12 +200,23 @@ def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, flo
 
 def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     """A cycle in SI units."""
-    model, units = shooting.model(cycle.value), shooting.units
-    extrema, measures = Extrema(model), Measures(model)
-    shooting.motion(cycle.state, cycle.period, cycle.value, [extrema.see, measures.see])
-    friction, damping, _, square, _ = measures.sums.tolist()
-    half = np.append(np.ptp(measures.ranges[:3], axis=1) / 2.0, np.zeros(3))
+    model, units, courses = shooting.model(cycle.value), shooting.units, list[Course]()
+    extrema, c = Extrema(model), model.c
+    shooting.motion(cycle.state, cycle.period, cycle.value, [extrema.see, courses.append])
+    grid = Grid(Course.joined(courses), 16)
+    q, v = c.place(grid.states[:3]), np.array(c.place(grid.states[3:]))
+    whole, bare = (
+        net_loads(np, each, model.law, q, grid.steps.on[:, None])
+        for each in (model.at_speed(v[0]), c._replace(mu=0.0))
+    )
+    drag = np.tensordot(np.zeros((3, 3)) if model.damping is None else model.damping, v, 1)
+    powers = (np.subtract(whole, bare) * v).sum(axis=0), (drag * v).sum(axis=0), grid.states[4] ** 2
+    sums = (np.array(powers) * grid.weights[:, None] * grid.steps.h).sum(axis=(1, 2))
+    friction, damping, square = sums.tolist()
+    places = [grid.ranges(lambda *at, i=i: at[1][i])[0] for i in range(3)]
+    half = np.append(np.ptp(places, axis=1) / 2.0, np.zeros(3))
     x, y, theta = units.to_si(half)[:3].tolist()
+    face = max(float(grid.ranges(face_speed)[0, 1]), 0.0)
     return Orbit(
         value=float(cycle.value * scale),
         period=float(cycle.period * units.time),
@@ -215,7 +228,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
         stable=cycle.stable,
         friction=friction * units.energy,
         damping=damping * units.energy,
-        face=None if model.pad.V is None else max(float(measures.ranges[3, 1]), 0.0) / model.pad.V,
+        face=None if model.pad.V is None else face / model.pad.V,
         start=tuple(units.to_si(cycle.state).tolist()),
         turn=cycle.turn,
     )

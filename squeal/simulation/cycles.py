@@ -16,10 +16,10 @@ from typing import Any
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.model.equations import PadModel, Units, net_loads
+from squeal.model.equations import PadModel, Units
 from squeal.numerics.differentiation import complex_step
-from squeal.simulation.hybrid import Course, Steps, integrate, state_rates
-from squeal.simulation.observers import Change, Events, Grid, face_speed
+from squeal.simulation.hybrid import Course, integrate, state_rates
+from squeal.simulation.observers import Change, Events
 from squeal.simulation.run import make_integrator
 
 PARTS = 8  # Runge-Kutta steps of the variational equations in a step of the motion
@@ -36,32 +36,27 @@ CLOSED_CURVE, RESTS = "the branch is closed", "the motion comes to rest"
 CRITICAL = 0.05  # most distance from the unit circle of a multiplier that crosses it
 
 
-class Variations:
+def deviations(model: PadModel, course: Course) -> np.ndarray:
     """The matrix of small deviations (6, 6) along a motion, in natural units."""
+    steps, one, whole = course.steps, np.eye(6), np.eye(6)
+    h = steps.h[:, None, None] / PARTS
 
-    def __init__(self, model: PadModel) -> None:
-        self._model, self.matrix = model, np.eye(6)
-
-    def _rates(self, steps: Steps, share: float) -> np.ndarray:
+    def rates(share: float) -> np.ndarray:
         """The matrices A (s, 6, 6) of the linear equations at a share of each step."""
         states = steps.states(np.full(len(steps.t), share))
-        slopes = complex_step(lambda state: state_rates(self._model, state, steps.on), states)
+        slopes = complex_step(lambda state: state_rates(model, state, steps.on), states)
         return np.moveaxis(slopes, -1, 0)
 
-    def see(self, course: Course) -> None:
-        steps, one = course.steps, np.eye(6)
-        h = steps.h[:, None, None] / PARTS
-        matrices = np.broadcast_to(one, (len(h), 6, 6))
-        end = self._rates(steps, 0.0)
-        for part in range(PARTS):  # of all steps at once
-            k1, middle = end, self._rates(steps, (part + 0.5) / PARTS)
-            end = self._rates(steps, (part + 1.0) / PARTS)
-            k2 = middle @ (one + h / 2 * k1)
-            k3 = middle @ (one + h / 2 * k2)
-            k4 = end @ (one + h * k3)
-            matrices = (one + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)) @ matrices
-        for matrix in matrices:
-            self.matrix = matrix @ self.matrix
+    matrices, end = np.broadcast_to(one, (len(h), 6, 6)), rates(0.0)
+    for part in range(PARTS):  # of all steps at once
+        k1, middle, end = end, rates((part + 0.5) / PARTS), rates((part + 1.0) / PARTS)
+        k2 = middle @ (one + h / 2 * k1)
+        k3 = middle @ (one + h / 2 * k2)
+        k4 = end @ (one + h * k3)
+        matrices = (one + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)) @ matrices
+    for matrix in matrices:
+        whole = matrix @ whole
+    return whole
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,10 +151,11 @@ class Shooting:
 
     def over(self, state: np.ndarray, period: float, value: float) -> tuple[np.ndarray, Cycle]:
         """phi_T(z) - z and, as a cycle, the motion from z over T."""
-        small, events = Variations(self.model(value)), Events()
-        apart = self.motion(state, period, value, [small.see, events.see]) - state
+        courses, events = list[Course](), Events()
+        apart = self.motion(state, period, value, [courses.append, events.see]) - state
+        small = deviations(self.model(value), Course.joined(courses))
         gap = float(np.abs(apart).max() / np.abs(state).max())
-        return apart, Cycle(state, period, small.matrix, value, gap, tuple(events.changes))
+        return apart, Cycle(state, period, small, value, gap, tuple(events.changes))
 
     def solve(
         self, guess: np.ndarray, direction: np.ndarray | None = None, most: int = PASSES
@@ -334,25 +330,3 @@ def _return(changes: Sequence[Change]) -> float:
         if np.abs(one.state - first.state).max() < RETURNED * size:
             return one.t - first.t
     return 0.0
-
-
-class Measures:
-    """Work of friction and of damping, ranges of the place, mean square velocities and the greatest
-    speed of the lower face while it touches, in natural units."""
-
-    def __init__(self, model: PadModel) -> None:
-        self._model = model
-        self.sums = np.zeros(5)  # works of friction and damping, time integrals of velocities^2
-        self.ranges = np.array([[np.inf, -np.inf]] * 4)  # of the place and of the lower face
-
-    def see(self, course: Course) -> None:
-        model, c, grid = self._model, self._model.c, Grid(course, 16)
-        on, states = grid.steps.on[:, None], grid.states
-        q, v = c.place(states[:3]), np.array(c.place(states[3:]))
-        bare = net_loads(np, c._replace(mu=0.0), model.law, q, on)
-        rest = net_loads(np, model.at_speed(v[0]), model.law, q, on)
-        friction = sum((a - b) * u for a, b, u in zip(rest, bare, v, strict=True))
-        drag = np.tensordot(np.zeros((3, 3)) if model.damping is None else model.damping, v, 1)
-        rates = np.array([friction, (drag * v).sum(axis=0), *states[3:] ** 2])
-        self.sums += (rates * grid.weights[:, None] * grid.steps.h).sum(axis=(1, 2))
-        grid.widen(self.ranges, lambda *at: np.array([*at[1][:3], face_speed(*at)]))

@@ -125,12 +125,6 @@ class Grid:
             ends.append(sign * best)
         return np.array(ends).T
 
-    def widen(self, known: np.ndarray, signals: Read) -> None:
-        """Widen known ranges (m, 2) of m signals by those of a single motion."""
-        for which, (values, (low, high)) in enumerate(zip(self.read(signals), known, strict=True)):
-            ((least, greatest),) = self.ranges(one_of(signals, which), values)
-            known[which] = min(low, least), max(high, greatest)
-
 
 def plotted(law: ContactLaw) -> Read:
     """The plotted signals (signals, ...) of a law, each over its scale (F_n or w)."""
@@ -215,7 +209,11 @@ class Extrema:
         self._ranges = np.array([[np.inf, -np.inf]] * len(model.law.plotted))
 
     def see(self, course: Course) -> None:
-        Grid(course, self._count).widen(self._ranges, plotted(self._law))
+        grid, signals = Grid(course, self._count), plotted(self._law)
+        for which, values in enumerate(grid.read(signals)):
+            ((low, high),) = grid.ranges(one_of(signals, which), values)
+            known = self._ranges[which]
+            known[:] = min(known[0], low), max(known[1], high)
 
     def result(self) -> dict[str, tuple[float, float] | None]:
         pairs = zip(self._law.plotted, self._ranges.tolist(), strict=True)
