@@ -48,18 +48,18 @@ def test_two_outputs_are_two_files(capsys, scene):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("ending", KINDS)
-def test_an_existing_file_of_another_kind_stays(capsys, scene, kind, ending):
-    target = scene.parent / f"x{ending}"
-    option = "--table" if ending in (".csv", ".json") else "--figure"
-    target.write_bytes(KINDS[kind])
-    arguments = ("map", scene, "--n", "2", option, target)
-    if kind == ending:
-        assert run(capsys, *arguments)[0] == 0
-        assert target.read_bytes() != KINDS[kind]
-    else:
-        assert "exists and is no" in assert_refused(capsys, *arguments)
-        assert target.read_bytes() == KINDS[kind]
+def test_an_existing_file_of_another_kind_stays(capsys, scene, kind):
+    for ending in KINDS:
+        target = scene.parent / f"x{ending}"
+        option = "--table" if ending in (".csv", ".json") else "--figure"
+        target.write_bytes(KINDS[kind])
+        if kind == ending:
+            assert run(capsys, "map", scene, "--n", "2", option, target)[0] == 0
+            assert target.read_bytes() != KINDS[kind]
+        else:
+            words = assert_refused(capsys, "map", scene, "--n", "2", option, target)
+            assert "exists and is no" in words
+            assert target.read_bytes() == KINDS[kind]
 
 
 def test_figures_follow_their_name_and_hold_their_alternative_text(capsys, scene):

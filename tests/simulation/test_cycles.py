@@ -15,15 +15,20 @@ from squeal.simulation.run import in_natural_units
 from tests.conftest import ROOT, hammering_scene, needs_heyoka
 from tests.simulation.closed import bouncing, upright
 
+pytestmark = needs_heyoka
 
-def damped(name: str, ratio: float) -> Scene:
-    scene = hammering_scene(name)
-    return dataclasses.replace(scene, damping=Damping(ratios=(ratio,) * 3))
+
+def damped(scene: Scene, ratio: float = 0.005, **more) -> Scene:
+    return dataclasses.replace(scene, damping=Damping(ratios=(ratio,) * 3), **more)
+
+
+HAMMERS = damped(hammering_scene("b1-d"))
+LINE = damped(read_scene(ROOT / "workflow/scenes/b2-c.yaml"))
 
 
 @pytest.fixture(scope="module")
 def answer() -> Cycles:
-    return squeal.cycles(damped("b1-d", 0.005), ("mu", 0.5, 0.8))
+    return squeal.cycles(HAMMERS, ("mu", 0.5, 0.8))
 
 
 @pytest.fixture(scope="module")
@@ -37,75 +42,59 @@ def cycle(answer) -> Cycle:
     return answer.source[1]
 
 
-@needs_heyoka
-def test_a_cycle_closes_and_a_shift_in_time_neither_grows_nor_decays(cycle):
+def test_a_cycle_closes_and_volume_shrinks_as_damping_says(shooting, cycle):
     assert cycle.gap < 1e-9
     assert cycle.trivial == pytest.approx(1.0, abs=1e-5)
     assert cycle.stable
     assert len(cycle.multipliers) == 5
-
-
-@needs_heyoka
-def test_volume_shrinks_as_damping_says(shooting, cycle):
-    """Liouville: det of the monodromy is exp(-trace of the damping times the period)."""
+    # Liouville: det of the monodromy is exp(-trace of the damping times the period)
     trace = np.trace(shooting.model(cycle.value).decay)
     assert np.linalg.det(cycle.monodromy) == pytest.approx(np.exp(-trace * cycle.period), rel=1e-5)
 
 
-@needs_heyoka
 def test_the_branch_of_cycles_starts_where_the_equilibrium_begins_to_flutter(answer):
-    first = critical_friction(damped("b1-d", 0.005), 1.0).first
     last = answer.orbits[0]
     assert not last.contacts
-    assert last.value == pytest.approx(first.mu, rel=1e-6)
+    assert last.value == pytest.approx(critical_friction(HAMMERS, 1.0).first.mu, rel=1e-6)
     assert last.multiplier == pytest.approx(1.0, abs=1e-4)
     assert [one.turn for one in answer.turns] == ["grazing", "fold"]
 
 
-@needs_heyoka
 def test_multipliers_are_those_of_differences_of_the_flow(shooting, cycle):
     step = 1e-6 * np.abs(cycle.state).max()
-    columns = [
-        (
-            shooting.motion(cycle.state + step * e, cycle.period, cycle.value)
-            - shooting.motion(cycle.state - step * e, cycle.period, cycle.value)
-        )
-        / (2 * step)
+    ends = [
+        [shooting.motion(cycle.state + way * e, cycle.period, cycle.value) for way in (step, -step)]
         for e in np.eye(6)
     ]
+    columns = [(a - b) / (2 * step) for a, b in ends]
     assert cycle.monodromy == pytest.approx(np.transpose(columns), rel=1e-4, abs=1e-4)
 
 
-@needs_heyoka
 def test_work_of_friction_is_what_damping_takes(answer):
     for one in answer.orbits:
         assert one.friction == pytest.approx(one.damping, rel=1e-8)
         assert one.damping >= 0.0
 
 
-@needs_heyoka
 def test_long_simulations_beside_the_fold(answer):
     """Just above the fold two cycles: a motion stays on the stable one and leaves the other. Below
     it the motion from the last cycle comes to rest."""
     fold = next(turn.value for turn in answer.turns if turn.turn == "fold")
-    scene = damped("b1-d", 0.005)
 
     def settled(mu, start):
-        found = squeal.cycles(scene.replace(mu=mu, initial=start, stop=0.02, start="origin"))
+        found = squeal.cycles(HAMMERS.replace(mu=mu, initial=start, stop=0.02, start="origin"))
         return found.orbits[0].amplitude[1] if found.orbits else 0.0
 
     near = min(answer.orbits, key=lambda one: abs(one.value - fold))
-    stable = settled(fold + 0.01, near.start)
-    beside = squeal.cycles(scene, ("mu", fold + 0.01, 0.8)).orbits[0]
+    beside = squeal.cycles(HAMMERS, ("mu", fold + 0.01, 0.8)).orbits[0]
     assert beside.value == pytest.approx(fold + 0.01)
-    assert stable == pytest.approx(beside.amplitude[1], rel=1e-6)
+    assert settled(fold + 0.01, near.start) == pytest.approx(beside.amplitude[1], rel=1e-6)
     assert settled(fold - 0.01, near.start) == 0.0
     unstable = next(one for one in answer.orbits if one.stable is False)
     kicked = tuple(np.array(unstable.start) * 1.02)
     assert settled(unstable.value, kicked) != pytest.approx(unstable.amplitude[1], rel=0.1)
 
 
-@needs_heyoka
 def test_a_bouncing_mass_without_damping_has_the_period_of_its_closed_form():
     """Free fall and half an oscillation on the springs: a family that no multiplier isolates."""
     pad, height = upright(), 1e-4
@@ -121,48 +110,29 @@ def test_a_bouncing_mass_without_damping_has_the_period_of_its_closed_form():
     assert np.trace(vertical) == pytest.approx(2.0, abs=1e-4)
 
 
-@needs_heyoka
 def test_a_branch_over_a_small_signed_length_goes_both_ways():
     """The gap y0 shifts the line contact alone: its sign and its size of micrometres matter."""
-    scene = read_scene(ROOT / "workflow/scenes/b2-c.yaml")
-    scene = dataclasses.replace(scene, damping=Damping(ratios=(0.005,) * 3))
-    gap = scene.pad.y0
-    found = squeal.cycles(scene, ("y0", 1.02 * gap, 0.98 * gap))
+    gap = LINE.pad.y0
+    found = squeal.cycles(LINE, ("y0", 1.02 * gap, 0.98 * gap))
     assert found.ends == ("", "")
     values = [one.value for one in found.orbits]
     assert (min(values), max(values)) == pytest.approx((1.02 * gap, 0.98 * gap))
 
 
-def test_a_scene_that_comes_to_rest_has_no_cycle():
-    scene = dataclasses.replace(damped("b1-d", 0.1), stop=0.02)
-    found = squeal.cycles(scene.replace(mu=0.1))
-    assert not found.orbits
-    assert found.reason == "the motion comes to rest"
-    assert found.to_dict()["cycles"] == []
-
-
 def test_rest_in_an_equilibrium_that_flutters_is_not_called_stable():
-    scene = dataclasses.replace(
-        read_scene(ROOT / "workflow/scenes/b2-c.yaml"),
-        damping=Damping(ratios=(0.005,) * 3),
-        initial=(0.0,) * 6,
-        start="equilibrium",
-        stop=1e-5,
-    )
-    found = squeal.cycles(scene, windows=1)
+    rest = dataclasses.replace(LINE, initial=(0.0,) * 6, start="equilibrium", stop=1e-5)
+    found = squeal.cycles(rest, windows=1)
     assert not found.orbits
-    assert found.sliding == ((scene.pad.mu, "flutter"),)
+    assert found.sliding == ((rest.pad.mu, "flutter"),)
     assert "not stable (flutter)" in found.reason
 
 
-@needs_heyoka
 def test_a_guess_far_from_any_cycle_is_refused(shooting, cycle):
     away = np.concatenate([3.0 * cycle.state, [2.7 * cycle.period, cycle.value]])
     with pytest.raises(ComputationError, match="no periodic motion"):
         shooting.solve(away)
 
 
-@needs_heyoka
 def test_a_late_return_gives_the_least_period(shooting, cycle):
     """Five periods of a cycle close too; their multipliers are fifth powers."""
     _, five = shooting.over(cycle.state, 5 * cycle.period, cycle.value)

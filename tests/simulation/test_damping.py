@@ -42,38 +42,29 @@ def test_small_motion_follows_the_matrices_of_eigenvalues(damping):
     A = np.zeros((6, 6))
     A[:3, 3:] = np.eye(3)
     A[3:, :3], A[3:, 3:] = -np.linalg.solve(m.M, m.K), -np.linalg.solve(m.M, m.C)
-    found = simulate(one)
-    assert found.history is not None
-    rest = np.array(one.initial) - kick
-    for i, t in enumerate(found.history["t"]):
-        columns = ("x", "y", "theta", "x_dot", "y_dot", "theta_dot")
-        state = np.array([found.history[column][i] for column in columns])
-        expected = expm(t * A) @ kick
-        scale = np.abs(expected).max()
-        assert np.abs(state - rest - expected).max() < 2e-4 * scale
+    t, *columns = list(simulate(one).history.values())[:7]
+    for time, state in zip(t, np.transpose(columns), strict=True):
+        expected = np.array(one.initial) - kick + expm(time * A) @ kick
+        assert np.abs(state - expected).max() < 2e-4 * np.abs(expm(time * A) @ kick).max()
 
 
-def test_ratios_are_those_of_the_modes_without_friction():
-    one = scene("b2-d", damping=Damping(ratios=(0.01, 0.03, 0.02)))
-    found = analyse(one.replace(mu=0.0))
+@pytest.mark.parametrize(
+    ("damping", "ratio"),
+    [
+        (Damping(ratios=(0.01, 0.03, 0.02)), lambda w: [0.01, 0.03, 0.02]),
+        (Damping(rayleigh=(50.0, 3e-7)), lambda w: (50.0 / w + 3e-7 * w) / 2),
+    ],
+)
+def test_ratios_are_those_of_the_modes_without_friction(damping, ratio):
+    one = scene("b2-d", damping=None).replace(mu=0.0)
+    w = np.array([abs(e.value.imag) for e in analyse(one).spectrum.eigenvalues[::2]])
+    found = analyse(dataclasses.replace(one, damping=damping))
     ratios = [e.damping_ratio for e in found.spectrum.eigenvalues[::2]]
-    assert ratios == pytest.approx([0.01, 0.03, 0.02], rel=1e-9)
+    assert ratios == pytest.approx(ratio(w), rel=1e-9)
     # and the matrix is the same with friction, in every contact state
-    assert pytest.approx(found.matrices.C, rel=1e-12) == analyse(one).matrices.C
-    assert damping_matrix(one) == pytest.approx(found.matrices.C, rel=1e-12)
-
-
-@pytest.mark.parametrize("name", ["b2-d", "b3"])
-def test_rayleigh_damping_has_the_ratios_of_its_formula(name):
-    alpha, beta = 50.0, 3e-7
-    one = read_scene(SCENES / f"{name}.yaml").replace(
-        mu=0.0, damping=Damping(rayleigh=(alpha, beta))
-    )
-    plain = analyse(dataclasses.replace(one, damping=None)).spectrum.eigenvalues[::2]
-    damped = analyse(one).spectrum.eigenvalues[::2]
-    w = np.array([abs(e.value.imag) for e in plain])
-    expected = (alpha / w + beta * w) / 2
-    assert [e.damping_ratio for e in damped] == pytest.approx(expected, rel=1e-9)
+    rubbing = scene("b2-d", damping=damping)
+    assert pytest.approx(found.matrices.C, rel=1e-12) == analyse(rubbing).matrices.C
+    assert damping_matrix(rubbing) == pytest.approx(found.matrices.C, rel=1e-12)
 
 
 def test_damping_that_has_no_modes_to_refer_to_is_refused():

@@ -38,25 +38,21 @@ def test_mu_is_that_of_the_surface_and_follows_the_law():
     assert pad.replace(V=3.0).mu == pytest.approx(friction(3.0), rel=1e-15)
     assert pad.replace(mu_s=0.3).mu == pytest.approx(0.3, rel=1e-15)
     assert "mu" not in pad.to_dict()
-    assert Pad(**pad.to_dict()) == pad
     share, rate = pad.fall or (math.nan, math.nan)
     for speed in (-20.0, 0.0, 4.0, 9.9):
         there = pad.mu * (1 + share * (math.exp(rate * speed) - 1))
         assert there == pytest.approx(friction(10.0 - speed), rel=1e-14)
     # mu of its own scales the law and stays
     scaled = pad.replace(mu=0.5)
-    assert scaled.fall == pad.fall
-    assert scaled.replace(V=3.0).mu == 0.5
-    assert Pad(**scaled.to_dict()) == scaled
+    assert (scaled.fall, scaled.replace(V=3.0).mu) == (pad.fall, 0.5)
+    assert [Pad(**one.to_dict()) for one in (pad, scaled)] == [pad, scaled]
     assert scaled.replace(mu=None) == pad
 
 
-@pytest.mark.parametrize("left_out", ["mu_s", "mu_k", "v_ref", "V", "mu"])
+@pytest.mark.parametrize("left_out", [["mu_s"], ["mu_k"], ["v_ref"], ["V"], ["mu_s", "mu_k", "mu"]])
 def test_the_law_is_whole_or_refused(left_out):
-    whole = scene("b2-c").pad.to_dict() | ({"mu_s": None} if left_out == "mu" else {})
-    if left_out == "mu":
-        whole |= {"mu_k": None, "v_ref": None}
-    part = {name: value for name, value in whole.items() if name != left_out}
+    whole = scene("b2-c").pad.to_dict()
+    part = {name: value for name, value in whole.items() if name not in left_out}
     with pytest.raises(InputError, match=r"^Pad: \w+: missing; [\w ]+ needs it \(.*\)$"):
         Pad(**part)
 
@@ -107,17 +103,6 @@ def test_growth_of_one_degree_of_freedom_in_closed_form():
     rising = dataclasses.replace(one, pad=one_degree(mu_s=0.3, mu_k=0.6))
     assert analyse(rising).spectrum.dominant.value.real <= 1e-4 * growth
     assert -analyse(rising).matrices.C[0, 0] == pytest.approx(-2 * growth, rel=1e-6)
-
-
-@pytest.mark.parametrize("name", ["b1-c", "b2-c", "b2-d"])
-def test_simulation_grows_as_eigenvalues_say(name):
-    kick = (1e-8, 2e-8, 1e-7, 0.0, 1e-4, 0.0)
-    damping = Damping(ratios=(1e-3, 2e-3, 1e-3))
-    one = scene(name, damping=damping, start="equilibrium", initial=kick, outputs=("response",))
-    found = simulate(one).response
-    assert found is not None
-    value = complex(found.growth_rate, 2 * math.pi * found.growth_frequency_hz)
-    assert np.abs(analyse(one).spectrum.values - value).min() < 1e-4 * abs(value)
 
 
 @pytest.mark.parametrize("name", ["b1-c", "b2-c"])
