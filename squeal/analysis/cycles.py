@@ -19,7 +19,6 @@ from squeal.model.equations import net_loads
 from squeal.model.pad import PARAMETERS
 from squeal.schema import Place
 from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Shooting
-from squeal.simulation.hybrid import Course
 from squeal.simulation.observers import Extrema, Grid, face_speed
 from squeal.simulation.run import in_natural_units
 
@@ -200,10 +199,9 @@ def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, flo
 
 def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     """A cycle in SI units."""
-    model, units, courses = shooting.model(cycle.value), shooting.units, list[Course]()
-    extrema, c = Extrema(model), model.c
-    shooting.motion(cycle.state, cycle.period, cycle.value, [extrema.see, courses.append])
-    grid = Grid(Course.joined(courses), 16)
+    model, units = shooting.model(cycle.value), shooting.units
+    extrema, c, grid = Extrema(model), model.c, Grid(cycle.course, 16)
+    extrema.see(cycle.course)
     q, v = c.place(grid.states[:3]), np.array(c.place(grid.states[3:]))
     whole, bare = (
         net_loads(np, each, model.law, q, grid.steps.on[:, None])

@@ -10,7 +10,7 @@ from squeal.article.records import from_dict
 from squeal.errors import InputError
 from squeal.io.provenance import Provenance
 from squeal.plots.motion import Run
-from squeal.simulation.run import Event
+from squeal.simulation.observers import Event
 
 
 def read_run(summary_file: Path, history_file: Path) -> Run:

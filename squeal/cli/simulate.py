@@ -6,7 +6,7 @@ import math
 from typing import Any
 
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import said, take_files
+from squeal.cli.options import take_files
 from squeal.cli.streams import counter
 from squeal.io.scene import OUTPUTS, Scene
 from squeal.simulation.run import simulate
@@ -32,16 +32,8 @@ def options(parser: Parser) -> None:
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene, simulate it, write the files that are requested."""
     scene = given.source.scene()
-    outputs = scene.outputs
-    for name, needed in (("table", (*outputs, "history")), ("figure", OUTPUTS)):
-        if getattr(given, name) is None:
-            continue
-        if scene.pad.F_n == 0.0:
-            raise (given.source.at / "parameters" / "F_n").refuse(
-                f"0 is not allowed with {said(given, name)}, whose history gives forces over F_n; "
-                "it must be above 0"
-            )
-        outputs = needed
+    outputs = scene.outputs if given.table is None else (*scene.outputs, "history")
+    outputs = outputs if given.figure is None else OUTPUTS
     steps, every = (scene.samples or 2) - 1, 1
     if given.figure is not None:  # few samples would draw another motion
         every = math.ceil(LEAST / steps)

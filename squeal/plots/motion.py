@@ -28,8 +28,7 @@ from squeal.plots.style import (
     state_label,
     style,
 )
-from squeal.simulation.observers import LAST
-from squeal.simulation.run import Event
+from squeal.simulation.observers import LAST, Event
 
 PLACE = NORMAL_REACTION[1]
 _SCALES = {"F_n": "brake force", "w": "half length"}

@@ -8,7 +8,7 @@ The loads are continuous where the contact changes, since an edge's force starts
 switching surface, is therefore the identity, and the variational equations run on through it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -18,8 +18,7 @@ import numpy as np
 from squeal.errors import ComputationError, InputError
 from squeal.model.equations import PadModel, Units
 from squeal.numerics.differentiation import complex_step
-from squeal.simulation.hybrid import Course, integrate, state_rates
-from squeal.simulation.observers import Change, Events
+from squeal.simulation.hybrid import Course, state_of, state_rates, whole
 from squeal.simulation.run import make_integrator
 
 PARTS = 8  # Runge-Kutta steps of the variational equations in a step of the motion
@@ -38,7 +37,7 @@ CRITICAL = 0.05  # most distance from the unit circle of a multiplier that cross
 
 def deviations(model: PadModel, course: Course) -> np.ndarray:
     """The matrix of small deviations (6, 6) along a motion, in natural units."""
-    steps, one, whole = course.steps, np.eye(6), np.eye(6)
+    steps, one, product = course.steps, np.eye(6), np.eye(6)
     h = steps.h[:, None, None] / PARTS
 
     def rates(share: float) -> np.ndarray:
@@ -55,8 +54,8 @@ def deviations(model: PadModel, course: Course) -> np.ndarray:
         k4 = end @ (one + h * k3)
         matrices = (one + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)) @ matrices
     for matrix in matrices:
-        whole = matrix @ whole
-    return whole
+        product = matrix @ product
+    return product
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +64,7 @@ class Cycle:
 
     state (6,): a state that it passes; period; monodromy (6, 6): the matrix of small deviations
     over a period; value: of the scaled parameter; gap: distance of its ends, relative to its size;
-    changes: its contact changes; turn: what happens at it on a branch, empty for nothing: a fold, a
+    course: it itself; turn: what happens at it on a branch, empty for nothing: a fold, a
     period doubling, a torus (a complex pair leaves or enters the unit circle) or a grazing (the
     sequence of contact states changes).
     """
@@ -75,7 +74,7 @@ class Cycle:
     monodromy: np.ndarray
     value: float
     gap: float
-    changes: tuple[Change, ...]
+    course: Course
     turn: str = ""
 
     @property
@@ -113,7 +112,7 @@ class Cycle:
     @cached_property
     def contacts(self) -> tuple[Any, ...]:
         """The contact states that it passes, in order, from the one with most contact on."""
-        states = [change.target for change in self.changes]
+        states = [state_of(on) for on in self.course.on.T]
         turns = [(*states[i:], *states[:i]) for i in range(len(states))]
         return max(turns, default=())
 
@@ -140,22 +139,19 @@ class Shooting:
         """The rates (6,) of a state at a value."""
         return state_rates(self.model(value), state)
 
-    def motion(
-        self, state: np.ndarray, time: float, value: float, see: Sequence[Any] = ()
-    ) -> np.ndarray:
-        """The state (6,) after some time from a state, see `integrate`. Raises ComputationError."""
+    def motion(self, state: np.ndarray, time: float, value: float, dense: bool = False) -> Course:
+        """The motion from a state (6,) over some time. Raises ComputationError."""
         model = self.model(value)
         integrator = make_integrator(model, TOLERANCE, "auto")
-        _, end, _, _ = integrate(model, integrator, self.units, state, time, see, bool(see))
-        return np.asarray(end)
+        return whole(model, integrator, self.units, state, time, dense)
 
     def over(self, state: np.ndarray, period: float, value: float) -> tuple[np.ndarray, Cycle]:
         """phi_T(z) - z and, as a cycle, the motion from z over T."""
-        courses, events = list[Course](), Events()
-        apart = self.motion(state, period, value, [courses.append, events.see]) - state
-        small = deviations(self.model(value), Course.joined(courses))
+        course = self.motion(state, period, value, True)
+        apart = course.end[:, 0] - state
+        small = deviations(self.model(value), course)
         gap = float(np.abs(apart).max() / np.abs(state).max())
-        return apart, Cycle(state, period, small, value, gap, tuple(events.changes))
+        return apart, Cycle(state, period, small, value, gap, course)
 
     def solve(
         self, guess: np.ndarray, direction: np.ndarray | None = None, most: int = PASSES
@@ -175,7 +171,7 @@ class Shooting:
             J = np.zeros((8, 8))
             J[:6, :6] = cycle.monodromy - np.eye(6)
             J[:6, 6] = self.rates(end, x[7])
-            J[:6, 7] = (self.motion(x[:6], x[6], x[7] + STEP) - end) / STEP
+            J[:6, 7] = (self.motion(x[:6], x[6], x[7] + STEP).end[:, 0] - end) / STEP
             J[6, :6] = phase
             J[7] = along
             closed = cycle.gap < CLOSED
@@ -203,18 +199,17 @@ class Shooting:
     ) -> tuple[Cycle | None, str]:
         """The cycle to which the motion from a state settles within so many windows of time, or
         None with the reason. Raises ComputationError where the model ends."""
-        rate, changes = 0.0, list[Change]()
+        rate, changes = 0.0, 0
         fastest = max(1e-6, float(np.linalg.norm(self.rates(state, value))))
         for _ in range(windows):
-            events = Events()
-            state, changes = self.motion(state, window, value, [events.see]), events.changes
+            course = self.motion(state, window, value)
+            state, changes = course.end[:, 0], len(course.t)
             rate = float(np.linalg.norm(self.rates(state, value)))
             if not changes and rate <= RESTING * fastest:
                 break
-            if period := _return(changes):
-                begin = next(c.state for c in changes if sum(c.target) < sum(c.source))
-                # from between two changes, so that none falls on an end
-                begin = self.motion(begin, 0.01 * period, value)
+            begin, period = _return(course)
+            if period:  # from between two changes, so that none falls on an end
+                begin = self.motion(begin, 0.01 * period, value).end[:, 0]
                 cycle, _ = self.solve(np.concatenate([begin, [period, value]]))
                 return self._shortest(cycle), ""
         if changes:
@@ -225,7 +220,7 @@ class Shooting:
 
     def _shortest(self, cycle: Cycle) -> Cycle:
         """The cycle over its least period: a slow transient returns late, after several of them."""
-        for parts in range(len(cycle.changes), 1, -1):
+        for parts in range(len(cycle.course.t), 1, -1):
             _, part = self.over(cycle.state, cycle.period / parts, cycle.value)
             if part.gap < RETURNED:
                 return self.solve(part.unknowns)[0]
@@ -268,7 +263,7 @@ class Shooting:
             if not low <= after.value <= high:
                 return members + self._between(cycle, after, min(max(after.value, low), high)), ""
             members.append(after)
-            if not after.changes and after.stable is None:
+            if not after.contacts and after.stable is None:
                 return members, "without a change of contact, cycles of any amplitude follow"
             cycle, way, size = after, turned, min(1.5 * size, step)
         return members, f"{most} cycles were followed"
@@ -284,7 +279,7 @@ class Shooting:
     def _turns(self, first: Point, size: float, last: Point) -> list[Cycle]:
         """What happens within a step, in order, each located by bisection."""
         (cycle, way), met = first, list[tuple[float, Cycle]]()
-        linear = not last[0].changes and last[0].stable is None  # at one value, with any amplitude
+        linear = not last[0].contacts and last[0].stable is None  # at one value, with any amplitude
         for kind, sign in SIGNS.items():
             low, before = 0.0, sign(*first)
             while before != sign(*last) and low < size and (kind == "grazing" or not linear):
@@ -318,15 +313,16 @@ SIGNS: dict[str, Callable[[Cycle, np.ndarray], Any]] = {
 """What changes of a cycle, with the direction of its branch, at each kind of turn."""
 
 
-def _return(changes: Sequence[Change]) -> float:
-    """The time after which a separation repeats, 0 where none does."""
-    separations = [c for c in changes if sum(c.target) < sum(c.source)]
-    if not separations:
-        return 0.0
-    first = separations[0]
-    same = [c for c in separations if (c.source, c.target) == (first.source, first.target)]
-    size = np.abs([c.state for c in same]).max()
-    for one in same[1 : PASSAGES + 1]:
-        if np.abs(one.state - first.state).max() < RETURNED * size:
-            return one.t - first.t
-    return 0.0
+def _return(course: Course) -> tuple[np.ndarray, float]:
+    """The state (6,) from which a separation repeats and the time until then, 0 if none does."""
+    lost = np.flatnonzero(course.on[course.point, np.arange(len(course.t))] == 0)
+    if not lost.size:
+        return course.end[:, 0], 0.0
+    first, alike = lost[0], (course.on == course.on[:, lost[:1]]).all(axis=0)
+    same = lost[alike[lost] & (course.point[lost] == course.point[first])]
+    states, size = course.state[:, same[1 : PASSAGES + 1]], np.abs(course.state[:, same]).max()
+    apart = np.abs(states - course.state[:, [first]]).max(axis=0)
+    returns = same[1:][np.flatnonzero(apart < RETURNED * size)]
+    return course.state[:, first], float(
+        course.t[returns[0]] - course.t[first]
+    ) if returns.size else 0.0

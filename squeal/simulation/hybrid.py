@@ -319,3 +319,17 @@ def integrate(
         if limit >= 0:
             raise ModelEnd(f"{LIMITS[limit]} at {at}; the model ends there")
     return t, state, steps, changed
+
+
+def whole(
+    model: PadModel,
+    integrator: Integrator,
+    units: Units,
+    state: np.ndarray,
+    stop: float,
+    dense: bool = False,
+) -> Course:
+    """The motion that `integrate` runs, as one course."""
+    courses: list[Course] = []
+    integrate(model, integrator, units, state, stop, [courses.append], dense)
+    return Course.joined(courses)

@@ -8,13 +8,13 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from squeal.io.scene import COORDINATES, INITIAL
 from squeal.io.writing import number
-from squeal.model.contact import ContactLaw, State
+from squeal.model.contact import ContactLaw
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, facing, pose
 from squeal.numerics.oscillation import exponent, line, swing
@@ -153,35 +153,29 @@ def one_of(signals: Read, which: int) -> Read:
     return lambda *where: signals(*where)[which]
 
 
-class Change(NamedTuple):
-    """A contact change at natural time t, and the state (6,) then."""
+@dataclass(frozen=True)
+class Event:
+    """A change of contact state at time t (s)."""
 
     t: float
-    source: State
-    target: State
-    state: np.ndarray
+    source: str
+    target: str
 
 
 class Events:
     """The list of contact changes."""
 
-    def __init__(self) -> None:
-        self.changes: list[Change] = []
+    def __init__(self, model: PadModel, units: Units) -> None:
+        self._model, self._units, self._events = model, units, list[Event]()
 
     def see(self, course: Course) -> None:
-        contact = state_of(course.first[:, 0])
-        for point, t, state in zip(course.point.tolist(), course.t, course.state.T, strict=True):
-            target = contact.flip(point)
-            self.changes.append(Change(float(t), contact, target, state))
-            contact = target
+        contact = np.concatenate([course.first, course.on], axis=1)
+        names = [self._model.state_name(state_of(on)) for on in contact.T]
+        times = (course.t * self._units.time).tolist()
+        self._events += map(Event, times, names[:-1], names[1:])
 
-    @property
-    def times(self) -> np.ndarray:
-        """Natural times (n,) of the changes."""
-        return np.array([change.t for change in self.changes])
-
-    def result(self) -> list[Change]:
-        return self.changes
+    def result(self) -> tuple[Event, ...]:
+        return tuple(self._events)
 
 
 class Shares:

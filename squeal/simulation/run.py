@@ -22,6 +22,7 @@ from squeal.schema import Place, Word
 from squeal.simulation.hybrid import DEFAULT, Integrator, Options, integrate
 from squeal.simulation.observers import (
     UNITS,
+    Event,
     Events,
     Extrema,
     History,
@@ -34,15 +35,6 @@ from squeal.simulation.scipy_solver import SciPyIntegrator
 
 Backend = Literal["auto", "heyoka", "scipy"]
 BACKENDS = Word(("auto", "heyoka", "scipy"))
-
-
-@dataclass(frozen=True)
-class Event:
-    """A change of contact state at time t (s)."""
-
-    t: float
-    source: str
-    target: str
 
 
 @dataclass(frozen=True, repr=False)
@@ -243,7 +235,7 @@ def simulate(
     started = clock.process_time()
     units, model, start, stop = in_natural_units(scene)
     wanted: dict[str, Callable[[], Any]] = {
-        "events": Events,
+        "events": lambda: Events(model, units),
         "shares": lambda: Shares(model, stop),
         "extrema": lambda: Extrema(model, options),
         "history": lambda: History(model, units, scene.stop or 0.0, scene.samples or 0),
@@ -259,11 +251,6 @@ def simulate(
     integrator = make_integrator(model, scene.tolerance, backend, options)
     t, state, *counts = integrate(model, integrator, units, start, stop, see, dense, options)
     found = {name: one.result() for name, one in watched.items()}
-    if "events" in found:
-        found["events"] = tuple(
-            Event(e.t * units.time, model.state_name(e.source), model.state_name(e.target))
-            for e in found["events"]
-        )
     if "sliding" in found:
         lost = found.pop("sliding")
         found["sliding_holds"] = lost is None

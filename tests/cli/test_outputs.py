@@ -62,21 +62,15 @@ def test_an_existing_file_of_another_kind_stays(capsys, scene, kind):
             assert target.read_bytes() == KINDS[kind]
 
 
-def test_figures_follow_their_name_and_hold_their_alternative_text(capsys, scene):
-    for ending in (".pdf", ".svg", ".png"):
-        first, second = (scene.parent / f"{stem}{ending}" for stem in "ab")
-        for target in (first, second):
-            assert run(capsys, "map", scene, "--n", "3", "--pdf", target)[0] == 0
-        data = first.read_bytes()
-        assert data.startswith(KINDS[ending][:5])
-        assert data == second.read_bytes()
-        assert b" over alpha1 and alpha2: " in data
-    assert not list(scene.parent.glob("*.txt"))
-
-
-def heads(path):
-    with path.open() as stream:
-        return next(csv.reader(stream))
+@pytest.mark.parametrize("ending", [".pdf", ".svg", ".png"])
+def test_figures_follow_their_name_and_hold_their_alternative_text(capsys, scene, ending):
+    first, second = (scene.parent / f"{stem}{ending}" for stem in "ab")
+    for target in (first, second):
+        assert run(capsys, "map", scene, "--n", "3", "--pdf", target)[0] == 0
+    data = first.read_bytes()
+    assert data == second.read_bytes()
+    assert data.startswith(KINDS[ending][:5])
+    assert b" over alpha1 and alpha2: " in data
 
 
 @pytest.mark.parametrize(
@@ -97,27 +91,24 @@ def test_heads_carry_units_and_json_the_same_table(capsys, tmp_path, command, ex
     table, other = tmp_path / "t.csv", tmp_path / "t.json"
     for target in (table, other):
         assert run(capsys, *command, "--table", target)[0] == 0
-    assert set(expected) <= set(heads(table))
     found = json.loads(other.read_text())
     with table.open() as stream:
-        rows = list(csv.DictReader(stream))
+        heads, *rows = csv.reader(stream)
+    assert set(expected) <= set(heads)
     assert len(found["rows"]) == len(rows)
-    for head in heads(table):
+    for i, head in enumerate(heads):
         name = head.partition(" [")[0]
         assert head == (f"{name} [{found['units'][name]}]" if found["units"][name] else name)
         for ours, theirs in zip(rows[:3], found["rows"], strict=False):
-            assert ours[head] == ("" if theirs[name] is None else str(theirs[name]))
+            assert ours[i] == ("" if theirs[name] is None else str(theirs[name]))
 
 
-def test_no_file_that_a_system_names_is_overwritten(tmp_path, capsys):
+def test_files_that_a_system_names_are_inputs(tmp_path, capsys):
     nodes, path = tmp_path / "nodes.csv", tmp_path / "system.yaml"
     nodes.write_text("node,dof,x,y,z\n1,1,0,0,0\n2,rx,1,0,0\n")
     path.write_text("M: [[1, 0], [0, 1]]\nK: [[2, 0], [0, 3]]\ncoordinates: {file: nodes.csv}\n")
-    before = nodes.read_bytes()
-    for name in ("nodes.csv", "../" + tmp_path.name + "/nodes.csv"):
-        words = assert_refused(capsys, "eigenvalues", path, "--csv", tmp_path / name)
-        assert "is an input too" in words
-    assert nodes.read_bytes() == before
+    other = tmp_path / ".." / tmp_path.name / "nodes.csv"
+    assert "is an input too" in assert_refused(capsys, "eigenvalues", path, "--csv", other)
     found = answer(capsys, "eigenvalues", path, "--csv", tmp_path / "other.csv")
     assert [file["name"] for file in found["provenance"]["inputs"]] == ["system.yaml", "nodes.csv"]
 
@@ -140,24 +131,18 @@ def test_parameters_named_like_columns(tmp_path, capsys):
     assert row["real"] != 1.0
 
 
-# `squeal simulate` draws and writes its history
-
-
 @pytest.mark.parametrize(
-    ("scene", "ending", "head"),
-    [(B1, "svg", b"<?xml"), (B2, "svg", b"<?xml"), (B2, "pdf", b"%PDF"), (B1, "png", b"\x89PNG")],
+    ("scene", "ending"), [(B1, ".svg"), (B2, ".svg"), (B2, ".pdf"), (B1, ".png")]
 )
-def test_pictures_of_a_motion(tmp_path, capsys, scene, ending, head):
-    path = tmp_path / f"motion.{ending}"
-    code, out, _ = run(capsys, "simulate", scene, "--pdf", path, "--set", "stop=2e-3")
-    assert code == 0
-    assert path.read_bytes().startswith(head)
-    assert "history" not in out
-    if ending == "svg":
+def test_pictures_of_a_motion(tmp_path, capsys, scene, ending):
+    path = tmp_path / f"motion{ending}"
+    found = answer(capsys, "simulate", scene, "--pdf", path, "--set", "stop=2e-3")
+    assert path.read_bytes().startswith(KINDS[ending][:5])
+    assert "history" not in found
+    if ending == ".svg":
         text = path.read_text()
         forces = [s.name for s in contact_law(read_scene(scene).model).plotted if s.is_force]
         assert all(f'id="spectrum {name}"' in text for name in forces)
-        assert "A last panel shows the spectrum" in text
         assert text.count("position of the reaction over the half length") == 1
 
 
@@ -165,7 +150,7 @@ def test_a_history_over_a_zero_brake_force_is_refused(tmp_path, capsys):
     table = tmp_path / "x.csv"
     options = ("--set", "F_n=0", "--set", "outputs=[events]", "--set", "stop=1e-3")
     err = assert_refused(capsys, "simulate", B2, *options, "--csv", table)
-    assert "parameters.F_n: 0 is not allowed with --csv" in err
+    assert "F_n: 0.0 is not allowed; it must be above 0 for the output history" in err
     assert not table.exists()
     assert run(capsys, "simulate", B2, *options)[0] == 0
 

@@ -40,8 +40,8 @@ def some(model, count, seed, **fixed):
 
 
 def scene(model, formulation, pad, initial, **more):
-    given = {"samples": 2, "outputs": ("events",)} | more
-    return Scene(model, pad, formulation, tuple(initial), STOP, **given)
+    given: Any = {"stop": STOP, "samples": 2, "outputs": ("events",)} | more
+    return Scene(model, pad, formulation, tuple(initial), **given)
 
 
 @pytest.mark.parametrize(("model", "formulation"), LAWS)

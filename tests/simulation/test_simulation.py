@@ -130,5 +130,5 @@ def test_other_units_give_the_same_motion(stem):
     other = dataclasses.replace(scene, pad=pad, initial=initial, stop=scene.stop / time)
     one, two = simulate(scene), simulate(other)
     scale = np.array([1e-4, 1e-4, 1e-3, 1.0, 1.0, 10.0])
-    assert np.all(np.abs(two.final[1:] * units - one.final[1:]) < 1e-11 * scale)
+    assert np.all(np.abs(two.final[1:] * units - np.array(one.final[1:])) < 1e-11 * scale)
     assert [e.target for e in one.events] == [e.target for e in two.events]

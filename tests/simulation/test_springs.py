@@ -8,8 +8,7 @@ from squeal.io.scene import Scene, read_scene
 from squeal.model import contact
 from squeal.model.contact import ContactModel, Formulation, PointContact, Spring
 from squeal.model.equations import PadModel
-from squeal.simulation.hybrid import integrate
-from squeal.simulation.observers import Events
+from squeal.simulation.hybrid import whole
 from squeal.simulation.run import in_natural_units, make_integrator, simulate
 from tests.conftest import SCENES, needs_heyoka
 from tests.simulation.closed import bouncing, upright
@@ -39,11 +38,10 @@ def test_two_springs_at_the_edges_are_model_b1(case, monkeypatch):
     other = PadModel("halves", model.pad.replace(k3=None, k4=None, k_c=k))
     ends, times = [], []
     for one in (model, other):
-        watch = Events()
         integrator = make_integrator(one, scene.tolerance, "heyoka")
-        _, state, *_ = integrate(one, integrator, units, start, stop, [watch.see])
-        ends.append(state)
-        times.append(watch.times)
+        course = whole(one, integrator, units, start, stop)
+        ends.append(course.end)
+        times.append(course.t)
     assert len(times[0]) == len(times[1]) > 10
     assert times[1] == pytest.approx(times[0], rel=1e-12)
     assert ends[1] == pytest.approx(ends[0], rel=1e-12)

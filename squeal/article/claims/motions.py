@@ -11,7 +11,7 @@ from squeal.io.scene import Scene
 from squeal.model.contact import LEADING, STATES, TRAILING
 from squeal.model.equations import Units
 from squeal.model.pad import Coefficients
-from squeal.simulation.hybrid import Course, integrate
+from squeal.simulation.hybrid import Course, whole
 from squeal.simulation.observers import Grid, Read, face_speed, one_of, plotted
 from squeal.simulation.run import in_natural_units, make_integrator
 
@@ -31,11 +31,10 @@ def measure_alone(scene: Scene) -> dict[str, np.ndarray]:
     Raises ComputationError where the model ends.
     """
     units, model, state, stop = in_natural_units(scene)
-    courses: list[Course] = []
     integrator = make_integrator(model, scene.tolerance, "auto")
-    integrate(model, integrator, units, state, stop, [courses.append], True)
+    course = whole(model, integrator, units, state, stop, True)
     natural = Units(*(np.array([v]) for v in (1.0, units.velocity, 1.0, 1.0)))  # type: ignore[arg-type]
-    return measures(Course.joined(courses), natural, FINE)
+    return measures(course, natural, FINE)
 
 
 def measures(

@@ -8,8 +8,7 @@ import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
-from squeal.simulation.hybrid import DEFAULT, Integrator, integrate
-from squeal.simulation.observers import Events
+from squeal.simulation.hybrid import DEFAULT, Integrator, whole
 from squeal.simulation.run import heyoka, in_natural_units, make_integrator
 
 TOLERANCE = 1e-20  # what is tighter changes no double
@@ -35,15 +34,15 @@ def reference(scene: Scene, tolerance: float = TOLERANCE) -> Reference:
     Raises ComputationError where the model ends.
     """
     units, model, first, stop = in_natural_units(scene)
-    changes, number = Events(), quad()
+    number = quad()
     if number is None:
         shorter = dataclasses.replace(DEFAULT, scipy_step=DEFAULT.scipy_step / 4.0)
         integrator: Integrator = make_integrator(model, tolerance, "scipy", shorter)
     else:
         integrator = heyoka().TaylorIntegrator(model, tolerance, number)
     start = np.array([(number or float)(float(v)) for v in first])
-    _, state, _, _ = integrate(model, integrator, units, start, stop, [changes.see])
-    return Reference(np.array([float(v) for v in state]), changes.times)
+    course = whole(model, integrator, units, start, stop)
+    return Reference(*(np.array(v, dtype=float) for v in (course.end[:, 0], course.t)))
 
 
 def quad() -> Any:

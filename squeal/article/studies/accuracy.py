@@ -31,8 +31,7 @@ from squeal.io.scene import Scene
 from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel
 from squeal.simulation.ensemble import simulate_many
-from squeal.simulation.hybrid import first_contact, integrate, state_of
-from squeal.simulation.observers import Events
+from squeal.simulation.hybrid import first_contact, state_of, whole
 from squeal.simulation.run import in_natural_units
 
 STEMS = ("b1-c", "b2-c")
@@ -92,10 +91,9 @@ def ours(scene: Scene, tolerance: float) -> Run:
     from squeal.simulation.taylor import TaylorIntegrator
 
     units, model, start, stop = in_natural_units(scene)
-    changes = Events()
     integrator = TaylorIntegrator(model, tolerance)
-    _, state, steps, _ = integrate(model, integrator, units, start, stop, [changes.see])
-    return Run(state[:3], changes.times, steps)
+    course = whole(model, integrator, units, start, stop)
+    return Run(course.end[:3, 0], course.t, int(course.count[0]))
 
 
 def batch(scene: Scene, tolerance: float) -> Run:

@@ -297,7 +297,7 @@ def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:
     state = cycle.state + 1e-6 * np.abs(cycle.state).max() * random
     off = [state - cycle.state]
     for _ in range(turns):
-        state = pad.motion(state, cycle.period, cycle.value)
+        state = pad.motion(state, cycle.period, cycle.value).end[:, 0]
         off.append(state - cycle.state)
     values = np.linalg.eigvals(np.linalg.lstsq(off[:-1], off[1:])[0])
     return float(np.abs(np.delete(values, np.argmin(np.abs(values - 1.0)))).max())
