@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -23,7 +23,7 @@ from squeal.linear.continuation import (
     State,
     hermite_cubic,
 )
-from squeal.linear.eigen import GROWING, UnstableCount
+from squeal.linear.eigen import GROWING
 from squeal.linear.events import Crossing, Event, hertz_of, located
 from squeal.linear.matrices import LightMassError
 from squeal.linear.search import Counter, Searched, difference, fastest_first, search
@@ -148,14 +148,15 @@ def _along(
 
 def points_and_crossings(part: Searched) -> tuple[list[CriticalPoint], list[Crossing]]:
     """The changes of verdict and the crossings of a part without a jump."""
-    changes, crossings = list(_changes(part)), []
+    changes = [(c, _leads(part, c)) for c in _changes(part)]
+    crossings = []
     for k, place in enumerate(part.places):
-        leads = [_leads(part, c) for c in changes if c.place == k]
+        leads = [lead.values() for c, lead in changes if c.place == k]
         for c in place:
-            changing = any(c in lead.values() or not any(lead.values()) for lead in leads)
+            changing = any(c in lead or not any(lead) for lead in leads)
             mode = _mode(part.line.at(c.value), c.omega, 2 if c.coalesces else 1)
             crossings.append(c.crossing(mode, changing))
-    return [_point(part, c) for c in changes], crossings
+    return [_point(part, *change) for change in changes], crossings
 
 
 def _jump(at: float, below: State, above: State) -> tuple[list[CriticalPoint], list[Crossing]]:
@@ -202,159 +203,133 @@ class VerdictChange(NamedTuple):
 
 class _Mark(NamedTuple):
     value: float
-    growth: UnstableCount
     verdict: str
     place: int | None = None
 
 
-@dataclass(frozen=True)
-class Verdicts:
-    """The verdict along a parameter, from what `count` says grows at a value, and from the slopes
-    and vectors of a `line` if there is one."""
+def _changes(part: Searched) -> Iterator[VerdictChange]:
+    """All changes of verdict by rising value.
 
-    count: Callable[[float], UnstableCount]
-    line: Continuation | None = None
+    Next to rest the verdict is that of what crosses. Everywhere else it changes only where the
+    faster growth changes hands; where that is at a place of crossings it belongs to the place.
+    """
+    line, places, edges, marks = part.line, part.places, part.edges, list[_Mark]()
+    values = [s.value for s in line.states]
+    near = 4 * line.options.same * (line.high - line.low)
+    for k, growth in enumerate(part.growths):
+        low, high = edges[k : k + 2]
+        states = [line.at(v) for v in values if low <= v <= high and growth.roots]
+        own = [_Mark(s.value, s.growth.verdict) for s in states if s.growth.roots == growth.roots]
+        own = own or [_Mark((low + high) / 2, growth.verdict)]
+        quiet = [mark.verdict == "quiet" for mark in (*marks[-1:], own[0])]
+        if k and quiet[0] != quiet[1]:
+            grown, way = (own[0], 1) if quiet[0] else (marks[-1], -1)
+            kinds = {c.kind for c in places[k - 1] if c.direction == way}
+            kind = kinds.pop() if len(kinds) == 1 else grown.verdict
+            marks += [_Mark(low, v, k - 1) for v in ("quiet", kind)][::way]
+        marks += own
+    for a, b in itertools.pairwise(marks):
+        if a.place is not None and a.place == b.place:
+            yield VerdictChange(a.value, 0.0, a.verdict, b.verdict, a.place)
+        elif a.value < b.value and "quiet" not in (a.verdict, b.verdict):
+            for change in _between(line, a, b):
+                ways = {(change.below, -1), (change.above, 1)}
+                at = [
+                    change._replace(value=place[0].value, place=k)
+                    for k, place in enumerate(places)
+                    if abs(place[0].value - change.value) <= near
+                    and ways <= {(c.kind, c.direction) for c in place}
+                ]
+                yield at[0] if at else change
 
-    def changes(
-        self,
-        edges: Sequence[float],
-        growths: Sequence[UnstableCount],
-        places: Sequence[Sequence[Event]],
-        values: Sequence[float],
-    ) -> Iterator[VerdictChange]:
-        """All changes of verdict by rising value.
 
-        `growths` are between neighbouring `edges`, of which the inner ones are the places; at the
-        rising `values` more is looked up. Next to rest the verdict is that of what crosses.
-        Everywhere else it changes only where the faster growth changes hands.
-        """
-        marks: list[_Mark] = []
-        for k, growth in enumerate(growths):
-            low, high = edges[k : k + 2]
-            own = [self._at(v) for v in values if low <= v <= high and growth.roots]
-            own = [mark for mark in own if mark.growth.roots == growth.roots]
-            own = own or [_Mark((low + high) / 2, growth, growth.verdict)]
-            quiet = [mark.verdict == "quiet" for mark in (*marks[-1:], own[0])]
-            if k and quiet[0] != quiet[1]:
-                grown, way = (own[0], 1) if quiet[0] else (marks[-1], -1)
-                kinds = {c.kind for c in places[k - 1] if c.direction == way}
-                kind = kinds.pop() if len(kinds) == 1 else grown.verdict
-                two = [_Mark(low, grown.growth, v, k - 1) for v in ("quiet", kind)]
-                marks += two[::way]
-            marks += own
-        for a, b in itertools.pairwise(marks):
-            if a.place is not None and a.place == b.place:
-                yield VerdictChange(a.value, 0.0, a.verdict, b.verdict, a.place)
-            elif a.value < b.value and "quiet" not in (a.verdict, b.verdict):
-                yield from self._between(a, b)
+def _between(line: Continuation, a: _Mark, b: _Mark, depth: int = 5) -> Iterator[VerdictChange]:
+    """Where growth changes hands between two marks."""
+    if a.verdict != b.verdict:
+        yield VerdictChange(*_exchange(line, a, b), a.verdict, b.verdict, None)
+    elif depth and _near(line.at(a.value), line.at(b.value), a.verdict):
+        middle = (a.value + b.value) / 2
+        mark = _Mark(middle, line.at(middle).growth.verdict)
+        if mark.verdict != "quiet":
+            yield from _between(line, a, mark, depth - 1)
+            yield from _between(line, mark, b, depth - 1)
 
-    def _at(self, p: float) -> _Mark:
-        growth = self.count(p)
-        return _Mark(p, growth, growth.verdict)
 
-    def _between(self, a: _Mark, b: _Mark, depth: int = 5) -> Iterator[VerdictChange]:
-        """Where growth changes hands between two marks."""
-        if a.verdict != b.verdict:
-            yield VerdictChange(*self._exchange(a, b), a.verdict, b.verdict, None)
-        elif depth and self.line is not None and self._near(self.line, a, b):
-            mark = self._at((a.value + b.value) / 2)
-            if mark.verdict != "quiet":
-                yield from self._between(a, mark, depth - 1)
-                yield from self._between(mark, b, depth - 1)
+def _near(a: State, b: State, verdict: str) -> bool:
+    """True if the cubic through both ends, and by what it may be off, leads to an exchange."""
+    both = a.growth, b.growth
+    if not (any(g.pairs for g in both) and any(g.reals for g in both)):
+        return False
+    (x, dx, _), (y, dy, _) = _lead(a), _lead(b)
+    dx, dy = dx * (b.value - a.value), dy * (b.value - a.value)
+    lead = np.polyval(hermite_cubic(x, dx, y, dy)[::-1], np.linspace(0.0, 1.0, 17))
+    sign = 1.0 if verdict == "flutter" else -1.0
+    return bool((sign * lead).min() <= abs(y - x - (dx + dy) / 2))
 
-    def _near(self, line: Continuation, a: _Mark, b: _Mark) -> bool:
-        """True if the cubic through both ends, and by what it may be off, leads to an exchange."""
-        both = a.growth, b.growth
-        if not (any(g.pairs for g in both) and any(g.reals for g in both)):
-            return False
-        (x, dx, _), (y, dy, _) = (_lead(line.at(m.value)) for m in (a, b))
-        dx, dy = dx * (b.value - a.value), dy * (b.value - a.value)
-        lead = np.polyval(hermite_cubic(x, dx, y, dy)[::-1], np.linspace(0.0, 1.0, 17))
-        sign = 1.0 if a.verdict == "flutter" else -1.0
-        return bool((sign * lead).min() <= abs(y - x - (dx + dy) / 2))
 
-    def _exchange(self, a: _Mark, b: _Mark) -> tuple[float, float]:
-        """Where the verdict of b begins, and half the interval that holds it: by Ridders's method,
-        which bisects where other roots grow on both sides."""
-        low, high, p, half = a.value, b.value, math.inf, 1e-7 * (b.value - a.value)
-        least = 4 * np.spacing(max(abs(low), abs(high)))
-
-        def ahead(p: float) -> float:
-            growth = self.count(p)
-            return growth.pair_rate - growth.real_rate
-
-        for k in range(100):
-            numbers = [(g.pairs, g.reals) for g in map(self.count, (low, high))]
-            level = numbers[0] == numbers[1]
-            # a few halvings before a meeting of two roots is looked for
-            if k == 6 and not level and (met := self._meeting(low, high)) is not None:
-                return met
-            before, p = p, (low + high) / 2
-            tried, (x, middle, y) = {p}, map(ahead, (low, p, high))
-            if x * y < 0.0:
-                p += (p - low) * np.sign(x) * middle / math.sqrt(middle**2 - x * y)
-            if high - low <= least or abs(p - before) <= least:
+def _exchange(line: Continuation, a: _Mark, b: _Mark) -> tuple[float, float]:
+    """Where the verdict of b begins, and half the interval that holds it: by Ridders's method,
+    which bisects where other roots grow on both sides."""
+    low, high, p, half = a.value, b.value, math.inf, 1e-7 * (b.value - a.value)
+    least = 4 * np.spacing(max(abs(low), abs(high)))
+    for k in range(100):
+        before, p = p, (low + high) / 2
+        first, middle, last = (line.at(v).growth for v in (low, p, high))
+        level = (first.pairs, first.reals) == (last.pairs, last.reals)
+        # a few halvings before a meeting of two roots is looked for
+        if k == 6 and not level and (met := _meeting(line, low, high)) is not None:
+            return met
+        x, m, y = (g.pair_rate - g.real_rate for g in (first, middle, last))
+        tried = [p]
+        if x * y < 0.0:
+            p += (p - low) * np.sign(x) * m / math.sqrt(m**2 - x * y)
+            tried = sorted({*tried, p})
+        if high - low <= least or abs(p - before) <= least:
+            break
+        for v in tried:
+            if line.at(v).growth.verdict == b.verdict:
+                high = v
                 break
-            for v in sorted({*tried, p}):
-                if self.count(v).verdict == b.verdict:
-                    high = v
-                    break
-                low = v
-        if level and self.line is not None:
-            _, slope, rounding = _lead(self.line.at(p))
-            half = min(rounding / abs(slope) if slope else math.inf, half) + 1e-12 * abs(p)
-        return p, half
+            low = v
+    if level:
+        _, slope, rounding = _lead(line.at(p))
+        half = min(rounding / abs(slope) if slope else math.inf, half) + 1e-12 * abs(p)
+    return p, half
 
-    def _meeting(self, low: float, high: float) -> tuple[float, float] | None:
-        """Where a growing pair meets on the real axis, from the side on which it is one, and half
-        the interval."""
-        line, sides = self.line, [p for p in (low, high) if self.count(p).verdict == "flutter"]
-        if line is None or line.form != "damped" or not sides:
-            return None
-        state = line.at(sides[0])
-        z, k = state.roots, state.growing[0][0]
-        both = [k, int(np.argmin(np.abs(z - z[k].conj())))]
-        vectors = state.right[:, both], state.left[:, both]
-        guess = Guess((low + high) / 2, complex(z[k].real), *vectors, True, high - low)
-        event = located(line, guess)
-        if event is None or not low - event.width <= event.value <= high + event.width:
-            return None
-        met = line.at(float(np.clip(event.value, low, high)))
-        k = int(np.argmax(met.roots.real))
-        if abs(met.roots[k].imag) > 2 * met.rounding[k]:  # one that meets while another pair leads
-            return None
-        return event.value, event.width / 2
+
+def _meeting(line: Continuation, low: float, high: float) -> tuple[float, float] | None:
+    """Where a growing pair meets on the real axis, from the side on which it is one, and half the
+    interval."""
+    sides = [line.at(p) for p in (low, high) if line.at(p).growth.verdict == "flutter"]
+    if line.form != "damped" or not sides:
+        return None
+    state, k = sides[0], sides[0].growing[0][0]
+    z = state.roots
+    both = [k, int(np.argmin(np.abs(z - z[k].conj())))]
+    vectors = state.right[:, both], state.left[:, both]
+    guess = Guess((low + high) / 2, complex(z[k].real), *vectors, True, high - low)
+    event = located(line, guess)
+    if event is None or not low - event.width <= event.value <= high + event.width:
+        return None
+    met = line.at(float(np.clip(event.value, low, high)))
+    k = int(np.argmax(met.roots.real))
+    if abs(met.roots[k].imag) > 2 * met.rounding[k]:  # one that meets while another pair leads
+        return None
+    return event.value, event.width / 2
 
 
 def _lead(state: State) -> tuple[float, float, float]:
     """By how much the fastest pair outgrows the fastest real root (1/s), the slope of that and its
     rounding; a root of which there is none grows by 0."""
-    rates = []
-    for own in state.growing:
-        rate = np.zeros(3)
+    z, rates = state.roots, np.zeros((2, 3))
+    for own, rate in zip(state.growing, rates, strict=True):
         for k in own[:1]:
-            z = state.exponents[k]
-            turn = -0.5 / z if state.form == "undamped" else z / state.roots[k]  # d lambda / dz
-            rate[:] = z.real, (turn * state.slopes[k]).real, abs(turn) * state.rounding[k]
-        rates.append(rate)
+            exponent = state.exponents[k]  # lambda
+            turn = -0.5 / exponent if state.form == "undamped" else exponent / z[k]  # d lambda / dz
+            slope = (turn * state.slopes[k]).real
+            rate[:] = exponent.real, slope, abs(turn) * state.rounding[k]
     value, slope, _ = rates[0] - rates[1]
-    return float(value), float(slope), float(rates[0][2] + rates[1][2])
-
-
-def _changes(part: Searched) -> Iterator[VerdictChange]:
-    """Changes of verdict; an exchange at a place of crossings belongs to that."""
-    line, places = part.line, part.places
-    near = 4 * line.options.same * (line.high - line.low)
-    verdicts, values = Verdicts(lambda p: line.at(p).growth, line), [s.value for s in line.states]
-    for change in verdicts.changes(part.edges, part.growths, places, values):
-        at = [
-            change._replace(value=place[0].value, place=k)
-            for k, place in enumerate(places)
-            if change.place is None
-            and abs(place[0].value - change.value) <= near
-            and {(change.below, -1), (change.above, 1)} <= {(c.kind, c.direction) for c in place}
-        ]
-        yield at[0] if at else change
+    return float(value), float(slope), float(rates[:, 2].sum())
 
 
 def _leads(part: Searched, change: VerdictChange) -> dict[str, Event | None]:
@@ -367,11 +342,13 @@ def _leads(part: Searched, change: VerdictChange) -> dict[str, Event | None]:
     return leads
 
 
-def _point(part: Searched, change: VerdictChange) -> CriticalPoint:
+def _point(
+    part: Searched, change: VerdictChange, leads: Mapping[str, Event | None]
+) -> CriticalPoint:
     line, at = part.line, () if change.place is None else part.places[change.place]
     grows = change.above in GROWING
     concerned = change.above if grows else change.below
-    lead = _leads(part, change)[concerned]
+    lead = leads[concerned]
     low = min([c.interval[0] for c in at], default=change.value - change.half)
     high = max([c.interval[1] for c in at], default=change.value + change.half)
     omega = 0.0
