@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
+from scipy.linalg import block_diag
 
 from squeal.errors import InputError
-from squeal.linear import thresholds, verdict
+from squeal.linear import thresholds
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from tests.known import coupled, known_system
@@ -41,13 +42,8 @@ def assembled(blocks, T=None):
     """Undamped blocks K(mu) seen in coordinates T."""
 
     def system(mu):
-        parts = [block(mu) for block in blocks]
-        n, i = sum(map(len, parts)), 0
-        K, X = np.zeros((n, n)), np.eye(n) if T is None else T
-        for part in parts:
-            own = slice(i, i + len(part))
-            K[own, own] = part
-            i += len(part)
+        K = block_diag(*(block(mu) for block in blocks))
+        X = np.eye(len(K)) if T is None else T
         return X.T @ X, None, X.T @ K @ X
 
     return system
@@ -56,12 +52,7 @@ def assembled(blocks, T=None):
 def beside_growth(square):
     """A pair 2 +- i that grows, and a real root s = square(mu)."""
 
-    def system(mu):
-        K = np.zeros((3, 3))
-        K[:2, :2], K[2, 2] = [[2, 1], [-1, 2]], square(mu)
-        return I3, None, K
-
-    return system
+    return assembled([lambda _: [[2, 1], [-1, 2]], lambda mu: [[square(mu)]]])
 
 
 def drum(n):
@@ -78,18 +69,6 @@ def drum(n):
     return Known(system, 1.0, [(at, UP, omega)], [(at, "flutter", omega)])
 
 
-def spared(c):
-    """Equal damping c shifts the threshold to |Im s| = c omega; the third mode stays undamped."""
-
-    def system(mu):
-        K = np.diag([0.0, 0.0, 7.0])
-        K[:2, :2] = coupled(mu)[2]
-        return I3, np.diag([c, c, 0.0]), K
-
-    at = 0.75 * (1 + 2 * c**2)
-    return Known(system, 2.0, None, [(at, "flutter", 2**0.5)])
-
-
 SEVERAL = assembled([pair(1.5, 0.25, 0.4), pair(5.0, 0.5, 3.0), lambda mu: np.array([[1 - mu]])])
 
 
@@ -99,16 +78,6 @@ def clustered(n):
     blocks = [pair(a, b, 0.2) for a, b in zip(w, at, strict=True)]
     system = assembled(blocks, rng.normal(size=(n, n)) + 3 * np.eye(n))
     return Known(system, 1.0, [(a, UP, b) for a, b in zip(at, w, strict=True)], rel=1e-8)
-
-
-def nearly_defective():
-    """Blocks feed each other one way, ten times as strongly as they are stiff."""
-    w, at = np.array([1.0, 1.3, 1.7, 2.2, 2.9]), np.array([0.2, 0.35, 0.5, 0.65, 0.8])
-    plain = assembled([pair(a, b, 0.1 * a * a) for a, b in zip(w, at, strict=True)])
-    feed = np.triu(10 * np.random.default_rng(5).normal(size=(10, 10)), 2)
-    feed[::2, 1::2] *= 1 - np.eye(5)
-    crossings = [(b, UP, a) for a, b in zip(w, at, strict=True)]
-    return Known(lambda mu: (np.eye(10), None, plain(mu)[2] + feed), 1.0, crossings, rel=1e-5)
 
 
 def gyroscopic():
@@ -137,11 +106,10 @@ def rotor():
     return Known(system, 200.0, [(3 * x, UP, x) for x in w if 3 * x < 200], rel=1e-4)
 
 
-def joining(n):
+def joining(others):
     """s = -2 +- sqrt(1 - mu): two divergent roots that join cross nothing; then a growing pair."""
-    blocks = [lambda mu: np.array([[-2.0, 1 - mu], [1, -2]])]
-    blocks += [lambda mu: np.diag([5.0, 7, 9])] * (n == 5)
-    return Known(assembled(blocks), 2.0, [], [(1.0, "flutter", None)])
+    system = assembled([lambda mu: [[-2.0, 1 - mu], [1, -2]], lambda _: np.diag(others)])
+    return Known(system, 2.0, [], [(1.0, "flutter", None)])
 
 
 WIDTH = 2e-3
@@ -163,7 +131,6 @@ KNOWN = {
     ),
     "two rows of a drum brake": drum(2),
     "four rows of a drum brake": drum(4),
-    "a mode that damping spares": spared(0.1),
     "others grow": Known(
         SEVERAL, 1.2, [(0.25, UP, 1.5), (0.5, UP, 5.0), (1.0, "divergence up", 0.0)]
     ),
@@ -176,11 +143,10 @@ KNOWN = {
     "equal subsystems": Known(
         assembled([pair(2.0, 0.4, 0.3)] * 3), 1.0, [(0.4, UP, 2.0)] * 3, rel=1e-6
     ),
-    "nearly defective": nearly_defective(),
     "rotor": rotor(),
     "gyroscopic": gyroscopic(),
-    "divergent roots that join": joining(2),
-    "divergent roots that join beside others": joining(5),
+    "divergent roots that join": joining([5.0]),
+    "divergent roots that join beside others": joining([5.0, 7.0, 9.0]),
 }
 
 
@@ -211,7 +177,6 @@ def test_crossings_have_their_mode_and_say_whether_they_change_the_verdict():
     assert [c.mode for c in found] == [2, 4, 1]  # of five modes by frequency at each place
     found = thresholds(gyroscopic().system, 1.0, mu_min=0.1).crossings
     assert [c.changes_verdict for c in found] == [False, False, True]
-    assert verdict(I2, None, 2 * I2) == "marginal"
 
 
 @pytest.mark.parametrize("seed", range(20))
@@ -241,26 +206,21 @@ def test_jump_at_a_breakpoint():
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
-@pytest.mark.parametrize(("sign", "ends"), [(1.0, None), (1.0, 0.7), (-1.0, 0.7)])
-def test_a_mode_that_is_undamped_at_the_start_grows_from_there_or_not(order, sign, ends, rng):
-    """Its growth rate is a mu^order (mu - end), of which rounding hides the start."""
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_mode_that_is_undamped_at_the_start_grows_from_there_or_not(order, sign, rng):
+    """Its growth rate is sign mu^order (0.7 - mu) / 10, of which rounding hides the start."""
     L, R = (np.eye(5) + 0.4 * rng.normal(size=(5, 5)) for _ in range(2))
-    w = np.array([1.0, 1.5, 2.1, 3.3, 4.7])
 
     def system(mu):
-        a = sign * mu**order * (1.0 if ends is None else ends - mu)
-        C = np.diag([-0.2 * a, 0.02, 0.03, 0.04, 0.05])
-        return L @ R, L @ C @ R, L @ np.diag(w * w) @ R
+        C = np.diag([-0.2 * sign * mu**order * (0.7 - mu), 0.02, 0.03, 0.04, 0.05])
+        return L @ R, L @ C @ R, L @ np.diag([1.0, 1.5, 2.1, 3.3, 4.7]) ** 2 @ R
 
-    found = thresholds(system, 2.0)
-    expected = [(0.0, "up")] if sign > 0 else []
-    if ends is not None:
-        expected.append((ends, "down" if sign > 0 else "up"))
-    assert [c.direction for c in found.crossings] == [way for _, way in expected]
-    for c, (mu, _) in zip(found.crossings, expected, strict=True):
-        assert c.mu == pytest.approx(mu, rel=1e-9)
-        assert 0.0 <= c.interval[0] <= mu <= c.interval[1] < mu + 1e-3
-        assert 2 * np.pi * c.frequency_hz == pytest.approx(1.0, rel=1e-3)
+    found = [(c.direction, c.mu, c.interval) for c in thresholds(system, 2.0).crossings]
+    expected = [("up", 0.0), ("down", 0.7)] if sign > 0 else [("up", 0.7)]
+    assert [way for way, _, _ in found] == [way for way, _ in expected]
+    for (_, mu, (low, high)), (_, at) in zip(found, expected, strict=True):
+        assert mu == pytest.approx(at, rel=1e-9)
+        assert low <= at <= high < at + 1e-3
 
 
 def test_a_mass_matrix_without_symmetry_is_taken_and_a_singular_one_refused():
@@ -292,8 +252,7 @@ def test_a_batched_system_is_evaluated_together_with_the_same_result():
             sizes.append(len(mus))
             return [coupled(mu) for mu in mus]
 
-    alone, together = thresholds(coupled, 2.0), thresholds(Together(), 2.0)
-    assert together.points == alone.points
+    assert thresholds(Together(), 2.0).points == thresholds(coupled, 2.0).points
     assert max(sizes) > 10
 
 
@@ -307,10 +266,8 @@ def test_a_rotating_shaft_diverges_between_its_critical_speeds(seed):
     terms = (Term(K), Term(K2, Formula("p**2")))
     system = TermSystem((Term(M),), (Term(C, Formula("p")),), terms, parameter="p")
     found = thresholds(system, 6.0)
-    assert [(c.kind, c.direction) for c in found.crossings] == [
-        ("divergence", "up"),
-        ("divergence", "down"),
-    ]
+    ways = [(c.kind, c.direction) for c in found.crossings]
+    assert ways == [("divergence", "up"), ("divergence", "down")]
     for c, at in zip(found.crossings, np.sqrt(k), strict=True):
         assert c.mu == pytest.approx(at, rel=1e-12)
         assert c.interval[0] - 1e-14 <= at <= c.interval[1] + 1e-14
