@@ -58,19 +58,16 @@ def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(lengths, mass,
     assert len(values) == (wanted.modes or len(values))
 
 
-def test_a_ground_damper_leaves_one_zero_root_and_one_that_decays():
+def test_a_damper_against_the_ground_leaves_one_zero_root_and_one_that_decays():
     c = 0.9
     roots = system_roots(system_of(damping=(entries([c], [0], [0]),)), SLOW)
     slow = sorted(e.value.real for e in roots.eigenvalues if e.value.imag == 0.0)
     # the body moves as one: lambda^2 n m + lambda c = 0, but for c^2 of the chain's compliance
     assert slow == [pytest.approx(-c / N, rel=1e-3), 0.0]
     assert (roots.verdict, roots.certified) == (None, True)  # of some of the roots
-
-
-def test_a_damper_that_does_no_work_on_the_left_null_vector_leaves_two_zero_roots():
-    """The force on row 0 acts on row 4 too: the left null vector is one everywhere but at row 0."""
+    # a force on row 0 that acts on row 4 too: the left null vector is zero at row 0
     follower = entries([SPRING, -SPRING], [4, 4], [0, 1])
-    roots = system_roots(system_of(damping=(entries([0.9], [0], [0]),), more=(follower,)), SLOW)
+    roots = system_roots(system_of(damping=(entries([c], [0], [0]),), more=(follower,)), SLOW)
     assert sum(e.value == 0 for e in roots.eigenvalues) == 2
     assert roots.certified
 
@@ -80,8 +77,7 @@ def test_a_soft_ground_is_no_free_body(ground):
     roots = system_roots(system_of(more=(entries([ground], [0], [0]),)), SLOW)
     square = roots.eigenvalues[0].value ** 2
     assert square.real == pytest.approx(-ground / N, rel=1e-3)
-    assert roots.verdict == (None if ground > 0 else "divergence")
-    assert roots.certified
+    assert (roots.verdict, roots.certified) == (None if ground > 0 else "divergence", True)
 
 
 def test_follower_forces_on_a_free_chain_begin_no_growth_at_zero():
@@ -113,18 +109,17 @@ def test_a_chart_of_a_small_free_body_is_marginal_unless_it_is_driven(drive, ver
     assert squeal.map(system, sides).share[verdict] == 1.0
 
 
-@pytest.mark.parametrize("modes", [1, 2, 7, 8, 9, 20])
+@pytest.mark.parametrize("modes", [1, 7, 8, 20])
 def test_so_many_lowest_modes_are_listed_as_are_requested(modes):
     """Frequencies of 7, 8 and 9 are equal, real roots are single."""
     omega = np.linspace(10.0, 5000.0, N)
     omega[6:9] = omega[7]
-    decay = np.where(np.arange(N) < 3, 4.0, 0.02) * omega
-    lowest = system_roots(diagonal(decay, omega**2), Wanted(modes=modes))
-    roots = np.array([np.roots([1.0, c, w * w]) for w, c in zip(omega, decay, strict=True)]).ravel()
-    upper = np.sort(np.abs(roots[roots.imag >= 0.0]))
-    assert len(lowest.eigenvalues) == modes
-    assert lowest.certified
-    listed = np.sort([abs(e.value) for e in (*lowest.eigenvalues, *lowest.others)])
+    decay = np.where(np.arange(N) < 3, 4.0, 0.02)
+    lowest = system_roots(diagonal(decay * omega, omega**2), Wanted(modes=modes))
+    turn = np.sqrt(decay**2 / 4 - 1 + 0j)
+    upper = np.sort(np.abs(np.r_[omega * (turn - decay / 2), (-omega * (turn + decay / 2))[:3]]))
+    assert (len(lowest.eigenvalues), lowest.certified) == (modes, True)
+    listed = np.sort([abs(e.value) for e in lowest.every])
     assert listed == pytest.approx(upper[: len(listed)], rel=1e-9)
 
 
@@ -134,11 +129,9 @@ def test_a_region_that_begins_on_the_real_axis_holds_it(rows, low):
     decay = omega * np.where(np.arange(rows) % 3 == 0, 3.0, 0.1)
     region = Wanted(region=Rectangle(-150.0, 10.0, low, 60.0))
     inside = system_roots(diagonal(decay, omega**2), region)
-    real = omega[::3] * (-1.5 + math.sqrt(1.25))
-    fast = omega[::3] * (-1.5 - math.sqrt(1.25))
-    pairs = omega[np.arange(rows) % 3 != 0]
-    upper = np.sum(pairs * math.sqrt(1 - 0.0025) < 60.0)
-    assert inside.count == np.sum(real > -150.0) + np.sum(fast > -150.0) + upper
+    real = np.outer([-1.5 + math.sqrt(1.25), -1.5 - math.sqrt(1.25)], omega[::3])
+    upper = np.sum(omega[np.arange(rows) % 3 != 0] * math.sqrt(1 - 0.0025) < 60.0)
+    assert inside.count == np.sum(real > -150.0) + upper
     assert inside.certified
 
 

@@ -16,10 +16,7 @@ DIGITS = 34
 def exact_squares(M: np.ndarray, K: np.ndarray) -> list:
     """Roots s = -lambda^2 of an undamped system with diagonal M."""
     with mp.workdps(DIGITS):
-        A = mp.matrix(K.tolist())
-        for i, m in enumerate(np.diag(M)):
-            for j in range(len(M)):
-                A[i, j] /= mp.mpf(float(m))
+        A = mp.inverse(mp.matrix(M.tolist())) * mp.matrix(K.tolist())
         return list(mp.eig(A, left=False, right=False))
 
 
@@ -27,13 +24,9 @@ def exact_damped(M: np.ndarray, C: np.ndarray, K: np.ndarray) -> list:
     """All eigenvalues lambda of a damped system."""
     n = len(M)
     with mp.workdps(DIGITS):
-        inverse = mp.inverse(mp.matrix(M.tolist()))
-        lower = [-(inverse * mp.matrix(x.tolist())) for x in (K, C)]
-        F = mp.zeros(2 * n)
-        for i in range(n):
-            F[i, n + i] = 1
-            for j in range(n):
-                F[n + i, j], F[n + i, n + j] = lower[0][i, j], lower[1][i, j]
+        inverse, F = mp.inverse(mp.matrix(M.tolist())), mp.zeros(2 * n)
+        F[:n, n:] = mp.eye(n)
+        F[n:, :n], F[n:, n:] = (-inverse * mp.matrix(X.tolist()) for X in (K, C))
         return list(mp.eig(F, left=False, right=False))
 
 

@@ -100,16 +100,3 @@ def test_a_threshold_of_a_band_with_damping_of_what_is_light():
         assert point.kind == "flutter"
         assert point.mu == pytest.approx(0.75 * (1 + 2e-4), abs=1e-10)
         assert point.interval[0] <= 0.75 * (1 + 2e-4) <= point.interval[1]
-
-
-def test_a_free_body_stays_free_beside_what_has_no_mass():
-    """A body on no spring and a massless point hung to it: K has rank one, the root zero is double;
-    single with damping against the ground."""
-    K = np.array([[1.0, -1.0], [-1.0, 1.0]])
-    T = np.array([[2.0, 0.3], [-0.7, 1.1]])
-    M, K, ground = (T.T @ X @ T for X in (np.diag([1.0, 0.0]), K, np.diag([0.5, 0.0])))
-    free = TermSystem((Term((M + M.T) / 2),), (), (Term(K),))
-    assert [e.value for e in system_roots(free).eigenvalues] == [0.0, 0.0]
-    slowed = system_roots(replace(free, C=(Term(ground),)))
-    assert sorted(e.value.real for e in slowed.eigenvalues) == pytest.approx([-0.5, 0.0], abs=1e-12)
-    assert (slowed.verdict, slowed.certified) == ("marginal", True)
