@@ -32,18 +32,17 @@ class Exact:
     scene: Scene
     state: State
 
-    def _pad(self, mu: Any) -> Any:
-        return self.scene.pad.replace(mu=mp.mpf(mu))
+    def _given(self, q: Any, mu: Any) -> tuple[Any, ...]:
+        pad = self.scene.pad.replace(mu=mp.mpf(mu))
+        return self.scene.model, pad, self.scene.formulation, list(q), self.state
 
     def loads(self, q: Any, mu: Any) -> mp.matrix:
         """Loads (Fx, Fy, M)."""
-        form = self.scene.formulation
-        return mp.matrix(naive.loads(self.scene.model, self._pad(mu), form, list(q), self.state))
+        return mp.matrix(naive.loads(*self._given(q, mu)))
 
     def stiffness(self, q: Any, mu: Any) -> mp.matrix:
         """K, minus the derivative of the loads."""
-        given = (self.scene.model, self._pad(mu), self.scene.formulation, list(q), self.state)
-        return -naive.jacobian(*given)
+        return -naive.jacobian(*self._given(q, mu))
 
     def gaps(self, q: Any) -> tuple[Any, Any]:
         """Heights of the leading and the trailing edge over where they touch."""
