@@ -122,7 +122,8 @@ def _factor(mass: bytes, n: int) -> tuple[Array, float]:
         raise MatrixError("M: a positive definite matrix is required")
     if sizes[0] <= ILL * sizes[-1]:
         least = max(sizes[0] / (sizes[-1] or 1.0), 0.0)
-        raise LightMassError(f"M: some motion has {least:.1g} of the others' mass; it needs more")
+        words = f"some motion has {least:.1g} of the others' mass"
+        raise LightMassError(f"M: {words}; a well-conditioned matrix is required")
     inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
     T = (1.0 / np.sqrt(np.diag(M)))[:, None] * inverse.T
     T.setflags(write=False)  # the cache holds it
