@@ -51,7 +51,6 @@ critical-friction pair.yaml --scatter spreads.yaml --min 1 | --min 1
 critical-friction pair.yaml --scatter free.yaml | free.yaml: spreads: mu
 critical-friction pair.yaml --scatter s.json --csv s.json | s.json
 advise b1.yaml --tolerance k1=5% --tolerance k1=6% | --tolerance k1=6%
-advise b1.yaml --mu-max 0 | --mu-max 0
 map b3.yaml --n 1 | --n 1
 map b3.yaml --second mu:1:0 | mu:1:0
 map b3.yaml --first k1:0:1e10:log | --first k1:0:1e10:log
@@ -65,7 +64,6 @@ export pair.yaml --output out --band 1:2 | --band 1:2
 export pair.yaml --output pair.yaml/below | below: cannot be written
 export pair.yaml --output . | is not empty
 identify --seed x | --seed x
-identify --scenes none | --scenes none
 simulate b2.yaml --set mu | --set mu
 simulate b2.yaml --set kc=1 | k_c
 simulate b2.yaml --set mu=-1 | --set mu=-1
