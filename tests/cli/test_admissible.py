@@ -7,7 +7,7 @@ import yaml
 
 from squeal.io.scene import Scene
 from tests.cli.calls import answer
-from tests.conftest import SCENES, random_pad
+from tests.conftest import random_pad
 
 # beyond a fold that its branch passes twice, and beyond one from which it does not come back
 TWICE, NEVER = (Scene("B2", random_pad(seed, "B2")) for seed in (1014, 1018))
@@ -53,16 +53,3 @@ def test_beyond_a_fold_every_command_says_so(capsys, scene, tmp_path):
     assert mapped["share"]["beyond a fold"] == 1.0
     with cells.open() as stream:
         assert {row["admissible"] for row in csv.DictReader(stream)} == {"0"}
-
-
-@pytest.mark.parametrize("stem", ["b1-c", "b2-c", "b3"])
-def test_a_pad_near_its_place_is_admissible_in_every_command(capsys, stem):
-    scene = SCENES / f"{stem}.yaml"
-    narrow = ("map", "--n", "2", "--first", "mu:0.3:0.31", "--second", "k1:0.9e8:1.1e8")
-    commands = [("eigenvalues",), ("critical-friction",), narrow, ("sliding",)]
-    for command, *more in commands:
-        found = answer(capsys, command, scene, *more)
-        assert found["admissible"] is True, command
-        assert found["warnings"] == [] or command == "sliding"
-    far = [e for e in found.get("equilibria", []) if not e["admissible"]]
-    assert bool(far) == bool(found["warnings"])

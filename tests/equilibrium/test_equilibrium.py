@@ -53,25 +53,6 @@ def test_threshold_of_b1_a_is_a_zero_of_the_exact_discriminant():
     assert below > 0 > above  # real roots below, a complex pair above
 
 
-def test_fold_is_a_zero_of_the_exact_determinant():
-    scene = scene_of("b2-c")
-    found = critical_friction(scene)
-    assert [p.kind for p in found.points] == ["fold"]
-    mu = found.points[0].mu
-    path = Path.of(scene.pad_model, 2.0)
-    assert path.mu_end == path.fold == mu
-    assert path.end == f"the branch from mu = 0 turns back in a fold at mu = {mu:.9g}"
-    values = []
-    for share in (1e-4, 1e-6):
-        at = mu * (1 - share)
-        e = path.equilibrium(at)
-        exact = Exact(scene, e.state)
-        values.append(exact.cubic(exact.equilibrium(e.q, at), at)[2])
-    # next to a fold the determinant goes to zero as the square root of the distance
-    assert values[0] / values[1] == pytest.approx(10.0, rel=0.02)
-    assert path.equilibrium(mu * (1 + 1e-9)) is None
-
-
 def test_many_values_of_mu_together_are_those_of_one_by_one():
     scene = scene_of("b2-a")
     path = Path.of(scene.pad_model, 1.0)

@@ -14,7 +14,6 @@ from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import Formulation
-from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from tests.exact import Exact
 
@@ -82,14 +81,10 @@ def test_thresholds_of_rigid_contact(k_c):
     assert [NAMES[code] for code in alone] == ["marginal", "flutter"]
 
 
-def tilted(k_c):
-    """A pad put at an angle, so that great lengths cancel in its gaps."""
-    return Scene("B2", Pad(**PAD, **STEEP, k_c=k_c, mu=0.3, theta0=0.005))
-
-
 @pytest.mark.parametrize("k_c", [1e18, 1e20])
 def test_where_rounding_hides_the_contact_a_sentence_says_so(k_c):
-    scene = tilted(k_c)
+    # put at an angle, so that great lengths cancel in its gaps
+    scene = Scene("B2", Pad(**PAD, **STEEP, k_c=k_c, mu=0.3, theta0=0.005))
     for ask in (analyse, judged_equilibria, critical_friction):
         with pytest.raises(ComputationError, match="which hides the contact; softer contact"):
             ask(scene)
@@ -97,47 +92,35 @@ def test_where_rounding_hides_the_contact_a_sentence_says_so(k_c):
     assert NAMES[codes[0]] == "unknown"
 
 
-# R_n above its own rounding: pads without a load, and pads with very little of it
-
 # Without a load the springs lift the pad off its preload along the direction that they leave free:
 # there it hangs, whatever mu, at the border of contact, where R_n is zero.
-STIFF = {"m": 0.31, "w": 0.033, "h": 0.011, "k1": 1.7e7, "k2": 2.2e7, "k_c": 1.9e7}
-FREE = STIFF | {"L1": 0.4, "L2": 0.55, "alpha1": 0.47 * np.pi, "alpha2": 0.83 * np.pi}
+FREE = {"m": 0.31, "w": 0.033, "h": 0.011, "k1": 1.7e7, "k2": 2.2e7, "k_c": 1.9e7, "F_n": 0.0}
+FREE |= {"L1": 0.4, "L2": 0.55, "alpha1": 0.47 * np.pi, "alpha2": 0.83 * np.pi, "mu": 0.37}
+HANGS = Scene("B2", Pad(**FREE, y0=-2e-5))
 AT_REST = "without friction the pad has no place of rest nearby"
 
 
-def _pad(mu=0.37, **changes):
-    return Pad(**(FREE | {"mu": mu, "F_n": 0.0, "y0": -2e-5} | changes))
-
-
 def test_an_equilibrium_whose_reaction_is_rounding_is_none():
-    scene = Scene("B2", _pad())
-    found = find_all(scene.pad_model)
+    found, taken = find_all(HANGS.pad_model), analyse(HANGS)
     assert min(e.R_n for e in found) > 1.0
-    taken = analyse(scene)
     least = min(found, key=lambda e: e.potential)
     assert (taken.R_n, taken.on_branch) == (least.R_n, False)
     assert taken.R_n == pytest.approx(18.7, rel=0.3)
     assert np.all(taken.spectrum.values)
     assert AT_REST in taken.warnings[0]
-    assert [e.R_n for e, _ in judged_equilibria(scene)] == [e.R_n for e in found]
-
-
-@pytest.mark.parametrize("ask", [critical_friction, advise])
-def test_a_branch_that_would_start_without_a_reaction_is_none(ask):
-    with pytest.raises(ComputationError, match=AT_REST):
-        ask(Scene("B2", _pad()))
+    assert [e.R_n for e, _ in judged_equilibria(HANGS)] == [e.R_n for e in found]
+    for ask in (critical_friction, advise):
+        with pytest.raises(ComputationError, match=AT_REST):
+            ask(HANGS)
 
 
 def test_many_pads_at_once_leave_the_same_ones_out():
-    loads = np.array([0.0, 100.0, 0.0])
-    heights = np.array([-2e-5, -2e-5, 1e-5])
-    statics = Statics.of(PadModel("B2", _pad()))
-    unit = statics.units
-    pads = statics.model.replace(F_n=loads / unit.force, y0=heights / unit.length)
-    assert rests(Statics(pads, unit), 3).there.tolist() == [False, True, False]
-    alone = [
-        sliding_equilibrium(PadModel("B2", _pad(0.0, F_n=load, y0=height)))[0]
-        for load, height in zip(loads, heights, strict=True)
-    ]
-    assert [e is not None and e.on_branch for e in alone] == [False, True, False]
+    loads, heights, expected = [0.0, 100.0, 0.0], [-2e-5, -2e-5, 1e-5], [False, True, False]
+    statics = Statics.of(HANGS.pad_model)
+    force, length = statics.units.force, statics.units.length
+    changes = {"F_n": np.array(loads) / force, "y0": np.array(heights) / length}
+    pads = Statics(statics.model.replace(**changes), statics.units)
+    assert rests(pads, 3).there.tolist() == expected
+    for load, height, there in zip(loads, heights, expected, strict=True):
+        e, _ = sliding_equilibrium(HANGS.replace(mu=0.0, F_n=load, y0=height).pad_model)
+        assert (e is not None and e.on_branch) == there
