@@ -12,8 +12,8 @@ from squeal.analysis.answers import Axis
 from squeal.analysis.maps import NAMES, codes_at, stability_map
 from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.commands.sliding import judged_equilibria
-from squeal.equilibrium import find_all, sliding_equilibrium
-from squeal.equilibrium.statics import LIMITS, Excursion, Statics, excursion
+from squeal.equilibrium import Path, find_all, sliding_equilibrium
+from squeal.equilibrium.statics import LIMITS, Excursion, excursion
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
@@ -43,24 +43,18 @@ def test_each_limit_from_both_sides():
         assert len(beyond.warnings()) == 1
 
 
-def block(**changes):
-    """A pad that the line contact alone holds up; its springs push along the surface only."""
-    values = {"m": 1.0, "w": 0.04, "h": 0.01, "k1": 1e6, "k2": 1e6, "k_c": 1e8, "L1": 0.5}
-    values |= {"L2": 0.5, "alpha1": 0.0, "alpha2": np.pi, "mu": 0.0, "F_n": 500.0}
-    return Pad(**(values | changes))
-
-
 @pytest.mark.parametrize(("y0", "load"), [(0.0, 500.0), (-1e-5, 1000.0), (-1e-6, 500.0)])
 def test_excursion_of_a_pad_at_rest(y0, load):
     # horizontal springs carry next to nothing: R_n = F_n, and the load is that of the placement
-    statics = Statics.of(PadModel("B2", block(y0=y0)))
-    found, _ = sliding_equilibrium(PadModel("B2", block(y0=y0)))
-    z = np.append(statics.units.to_scaled(np.array([*found.q, 0, 0, 0]))[:3], 0.0)
-    tilt, travel, reaction = excursion(statics, z, found.state)
-    assert tilt == pytest.approx(abs(found.q[2]), abs=1e-12)
+    sides = {"L1": 0.5, "L2": 0.5, "k1": 1e6, "k2": 1e6, "alpha1": 0.0, "alpha2": np.pi}
+    pad = Pad(m=1.0, w=0.04, h=0.01, k_c=1e8, mu=0.0, F_n=500.0, y0=y0, **sides)
+    path = Path.of(PadModel("B2", pad), 0.0)
+    z, state = path.at(0.0)
+    tilt, travel, reaction = excursion(path.statics, z, state)
+    assert tilt == pytest.approx(abs(z[2]), abs=1e-12)
     assert travel == pytest.approx(abs(-500.0 / 1e8 - y0) / 0.04, rel=1e-3)
     assert reaction == pytest.approx(500.0 / load, rel=1e-3)
-    assert found.admissible
+    assert path.equilibrium(0.0).admissible
 
 
 @pytest.mark.parametrize("seed", [*range(8), 40, 62, 66, 110, 198, 290, 394])

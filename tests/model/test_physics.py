@@ -138,15 +138,6 @@ def test_one_formula_serves_all_states_at_once(law):
                 assert np.isfinite(places[:, i]).tolist() == [*is_force, True, False]
 
 
-def test_derivatives_where_a_flag_is_zero():
-    """Complex steps stay finite in every state, also for a level pad that is pressed down."""
-    for law in LAWS:
-        c = coefficients(np, random_pad(1, theta0=0.0), law.absolute_gap)
-        at = pose(np, (0.0, -0.1 + 1e-200j, 0.0))
-        for state in states(law.points)[:2]:
-            assert np.isfinite([*law.loads(c, at, state), law.energy(c, at, state)]).all()
-
-
 def test_forces_derive_from_the_energy():
     """Without friction, in the laws that have a potential."""
     pad = random_pad(2, mu=0.0)
