@@ -24,17 +24,14 @@ STIFF = Scene(
 # springs 5e4 and 1e5 times as stiff as the contact
 SOFT_EDGES = Scene(
     "B1",
-    Pad(m=0.9167109934690583, w=0.03477637635825602, h=0.033759328717023855,
-        k1=271582298384.6258, k2=196233796034.3166, k3=5241535.085987524, k4=5129943.782879974,
-        L1=0.49692630615516464, L2=0.06392650534302499, alpha1=1.2340975062644215,
-        alpha2=1.6165765348076733, F_n=425.33984540642587, mu=0.3),
+    Pad(m=0.917, w=0.0347764, h=0.0337593, k1=2.71582e11, k2=1.96234e11, k3=5.24154e6,
+        k4=5.12994e6, L1=0.496926, L2=0.0639265, alpha1=1.2340975, alpha2=1.6165766, F_n=425.34,
+        mu=0.3),
 )  # fmt: skip
 SOFT_FACE = Scene(
     "B2",
-    Pad(m=0.3244437013526119, w=0.031967488099720144, h=0.01481216406036873,
-        k1=961356495496.6909, k2=502171710915.4887, k_c=10529115.383353991,
-        L1=0.5715794890549964, L2=0.48050606442167043, alpha1=1.0898597534391408,
-        alpha2=1.6949302279298306, F_n=4627.7414109873735, mu=0.3),
+    Pad(m=0.3244, w=0.0319675, h=0.0148122, k1=9.61356e11, k2=5.02172e11, k_c=1.05291e7,
+        L1=0.571579, L2=0.480506, alpha1=1.09, alpha2=1.69493, F_n=4627.74, mu=0.3),
 )  # fmt: skip
 
 
@@ -107,8 +104,8 @@ def test_stiff_contact_is_followed_to_where_it_is_asked_for(k_c):
 def test_no_threshold_depends_on_how_far_was_asked():
     near, far = (critical_friction(STIFF, mu_max) for mu_max in (1.0, 1.3))
     assert near.points == ()
-    ((kind, mu),) = ((point.kind, point.mu) for point in far.points)
-    assert (kind, mu) == ("flutter", pytest.approx(1.009492867, abs=1e-9))  # at 50 digits
+    assert [point.kind for point in far.points] == ["flutter"]
+    assert far.points[0].mu == pytest.approx(1.009492867, abs=1e-9)  # at 50 digits
 
 
 def test_a_range_may_end_at_the_fold_itself():
