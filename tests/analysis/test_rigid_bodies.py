@@ -93,18 +93,14 @@ def test_follower_forces_on_a_free_chain_begin_no_growth_at_zero():
     assert (full.verdict, full.certified) == (None, True)
 
 
-@pytest.mark.parametrize(("drive", "verdict"), [(0.0, "marginal"), (0.2, "flutter")])
+@pytest.mark.parametrize(("drive", "verdict"), [(0.0, "marginal"), (20.0, "flutter")])
 def test_a_chart_of_a_small_free_body_is_marginal_unless_it_is_driven(drive, verdict):
-    """Two springs in a row; a negative damper between the ends drives them where the passive one
-    does not suffice."""
+    """A negative damper between the ends drives them where the passive one does not suffice."""
     K = 1e4 * np.array([[1.1, -1.1, 0.0], [-1.1, 1.8, -0.7], [0.0, -0.7, 0.7]])
-    ends = np.array([[1.0, 0.0, -1.0], [0.0, 0.0, 0.0], [-1.0, 0.0, 1.0]])
-    system = TermSystem(
-        (Term(np.diag([1.0, 2.0, 3.3])),),
-        (Term(1e-4 * K, Formula("s")), Term(-100 * drive * ends)),
-        (Term(K, Formula("s + mu")),),
-        {"s": 1.0},
-    )
+    ends = np.outer([1.0, 0.0, -1.0], [1.0, 0.0, -1.0])
+    damping = Term(1e-4 * K, Formula("s")), Term(-drive * ends)
+    stiffness = (Term(K, Formula("s + mu")),)
+    system = TermSystem((Term(np.diag([1.0, 2.0, 3.3])),), damping, stiffness, {"s": 1.0})
     sides = (Axis("mu", 0.0, 1.0, 5), Axis("s", 0.5, 2.0, 5))
     assert squeal.map(system, sides).share[verdict] == 1.0
 
