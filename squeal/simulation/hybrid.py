@@ -166,19 +166,16 @@ class Course:
     @staticmethod
     def joined(parts: Sequence["Course"]) -> "Course":
         """The parts of one motion, one after the other, as one."""
-        changes: dict[str, Any] = {
-            name: np.concatenate([getattr(part, name) for part in parts], axis=-1)
+        first, last = parts[0], parts[-1]
+        lane, point, t, state = (
+            np.concatenate([getattr(part, name) for part in parts], axis=-1)
             for name in ("lane", "point", "t", "state")
-        }
-        smooth = zip(*(part.smooth for part in parts), strict=True)
-        return dataclasses.replace(
-            parts[-1],
-            t0=parts[0].t0,
-            first=parts[0].first,
-            count=np.sum([part.count for part in parts], axis=0),
-            smooth=tuple(np.concatenate(each, axis=-1) for each in smooth),
-            **changes,
         )
+        count = np.sum([part.count for part in parts], axis=0)
+        pairs = zip(*(part.smooth for part in parts), strict=True)
+        smooth = tuple(np.concatenate(each, axis=-1) for each in pairs)
+        ends = first.t0, last.t1, first.first, last.end
+        return Course(last.law, last.c, *ends, lane, point, t, state, count, last.limit, smooth)
 
 
 class Integrator(Protocol):

@@ -31,7 +31,9 @@ class SciPyIntegrator(Integrator):
         pad = model.pad
         # rotation is faster than translation where the moment of inertia is small
         turn = math.sqrt(pad.I / (pad.m * (pad.w**2 + pad.h**2))) * 1.7
-        self._max_step = options.scipy_step * min(1.0, turn)
+        step = options.scipy_step * min(1.0, turn)
+        self._how: Any = {"method": "DOP853", "max_step": step}
+        self._how |= {"rtol": self.tolerance, "atol": self.tolerance}
 
     def _rhs(self, contact: list[int]) -> Any:
         c, model = self._model.c, self._model
@@ -51,71 +53,49 @@ class SciPyIntegrator(Integrator):
         """Those of the contact points, then of the limits `_UPRIGHT` and `_SLOWER`."""
         c, law, V = self._model.c, self._model.law, self._model.pad.V
 
-        def event(value: Any, direction: float) -> Any:
-            value.terminal, value.direction = True, direction
-            return value
-
         def gap(point: int) -> Any:
             return lambda _t, s: law.gaps(c, pose(math, c.place(s)))[point]
 
-        events = [event(gap(i), 1.0 if on else -1.0) for i, on in enumerate(contact)]
-        events.append(event(lambda _t, s: facing(c, pose(math, c.place(s))), -1.0))
+        events: list[Any] = [gap(i) for i in range(len(contact))]
+        events.append(lambda _t, s: facing(c, pose(math, c.place(s))))
         if "falling" in self._model.terms:
-            events.append(event(lambda _t, s: V - s[3], -1.0))
+            events.append(lambda _t, s: V - s[3])
+        for event, on in zip(events, [*contact, 0, 0], strict=False):
+            event.terminal, event.direction = True, 1.0 if on else -1.0
         return events
-
-    def _collapse(self, y: np.ndarray) -> tuple[int, int] | None:
-        """The first step (its end) in which a spring turns by more than 90 degrees, and its limit.
-
-        It has passed through zero length, where its force jumps; y (6, n) holds the step ends.
-        """
-        at = pose(np, self._model.c.place(y))
-        for limit, (vx, vy) in enumerate(spring_vectors(self._model.c, at), 1):
-            turned = vx[:-1] * vx[1:] + vy[:-1] * vy[1:] < 0.0
-            if turned.any():
-                return int(np.argmax(turned)) + 1, limit
-        return None
 
     def run(
         self, contact: np.ndarray, t: float, state: np.ndarray, stop: float, dense: bool
     ) -> Course:
         """See `squeal.simulation.hybrid.Integrator`; ends at each change of contact."""
-        touching = contact.tolist()
-        events = self._events(touching)
-        wanted: Any = {"method": "DOP853", "max_step": self._max_step, "dense_output": dense}
-        wanted |= {"rtol": self.tolerance, "atol": self.tolerance, "events": events}
+        law, c, touching = self._model.law, self._model.c, contact.tolist()
+        more = {"events": self._events(touching), "dense_output": dense}
         span = (t, min(stop, t + self._options.scipy_time))
-        solution = self._solve(self._rhs(touching), span, state, **wanted)
+        solution = self._solve(self._rhs(touching), span, state, **self._how, **more)
         if solution.status < 0:
             raise ComputationError(
                 f"SciPy gave up at natural time {solution.t[-1]:.9g}: {solution.message}"
             )
         limit, last, point = -1, len(solution.t) - 1, np.empty(0, dtype=int)
-        collapse = self._collapse(solution.y)
-        if collapse is not None:
-            last, limit = collapse
-        elif solution.status == 1:
+        if solution.status == 1:
             event = next(i for i, times in enumerate(solution.t_events) if len(times))
             if event < len(touching):
                 point = np.array([event])
             else:
                 limit = (_UPRIGHT, _SLOWER)[event - len(touching)]
+        # a spring that turns by more than 90 degrees in a step has passed through zero length,
+        # where its force jumps
+        vectors = spring_vectors(c, pose(np, c.place(solution.y)))
+        for spring, (vx, vy) in reversed([*enumerate(vectors, 1)]):
+            turned = np.flatnonzero(vx[:-1] * vx[1:] + vy[:-1] * vy[1:] < 0.0)
+            if turned.size:
+                limit, last, point = spring, int(turned[0]) + 1, point[:0]
         nodes, end = solution.t[: last + 1], solution.y[:, last : last + 1].copy()
-        return Course(
-            law=self._model.law,
-            c=Coefficients(*np.reshape(self._model.c, (-1, 1))),
-            t0=np.array([t]),
-            t1=nodes[-1:],
-            first=contact[:, None],
-            end=end,
-            lane=0 * point,
-            point=point,
-            t=nodes[-1:].repeat(len(point)),
-            state=end.repeat(len(point), axis=1),
-            count=np.array([last]),
-            limit=np.array([limit]),
-            smooth=_smooth(nodes, solution.sol) if dense else (),
-        )
+        t1, many = nodes[-1:], Coefficients(*np.reshape(c, (-1, 1)))
+        changes = (0 * point, point, t1.repeat(len(point)), end.repeat(len(point), axis=1))
+        counts = np.array([last]), np.array([limit])
+        smooth = _smooth(nodes, solution.sol) if dense else ()
+        return Course(law, many, nodes[:1], t1, contact[:, None], end, *changes, *counts, smooth)
 
 
 def _smooth(nodes: np.ndarray, motion: Any) -> tuple[np.ndarray, ...]:

@@ -227,7 +227,7 @@ class TaylorIntegrator:
         regrouped = self._fp is float and self.tolerance > options.regrouped_above
         how: Any = (model.terms, self.tolerance, self._fp, lanes, regrouped)
         own = _machine(get_ident(), law, *how)  # each thread has its own
-        begin, t1 = (np.reshape(v, -1).astype(own.state.dtype) for v in (t, stop))
+        t0, t1 = (np.reshape(v, -1).astype(own.state.dtype) for v in (t, stop))
         n, first = len(t1), np.reshape(contact, (law.points, -1))
         c = Coefficients(*(np.broadcast_to(np.asarray(v, dtype=float), n) for v in model.c))
         numbers = np.concatenate([c, first, model.term_values.reshape(-1, n)])
@@ -239,7 +239,7 @@ class TaylorIntegrator:
         for own.base in range(0, n, max(lanes, 1)):
             each = slice(own.base, own.base + max(lanes, 1))
             starts, until = (numbers[:, each], end[:, each].copy()), t1[each].copy()
-            own.start(*starts, begin[each])
+            own.start(*starts, t0[each])
             tcs, times = own.recorded(how) if dense else ([], [])
             while True:
                 own.ta.reset_cooldowns()
@@ -264,23 +264,12 @@ class TaylorIntegrator:
                 )
             if dense:
                 smooth.append(_smooth(tcs, times, own.base))
-        lane, point, t, states = zip(*own.log, strict=True) if own.log else ((), (), (), ())
+        lane, point, when, states = zip(*own.log, strict=True) if own.log else ((), (), (), ())
         order = np.argsort(lane, kind="stable")
-        return Course(
-            law=law,
-            c=c,
-            t0=begin,
-            t1=t1,
-            first=first,
-            end=end,
-            lane=np.array(lane, dtype=int)[order],
-            point=np.array(point, dtype=int)[order],
-            t=np.array(t)[order],
-            state=np.frombuffer(b"".join(states), end.dtype).reshape(-1, 6)[order].T,
-            count=count,
-            limit=limit,
-            smooth=tuple(np.concatenate(part, axis=-1) for part in zip(*smooth, strict=True)),
-        )
+        state = np.frombuffer(b"".join(states), end.dtype).reshape(-1, 6)[order].T
+        changes = (np.array(lane, int)[order], np.array(point, int)[order], np.array(when)[order])
+        parts = tuple(np.concatenate(part, axis=-1) for part in zip(*smooth, strict=True))
+        return Course(law, c, t0, t1, first, end, *changes, state, count, limit, parts)
 
 
 def unsure(course: Course, options: Options = DEFAULT) -> np.ndarray:
