@@ -44,7 +44,7 @@ class Orbit:
 
     value: float
     period: float
-    amplitude: tuple[float, float, float]
+    amplitude: tuple[float, ...]
     velocity: float
     extrema: dict[str, tuple[float, float] | None]
     contacts: tuple[str, ...]
@@ -127,24 +127,19 @@ class Cycles(Answer):
     source: tuple[Shooting, Cycle] | None = field(default=None, repr=False)
 
     @property
-    def turns(self) -> tuple[Orbit, ...]:
-        """The folds, period doublings, tori and grazings of the branch."""
-        return tuple(one for one in self.orbits if one.turn)
-
-    @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
         """Where the branch ends within the range, and how many cycles reach the surface's speed."""
-        cut = [
+        lost = sum(one.sliding_holds is False for one in self.orbits)
+        fast = (
+            f"in {lost} of {len(self.orbits)} cycles the lower face reaches the speed V of the "
+            "surface, beyond which the equations do not hold"
+        )
+        cut = (
             f"the branch ends at {self.parameter} = {number(self.orbits[i].value)}: {why}"
             for i, why in zip((0, -1), self.ends, strict=True)
             if why not in ("", CLOSED_CURVE)
-        ]
-        if lost := sum(one.sliding_holds is False for one in self.orbits):
-            cut.append(
-                f"in {lost} of {len(self.orbits)} cycles the lower face reaches the speed V of the "
-                "surface, beyond which the equations do not hold"
-            )
-        return tuple(cut)
+        )
+        return (*cut, *([fast] if lost else []))
 
     def table(self) -> Table:
         """A row for each cycle."""
@@ -172,26 +167,22 @@ class Cycles(Answer):
             "own": self.own if self.orbits else None,
             "reason": self.reason or None,
             "ends": [why or None for why in self.ends],
-            "turning_points": [{"kind": one.turn, "value": one.value} for one in self.turns],
+            "turning_points": [
+                {"kind": one.turn, "value": one.value} for one in self.orbits if one.turn
+            ],
             "sliding": [{"value": value, "verdict": verdict} for value, verdict in self.sliding],
         }
 
 
 def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, float, float]:
     """The parameter and its range. Raises InputError."""
-    at = Place("cycles") / "over"
-    if over is None:
-        return "mu", scene.pad.mu, scene.pad.mu
-    name, low, high = over
-    if name not in PARAMETERS or getattr(scene.pad, name) is None:
-        used = ", ".join(scene.pad.given())
-        raise at.refuse(f"{name} is not allowed; it must be one of {used}")
-    value = getattr(scene.pad, name)
-    if not low <= value <= high:
-        raise at.refuse(
-            f"{name}:{low:g}:{high:g} is not allowed; the range must hold {value:g}, the scene's "
-            "value, at which the first cycle is found"
-        )
+    given, at = scene.pad.given(), Place("cycles") / "over"
+    name, low, high = over or ("mu", scene.pad.mu, scene.pad.mu)
+    if name not in given:
+        raise at.must_be(name, f"one of {', '.join(given)}")
+    if not low <= given[name] <= high:
+        words = f"a range that holds {given[name]:g}, the scene's value, where the first cycle is"
+        raise at.must_be(f"{name}:{low:g}:{high:g}", words)
     for end in (low, high):
         scene.replace(**{name: end})
     return name, low, high
@@ -213,12 +204,11 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     friction, damping, square = sums.tolist()
     places = [grid.ranges(lambda *at, i=i: at[1][i])[0] for i in range(3)]
     half = np.append(np.ptp(places, axis=1) / 2.0, np.zeros(3))
-    x, y, theta = units.to_si(half)[:3].tolist()
     face = max(float(grid.ranges(face_speed)[0, 1]), 0.0)
     return Orbit(
         value=float(cycle.value * scale),
         period=float(cycle.period * units.time),
-        amplitude=(x, y, theta),
+        amplitude=tuple(units.to_si(half)[:3].tolist()),
         velocity=float(np.sqrt(square / cycle.period) * units.velocity),
         extrema=extrema.result(),
         contacts=tuple(model.state_name(state) for state in cycle.contacts),

@@ -31,8 +31,6 @@ DONE, REFUSED = 0, 1 + len(LIMITS)  # outcomes; those between are 1 + the index 
 Arrays = dict[str, np.ndarray]
 Measure = Callable[[Course, Units], Arrays]
 """Arrays (n, ...) in the units of the pads, from n motions side by side and their units (n,)."""
-Task = tuple[PadModel, np.ndarray, np.ndarray]
-"""Some pads with their first states (n, 6) and lengths of time (n,), in SI units."""
 
 
 def stack(pads: Sequence[Pad]) -> Pad:
@@ -53,9 +51,13 @@ def _some(model: PadModel, which: Any) -> PadModel:
 
 
 def _motions(
-    task: Task, tolerance: float, measure: Measure | None, events: bool, options: Options
+    task: tuple[PadModel, np.ndarray, np.ndarray],
+    tolerance: float,
+    measure: Measure | None,
+    events: bool,
+    options: Options,
 ) -> Arrays:
-    """What is wanted of the motions of some pads, in any process."""
+    """What is wanted of the motions of some pads from first states (n, 6) over times (n,)."""
     (model, initial, stop), n, taylor = task, len(task[2]), heyoka()
     numbers = vars(natural_units(model, initial.T)).values()
     units = Units(*(np.broadcast_to(v, n) for v in numbers))  # type: ignore[arg-type]
@@ -141,18 +143,14 @@ def simulate_many(
     ----------
     pads : Pad
         Its parameters are numbers or arrays (n,), see `stack`.
-    initial : (n, 6) array
-        First states.
-    stop : float or (n,) array
-        Length of time.
+    initial, stop : (n, 6) array, float or (n,) array
+        First states and lengths of time.
     measure : callable, optional
-        What is measured of the motions, see `Measure`; a function of a module if there are several
-        processes.
+        What is measured, see `Measure`; a function of a module if there are several processes.
     events : bool
         Whether the contact changes are wanted.
     workers : int
-        Processes, which start anew by import: a script that asks for several must guard its main
-        part by `if __name__ == "__main__"`.
+        Processes, which start anew by import, see `mapped`.
     damping : (3, 3) or (n, 3, 3) array, optional
         The damping matrix of all or of each.
 
@@ -160,9 +158,9 @@ def simulate_many(
     -------
     dict of arrays
         outcome (`DONE`, 1 + the index into `LIMITS`, or `REFUSED`), ended (time), final (n, 6),
-        steps, changes (number of contact changes), with `events` also events (arrays (changes, 2)
-        of time and contact point), and what `measure` gives. Values of pads that did not reach the
-        end are NaN, their measures None or 0 where there is no NaN.
+        steps, changes (number of contact changes), with `events` events (arrays (changes, 2) of
+        time and contact point), and what `measure` gives. Where a pad did not reach the end, final
+        states and measures are NaN, None or 0.
 
     Raises
     ------

@@ -254,7 +254,7 @@ class Sliding:
 
     def __init__(self, speed: float, options: Options = DEFAULT) -> None:
         self._speed, self._count = speed, options.samples
-        self._lost: float | None = None
+        self.lost: float | None = None
 
     def _excess(self, _c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
         return np.asarray(states[3] - self._speed)
@@ -264,36 +264,28 @@ class Sliding:
         values = grid.read(self._excess)
         step, at, top = grid.peaks(self._excess, values, np.zeros(len(steps.t)))
         lost = np.append(grid.t[values >= 0.0], (steps.t[step] + steps.h[step] * at)[top >= 0.0])
-        if lost.size and self._lost is None:
+        if lost.size and self.lost is None:
             high = lost.min()
             low = max(grid.t[grid.t < high].max(initial=-np.inf), course.t0[0])
             while low < (middle := low + (high - low) / 2) < high:
                 late = course.at(np.array([middle]))[0][0, 3] >= self._speed
                 low, high = (low, middle) if late else (middle, high)
-            self._lost = float(high)
-
-    def result(self) -> float | None:
-        return self._lost
+            self.lost = float(high)
 
 
 @dataclass(frozen=True)
 class Response:
     """What a motion comes to; each is None where the motion does not show it.
 
-    frequency_hz: of the strongest line in the kinetic energy of the last quarter of the run; None
-    if that quarter holds less than four of its periods, or if the line has less than a quarter of
-    the power, as in irregular motion.
-    amplitude: half of the difference between greatest and least x, y (m) and theta (rad) in that
-    quarter; None if it is too short, or if its two halves differ by more than a tenth, as in
-    motion that still grows or decays or is irregular.
+    frequency_hz: of the strongest line in the kinetic energy of the last quarter of the run, which
+    holds at least four of its periods, and the line a quarter of the power.
+    amplitude: half of the ranges of x, y (m) and theta (rad) in that quarter, whose two halves
+    differ by at most a tenth.
     growth_rate (1/s), growth_frequency_hz: real part and |imaginary part|/(2 pi) of the exponent
-    of the motion from its start up to the first change of contact, see
-    `squeal.numerics.oscillation.exponent`; None if that is shorter than two periods or is not a sum
-    of exponentials.
-    settled: True if the velocity (its root mean square, weighted by the masses) of the last tenth
-    of the run is below a hundredth of that of the twentieth in which it was greatest, False if it
-    is at least nine tenths of that of the tenth before, None in between, or if the run is too
-    short.
+    of the motion up to the first change of contact, see `squeal.numerics.oscillation.exponent`.
+    settled: True if the root mean square velocity, weighted by the masses, of the last tenth of the
+    run is below a hundredth of that of the twentieth in which it was greatest, False if it is at
+    least nine tenths of that of the tenth before.
     """
 
     frequency_hz: float | None = None

@@ -242,19 +242,19 @@ def simulate(
         "response": lambda: Watch(model, units, stop),
     }
     watched = {name: make() for name, make in wanted.items() if name in scene.outputs}
-    if scene.pad.V is not None:
-        watched["sliding"] = Sliding(scene.pad.V / units.velocity, options)
     see = [one.see for one in watched.values()]
+    if scene.pad.V is not None:
+        sliding = Sliding(scene.pad.V / units.velocity, options)
+        see.append(sliding.see)
     if progress is not None:
         see.append(lambda course: progress(float(course.t1[0]) / stop))
-    dense = bool(watched.keys() - {"events", "shares"})
+    dense = scene.pad.V is not None or bool(watched.keys() - {"events", "shares"})
     integrator = make_integrator(model, scene.tolerance, backend, options)
     t, state, *counts = integrate(model, integrator, units, start, stop, see, dense, options)
     found = {name: one.result() for name, one in watched.items()}
-    if "sliding" in found:
-        lost = found.pop("sliding")
-        found["sliding_holds"] = lost is None
-        found["sliding_lost_at"] = None if lost is None else lost * units.time
+    if scene.pad.V is not None:
+        found["sliding_holds"] = sliding.lost is None
+        found["sliding_lost_at"] = sliding.lost and sliding.lost * units.time
     final = (t * units.time, *(float(v) for v in units.to_si(state)))
     how: Any = (integrator.method, integrator.tolerance, *counts, clock.process_time() - started)
     return Simulation(scene.model, final, *how, **found)

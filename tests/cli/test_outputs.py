@@ -161,5 +161,5 @@ def test_a_scene_at_rest_has_no_cycle_and_a_wrong_range_is_refused(tmp_path, cap
     found = answer(capsys, "cycles", B1, *quiet, "--pdf", picture)
     assert (found["cycles"], found["reason"]) == ([], "the motion comes to rest")
     assert picture.read_bytes().startswith(b"\x89PNG")
-    for over, words in (("mu:1", "NAME:LOW:HIGH"), ("mu:0.2:0.3", "must hold 0.1")):
+    for over, words in (("mu:1", "NAME:LOW:HIGH"), ("mu:0.2:0.3", "holds 0.1")):
         assert words in assert_refused(capsys, "cycles", B1, *quiet, "--over", over)
