@@ -19,15 +19,7 @@ from squeal.model.contact import LEAD, NORMAL_REACTION, TRAIL, Signal, contact_l
 from squeal.model.equations import PadModel
 from squeal.model.pad import pose
 from squeal.numerics.oscillation import spectrum
-from squeal.plots.style import (
-    DOUBLE,
-    STATE_COLOURS,
-    Drawing,
-    colours,
-    origin,
-    state_label,
-    style,
-)
+from squeal.plots.style import DOUBLE, STATE_COLOURS, Drawing, colours, origin, state_label, style
 from squeal.simulation.observers import LAST, Event
 
 PLACE = NORMAL_REACTION[1]

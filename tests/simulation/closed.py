@@ -1,24 +1,8 @@
-"""A pad that only moves up and down, and its motion in closed form; motions known otherwise."""
+"""A pad that only moves up and down, and its motion in closed form."""
 
 import math
 
-import numpy as np
-
-from squeal.io.scene import Scene
 from squeal.model.pad import Pad
-from squeal.simulation.run import simulate
-from tests.conftest import INSTALLED
-
-
-def assert_moves_so(scene: Scene, expected: np.ndarray) -> None:
-    """All integrators give the states (samples, 6) of a scene whose contact changes."""
-    size = np.abs(expected).max(axis=0)
-    for backend in INSTALLED:
-        found = simulate(scene, backend)
-        assert found.contact_changes > 0
-        for i, column in enumerate(("x", "y", "theta", "x_dot", "y_dot", "theta_dot")):
-            apart = np.abs(found.history[column] - expected[:, i]).max()
-            assert apart < 1e-8 * size[i], (backend, column)
 
 
 def upright(**changes):

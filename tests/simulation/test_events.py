@@ -65,11 +65,15 @@ def test_grazing_from_below_is_no_separation(backend, share):
     pad = upright()
     K = pad.k1 + pad.k2 + pad.k3 + pad.k4
     sag, rate = pad.F_n / K, math.sqrt(K / pad.m)
-    scene = bounce(pad, -share * sag, 30.0 / rate, outputs=("events", "history"))
-    result = simulate(scene, backend)
+    stop, wanted = 30.0 / rate, ("events", "history", "extrema")
+    result = simulate(bounce(pad, -share * sag, stop, outputs=wanted), backend)
     t = result.history["t"]
     y = -sag + (1 - share) * sag * np.cos(rate * t)
+    assert np.array_equal(t, np.linspace(0, stop, 101))
     assert np.abs(result.history["y"] - y).max() < 1e-11 * sag
+    assert result.history["F4"] == pytest.approx(-pad.k4 * y / pad.F_n, abs=1e-11)
+    ends = pad.k3 * sag * np.array([share, 2.0 - share]) / pad.F_n
+    assert result.extrema["F3"] == pytest.approx(ends, abs=1e-11)
     assert share == 0.0 or not result.events
 
 
@@ -129,13 +133,10 @@ PLAIN = {
 HARD: dict[str, tuple[Model, dict[str, float], float]] = {
     "stiff point contact": ("B1", {"k3": 1e6, "k4": 1e6}, 5e-3),
     "stiff line contact": ("B2", {"k_c": 1e6}, 0.1),
-    "very stiff line contact": ("B2", {"k_c": 1e12}, 1e-4),
-    "short springs": ("B1", {"L1": 1e-2, "L2": 1e-2}, 20.0),
     "long springs": ("B2", {"L1": 1e8, "L2": 1e8}, 20.0),
     "nearly level": ("B2", {"theta0": 1e-15}, 20.0),
     "great friction": ("B1", {"mu": 10.0}, 15.0),
     "tiny load": ("B1", {"F_n": 1e-12}, 20.0),
-    "one spring": ("B2", {"k1": 0.0}, 20.0),
     "flat pad": ("B1", {"h": 1e-6}, 20.0),
     "tower": ("B2", {"h": 1e3}, 20.0),
     "heavy": ("B2", {"m": 1e6}, 2e4),

@@ -48,21 +48,6 @@ def test_bouncing_pad_in_closed_form(backend, k):
     assert result.extrema["F3"] == pytest.approx((0.0, pad.k3 * lowest / pad.F_n), rel=1e-9)
 
 
-def test_history_in_closed_form_without_contact_change():
-    pad, y0 = upright(), -4e-4
-    K = pad.k1 + pad.k2 + pad.k3 + pad.k4
-    result = simulate(bounce(pad, y0, 0.05, outputs=("history", "events", "extrema")))
-    t, y = result.history["t"], result.history["y"]
-    assert result.events == ()
-    assert np.array_equal(t, np.linspace(0, 0.05, 101))
-    exact = -pad.F_n / K + (y0 + pad.F_n / K) * np.cos(np.sqrt(K / pad.m) * t)
-    assert np.abs(y - exact).max() < 1e-12 * abs(y0)
-    assert np.allclose(result.history["F4"], -pad.k4 * exact / pad.F_n, rtol=1e-10)
-    assert set(result.history["state"]) == {"1"}
-    limits = sorted(-pad.k3 * np.array([y0, -2 * pad.F_n / K - y0]) / pad.F_n)
-    assert result.extrema["F3"] == pytest.approx(limits, rel=1e-12)
-
-
 @pytest.mark.parametrize(
     ("F_n", "rate", "state"),
     [(400.0, 0.0, FULL), (0.0, 0.0, NONE), (400.0, 1e-3, NONE), (400.0, -1e-3, FULL)],
@@ -94,18 +79,6 @@ def test_scipy_and_quad_precision_agree(stem):
     assert np.abs(one - quad).max() < 1e-11 * amplitude
 
 
-class Energy:
-    """Energy at the end of every course."""
-
-    def __init__(self, model):
-        self.model, self.values = model, []
-
-    def see(self, course):
-        lever, end = np.array([1.0, 1.0, 1.0 / self.model.pad.w]), course.end[:, 0]
-        contact = state_of(course.last[:, 0])
-        self.values.append(self.model.energy(end[:3] * lever, end[3:] * lever, contact))
-
-
 @pytest.mark.parametrize("stem", ["b1-a", "b1-c", "b2-a", "b2-c"])
 @needs_heyoka
 def test_energy_is_conserved_without_friction(stem):
@@ -114,11 +87,15 @@ def test_energy_is_conserved_without_friction(stem):
     scene = dataclasses.replace(scene, pad=pad, formulation=Formulation(), stop=100 * scene.stop)
     units, model, start, stop = in_natural_units(scene)
     assert stop > 1000 * 2 * math.pi
-    energy = Energy(model)
-    integrate(model, TaylorIntegrator(model, 1e-15), units, start, stop, [energy.see])
-    lever = np.array([1.0, 1.0, 1.0 / model.pad.w])
+    lever, energies = np.array([1.0, 1.0, 1.0 / model.pad.w]), []
+
+    def see(course):
+        state, on = course.end[:, 0], course.last[:, 0]
+        energies.append(model.energy(state[:3] * lever, state[3:] * lever, on))
+
+    integrate(model, TaylorIntegrator(model, 1e-15), units, start, stop, [see])
     first = model.energy(start[:3] * lever, start[3:] * lever, first_contact(model, start))
-    assert np.abs(np.array(energy.values) - first).max() < 1e-12 * abs(first)
+    assert np.abs(np.array(energies) - first).max() < 1e-12 * abs(first)
 
 
 @pytest.mark.parametrize("stem", ["b1-c", "b2-a"])
@@ -132,3 +109,16 @@ def test_other_units_give_the_same_motion(stem):
     scale = np.array([1e-4, 1e-4, 1e-3, 1.0, 1.0, 10.0])
     assert np.all(np.abs(two.final[1:] * units - np.array(one.final[1:])) < 1e-11 * scale)
     assert [e.target for e in one.events] == [e.target for e in two.events]
+
+
+def test_a_level_pad_touches_with_all_springs_in_the_same_instant():
+    pad, height, count = upright(k3=None, k4=None, k_c=1e6), 1e-3, 6
+    touch, back, _ = bouncing(pad, height)
+    start, stop = (0, height, 0, 0, 0, 0), 2.5 * touch + back
+    run = simulate(Scene("BN", pad, Formulation(springs=count), start, stop, 2))
+    times = [e.t for e in run.events]
+    assert times == pytest.approx([touch] * count + [touch + back] * count, rel=1e-11)
+    assert [e.source for e in run.events][:2] == ["SS", "PC"]
+    assert run.events[count - 1].target == "FC"
+    assert run.shares["FC"] == pytest.approx(back / stop, rel=1e-10)
+    assert run.shares["PC"] == pytest.approx(0.0, abs=1e-12)
