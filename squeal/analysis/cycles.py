@@ -16,7 +16,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import COORDINATES, Scene, check_simulation
 from squeal.io.writing import Answer, Column, Table, number
 from squeal.model.equations import net_loads
-from squeal.model.pad import PARAMETERS
+from squeal.model.pad import PARAMETERS, at_speed
 from squeal.schema import Place
 from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Shooting
 from squeal.simulation.observers import Extrema, Grid, face_speed
@@ -196,7 +196,7 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     q, v = c.place(grid.states[:3]), np.array(c.place(grid.states[3:]))
     whole, bare = (
         net_loads(np, each, model.law, q, grid.steps.on[:, None])
-        for each in (model.at_speed(v[0]), c._replace(mu=0.0))
+        for each in (at_speed(np, c, model.pad.fall, v[0]), c._replace(mu=0.0))
     )
     drag = np.tensordot(np.zeros((3, 3)) if model.damping is None else model.damping, v, 1)
     powers = (np.subtract(whole, bare) * v).sum(axis=0), (drag * v).sum(axis=0), grid.states[4] ** 2

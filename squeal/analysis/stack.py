@@ -107,8 +107,7 @@ class PadStack:
 
     def branches(self, mu_max: np.ndarray) -> tuple[Branches, np.ndarray]:
         """The branches from mu = 0 to mu_max (n,), and pads (n,) whose branch was lost."""
-        at = self.rest
-        branches = follow(self.statics, at.z, at.touching, mu_max, there=at.there)
+        branches = follow(self.statics, self.rest, mu_max)
         return branches, branches.end == LOST
 
     def origin(self, mu: np.ndarray) -> Places:
@@ -167,8 +166,9 @@ class PadStack:
 
     def _matrices(self, pad: np.ndarray, at: Places) -> Stiffness:
         """Mass-normalised stiffness, and what falling friction adds to the damping, (k, 3, 3)."""
-        part = self.statics.pick(pad, at.z[3])
-        model, q, on, falling = part.model, part.place(at.z), 1.0 * at.touching, None
+        part = self.statics.pick(pad)
+        model, q = part.model.replace(mu=at.z[3]), part.place(at.z)
+        on, falling = 1.0 * at.touching, None
         K = -complex_step(partial(model.loads, state=on), q)
         if model.pad.mu_s is not None:
             rates = -complex_step(partial(model.loads, q, on), np.zeros(q.shape))

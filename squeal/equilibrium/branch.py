@@ -27,7 +27,6 @@ NODE, CHANGE, FOLD = range(3)
 GOING, REACHED, TURNS, LOST, AWAY, SEPARATED, TILTED, NOWHERE = range(8)
 """How a branch ends, see `squeal.equilibrium.Path.end`; of NOWHERE there is no place without
 friction."""
-FIRST = 15  # halvings of a step that tell which event comes first
 
 
 @dataclass(frozen=True)
@@ -40,13 +39,11 @@ class BranchOptions:
 
     first_step: float = 0.25  # a quarter of the displacement under the load
     longest_step: float = 4.0  # four times it; it grows with the distance from the origin
-    growth: float = 2.0  # of a step after one that was accepted; one that was not is halved
     shortest_step: float = 1e-10  # the branch is lost where even this fails
     cosine: float = 0.95  # least, between the tangents of a step: it turns by 18 degrees at most
     correction: float = 0.2  # largest, as a share of the step: farther off lies another branch
     most_steps: int = 4000
     farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
-    close: float = 1e-6  # of a step: what a place that was located may lie outside of it
     shares: tuple[float, ...] = (1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1.0)  # of a step, looked at
 
 
@@ -113,8 +110,9 @@ class Branches:
         z[:, go], there[go] = np.where(good, root, guess), good | close
         missed = go[~there[go]]
         if missed.size:  # a component runs far ahead of the others
-            on, part = touching[:, missed], part.pick(~there[go])
-            branch = follow(part, self.z[:, node[missed]], on, mu[missed])
+            on = touching[:, missed]
+            before = Places(self.z[:, node[missed]], on, np.ones(missed.size, dtype=bool))
+            branch = follow(part.pick(~there[go]), before, mu[missed])
             same = (branch.touching[:, branch.last] == on).all(axis=0)
             z[:, missed] = branch.z[:, branch.last]
             there[missed] = same & (branch.end == REACHED)
@@ -122,12 +120,7 @@ class Branches:
 
 
 def follow(
-    statics: Statics,
-    z: np.ndarray,
-    touching: np.ndarray,
-    mu_max: np.ndarray,
-    options: BranchOptions | None = None,
-    there: np.ndarray | None = None,
+    statics: Statics, start: Places, mu_max: np.ndarray, options: BranchOptions | None = None
 ) -> Branches:
     """Continue equilibria without friction until mu reaches mu_max, or turns back.
 
@@ -135,17 +128,13 @@ def follow(
     ----------
     statics
         Of n pads, some parameters of which are arrays (n,).
-    z : (4, n)
-        (x, y, w theta, 0) of each pad in the units of `statics`.
-    touching : (points, n)
-        The contact state of each, numbers 0 and 1 or bools.
+    start
+        Where they rest, as `squeal.equilibrium.find.rests` gives it.
     mu_max : (n,)
         Where to stop, at least 0.
-    there : (n,)
-        Pads that have a place of rest; all if left out.
     """
-    o, n = options or BranchOptions(), z.shape[1]
-    there = np.ones(n, dtype=bool) if there is None else there
+    o, (z, touching, there) = options or BranchOptions(), start
+    n = len(there)
     state, scale = np.array(touching, dtype=bool), np.ones((4, n))
     scale[:3] /= natural_units(statics.model, (0.0,) * 6).length
     J = statics.linearised(z, 1.0 * state)[1]
@@ -160,9 +149,8 @@ def follow(
     front = _Front(statics, np.arange(n), z, state, _unit(ahead), step, scale, mu_max)
     end = np.where(there, np.where(mu_max > z[3], GOING, REACHED), NOWHERE)
     end[(end == GOING) & statics.hidden(z)] = LOST
-    start = front.pick(there)
-    at = start.owner, start.z, start.ahead, start.ahead, start.state, 0 * start.owner
-    nodes: list[tuple[np.ndarray, ...]] = [at]
+    _, owner, z, state, ahead, *_ = front.pick(there)
+    nodes: list[tuple[np.ndarray, ...]] = [(owner, z, ahead, ahead, state, 0 * owner)]
     front = front.pick(end == GOING)
     for _ in range(o.most_steps):
         if not front.owner.size:
@@ -222,8 +210,8 @@ class _Front(NamedTuple):
     def solve(
         self, start: np.ndarray, condition: Callable[[_Front, np.ndarray, np.ndarray], np.ndarray]
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Newton's method on the balance and one more condition, of some of the branches, places
-        and their numbers: places, tangents there, derivatives of the condition, and success."""
+        """Zeros of the balance and one more condition (of some branches, places and numbers), the
+        tangents there, derivatives of the condition, and where they were found."""
 
         def conditions(z: np.ndarray, i: np.ndarray) -> np.ndarray:
             some = self if i.size == self.owner.size else self.pick(i)
@@ -243,12 +231,10 @@ class _Front(NamedTuple):
         return np.concatenate([side * self.part.gaps(z), ends])
 
     def turning(self, z: np.ndarray) -> np.ndarray:
-        """The determinant of the balance's derivative by q, which vanishes at folds, at complex
-        places (4, ..., k)."""
+        """The determinant of the balance's derivative by q, zero at folds, at z (4, ..., k)."""
         c, one = self.part.model.c._replace(mu=z[3]), np.eye(3).reshape(3, 3, *[1] * (z.ndim - 1))
-        q = tuple(map(Dual, self.part.place(z), one))
-        on = 1.0 * self.state[:, None]
-        f = net_loads(differentiation, c, self.part.model.law, q, on)
+        q, law = tuple(map(Dual, self.part.place(z), one)), self.part.model.law
+        f = net_loads(differentiation, c, law, q, 1.0 * self.state[:, None])
         x, y, turn = (load.slope for load in f)
         return np.asarray((x * np.cross(y, turn, axis=0)).sum(axis=0))
 
@@ -262,8 +248,7 @@ class _Front(NamedTuple):
         return over
 
     def past(self, curve: np.ndarray, share: np.ndarray, fold: bool) -> np.ndarray:
-        """Which events (..., k), the last or all others, lie behind shares (..., k) of curves
-        (4, 4, ..., k)."""
+        """Which events, the last or all others, lie behind shares (..., k) of curves."""
         if fold:
             return np.asarray(polyval(share, polyder(curve[:, 3]), tensor=False) < 0.0)[None]
         return self.over(polyval(share, curve, tensor=False))
@@ -274,7 +259,7 @@ class _Front(NamedTuple):
         """A fold, or the first of the other events, between two shares of steps to new places:
         where it is, tangent and its derivative there, if it was located, and which it is."""
         each, points, (low, high) = np.arange(self.owner.size), len(self.state), between
-        for _ in range(FIRST):
+        for _ in range(15):  # halvings tell which event comes first
             middle = (low + high) / 2
             beyond = self.past(curve, middle, fold).any(axis=0)
             low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
@@ -291,11 +276,11 @@ class _Front(NamedTuple):
             passes = ((slope * turn / self.scale).sum(axis=0) > 0.0) | (event >= points)
             good &= ~others.any(axis=0) & passes
             z[3] = np.where(event == points + 1, self.mu_max, z[3])
-        # and to lie between the present place and the new one
+        # and to lie between the present place and the new one, to a millionth of the step
         ways = [(p - self.z) * self.scale / self.step for p in (z, new)]
         way, whole = ((self.ahead * one).sum(axis=0) for one in ways)
         far = np.sqrt((ways[0] ** 2).sum(axis=0))
-        good &= (way >= -o.close) & (way <= whole + o.close) & (far <= way / o.cosine + o.close)
+        good &= (way >= -1e-6) & (way <= whole + 1e-6) & (far <= way / o.cosine + 1e-6)
         return z, turn, slope, good, np.where(fold, points + 2, event)
 
     def moved(self, o: BranchOptions) -> tuple[_Front, tuple[np.ndarray, ...], np.ndarray]:
@@ -341,7 +326,7 @@ class _Front(NamedTuple):
             LOST: self.part.hidden(z),
         }
         why = np.where(good, np.select(list(ends.values()), list(ends), GOING), GOING)
-        longer = np.minimum(o.growth * self.step, o.longest_step * (1.0 + 0.1 * far))
+        longer = np.minimum(2.0 * self.step, o.longest_step * (1.0 + 0.1 * far))
         step = np.where(good, longer, self.step / 2)
         why[step < o.shortest_step] = LOST
         nodes = self.owner, z, turn, ahead, state, kind

@@ -67,8 +67,7 @@ def record(
 ) -> Equilibrium | None:
     """A place z (4,) of one pad in SI units; None where the surfaces do not press on each other.
 
-    Raises ComputationError where they press and rounding hides how; of a place that is none that
-    the model means anyway it is one more warning.
+    Raises ComputationError where rounding hides how, which elsewhere is one more warning.
     """
     if not statics.presses(z):
         return None
@@ -77,13 +76,11 @@ def record(
         if not excesses:
             raise ComputationError(f"no equilibrium can be given: {WHY_HIDDEN}")
         excesses += (WHY_HIDDEN,)
-    x, y, theta = (float(v) for v in statics.to_si(z))
-    units = statics.units
-    R_n, delta = (float(part) for part in statics.resultant(z, state))
+    units, (R_n, delta) = statics.units, map(float, statics.resultant(z, state))
     # in partial contact that of the integral law in every formulation
     potential = float(statics.model.energy(statics.place(z), np.zeros(3), state)) * units.energy
-    place = (x, y, theta), float(z[3]), state, R_n * units.force, delta * units.length
-    return Equilibrium(*place, potential, on_branch, excesses=excesses)
+    place, loads = tuple(statics.to_si(z).tolist()), (R_n * units.force, delta * units.length)
+    return Equilibrium(place, float(z[3]), state, *loads, potential, on_branch, excesses=excesses)
 
 
 def _near_seeds(statics: Statics, n: int) -> np.ndarray:
@@ -101,10 +98,8 @@ def _far_seeds(statics: Statics) -> np.ndarray:
     """Places (4, seeds, 1) of the size of load, pad and springs, at all tilts."""
     pad, sides = statics.model.pad, (-1.0, 0.0, 1.0)
     lengths = (1.0, 10.0, LIMITS.travel * pad.w / 2, pad.w, pad.L1, pad.L2)
-    limit = 0.98 * np.pi / 2
-    small = np.array([0.0, -10.0, -1.0, 1.0, 10.0]) / pad.w
-    small = np.append(small[np.abs(small) < limit], [-LIMITS.tilt / 2, LIMITS.tilt / 2])
-    tilts = pad.w * np.append(np.linspace(-limit, limit, 13) - pad.theta0, small)
+    limit, few = 0.98 * np.pi / 2, [0.0, -LIMITS.tilt / 2, LIMITS.tilt / 2]
+    tilts = pad.w * np.append(np.linspace(-limit, limit, 13) - pad.theta0, few)
     places = sorted({(s * x, s * y) for s in lengths for x in sides for y in sides})
     return np.array([(*place, tilt, 0.0) for place in places for tilt in tilts]).T[:, :, None]
 
@@ -209,8 +204,7 @@ def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
 def branch_of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Branches:
     """The branch of one pad from mu = 0 to mu_max, for any friction and damping of its own."""
     statics = Statics.of(dataclasses.replace(model, damping=None).replace(mu=0.0))
-    start = rests(statics, 1)
-    return follow(statics, start.z, start.touching, np.array([mu_max]), options, start.there)
+    return follow(statics, rests(statics, 1), np.array([mu_max]), options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -280,9 +274,8 @@ class Path:
         z, touching, there = self.branch.at(np.zeros(mu.size, dtype=int), mu)
         if not there.all():
             lost = mu[np.argmin(there)]
-            if not 0.0 <= lost <= self.mu_end:
-                raise ComputationError(f"no equilibrium at mu = {lost:.9g}: {self.end}")
-            raise ComputationError(f"the equilibrium at mu = {lost:.9g} could not be computed")
+            why = "it is lost" if 0.0 <= lost <= self.mu_end else self.end
+            raise ComputationError(f"no equilibrium at mu = {lost:.9g}: {why}")
         return z, touching
 
     def at(self, mu: float) -> tuple[np.ndarray, State]:
@@ -338,9 +331,9 @@ class Path:
 def normalised_damping(damping: Damping, A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """B (..., 3, 3) that ratios or Rayleigh's factors give z'' + B z' + A z = 0; where they can.
 
-    Of the modes A v_i = w_i^2 v_i of the symmetric part of A, by rising w_i, ratios make B =
-    sum_i 2 z_i w_i v_i v_i'; the second result (...) is false where one is unstable, so that it has
-    no damping ratio. Rayleigh's factors, alpha in 1/s and beta in s, make alpha + beta A.
+    Rayleigh's factors make alpha + beta A of its symmetric part, ratios sum_i 2 z_i w_i v_i v_i' of
+    its modes A v_i = w_i^2 v_i by rising w_i. The second result (...) is false where such a mode is
+    unstable, so that it has no damping ratio.
     """
     A = (A + np.swapaxes(A, -1, -2)) / 2
     if damping.rayleigh is not None:

@@ -81,10 +81,7 @@ def newton(
 
 @dataclass(frozen=True)
 class Statics:
-    """Static balance of a pad in natural units.
-
-    Unknowns are z = (x, y, w theta, mu), shape (4, ...); the residual is (Fx, Fy, M/w).
-    """
+    """Static balance of a pad in natural units; unknowns are z = (x, y, w theta, mu), (4, ...)."""
 
     model: PadModel
     units: Units
@@ -95,13 +92,11 @@ class Statics:
         units = natural_units(model, (0.0,) * 6)
         return Statics(units.scaled(model), units)
 
-    def pick(self, index: np.ndarray, mu: np.ndarray | None = None) -> Statics:
-        """Of the pads those that `index` names, numbers or bools; with other friction mu (k,)."""
+    def pick(self, index: np.ndarray) -> Statics:
+        """Of the pads those that `index` names, numbers or bools."""
         pad, model = copy.copy(self.model.pad), copy.copy(self.model)
         vars(pad).update({name: v[index] for name, v in pad.given().items() if np.ndim(v)})
         c = Coefficients(*(v[index] if np.ndim(v) else v for v in self.model.c))
-        if mu is not None:
-            vars(pad)["mu"], c = mu, c._replace(mu=mu)
         vars(model).update(pad=pad, c=c)  # neither checked nor computed again
         return dataclasses.replace(self, model=model)
 
@@ -134,10 +129,7 @@ class Statics:
         return self.model.gaps(self.place(z))
 
     def rounding(self, z: np.ndarray) -> np.ndarray:
-        """How far rounding may move each gap at z (4, ...), shape (points, ...).
-
-        It is that of the sizes of which a gap is the sum: where the pad is put, and displacements.
-        """
+        """How far rounding of what a gap is the sum of may move it at z (4, ...), (points, ...)."""
         c = self.model.c
         put = abs(c.gap_l) + abs(c.gap_t) + self.model.law.absolute_gap * abs(self.model.pad.y0)
         sizes = Coefficients(*map(np.abs, c))._replace(gap_l=put, gap_t=put)
@@ -155,11 +147,8 @@ class Statics:
         return np.asarray(self.touches(z) & (error > HIDDEN * deepest))
 
     def presses(self, z: np.ndarray) -> np.ndarray:
-        """Where a pad at rest at z (4, ...) presses on the surface, shape (...).
-
-        It does where it lies below the surface by more than rounding. Where rounding hides that, it
-        does if there is a load, or a force of the springs beyond the rounding of what cancels.
-        """
+        """Where a pad at rest at z (4, ...) presses on the surface, shape (...): by lying below it,
+        or if rounding hides that by a load, or by springs beyond the rounding of their forces."""
         c, at = self.model.c, pose(np, tuple(self.place(z)))
         one, two = (np.hypot(*at.displacement(x, y)) for x, y in ((c.r1x, c.r1y), (c.r2x, c.r2y)))
         forced = -springs(np, c, at).y > ROUNDING * (c.k1 * one + c.k2 * two + 0.1)

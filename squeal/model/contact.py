@@ -113,8 +113,7 @@ class ContactLaw(ABC):
 
     parameters: names of the stiffnesses of `Pad` that it uses; absolute_gap: the surface lies at
     y = -h and y0, theta0 open a gap, instead of contact that is relaxed in the initial position;
-    plotted: its signals; meanings: name and meaning of each contact state, as the article or the
-    field counts them.
+    plotted: its signals; meanings: name and meaning of each contact state.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("k_c",)

@@ -58,10 +58,8 @@ def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Any, on: Touching) 
 class PadModel:
     """A pad under one of the contact models; positions are q = (x, y, theta).
 
-    `damping` holds the rows of a damping matrix C (3, 3) in (x, y, theta), None without.
-
-    Raises InputError for an unknown model or a pad without a parameter that the model needs; what
-    it does not use plays no part.
+    `damping` holds the rows of a damping matrix C (3, 3) in (x, y, theta), None without. Raises
+    InputError for an unknown model or a pad without a parameter that the model needs.
     """
 
     name: Model
@@ -100,16 +98,12 @@ class PadModel:
         The state is taken as given, so the result is smooth in q; it is the physical load where
         `state_at(q)` is that state. At rest without `rates` (3, ...), the velocities.
         """
-        c = self.c if rates is None else self.at_speed(rates[0])
+        c = self.c if rates is None else at_speed(np, self.c, self.pad.fall, rates[0])
         f = net_loads(np, c, self.law, tuple(q), state)
         if rates is not None and self.damping is not None:
             drag = (sum(map(operator.mul, row, rates)) for row in self.damping)
             f = Loads(*map(operator.sub, f, drag))
         return np.array(np.broadcast_arrays(*f))
-
-    def at_speed(self, speed: Any, ops: Any = np) -> Coefficients:
-        """Coefficients with the friction of a pad whose x_dot is `speed`."""
-        return at_speed(ops, self.c, self.pad.fall, speed)
 
     def gaps(self, q: Any) -> np.ndarray:
         """Gaps of the contact points (the two edges in B1 and B2), shape (points, ...)."""
@@ -263,8 +257,8 @@ class Units:
 def natural_units(model: PadModel, initial: Any) -> Units:
     """Units from the pad's stiffness and mass, and from the size of its load and first state.
 
-    initial: (x, y, theta, rates) in SI units, each a number or, like the parameters of many pads,
-    an array (n,). Raises InputError for a pad without any stiffness, which has no time of its own.
+    initial: (x, y, theta, rates) in SI units, numbers or arrays (n,). Raises InputError for a pad
+    without any stiffness, which has no time of its own.
     """
     pad = model.pad
     stiffness = sum(getattr(pad, name) for name in ("k1", "k2", *model.law.parameters))

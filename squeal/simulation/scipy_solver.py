@@ -7,7 +7,7 @@ import numpy as np
 
 from squeal.errors import ComputationError
 from squeal.model.equations import PadModel, net_loads
-from squeal.model.pad import Coefficients, facing, pose, spring_vectors
+from squeal.model.pad import Coefficients, at_speed, facing, pose, spring_vectors
 from squeal.simulation.hybrid import DEFAULT, Course, Integrator, Options
 
 _UPRIGHT, _SLOWER = 0, 3  # entries of `LIMITS` that are events here, in their order
@@ -38,11 +38,11 @@ class SciPyIntegrator(Integrator):
     def _rhs(self, contact: list[int]) -> Any:
         c, model = self._model.c, self._model
         inverse_m, turn, D = 1.0 / c.m, c.w / c.I, model.decay
-        falls, damped = ("falling" in model.terms), ("damping" in model.terms)
+        damped = "damping" in model.terms
 
         def rhs(_t: float, s: np.ndarray) -> list[float]:
             state = s.tolist()
-            now = model.at_speed(state[3], math) if falls else c
+            now = at_speed(math, c, model.pad.fall, state[3])
             f = net_loads(math, now, model.law, c.place(state), contact)
             rates = [f.x * inverse_m, f.y * inverse_m, f.moment * turn]
             return [*state[3:], *((rates - D @ s[3:]).tolist() if damped else rates)]

@@ -60,7 +60,7 @@ def test_a_branch_does_not_depend_on_its_steps(turning):
 @pytest.mark.parametrize(("seed", "model", "turn"), [(25, "B1", 0.02), (14, "B2", -0.06)])
 def test_long_steps_pass_over_no_two_folds_and_no_two_contact_changes(seed, model, turn):
     pad = PadModel(model, random_pad(seed, model, F_n=0.05, theta0=turn))
-    wild = BranchOptions(first_step=3.0, longest_step=30.0, growth=4.0, cosine=0.2, correction=3.0)
+    wild = BranchOptions(first_step=3.0, longest_step=30.0, cosine=0.2, correction=3.0)
 
     def events(options):
         found = branch_of(pad, 2.0, options)

@@ -10,7 +10,7 @@ import numpy as np
 
 from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
-from squeal.model.pad import Loads, pose, spring_energy
+from squeal.model.pad import Loads, at_speed, pose, spring_energy
 from squeal.simulation.hybrid import Course, integrate
 from squeal.simulation.observers import Grid
 from squeal.simulation.run import in_natural_units, make_integrator
@@ -75,7 +75,8 @@ class _Power:
     def _contact(
         self, model: PadModel, q: np.ndarray, rates: np.ndarray, on: np.ndarray
     ) -> np.ndarray:
-        load: Loads = model.law.loads(model.at_speed(rates[0]), pose(np, tuple(q)), on)
+        c = at_speed(np, model.c, model.pad.fall, rates[0])
+        load: Loads = model.law.loads(c, pose(np, tuple(q)), on)
         return np.array(np.broadcast_arrays(*load, q[0])[:3])
 
     def _energies(self, q: np.ndarray, rates: np.ndarray, on: np.ndarray) -> np.ndarray:
