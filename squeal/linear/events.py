@@ -393,23 +393,15 @@ def certain(
     sign: Callable[[float], int], at: tuple[float, float], half: float, low: float, high: float
 ) -> tuple[float, float, int] | None:
     """The nearest values below and above a range at which a sign is certain, by factors of two
-    from `half`, and its rise; an end of [low, high] is taken as it is.
-
-    None if the sign is the same on both sides. Where a function is flat next to its zero these hold
-    the zero, and rounding over slope does not.
+    of a part of `half`, and its rise; an end of [low, high] is taken as it is. None if the sign is
+    the same on both sides. Of a function that is flat these hold the zero, noise / slope does not.
     """
     least = 2 * float(np.spacing(max(abs(low), abs(high))))
     ends, signs = [], []
     for p, way, last in ((at[0], -1, low), (at[1], 1, high)):
-        room = way * (last - p)
-        step = max(min(half, room / 2), least)
-        here = sign(p + way * step) if step < room else 0
-        if here:
-            while step > least and sign(p + way * step / 2) == here:
-                step /= 2
-        while not here and step < room:
+        room, step, here = way * (last - p), max(1e-6 * half, least), 0
+        while step < room and not (here := sign(p + way * step)):
             step *= 2
-            here = sign(p + way * step) if step < room else 0
         ends.append(float(p + way * step if here else last))
         signs.append(here)
     if signs[0] * signs[1] > 0:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from squeal.linear.continuation import Continuation, ContinuationOptions, Step
+from squeal.linear.continuation import Continuation, Step
 from squeal.linear.eigen import (
     ACCEPTED,
     ComplexArray,
@@ -30,18 +30,12 @@ class TrackedModes:
     mus: Array = field(repr=False)  # (n_mu,)
     values: ComplexArray = field(repr=False)  # (n_mu, 2n) rad/s
 
-    @property
-    def frequencies_hz(self) -> Array:
-        """|Im| / (2 pi), shape (n_mu, 2n)."""
-        return np.asarray(np.abs(self.values.imag) / (2 * np.pi))
 
-
-def track(system: System, mus: Iterable[float], halvings: int = 7) -> TrackedModes:
+def track(system: System, mus: Iterable[float]) -> TrackedModes:
     """Modes of system(mu) -> (M, C, K) along the values `mus`, in the order they are given.
 
     Eigenvalues at neighbouring values are matched by where their slopes at both point; what is in
-    doubt halves the step, up to `halvings` times. Modes that cross go on as they are, modes that
-    veer keep their branch if the steps are no longer than the veering.
+    doubt halves the step. Modes that cross go on as they are, modes that veer keep their branch.
 
     Raises
     ------
@@ -57,13 +51,13 @@ def track(system: System, mus: Iterable[float], halvings: int = 7) -> TrackedMod
     values = finite_numbers("track: mus", mus)
     low, high = min(values), max(values)
     high = high if high > low else low + 1e-6 * max(abs(low), 1.0)
-    along = Continuation(system, low, high, ContinuationOptions(depth=halvings))
+    along = Continuation(system, low, high)
     along.prepare(values)
     rows = [along.at(values[0]).exponents]
     here = np.arange(len(rows[0]))  # index of each mode
     for a, b in itertools.pairwise(values):
         now = rows[-1]
-        for step in _halved(along, a, b, halvings):
+        for step in _halved(along, a, b, 7):
             here = step.order[here]
             before, now = now, step.b.exponents[here]
             if along.form == "undamped":  # of both square roots that which goes on

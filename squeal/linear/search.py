@@ -35,7 +35,6 @@ from squeal.linear.system import Slow, System, TermSystem, matrices_of
 
 Counter = Callable[[Continuation, float], int | None]
 """(continuation, p) -> how many roots grow at p (two for a pair), None if it cannot tell."""
-Places = Sequence[Sequence[Event]]
 
 
 def difference(below: State, above: State) -> Iterator[tuple[float, int]]:
@@ -193,20 +192,18 @@ class _Walk:
         ):
             return inside
         changes = list(difference(along.at(a), along.at(b)))
-        if inside and not done and last - first <= self.near:
-            several = [self._alike(*change, a, b) for change in changes]
-            if changes and all(several):  # of equal subsystems, all at one place
-                return [one for one in several if one]
-        middle = self._middle(a, b, inside)
+        middle, close = self._middle(a, b, inside), bool(inside) and last - first <= self.near
         if len(along.states) > 2 * self.budget or (done and middle is None):
             return inside  # and the search is not certified
-        if middle is None:
-            at = (
-                self._alike(*change, a - self.near, b + self.near)
-                or self._by_count(*change, a, b, ends)
-                for change in changes
-            )
-            return [one for one in at if one]
+        if middle is None or (close and changes and not done):
+            known = [self._alike(*change, a - self.near, b + self.near) for change in changes]
+            if middle is None:
+                known = [
+                    one or self._by_count(*change, a, b, ends)
+                    for one, change in zip(known, changes, strict=True)
+                ]
+            if middle is None or all(known):  # of equal subsystems, all at one place
+                return [one for one in known if one]
         if coarse:
             self.go(a, middle, along.options.depth)
             self.go(middle, b, along.options.depth)
@@ -273,7 +270,7 @@ def together(items: Sequence[Event], near: float) -> list[list[Event]]:
     return [list(items[a:b]) for a, b in cuts if items]
 
 
-def _middles(along: Continuation, places: Places) -> list[float]:
+def _middles(along: Continuation, places: Sequence[Sequence[Event]]) -> list[float]:
     """A value between neighbouring places, and beyond the first and the last."""
     low, high = along.low, along.high
     at = [low, *(p[0].value for p in places), high]
@@ -339,18 +336,18 @@ def _agrees(found: Searched, counts: Sequence[int | None]) -> bool:
     interval so wide either that others have room in it."""
     along, places, growths = found.line, found.places, found.growths
     room = along.options.wide * (along.high - along.low)
-    ranges, changes = itertools.pairwise(found.edges), itertools.pairwise(growths)
+    changes = zip(places, itertools.pairwise(growths), strict=True)
+    ranges = zip(itertools.pairwise(found.edges), growths, counts, strict=True)
     return (
-        all(count == growth.roots for count, growth in zip(counts, growths, strict=True))
-        and all(explained(place, *ends) for place, ends in zip(places, changes, strict=True))
-        and all(_steady(along, *ends, growth) for ends, growth in zip(ranges, growths, strict=True))
+        all(n == growth.roots and _steady(along, *ends, growth) for ends, growth, n in ranges)
+        and all(explained(place, *ends) for place, ends in changes)
         and all(c.width <= room for p in places for c in p)
         and not _undecided(along, places)
         and not any(_hides(along, p) for p in (along.low, along.high))
     )
 
 
-def _undecided(along: Continuation, places: Places) -> bool:
+def _undecided(along: Continuation, places: Sequence[Sequence[Event]]) -> bool:
     """True if away from all events rounding does not tell on which side of the axis a root is."""
     if along.form != "damped":  # a spectrum that is symmetric about the axis has roots on it
         return False

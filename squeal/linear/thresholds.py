@@ -76,9 +76,8 @@ def thresholds(
     A point at mu_min means that the system is quiet there and grows at once above it. A window of
     growth gives two points; one that opens and closes between two values that are looked at is
     predicted from how the roots are coupled there, to second order. The crossings of the imaginary
-    axis, unlike the points, list what happens while other modes grow. A pair without damping
-    crosses where two frequencies coalesce or part. Divergent roots that join to a growing pair, or
-    come from one, cross nothing.
+    axis list what happens while other modes grow, too. A pair without damping crosses where two
+    frequencies coalesce or part; divergent roots that join or part in a growing pair cross nothing.
 
     Parameters
     ----------
