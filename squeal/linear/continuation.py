@@ -251,10 +251,6 @@ class Continuation:
         """All states so far, by rising value."""
         return [self._states[p] for p in sorted(self._states)]
 
-    def omega(self, z: complex) -> float:
-        """Angular frequency (rad/s) of a root."""
-        return float(np.abs(exponents(np.array(z), self.form, self.rate).imag))
-
     def _standard(self, matrices: Any, slopes: Any) -> tuple[NDArray, NDArray, Array]:
         """A(p), dA/dp and the sizes of what is rounded in the entries of A."""
         if self._free is not None:
@@ -472,59 +468,29 @@ def _passes(values: Array, slack: Array) -> Bools:
     return np.asarray(((values - slack).min(axis=0) < 0) & ((values + slack).max(axis=0) > 0))
 
 
-@dataclass(frozen=True, eq=False)
 class Step:
-    """Two neighbouring states."""
+    """Two neighbouring states.
 
-    a: State
-    b: State
-    options: ContinuationOptions
+    `order` is the index at `b` of each root of `a`; `ends` are the roots at `a`, their slopes over
+    the step, and the same at `b`; `off` is by how much the slopes miss each root, `matched` which
+    roots they foresee; `cubic` (4, m) goes through the real parts, from `least` to `most`.
+    """
 
-    @cached_property
-    def order(self) -> NDArray[np.intp]:
-        """The index at `b` of each root of `a`."""
-        a, b, h = self.a, self.b, self.b.value - self.a.value
+    def __init__(self, a: State, b: State, options: ContinuationOptions) -> None:
+        self.a, self.b, self.options, h = a, b, options, b.value - a.value
         mean, bend = a.slopes[:, None] + b.slopes, a.slopes[:, None] - b.slopes
         missed = np.abs(b.roots - a.roots[:, None] - h / 2 * mean)
         # of two that cross in the middle those that turn back would fit as well
-        return _assigned(missed + 0.01 * np.abs(h * bend))
-
-    @cached_property
-    def ends(self) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
-        """Roots at a, their slopes over the step, the same at b."""
-        h = self.b.value - self.a.value
-        b = self.b.roots[self.order], h * self.b.slopes[self.order]
-        return self.a.roots, h * self.a.slopes, *b
-
-    @cached_property
-    def off(self) -> ComplexArray:
-        """By how much the slopes miss each root."""
-        za, da, zb, db = self.ends
-        return zb - za - (da + db) / 2
-
-    @cached_property
-    def rounding(self) -> Array:
-        """Of both ends the greater."""
-        return np.maximum(self.a.rounding, self.b.rounding[self.order])
-
-    @cached_property
-    def matched(self) -> Bools:
-        """Roots that the slopes at both ends foresee."""
-        way = np.abs(self.ends[2] - self.ends[0])
-        least = np.maximum(self.options.doubt * way, self.options.near * np.abs(self.ends[0]))
-        return np.asarray(np.abs(self.off) <= least + 4 * self.rounding)
-
-    @cached_property
-    def cubic(self) -> Array:
-        """Coefficients (4, m) of cubics through the real parts and their slopes."""
-        return hermite_cubic(*(x.real for x in self.ends))
-
-    @cached_property
-    def extremes(self) -> tuple[Array, Array]:
-        """The least and the greatest real parts by these cubics."""
-        c, t = self.cubic, np.linspace(0.0, 1.0, 17)[:, None]
+        k = self.order = _assigned(missed + 0.01 * np.abs(h * bend))
+        za, da, zb, db = self.ends = a.roots, h * a.slopes, b.roots[k], h * b.slopes[k]
+        self.off = zb - za - (da + db) / 2
+        self.rounding = np.maximum(a.rounding, b.rounding[k])
+        allowed = np.maximum(options.doubt * np.abs(zb - za), options.near * np.abs(za))
+        self.matched = np.abs(self.off) <= allowed + 4 * self.rounding
+        c = self.cubic = hermite_cubic(za.real, da.real, zb.real, db.real)
+        t = np.linspace(0.0, 1.0, 17)[:, None]
         values = c[0] + t * (c[1] + t * (c[2] + t * c[3]))
-        return values.min(axis=0), values.max(axis=0)
+        self.least, self.most = values.min(axis=0), values.max(axis=0)
 
     def vectors(self, t: float, roots: Sequence[int]) -> tuple[ComplexArray, ComplexArray]:
         """Right and left vectors of roots (indices at a) at the nearer end of the step."""

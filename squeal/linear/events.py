@@ -26,6 +26,7 @@ from squeal.linear.continuation import (
     Guess,
     Meeting,
     Step,
+    exponents,
     hermite_cubic,
     zeros_between,
 )
@@ -94,7 +95,7 @@ def guesses_of(step: Step, form: str, ends: tuple[bool, bool]) -> tuple[list[Gue
     on_a, on_b = step.a.on_line, step.b.on_line[step.order]
     # what lies on the line at one end alone has met another one, unless the range ends there
     known = step.matched & ((on_a == on_b) | (ends[0] & on_a) | (ends[1] & on_b))
-    low, high = step.extremes
+    low, high = step.least, step.most
     unsure = 2 * np.abs(step.off.real)
     real = step.a.real & step.b.real[step.order]
     passes = far = np.zeros(len(za), dtype=bool)
@@ -268,18 +269,10 @@ def roots_near(along: Continuation, p: float, near: complex, right: NDArray, lef
     m = len(small)
     mean, mean_slope = np.trace(small) / m, np.trace(slope) / m
     N, S = small - mean * np.eye(m), slope - mean_slope * np.eye(m)
-    return Near(
-        p,
-        complex(mean),
-        complex(mean_slope),
-        float(error.trace() / m),
-        complex(np.trace(N @ N) / 2),
-        complex(np.trace(N @ S)),
-        complex(np.trace(S @ S) / 2),
-        float(np.linalg.norm(np.abs(N.T) * error) + np.linalg.norm(error) ** 2),
-        X,
-        Y,
-    )
+    means = complex(mean), complex(mean_slope), float(error.trace() / m)
+    d, d_slope, d_bend = (complex(np.trace(X) / 2) for X in (N @ N, 2 * N @ S, S @ S))
+    noise = float(np.linalg.norm(np.abs(N.T) * error) + np.linalg.norm(error) ** 2)
+    return Near(p, *means, d, d_slope, d_bend, noise, X, Y)
 
 
 def _subspace(A: NDArray, size: float, start: NDArray, solve: Callable, rounds: int) -> NDArray:
@@ -386,22 +379,28 @@ def _details(
         real = abs(z.imag) <= noise
     least = np.linalg.svd(A - root * np.eye(len(A)), compute_uv=False)[-1]
     direction = 1 if (rate > 0) == damped else -1  # off the axis d > 0 if damped
-    return 0.0 if real else along.omega(z), direction, float(least) / (norm_of(A) or 1.0)
+    omega = 0.0 if real else abs(exponents(np.array(z), along.form, along.rate).item().imag)
+    return omega, direction, float(least) / (norm_of(A) or 1.0)
 
 
 def certain(
     sign: Callable[[float], int], at: tuple[float, float], half: float, low: float, high: float
 ) -> tuple[float, float, int] | None:
     """The nearest values below and above a range at which a sign is certain, by factors of two
-    of a part of `half`, and its rise; an end of [low, high] is taken as it is. None if the sign is
+    from `half`, and its rise; an end of [low, high] is taken as it is. None if the sign is
     the same on both sides. Of a function that is flat these hold the zero, noise / slope does not.
     """
     least = 2 * float(np.spacing(max(abs(low), abs(high))))
     ends, signs = [], []
     for p, way, last in ((at[0], -1, low), (at[1], 1, high)):
-        room, step, here = way * (last - p), max(1e-6 * half, least), 0
-        while step < room and not (here := sign(p + way * step)):
+        room = way * (last - p)
+        step = max(min(half, room / 2), least)
+        here = sign(p + way * step) if step < room else 0
+        while here and step > least and sign(p + way * step / 2) == here:
+            step /= 2
+        while not here and step < room:
             step *= 2
+            here = sign(p + way * step) if step < room else 0
         ends.append(float(p + way * step if here else last))
         signs.append(here)
     if signs[0] * signs[1] > 0:

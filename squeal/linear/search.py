@@ -148,16 +148,15 @@ class _Walk:
             one = located(self.along, guess)
             if one is not None and one.value - self.along.low <= 1e-6 * self.wide:
                 one = self.from_start(one)
-            if one is not None and not any(self._same(one, other) for other in self.events):
+            if one is not None and not any(
+                one.direction == other.direction
+                and abs(one.omega - other.omega) <= 1e-6 * max(one.omega, other.omega)
+                and abs(one.value - other.value) <= self.near / 4 + one.width
+                for other in self.events
+            ):
                 self.events.append(one)
         self.guesses.clear()
         self.events.sort(key=lambda c: c.value)
-
-    def _same(self, one: Event, other: Event) -> bool:
-        near = self.near / 4 + one.width
-        alike = one.direction == other.direction
-        alike &= abs(one.omega - other.omega) <= 1e-6 * max(one.omega, other.omega)
-        return alike and abs(one.value - other.value) <= near
 
     def from_start(self, one: Event) -> Event | None:
         """An event as it is; at the start of the range exactly if rounding leaves that, and none if
@@ -241,9 +240,8 @@ class _Walk:
             least, most = along.at(p).bounds
             return -way if most <= fewer else way * (least >= more)
 
-        sides = certain(sign, (a, b), 1e-7 * self.wide, *ends) or ends
-        one = Event((a + b) / 2, omega, way, (sides[0], sides[1]), converged=False)
-        return self.from_start(one)
+        low, high = (certain(sign, (a, b), 1e-7 * self.wide, *ends) or ends)[:2]
+        return self.from_start(Event((a + b) / 2, omega, way, (low, high), converged=False))
 
 
 def _factors(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -115,25 +115,17 @@ def thresholds(
     """
     mu_min, mu_max = finite_numbers("thresholds: mu_min, mu_max", (mu_min, mu_max), rising=True)
     edges = [mu_min, *sorted({float(b) for b in breakpoints if mu_min < b < mu_max}), mu_max]
-    try:
-        return _along(system, edges, options, counter)
-    except LightMassError:
-        return _along(Slow(system, mu_min), edges, options, counter)
-
-
-def _along(
-    system: System,
-    edges: Sequence[float],
-    options: ContinuationOptions | None,
-    counter: Counter | None,
-) -> Thresholds:
     points: list[CriticalPoint] = []
     crossings: list[Crossing] = []
     parts: list[Searched] = []
     for a, b in itertools.pairwise(edges):
         low = float(np.nextafter(a, b)) if parts else a
         high = b if b == edges[-1] else float(np.nextafter(b, a))
-        part = search(system, low, high, options, counter)
+        try:
+            part = search(system, low, high, options, counter)
+        except LightMassError:
+            system = Slow(system, mu_min)
+            part = search(system, low, high, options, counter)
         if parts:
             jumps = _jump(a, parts[-1].line.at(parts[-1].line.high), part.line.at(low))
             points, crossings = points + jumps[0], crossings + jumps[1]
@@ -150,7 +142,7 @@ def points_and_crossings(part: Searched) -> tuple[list[CriticalPoint], list[Cros
     changes = [(c, _leads(part, c)) for c in _changes(part)]
     crossings = []
     for k, place in enumerate(part.places):
-        leads = [lead.values() for c, lead in changes if c.place == k]
+        leads = [lead for c, lead in changes if c.place == k]
         for c in place:
             changing = any(c in lead or not any(lead) for lead in leads)
             mode = _mode(part.line.at(c.value), c.omega, 2 if c.coalesces else 1)
@@ -331,23 +323,19 @@ def _lead(state: State) -> tuple[float, float, float]:
     return float(value), float(slope), float(rates[:, 2].sum())
 
 
-def _leads(part: Searched, change: VerdictChange) -> dict[str, Event | None]:
-    """The fastest of the events at the place of a change that begin what grows above or end what
-    grew below, if there are such."""
-    at, leads = () if change.place is None else part.places[change.place], {}
-    for kind, way in ((change.below, -1), (change.above, 1)):
-        alike = [c for c in at if c.kind == kind and c.direction == way]
-        leads[kind] = next(iter(fastest_first(part.line, alike)), None)
-    return leads
+def _leads(part: Searched, change: VerdictChange) -> list[Event | None]:
+    """The fastest of the events at the place of a change that ends what grew below, and that
+    begins what grows above, if there are such."""
+    at = () if change.place is None else part.places[change.place]
+    ways = (change.below, -1), (change.above, 1)
+    alike = ([c for c in at if (c.kind, c.direction) == way] for way in ways)
+    return [next(iter(fastest_first(part.line, own)), None) for own in alike]
 
 
-def _point(
-    part: Searched, change: VerdictChange, leads: Mapping[str, Event | None]
-) -> CriticalPoint:
+def _point(part: Searched, change: VerdictChange, leads: Sequence[Event | None]) -> CriticalPoint:
     line, at = part.line, () if change.place is None else part.places[change.place]
     grows = change.above in GROWING
-    concerned = change.above if grows else change.below
-    lead = leads[concerned]
+    concerned, lead = change.above if grows else change.below, leads[grows]
     low = min([c.interval[0] for c in at], default=change.value - change.half)
     high = max([c.interval[1] for c in at], default=change.value + change.half)
     omega = 0.0
