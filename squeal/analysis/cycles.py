@@ -31,15 +31,14 @@ SLIDING = 41  # values at which the sliding equilibrium is judged
 class Orbit:
     """A periodic motion in SI units.
 
-    value: of the parameter; period (s); amplitude: half of the ranges of x, y (m) and theta (rad);
+    value: of the parameter; period (s); amplitude: half of the ranges of x, y (m), theta (rad);
     velocity: root mean square of the normal velocity (m/s), which sounds; extrema: (min, max) of
-    each plotted signal, forces over F_n, delta over w, None without contact; contacts: the contact
-    states of a period in order; multipliers: the five Floquet multipliers beside the one of a shift
-    in time, the largest first; stable: whether small deviations decay, None where they do
-    not decide; friction, damping: work of friction on the pad and energy that damping takes, J a
-    period; face: greatest speed of the lower face while it touches over V, None without V; start: a
-    state that it passes, (x, y, theta, x_dot, y_dot, theta_dot); turn: what happens here on the
-    branch, a `fold`, `period doubling`, `torus`, `grazing` or nothing.
+    each plotted signal, forces over F_n, delta over w, None without contact; contacts: its contact
+    states in order; multipliers: the five Floquet multipliers beside that of a shift in time, the
+    largest first; stable: whether small deviations decay, None where they do not decide; friction,
+    damping: work of friction on the pad and energy that damping takes, J a period; face: greatest
+    speed of the lower face while it touches over V, None without V; start: a state (6,) that it
+    passes; turn: what happens here on the branch, see `squeal.simulation.cycles.Cycle`.
     """
 
     value: float

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.analysis.cycles import Cycles, Orbit
+from squeal.analysis.cycles import Cycles
 from squeal.io.writing import number
 from squeal.model.pad import PARAMETERS
 from squeal.plots.style import SINGLE, Drawing, blank, literal, origin, style
@@ -18,14 +18,6 @@ LOOKS: dict[str, dict[str, Any]] = {
 MARKS = {"fold": "D", "period doubling": "s", "torus": "^", "grazing": "|"}
 
 
-def _kind(*ends: Orbit) -> str:
-    """The key of `LOOKS` of a piece of the branch."""
-    if any(one.sliding_holds is False for one in ends):
-        return "faster than the surface"
-    verdicts = {one.stable for one in ends}
-    return "stable" if True in verdicts and False not in verdicts else "unstable or undecided"
-
-
 def cycles_drawing(found: Cycles, name: str) -> Drawing:
     """Cycles as a curve, red where stable and blue, dashed, where not; sliding on the axis."""
     title = f"Periodic motions of {name}"
@@ -35,10 +27,14 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
     with style():
         figure = Figure(figsize=(SINGLE, 3.2))
         axes = figure.subplots()
-        labels = dict.fromkeys(LOOKS, "cycle, {}")  # each once
+        labels = {kind: f"cycle, {kind}" for kind in LOOKS}  # each once
         for i in range(len(value) - 1):
-            kind = _kind(*found.orbits[i : i + 2])
-            label = labels.pop(kind, "").format(kind) or None
+            kind, two = "unstable or undecided", found.orbits[i : i + 2]
+            if any(one.sliding_holds is False for one in two):
+                kind = "faster than the surface"
+            elif {True} <= {one.stable for one in two} <= {True, None}:
+                kind = "stable"
+            label = labels.pop(kind, None)
             axes.plot(value[i : i + 2], size[i : i + 2], label=label, **LOOKS[kind])
         axes.plot(value[found.own], size[found.own], "o", mfc="none", mec="k", label="the scene")
         for kind, mark in MARKS.items():

@@ -135,8 +135,7 @@ class Shooting:
         except InputError as error:
             raise ComputationError(str(error)) from None
 
-    def rates(self, state: np.ndarray, value: float) -> np.ndarray:
-        """The rates (6,) of a state at a value."""
+    def _rates(self, state: np.ndarray, value: float) -> np.ndarray:
         return state_rates(self.model(value), state)
 
     def motion(self, state: np.ndarray, time: float, value: float, dense: bool = False) -> Course:
@@ -145,13 +144,12 @@ class Shooting:
         integrator = make_integrator(model, TOLERANCE, "auto")
         return whole(model, integrator, self.units, state, time, dense)
 
-    def over(self, state: np.ndarray, period: float, value: float) -> tuple[np.ndarray, Cycle]:
-        """phi_T(z) - z and, as a cycle, the motion from z over T."""
+    def over(self, state: np.ndarray, period: float, value: float) -> Cycle:
+        """The motion from a state over some time, as a cycle."""
         course = self.motion(state, period, value, True)
-        apart = course.end[:, 0] - state
+        gap = float(np.abs(course.end[:, 0] - state).max() / np.abs(state).max())
         small = deviations(self.model(value), course)
-        gap = float(np.abs(apart).max() / np.abs(state).max())
-        return apart, Cycle(state, period, small, value, gap, course)
+        return Cycle(state, period, small, value, gap, course)
 
     def solve(
         self, guess: np.ndarray, direction: np.ndarray | None = None, most: int = PASSES
@@ -163,26 +161,24 @@ class Shooting:
         """
         along = np.eye(8)[7] if direction is None else direction
         x = guess.copy()
-        phase = self.rates(x[:6], x[7])
+        phase = self._rates(x[:6], x[7])
         phase /= np.linalg.norm(phase)
         for _ in range(most):
-            apart, cycle = self.over(x[:6], x[6], x[7])
-            end = x[:6] + apart
-            J = np.zeros((8, 8))
+            cycle, J = self.over(x[:6], x[6], x[7]), np.zeros((8, 8))
+            end = cycle.course.end[:, 0]
             J[:6, :6] = cycle.monodromy - np.eye(6)
-            J[:6, 6] = self.rates(end, x[7])
+            J[:6, 6] = self._rates(end, x[7])
             J[:6, 7] = (self.motion(x[:6], x[6], x[7] + STEP).end[:, 0] - end) / STEP
             J[6, :6] = phase
             J[7] = along
             closed = cycle.gap < CLOSED
-            residual = [*apart, phase @ (x[:6] - guess[:6]), along @ (x - guess)]
+            residual = [*(end - x[:6]), phase @ (x[:6] - guess[:6]), along @ (x - guess)]
             try:
                 step = np.linalg.solve(J, np.eye(8)[7] if closed else residual)
             except np.linalg.LinAlgError:
                 break
             if closed:
-                sense = -1.0 if direction is not None and step @ along < 0.0 else 1.0
-                return cycle, sense * step / np.linalg.norm(step)
+                return cycle, step / np.linalg.norm(step)
             x = x - step
             if not (x[6] > 0.0 and np.all(np.isfinite(x))):
                 break
@@ -200,11 +196,11 @@ class Shooting:
         """The cycle to which the motion from a state settles within so many windows of time, or
         None with the reason. Raises ComputationError where the model ends."""
         rate, changes = 0.0, 0
-        fastest = max(1e-6, float(np.linalg.norm(self.rates(state, value))))
+        fastest = max(1e-6, float(np.linalg.norm(self._rates(state, value))))
         for _ in range(windows):
             course = self.motion(state, window, value)
             state, changes = course.end[:, 0], len(course.t)
-            rate = float(np.linalg.norm(self.rates(state, value)))
+            rate = float(np.linalg.norm(self._rates(state, value)))
             if not changes and rate <= RESTING * fastest:
                 break
             begin, period = _return(course)
@@ -221,7 +217,7 @@ class Shooting:
     def _shortest(self, cycle: Cycle) -> Cycle:
         """The cycle over its least period: a slow transient returns late, after several of them."""
         for parts in range(len(cycle.course.t), 1, -1):
-            _, part = self.over(cycle.state, cycle.period / parts, cycle.value)
+            part = self.over(cycle.state, cycle.period / parts, cycle.value)
             if part.gap < RETURNED:
                 return self.solve(part.unknowns)[0]
         return cycle
@@ -239,7 +235,7 @@ class Shooting:
         cycle, way = self.solve(own.unknowns)
         way *= np.sign(way[7]) * towards
         size, (low, high) = step, ends
-        speed = first = self.rates(cycle.state, cycle.value)
+        speed = first = self._rates(cycle.state, cycle.value)
         while len(members) < most:
             found = self._tried(cycle.unknowns + size * way, way, 6)
             if found is None or found[1] @ way <= STRAIGHT:  # may be a jump between branches
@@ -248,7 +244,7 @@ class Shooting:
                     return members, "no further cycle was found"
                 continue
             after, turned = found
-            before, speed = speed, self.rates(after.state, after.value)
+            before, speed = speed, self._rates(after.state, after.value)
             small = np.linalg.norm(speed) < RESTING * np.linalg.norm(first)
             if small or speed @ before < 0.0:  # beyond the equilibrium the same cycles follow
                 return members, "the cycle shrinks to the equilibrium"
