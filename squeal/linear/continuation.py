@@ -19,6 +19,7 @@ T_kl = sum_m W_km W_ml (1 / (z_k - z_m) + 1 / (z_l - z_m)) / 2.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -393,26 +394,15 @@ class Guess:
     """A place where one root may cross the line, or two may meet on it."""
 
     value: float
-    root: complex
+    root: complex  # of two the mean
     right: ComplexArray  # (N, 1) or (N, 2)
     left: ComplexArray
     coalesces: bool
-    width: float  # of the parameter within which it must lie
+    width: float  # of the parameter within which it must lie, or half of where two stay close
+    doubtful: bool = False  # other roots decide over the coupling of the two
 
 
-@dataclass(frozen=True, eq=False)
-class Meeting:
-    """Two roots that may meet: where, their mean there, and their vectors (N, 2) now."""
-
-    value: float
-    half: float  # of the way on which they stay close
-    mean: complex
-    right: ComplexArray
-    left: ComplexArray
-    doubtful: bool  # other roots decide over their coupling
-
-
-def near_coalescences(before: State, after: State) -> Iterator[Meeting]:
+def near_coalescences(before: State, after: State) -> Iterator[Guess]:
     """Pairs that may meet on the line within a step, or exchange so much that one crosses it; seen
     from both ends."""
     span = after.value - before.value
@@ -461,7 +451,7 @@ def near_coalescences(before: State, after: State) -> Iterator[Meeting]:
             middle, both = complex(mean[n] + at[n] * mean_slope[n]), [k[n], l[n]]
             vectors = state.right[:, both], state.left[:, both]
             value = state.value + way * float(at[n])
-            yield Meeting(value, float(half[n]), middle, *vectors, doubtful)
+            yield Guess(value, middle, *vectors, True, float(half[n]), doubtful)
 
 
 def _passes(values: Array, slack: Array) -> Bools:
@@ -497,14 +487,21 @@ class Step:
         at, k = (self.a, list(roots)) if t < 0.5 else (self.b, self.order[list(roots)].tolist())
         return at.right[:, k], at.left[:, k]
 
-    def pair(self, k: int, other: int) -> tuple[Array, Array] | None:
-        """Cubics (4,) of the mean and the squared half difference of two roots, if they fit."""
-        both = np.array([x[[k, other]] for x in self.ends])
-        mean, half = both.mean(axis=1), (both[:, 0] - both[:, 1]) / 2
-        square = half[0] ** 2, 2 * half[0] * half[1], half[2] ** 2, 2 * half[2] * half[3]
-        unit = max(abs(square[0]), abs(square[2]))
-        for (a, da, b, db), size in ((mean, abs(mean[0])), (square, unit)):
-            least = self.options.doubt * max(abs(b - a), self.options.near * size)
-            if abs(b - a - (da + db) / 2) > least:
-                return None
-        return hermite_cubic(*mean), hermite_cubic(*square)
+    def pairs(self, roots: Sequence[int]) -> Iterator[tuple[list[int], Array, Array]]:
+        """Of roots (indices at a) the pairs, the closest first, that cubics (4,) of the mean and of
+        the squared half difference fit, with these."""
+        left, options = set(roots), self.options
+        for both in sorted(
+            map(list, itertools.combinations(roots, 2)),
+            key=lambda p: min(abs(z[p[0]] - z[p[1]]) for z in self.ends[::2]),
+        ):
+            ends = np.array([x[both] for x in self.ends])
+            mean, half = ends.mean(axis=1), (ends[:, 0] - ends[:, 1]) / 2
+            square = half[0] ** 2, 2 * half[0] * half[1], half[2] ** 2, 2 * half[2] * half[3]
+            sizes = abs(mean[0]), max(abs(square[0]), abs(square[2]))
+            if left.issuperset(both) and all(
+                abs(b - a - (da + db) / 2) <= options.doubt * max(abs(b - a), options.near * size)
+                for (a, da, b, db), size in zip((mean, square), sizes, strict=True)
+            ):
+                left -= set(both)
+                yield both, hermite_cubic(*mean), hermite_cubic(*square)

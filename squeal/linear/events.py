@@ -10,7 +10,6 @@ their real parts times what does not vanish.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
@@ -24,7 +23,6 @@ from numpy.typing import NDArray
 from squeal.linear.continuation import (
     Continuation,
     Guess,
-    Meeting,
     Step,
     exponents,
     hermite_cubic,
@@ -88,10 +86,10 @@ class Event:
 # Guesses
 
 
-def guesses_of(step: Step, form: str, ends: tuple[bool, bool]) -> tuple[list[Guess], float | None]:
+def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float | None]:
     """Where roots may cross the line within a step, whose `ends` may be those of the range, and the
     share at which it has to be divided first, None if the matches are good enough to tell."""
-    za, da, zb, db = step.ends
+    form, (za, da, zb, db) = step.a.form, step.ends
     on_a, on_b = step.a.on_line, step.b.on_line[step.order]
     # what lies on the line at one end alone has met another one, unless the range ends there
     known = step.matched & ((on_a == on_b) | (ends[0] & on_a) | (ends[1] & on_b))
@@ -117,17 +115,12 @@ def guesses_of(step: Step, form: str, ends: tuple[bool, bool]) -> tuple[list[Gue
     reach = np.maximum(np.abs((zb - za).real), high - low)
     single = known & ~settled & (np.abs(step.off.real) <= step.options.doubt * reach)
     left = np.flatnonzero(~settled & ~single & ~far).tolist()
-    guesses = [g for k in np.flatnonzero(single).tolist() for g in _singles(step, k, form, True)]
-    taken: set[int] = set()
-    for k, other in sorted(
-        itertools.combinations(left, 2), key=lambda p: min(abs(z[p[0]] - z[p[1]]) for z in (za, zb))
-    ):
-        if not taken & {k, other} and (cubics := step.pair(k, other)) is not None:
-            guesses += _of_pair(step, [k, other], *cubics, form)
-            taken |= {k, other}
-    doubtful = [k for k in left if k not in taken]
+    guesses = [g for k in np.flatnonzero(single).tolist() for g in _singles(step, k, True)]
+    pairs = list(step.pairs(left))
+    guesses += [g for pair in pairs for g in _of_pair(step, *pair)]
+    doubtful = set(left).difference(*(both for both, _, _ in pairs))
     for k in doubtful:  # the best there is if no step can be halved any more
-        guesses += _singles(step, k, form, False)
+        guesses += _singles(step, k, False)
     touches = known if form == "damped" else known & real
     return guesses, step.options.aside if doubtful else _touch(step, touches, high - low)
 
@@ -144,10 +137,10 @@ def _touch(step: Step, some: NDArray[np.bool_], reach: Array) -> float | None:
     return float(t[near][np.argmin(part[near])]) if near.any() else None
 
 
-def _singles(step: Step, k: int, form: str, sure: bool) -> Iterator[Guess]:
+def _singles(step: Step, k: int, sure: bool) -> Iterator[Guess]:
     z = np.array([x[k] for x in step.ends])
     real = step.a.real[k] and step.b.real[step.order[k]]
-    if form == "gyroscopic" or (form == "undamped" and not real):
+    if step.a.form == "gyroscopic" or (step.a.form == "undamped" and not real):
         return
     path = z.real.copy()
     if sure:  # on the line at an end of the range: what is beside it follows from the slope
@@ -158,11 +151,9 @@ def _singles(step: Step, k: int, form: str, sure: bool) -> Iterator[Guess]:
         yield Guess(step.a.value + t * h, root, *step.vectors(t, [k]), False, h)
 
 
-def _of_pair(
-    step: Step, both: list[int], means: Array, squares: Array, form: str
-) -> Iterator[Guess]:
+def _of_pair(step: Step, both: list[int], means: Array, squares: Array) -> Iterator[Guess]:
     """What two roots do that coalesce or part in the step."""
-    h, t = step.b.value - step.a.value, np.linspace(0.0, 1.0, 101)
+    form, h, t = step.a.form, step.b.value - step.a.value, np.linspace(0.0, 1.0, 101)
     m, d = (np.polyval(c[::-1].astype(complex), t) for c in (means, squares))
     on = step.a.on_line[both].all(), step.b.on_line[step.order[both]].all()
     ways = [False] * (form == "damped" and not all(on)) + [True] * (form != "damped" or any(on))
@@ -411,16 +402,16 @@ def certain(
 # Windows
 
 
-def windows(along: Continuation, met: Sequence[Meeting], width: float) -> Iterator[Guess]:
+def windows(along: Continuation, met: Sequence[Guess], width: float) -> Iterator[Guess]:
     """Where two roots that are predicted to meet within a step of that width cross the line."""
     for one in met:
         with suppress(np.linalg.LinAlgError):
             yield from _window(along, one, width)
 
 
-def _window(along: Continuation, met: Meeting, width: float) -> Iterator[Guess]:
+def _window(along: Continuation, met: Guess, width: float) -> Iterator[Guess]:
     """Crossings of the line around the closest approach of a pair, if there are any."""
-    pair = roots_near(along, met.value, met.mean, met.right, met.left)
+    pair = roots_near(along, met.value, met.root, met.right, met.left)
     for _ in range(3):
         centre, half = pair.approach(along.form)
         if abs(centre) <= 4 * half or half >= width / 8:

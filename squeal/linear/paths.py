@@ -74,11 +74,9 @@ def track(system: System, mus: Iterable[float]) -> TrackedModes:
 def _halved(along: Continuation, a: float, b: float, depth: int) -> Iterator[Step]:
     """Steps from a to b, halved until every root is matched, alone or in a pair."""
     step = Step(along.at(a), along.at(b), along.options)
-    middle, fits = (a + b) / 2, step.matched.copy()
-    for k, other in itertools.combinations(np.flatnonzero(~fits).tolist(), 2):
-        if not fits[k] and not fits[other] and step.pair(k, other) is not None:
-            fits[[k, other]] = True
-    if fits.all() or not depth or middle in (a, b):
+    middle, doubtful = (a + b) / 2, np.flatnonzero(~step.matched).tolist()
+    paired = 2 * len(list(step.pairs(doubtful)))
+    if paired == len(doubtful) or not depth or middle in (a, b):
         yield step
     else:
         yield from _halved(along, a, middle, depth - 1)

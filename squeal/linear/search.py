@@ -124,7 +124,7 @@ class _Walk:
         """Match all roots from low to high and collect what may cross the line."""
         along = self.along
         step = Step(along.at(low), along.at(high), along.options)
-        guesses, share = guesses_of(step, along.form, (low == along.low, high == along.high))
+        guesses, share = guesses_of(step, (low == along.low, high == along.high))
         met = list(near_coalescences(step.a, step.b))
         most = 8 * along.options.resolved / (high - low) ** 2
         bent = any(not bend(low, high) <= most * size for bend, size in self.factors)

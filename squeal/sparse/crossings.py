@@ -137,7 +137,7 @@ class Along:
         if doubtful:
             return middle
         for met in near_coalescences(before, after):
-            place, half = met.value, max(met.half, 1e-9 * abs(met.value))
+            place, half = met.value, max(met.width, 1e-9 * abs(met.value))
             # a window that is wider than this has been seen from its inside
             seen = min(abs(p - place) for p in self._states) <= half / 2
             if before.value < place < after.value and half < abs(h) / 8 and not seen:
