@@ -145,8 +145,7 @@ class State:
 
     @cached_property
     def growing(self) -> tuple[list[int], list[int]]:
-        """The pairs that grow, as indices of their upper roots, and the real roots that grow; the
-        fastest first."""
+        """Indices of upper roots of growing pairs, and of growing real roots; the fastest first."""
         across = self.roots.real if self.form == "gyroscopic" else self.roots.imag
         pairs = across > self.rounding
         real = self.real if self.form == "undamped" else np.abs(across) <= self.rounding
@@ -303,8 +302,7 @@ class Continuation:
                 self._add(p, A, slope, z, X)
 
     def _add(self, p: float, A: NDArray, slope: NDArray, values: NDArray, right: NDArray) -> None:
-        """Add a state, with left vectors by the inverse or, where that loses half the digits, by
-        the transpose."""
+        """Add a state, with left vectors by the inverse or, if inexact, the transpose."""
         values, right = values.astype(complex), right.astype(complex)
         try:
             left = np.linalg.inv(right).conj().T
@@ -337,8 +335,7 @@ def _form(each: Sequence[tuple[Array, Array, Array]]) -> str:
 
 
 def _free_motions(each: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Array] | None:
-    """P, Q (n, n - k) beside k motions that neither K nor C acts on, if M is constant: P' M q'' +
-    ... leaves out their roots, which stay zero."""
+    """P, Q (n, n - k), P' M Q q'' + ... without the k motions that neither K nor C ever acts on."""
     M = each[0][0]
     parts = [X for _, C, K in each for X in (K, C) if X.any()]
     if not parts or any(not np.array_equal(M, other) for other, _, _ in each):
@@ -403,8 +400,7 @@ class Guess:
 
 
 def near_coalescences(before: State, after: State) -> Iterator[Guess]:
-    """Pairs that may meet on the line within a step, or exchange so much that one crosses it; seen
-    from both ends."""
+    """Pairs that may meet, or exchange and cross the line, within a step; seen from both ends."""
     span = after.value - before.value
     for state, way in ((before, 1), (after, -1)):
         k, l, conjugate, direct, indirect, bend, alone = state.couplings

@@ -169,8 +169,7 @@ def _of_pair(step: Step, both: list[int], means: Array, squares: Array) -> Itera
 
 
 def _changes(m: NDArray, d: NDArray, meets: bool) -> Iterator[tuple[int, complex, bool]]:
-    """Where one root of a pair of mean m and squared half difference d crosses the axis, or both
-    meet on the line."""
+    """Where one root of a pair with this mean and d crosses the axis, or both meet on the line."""
     half = np.sqrt(d)
     state = d.real > 0.0 if meets else np.sum(np.stack([m - half, m + half]).real > 0.0, axis=0)
     for n in np.flatnonzero(state[1:] != state[:-1]).tolist():
@@ -229,8 +228,7 @@ class Near(NamedTuple):
 
 
 def roots_near(along: Continuation, p: float, near: complex, right: NDArray, left: NDArray) -> Near:
-    """The root at p next to `near`, or the two; right and left vectors (N, 1) or (N, 2) are those
-    that it begins from."""
+    """The root at p next to `near`, or two, from right and left vectors (N, 1) or (N, 2)."""
     A, derivative, sizes = along.both(p)
     size = norm_of(A) or 1.0
     nudge = 1e-7 * max(abs(near), 1e-4 * size)

@@ -159,8 +159,7 @@ class _Walk:
         self.events.sort(key=lambda c: c.value)
 
     def from_start(self, one: Event) -> Event | None:
-        """An event as it is; at the start of the range exactly if rounding leaves that, and none if
-        what does not grow there begins to decay."""
+        """An event, at the start if rounding leaves that; none if decay begins from rest there."""
         along = self.along
         if one.interval[0] > along.low or not _quiet(along, one.omega):
             return one
@@ -231,8 +230,7 @@ class _Walk:
     def _by_count(
         self, omega: float, way: int, a: float, b: float, ends: tuple[float, float]
     ) -> Event | None:
-        """An event between a and b of which only the count tells, with an interval beside which
-        that is sure."""
+        """An event between a and b of which only the count tells, and beside which it is sure."""
         along = self.along
         fewer, more = sorted(along.at(p).growth.roots for p in (a, b))
 
@@ -290,8 +288,7 @@ def _meetings_at_end(state: State, width: float) -> Iterator[Guess]:
 
 
 def _quiet(along: Continuation, omega: float) -> bool:
-    """True if a root of about this frequency may begin to grow at the start: it is on the line,
-    without damping together with another one."""
+    """True if a root of this frequency is on the line at the start, two of them without damping."""
     state = along.at(along.low)
     if not omega:
         return bool(np.any(np.abs(state.roots) <= state.rounding))
@@ -330,8 +327,8 @@ def _steady(along: Continuation, low: float, high: float, growth: UnstableCount)
 
 
 def _agrees(found: Searched, counts: Sequence[int | None]) -> bool:
-    """True if the counts and all states agree with the events, and rounding hides no root, in no
-    interval so wide either that others have room in it."""
+    """True if counts and states agree with the events, and neither rounding nor a wide interval
+    hides a root."""
     along, places, growths = found.line, found.places, found.growths
     room = along.options.wide * (along.high - along.low)
     changes = zip(places, itertools.pairwise(growths), strict=True)

@@ -259,8 +259,7 @@ def _near(a: State, b: State, verdict: str) -> bool:
 
 
 def _exchange(line: Continuation, a: _Mark, b: _Mark) -> tuple[float, float]:
-    """Where the verdict of b begins, and half the interval that holds it: by Ridders's method,
-    which bisects where other roots grow on both sides."""
+    """Where the verdict of b begins, and half the interval that holds it: by Ridders's method."""
     low, high, p, half = a.value, b.value, math.inf, 1e-7 * (b.value - a.value)
     least = 4 * np.spacing(max(abs(low), abs(high)))
     for k in range(100):
@@ -289,8 +288,7 @@ def _exchange(line: Continuation, a: _Mark, b: _Mark) -> tuple[float, float]:
 
 
 def _meeting(line: Continuation, low: float, high: float) -> tuple[float, float] | None:
-    """Where a growing pair meets on the real axis, from the side on which it is one, and half the
-    interval."""
+    """Where a growing pair, as it is on one side, meets on the real axis, and half the interval."""
     sides = [line.at(p) for p in (low, high) if line.at(p).growth.verdict == "flutter"]
     if line.form != "damped" or not sides:
         return None
@@ -310,8 +308,8 @@ def _meeting(line: Continuation, low: float, high: float) -> tuple[float, float]
 
 
 def _lead(state: State) -> tuple[float, float, float]:
-    """By how much the fastest pair outgrows the fastest real root (1/s), the slope of that and its
-    rounding; a root of which there is none grows by 0."""
+    """By how much the fastest pair outgrows the fastest real root (1/s, 0 without one), the slope
+    of that and its rounding."""
     z, rates = state.roots, np.zeros((2, 3))
     for own, rate in zip(state.growing, rates, strict=True):
         for k in own[:1]:
@@ -324,8 +322,7 @@ def _lead(state: State) -> tuple[float, float, float]:
 
 
 def _leads(part: Searched, change: VerdictChange) -> list[Event | None]:
-    """The fastest of the events at the place of a change that ends what grew below, and that
-    begins what grows above, if there are such."""
+    """At the place of a change the fastest event that ends, and that begins, what it concerns."""
     at = () if change.place is None else part.places[change.place]
     ways = (change.below, -1), (change.above, 1)
     alike = ([c for c in at if (c.kind, c.direction) == way] for way in ways)

@@ -11,7 +11,7 @@ from squeal.errors import InputError
 from squeal.linear import thresholds
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
-from tests.known import coupled, known_system
+from tests.known import affine, coupled, known_system
 
 I2, I3 = np.eye(2), np.eye(3)
 CHAIN = np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
@@ -193,6 +193,20 @@ def test_every_known_threshold_is_found_and_none_invented(seed):
         assert mu == pytest.approx(at, rel=1e-9)
         assert c.interval[0] - 1e-14 <= at <= c.interval[1] + 1e-14
         assert 2 * np.pi * c.frequency_hz == pytest.approx(omega, rel=1e-7, abs=1e-7)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_motions_that_nothing_holds_add_no_crossing(seed):
+    rng = np.random.default_rng(seed)
+    n, free, damped = int(rng.integers(2, 7)), int(rng.integers(1, 3)), seed % 2
+    k = np.sort(10 ** rng.uniform(0, 3, n))
+    K1 = 0.6 * rng.normal(size=(n, n)) * np.sqrt(np.outer(k, k))
+    held = [np.eye(n), np.diag(k), K1, *[np.diag(0.05 * np.sqrt(k))] * damped]
+    T = np.eye(n + free) + 0.4 * rng.normal(size=(n + free, n + free))
+    mixed = [T.T @ block_diag(X, np.eye(free) * (X is held[0])) @ T for X in held]
+    expected, found = (thresholds(affine(*each), 2.0).crossings for each in (held, mixed))
+    assert [c.kind for c in found] == [c.kind for c in expected]
+    assert [c.mu for c in found] == pytest.approx([c.mu for c in expected], rel=1e-7)
 
 
 def test_jump_at_a_breakpoint():
