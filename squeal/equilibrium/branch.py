@@ -25,16 +25,15 @@ from squeal.numerics.differentiation import Dual
 NODE, CHANGE, FOLD = range(3)
 """Kinds of a node: a point of the branch, a change of contact, a smooth fold."""
 GOING, REACHED, TURNS, LOST, AWAY, SEPARATED, TILTED, NOWHERE = range(8)
-"""How a branch ends, see `squeal.equilibrium.Path.end`; of NOWHERE there is no place without
-friction."""
+"""How a branch ends, see `squeal.equilibrium.Path.end`; NOWHERE has no place of rest."""
 
 
 @dataclass(frozen=True)
 class BranchOptions:
-    """Tolerances of the continuation, in the pad's natural units.
+    """Tolerances of the continuation in natural units, where the load displaces by about one.
 
-    There the load displaces the contact by about one. The defaults follow the branches of random
-    pads without loss; smaller steps cost time, larger ones risk a jump to another branch.
+    The defaults follow the branches of random pads without loss; smaller steps cost time, larger
+    ones risk a jump to another branch.
     """
 
     first_step: float = 0.25  # a quarter of the displacement under the load
@@ -168,8 +167,7 @@ def follow(
 def _cubic(
     a: np.ndarray, b: np.ndarray, start: np.ndarray, end: np.ndarray, scale: np.ndarray
 ) -> np.ndarray:
-    """Coefficients (4, 4, k), by its share, of a curve from places a to b (4, k) with unit tangents
-    start and end of `scale` times it."""
+    """Coefficients (4, 4, k) of a curve from places a to b (4, k) with unit tangents start, end."""
     chord = b - a
     length = np.sqrt(((chord * scale) ** 2).sum(axis=0)) / scale
     start, end = length * start, length * end

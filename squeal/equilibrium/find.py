@@ -35,10 +35,10 @@ NO_START = (
 class Equilibrium:
     """A sliding equilibrium in SI units: q = (x, y, theta), contact state, reaction.
 
-    R_n is the normal reaction in N and delta its distance in m from the mass centre (or from the
-    frame's origin, in that formulation); potential in J. `on_branch`: it was reached from mu = 0.
-    beyond: why it does not lie on the part of the branch that rises from mu = 0, if that is so;
-    excesses: a sentence for each limit of `squeal.equilibrium.statics.LIMITS` that it exceeds.
+    R_n is the normal reaction and delta its distance from the mass centre (or from the frame's
+    origin, in that formulation). `on_branch`: it was reached from mu = 0; beyond: why it does not
+    lie on the part of the branch that rises from there; excesses: a sentence for each limit of
+    `squeal.equilibrium.statics.LIMITS` that it exceeds.
     """
 
     q: tuple[float, float, float]
@@ -79,19 +79,20 @@ def record(
     units, (R_n, delta) = statics.units, map(float, statics.resultant(z, state))
     # in partial contact that of the integral law in every formulation
     potential = float(statics.model.energy(statics.place(z), np.zeros(3), state)) * units.energy
-    place, loads = tuple(statics.to_si(z).tolist()), (R_n * units.force, delta * units.length)
-    return Equilibrium(place, float(z[3]), state, *loads, potential, on_branch, excesses=excesses)
+    place = tuple(statics.to_si(z).tolist()), float(z[3]), state
+    loads = R_n * units.force, delta * units.length
+    return Equilibrium(*place, *loads, potential, on_branch, excesses=excesses)
 
 
 def _near_seeds(statics: Statics, n: int) -> np.ndarray:
     """Places (4, seeds, n) of the size of the load, and about half as far off as `LIMITS`."""
     own = natural_units(statics.model, (0.0,) * 6).length * np.ones(n)
-    far = statics.model.pad.w / 2 * np.array([LIMITS.travel, LIMITS.travel, LIMITS.tilt])[:, None]
+    half = statics.model.pad.w / 2 * np.ones(n)
     near, tilts = (0.0, -1.0, 1.0), (0.0, -1.0, 1.0, -10.0, 10.0)
-    seeds = np.zeros((4, 72, n))
-    seeds[:3, :45] = np.array([*itertools.product(near, near, tilts)]).T[:, :, None] * own
-    seeds[:3, 45:] = np.array([*itertools.product(near, near, near)]).T[:, :, None] * far[:, None]
-    return seeds
+    small, wide = (np.array([*itertools.product(near, near, t)]) for t in (tilts, near))
+    wide = wide * [LIMITS.travel, LIMITS.travel, LIMITS.tilt]
+    seeds = np.concatenate([small.T[:, :, None] * own, wide.T[:, :, None] * half], axis=1)
+    return np.concatenate([seeds, 0.0 * seeds[:1]])
 
 
 def _far_seeds(statics: Statics) -> np.ndarray:
@@ -144,8 +145,8 @@ def _least(statics: Statics, n: int) -> Places:
 def rests(statics: Statics, n: int) -> Places:
     """Where n pads rest without friction.
 
-    Newton's method from the initial position finds the only such place of a law that turns the pad
-    back. Where it fails, and with other laws, it starts from all places that the load reaches.
+    Newton's method from the initial position finds the only place of a law that turns the pad back.
+    Where it fails, and with other laws, it starts from all places that the load reaches.
     """
     statics = dataclasses.replace(statics, model=statics.model.replace(mu=0.0))
     z, sides = statics.settle(np.zeros((4, n)), None, 40)
@@ -163,8 +164,7 @@ def rests(statics: Statics, n: int) -> Places:
 def find_all(model: PadModel) -> list[Equilibrium]:
     """All sliding equilibria (R_n > 0) at the pad's mu, least potential energy first.
 
-    Newton's method starts from some hundreds of places and tilts in each contact state; equilibria
-    with |theta0 + theta| < pi/2 whose gaps agree with the state are listed. An equilibrium farther
+    Newton's method starts from some hundreds of places and tilts in each contact state; one farther
     off than the springs are long may be missed. Raises ComputationError where rounding hides how
     one presses on the surface.
     """
@@ -185,9 +185,8 @@ def find_all(model: PadModel) -> list[Equilibrium]:
 def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
     """The equilibrium that a query is about, and how it was reached or why there is none.
 
-    It is the one on the branch continued from mu = 0, if that branch rises up to the pad's mu, else
-    the one of least potential energy at the pad's mu. Its warnings say if it is not on the branch,
-    or leaves what the model means.
+    It is the one on the branch continued from mu = 0, if that rises up to the pad's mu, else the
+    one of least potential energy there, with a warning.
     """
     path = Path(model, branch_of(model, model.pad.mu))
     if path.branch.end[0] == ends.REACHED:
@@ -348,8 +347,8 @@ def normalised_damping(damping: Damping, A: np.ndarray) -> tuple[np.ndarray, np.
 def normalised_damping_slope(damping: Damping, A: np.ndarray, dA: np.ndarray) -> np.ndarray:
     """The derivative (3, 3) of `normalised_damping` where A (3, 3) changes by dA.
 
-    With ratios by the formula of Daleckii and Krein for a function of a symmetric matrix, NaN where
-    two modes of one frequency have different ratios, so that no direction is theirs.
+    By the formula of Daleckii and Krein for a function of a symmetric matrix; NaN where two modes
+    of one frequency have different ratios.
     """
     A, dA = (A + A.T) / 2, (dA + dA.T) / 2
     if damping.rayleigh is not None:
@@ -393,8 +392,8 @@ def damped_model(scene: Scene) -> PadModel:
 
 
 def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
-    """What ratios and Rayleigh damping refer to: the pad without friction, its place q (3,) in SI
-    units, its contact. Raises ComputationError where there is no such place."""
+    """What ratios and Rayleigh damping refer to: the pad without friction, its place q (3,) (SI),
+    its contact. Raises ComputationError where there is no such place."""
     model = scene.pad_model.replace(mu=0.0)
     if model.linear:
         return model, np.zeros(3), model.full

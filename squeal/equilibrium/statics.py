@@ -50,11 +50,10 @@ def newton(
     passes: int = 15,
     longest: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Zeros (m, k) of analytic conditions, from places that `start` with (x, y, w theta).
+    """Zeros (m, k) of analytic conditions of places (m, ..., j) and their columns' numbers (j,).
 
-    conditions: of places (m, ..., j) and the numbers (j,) of the columns that they belong to; unit
-    (k,): beside which the places are rounded; longest (m, k): the longest step. Returns also the
-    derivative (m, m, k) before the last step, and where (k,) it converged to rounding.
+    unit (k,): beside which (x, y, w theta) are rounded; longest (m, k): the longest step. Returns
+    also the derivative (m, m, k) before the last step, and where (k,) it converged to rounding.
     """
     x, (m, k) = start.copy(), start.shape
     slope, last, good = np.empty((m, m, k)), np.full(k, np.inf), np.zeros(k, dtype=bool)
@@ -155,13 +154,10 @@ class Statics:
         return np.asarray(self.touches(z) & (~self.hidden(z) | (c.F_n > 0.0) | forced))
 
     def admits(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
-        """Where the gaps at z (4, k) agree with the state touching (points, k), beyond rounding,
-        and the lower face faces the surface.
-
-        Where a gap is zero to rounding the loads of the state of the gaps must balance too: the
-        line law of partial contact has a pole where both gaps vanish.
-        """
+        """Where gaps at z (4, k) agree with the state touching (points, k), to rounding, and the
+        lower face faces the surface."""
         gaps, rounding = self.gaps(z), self.rounding(z)
+        # in the state of the gaps too: the line law has a pole where both gaps vanish
         with np.errstate(all="ignore"):
             left = np.max(np.abs(self.residual(z, 1.0 * (gaps < 0.0))), axis=0)
         balanced = left <= 1e3 * np.max(rounding, axis=0) + 1e-9
@@ -250,10 +246,7 @@ LIMITS = Excursion(
 
 
 def excursion(statics: Statics, z: np.ndarray, touching: Any) -> Excursion:
-    """The excursion of equilibria z (4,) or (4, n) with a contact state, or factors (points, n).
-
-    Of pads that differ, the parameters of `statics` are arrays (n,).
-    """
+    """The excursion of equilibria z (4,) or (4, n) with a contact state, or factors (points, n)."""
     pad, start = statics.model.pad, np.zeros_like(z)
     start[3] = z[3]
     put = statics.gaps(start) < 0.0

@@ -39,10 +39,7 @@ LEADING, TRAILING = 0, 1
 
 
 class State(tuple[bool, ...]):
-    """Which contact points touch, from the leading edge to the trailing edge: State(True, False).
-
-    Its entries are the factors 1 and 0 of the contact laws' formulas.
-    """
+    """Which contact points touch, from the leading edge to the trailing: State(True, False)."""
 
     __slots__ = ()
 
@@ -165,8 +162,7 @@ class ContactLaw(ABC):
         return Rn, moment / Rn
 
     def signals(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """The signals `plotted`, in units of force and length; a place is 0/0 apart: NaN in
-        arrays."""
+        """The signals `plotted`, in units of force and length; a place is 0/0 (NaN) apart."""
         return self.resultant(c, at, on)
 
 
@@ -185,10 +181,9 @@ class Spring(NamedTuple):
 class Springs(ContactLaw):
     """Unilateral springs along the lower face, whose points are the contact points.
 
-    A spring at the place p has the gap a g_l + b g_t of the gaps at the edges, a = (1 - p)/2 and
-    b = (1 + p)/2, and loads the pad as the shares a and b of its force at the edges would. All
-    springs together are a symmetric stiffness (2, 2) between the gaps of the edges and the forces
-    there, and only that stiffness knows which of them touch.
+    A spring at the place p has the gap a g_l + b g_t of those at the edges, a = (1 - p)/2 and b =
+    (1 + p)/2, and loads the edges with the shares a and b. All springs together are a symmetric
+    stiffness (2, 2) of the edges, which alone knows which of them touch.
     """
 
     @property
@@ -263,8 +258,7 @@ class SpringContact(Springs):
     N springs k_c/N at the places (2 i + 1 - N)/sqrt(N^2 - 1), i from 0 to N - 1: the middles of N
     equal parts of the face, moved outwards by 1/sqrt(1 - 1/N^2), since their mean square there is
     (1 - 1/N^2)/3 and a uniform face has 1/3. Normal stiffness k_c and rotational stiffness
-    k_c w^2/3 in full contact are then exactly those of the line contact with the integral law,
-    which is the limit of many springs.
+    k_c w^2/3 in full contact are then exactly those of the line contact, the limit of many springs.
     """
 
     count: int
@@ -305,8 +299,7 @@ class LineContact(ContactLaw):
         return 1.0 if self.delta_moment == "+" else -1.0
 
     def _partial(self, gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]:
-        """Penetration of the edge that touches alone and contact length over 2 w; zeros, without
-        0/0, where both edges touch or none."""
+        """Penetration of the edge that touches alone and contact length over 2 w, else zeros."""
         side = on[1] - on[0]
         one = side * side
         p = -one * (on[0] * gl + on[1] * gt)
@@ -385,8 +378,7 @@ class ContactModel:
     """A contact model as scenes name it.
 
     words: what it is; law: its contact law, made of `choices`, the keys of `Formulation` that it
-    reads; linear: it is its law's linearisation about the origin in full contact, which has no
-    motion, load or sliding equilibrium of its own.
+    reads; linear: it is the linearisation about the origin in full contact, without any motion.
     """
 
     name: str

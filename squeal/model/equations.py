@@ -121,8 +121,7 @@ class PadModel:
 
     @property
     def term_values(self) -> np.ndarray:
-        """The numbers of the terms with velocities, (`term_count`, ...): D row by row, then share
-        and rate of friction that falls, and V."""
+        """The numbers (`term_count`, ...) of these terms: D, then `Pad.fall` and V."""
         if not self.terms:
             return np.empty(0)
         fall = () if self.pad.fall is None else (*self.pad.fall, self.pad.V)
@@ -130,10 +129,7 @@ class PadModel:
 
     @property
     def decay(self) -> np.ndarray:
-        """D (3, 3): damping takes D v from the rates of the velocities v of (x, y, w theta).
-
-        Of many pads, whose parameters and entries of C are arrays (n,), it is (3, 3, n).
-        """
+        """D (3, 3, ...): damping takes D v from the rates of velocities v of (x, y, w theta)."""
         if self.damping is None:
             return np.zeros((3, 3))
         turn = np.array(np.broadcast_arrays(1.0, 1.0, self.pad.w))
@@ -173,8 +169,7 @@ def linearise(model: PadModel, q: Any, state: Touching) -> Linearisation:
     """Matrices about q = (x, y, theta) in a contact state, contact and friction included.
 
     K and C are minus the derivatives of the loads of Eqs. (4)-(6) or (8)-(10) by place and
-    velocity, exact to rounding; C is zero for the article's pad, which has no damping. About
-    several places q (3, n) they are stacks (3, 3, n).
+    velocity, exact to rounding; about several places q (3, n) they are stacks (3, 3, n).
     """
     pad, C = model.pad, np.zeros((3, *np.shape(q)))
     if model.terms:

@@ -30,8 +30,7 @@ Point = tuple[Number, Number]
 class Parameter(Key):
     """What one parameter means and may be.
 
-    dimension: exponents of (mass, length, time); common: every model uses it, of the others
-    `squeal.model.contact.models_with` says which.
+    dimension: exponents of (mass, length, time); common: every model uses it.
     """
 
     kind: schema.Number
@@ -76,10 +75,9 @@ def _some(meaning: str, unit: str, kind: schema.Number = _POSITIVE, **more: Any)
 class Pad:
     """Parameters of the rigid pad of Figs. 1 and 2, in SI units unless `scaled`.
 
-    A parameter that the model at hand does not use is None (or 0 for a placement); each may also be
-    an array, a symbol or a dual number. `derived` names what was left out and so follows others: I
-    follows m, w and h, and mu follows mu_s, mu_k, v_ref and V. Raises InputError for a number, or
-    an entry of an array, that is out of range.
+    A parameter that the model does not use is None (or 0 for a placement); each may also be an
+    array, a symbol or a dual number. `derived` names what was left out and so follows others: I
+    follows m, w, h, and mu follows mu_s, mu_k, v_ref, V. Raises InputError for what is out of range.
     """
 
     m: float = _field("mass", "kg", _POSITIVE)
@@ -246,9 +244,8 @@ class Coefficients(NamedTuple):
 def coefficients(ops: Any, pad: Pad, absolute_gap: bool) -> Coefficients:
     """Derive the coefficients of `pad` (Eqs. 1-2 at x = y = theta = 0).
 
-    `absolute_gap`: the surface lies at y = -h and y0, theta0 open a gap (B2); otherwise the
-    contact springs are relaxed in the initial position (B1). Free lengths that the scene leaves
-    out (B3) are set to w: an undeformed spring's stiffness does not depend on them.
+    `absolute_gap`: see `squeal.model.contact.ContactLaw`. Free lengths that the scene leaves out
+    (B3) are set to w: an undeformed spring's stiffness does not depend on them.
     """
     cos0, sin0 = ops.cos(pad.theta0), ops.sin(pad.theta0)
 
