@@ -76,8 +76,8 @@ class Pad:
     """Parameters of the rigid pad of Figs. 1 and 2, in SI units unless `scaled`.
 
     A parameter that the model does not use is None (or 0 for a placement); each may also be an
-    array, a symbol or a dual number. `derived` names what was left out and so follows others: I
-    follows m, w, h, and mu follows mu_s, mu_k, v_ref, V. Raises InputError for what is out of range.
+    array, a symbol or a dual number. `derived`: what was left out and so follows others, I m, w and
+    h, and mu mu_s, mu_k, v_ref and V. Raises InputError for what is out of range.
     """
 
     m: float = _field("mass", "kg", _POSITIVE)
