@@ -55,12 +55,10 @@ class Run:
     @cached_property
     def timeline(self) -> list[Interval]:
         """Contact states in order, with the located times of their changes."""
-        if not self.events:
-            (only,) = (s for s, share in self.shares.items() if share > 0.0)
-            return [Interval(0.0, self.stop, only)]
+        first = next((e.source for e in self.events), max(self.shares, key=self.shares.__getitem__))
+        states = [first, *(event.target for event in self.events)]
         times = [0.0, *(event.t for event in self.events), self.stop]
-        states = [self.events[0].source, *(event.target for event in self.events)]
-        return [Interval(a, b, s) for a, b, s in zip(times[:-1], times[1:], states, strict=True)]
+        return list(map(Interval, times, times[1:], states))
 
     @cached_property
     def states_met(self) -> list[str]:

@@ -108,11 +108,10 @@ def _motions(
         put(block, dataclasses.replace(course, limit=np.where(doubt, -2, course.limit)))
         for i in np.unique(block[doubt]).tolist():
             one, own = _some(model, i), Units(*(float(v[i]) for v in vars(units).values()))
-            alone, courses = integrator(one), list[Course]()
+            courses = list[Course]()
+            see, first = [courses.append], state[:, i]
             try:
-                integrate(
-                    one, alone, own, state[:, i], float(stop[i]), [courses.append], dense, options
-                )
+                integrate(one, integrator(one), own, first, float(stop[i]), see, dense, options)
             except ModelEnd:
                 pass  # as the last course says
             except ComputationError:

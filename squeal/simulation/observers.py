@@ -7,7 +7,6 @@ not grow with the length of the run. `Grid` serves single motions and ensembles 
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -31,16 +30,11 @@ Read = Callable[[Coefficients, np.ndarray, np.ndarray], np.ndarray]
 """A signal (...) from coefficients, states (6, ...) and contact (points, ...)."""
 
 
-@lru_cache(maxsize=8)
 def lobatto(count: int) -> tuple[np.ndarray, np.ndarray]:
     """Shares (count,) of a step, both ends included, and weights of Lobatto's quadrature there."""
     basis = np.polynomial.Legendre.basis(count - 1)
     places = np.concatenate([[-1.0], np.sort(basis.deriv().roots().real), [1.0]])
-    weights = 1.0 / (count * (count - 1) * basis(places) ** 2)
-    shares = (places + 1.0) / 2.0
-    for array in (shares, weights):
-        array.setflags(write=False)
-    return shares, weights
+    return (places + 1.0) / 2.0, 1.0 / (count * (count - 1) * basis(places) ** 2)
 
 
 class Grid:

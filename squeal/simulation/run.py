@@ -114,15 +114,13 @@ class Simulation(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of `squeal simulate`: only what the scene asked for."""
-        events, history = self.events, self.history
+        events, history = self.events, dict[str, Any](self.history or {}).items()
         asked: dict[str, Any] = {
             "events": events and [{"t": e.t, "from": e.source, "to": e.target} for e in events],
             "shares": self.shares,
             "extrema": self.extrema,
             "response": self.response and dataclasses.asdict(self.response),
-            "history": None
-            if history is None
-            else {n: [plain(v) for v in c.tolist()] for n, c in history.items()},
+            "history": {n: [plain(v) for v in c.tolist()] for n, c in history} or None,
             "sliding_lost_at": self.sliding_lost_at,
         }
         return {
