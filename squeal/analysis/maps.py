@@ -47,29 +47,23 @@ class PointVerdicts(NamedTuple):
     """Verdicts and equilibria at n points of a map, arrays over them.
 
     `codes` are indices into `NAMES`, `contact` into the model's states (no contact beyond a
-    fold), `beyond` (3, n) says which limits of `Excursion` the equilibrium exceeds, `places`
-    (4, n) is the equilibrium in the units of the scene's own pad.
+    fold), `beyond` (3, n) says which limits of `Excursion` the equilibrium exceeds.
     """
 
     codes: np.ndarray
     contact: np.ndarray
     beyond: np.ndarray
-    places: np.ndarray
 
 
-def codes_at(
-    scene: Scene, names: Names, values: np.ndarray, places: Places | None = None
-) -> PointVerdicts:
+def codes_at(scene: Scene, names: Names, values: np.ndarray) -> PointVerdicts:
     """Verdicts with some parameters of the scene replaced by the values (len(names), n).
 
-    They are those of the equilibria on the branches from mu = 0 (B3: about the origin), or of
-    others, `places`. Modal damping ratios refer to the modes without friction of each point's own
-    pad; raises ComputationError where such a mode is unstable.
+    They are those of the equilibria on the branches from mu = 0 (B3: about the origin). Modal
+    damping ratios refer to the modes without friction of each point's own pad; raises
+    ComputationError where such a mode is unstable.
     """
     stack = PadStack.of(scene, names, values)
-    unknown = np.zeros(stack.n, dtype=bool)
-    if places is None:
-        places, unknown = stack.at_mu()
+    places, unknown = stack.at_mu()
     codes = np.where(unknown, UNKNOWN, BEYOND_FOLD).astype(np.int8)
     here = np.flatnonzero(places.there)
     at = Places(*(part[..., here] for part in places))
@@ -80,7 +74,7 @@ def codes_at(
         contact[own] = i
     beyond = np.zeros((3, stack.n), dtype=bool)
     beyond[:, here] = stack.beyond(here, at)
-    return PointVerdicts(codes, contact, beyond, places.z)
+    return PointVerdicts(codes, contact, beyond)
 
 
 def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) -> PointVerdicts:
@@ -144,7 +138,7 @@ def stability_map(
         codes = _angle_codes(scene.pad_model, axes)
         beyond = np.zeros((3, *codes.shape), dtype=bool)
     else:
-        codes, _, beyond, _ = on_grid(scene, names, axes[0].values, axes[1].values)
+        codes, _, beyond = on_grid(scene, names, axes[0].values, axes[1].values)
     admissible = (codes < BEYOND_FOLD) & ~beyond.any(axis=0)
     reasons = {
         "lie beyond a fold or the end of the branch": codes == BEYOND_FOLD,
@@ -174,24 +168,23 @@ def _share(part: np.ndarray) -> str:
     return f"{100 * part.mean():.3g} % of the points"
 
 
-def _quantity(
-    scene: Scene, axes: tuple[Axis, Axis], quantity: str
-) -> tuple[np.ndarray, np.ndarray]:
+def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[np.ndarray, np.ndarray]:
     """Values (n1, n2) of a quantity, and where they are unknown."""
     grid = np.meshgrid(axes[0].values, axes[1].values, indexing="ij")
-    points = np.array([part.ravel() for part in grid])
-    values, unknown = np.empty(grid[0].size), np.empty(grid[0].size, dtype=bool)
-    for start in range(0, values.size, QUANTITY_POINTS):
-        part = slice(start, start + QUANTITY_POINTS)
-        stack = PadStack.of(scene, (axes[0].name, axes[1].name), points[:, part])
-        if quantity == "critical-friction":
-            lost = stack.first_losses(HIGH)
-            values[part], unknown[part] = lost.mu, lost.unknown
-            continue
-        fastest, unknown[part] = stack.fastest()
-        hertz = np.where(fastest.real > 0.0, np.abs(fastest.imag) / math.tau, np.nan)
-        values[part] = fastest.real if quantity == "growth" else hertz
-    return values.reshape(grid[0].shape), unknown.reshape(grid[0].shape)
+    points, values, unknown = np.reshape(grid, (2, -1)), [], []
+    for start in range(0, points.shape[1], QUANTITY_POINTS):
+        part = points[:, start : start + QUANTITY_POINTS]
+        stack = PadStack.of(scene, (axes[0].name, axes[1].name), part)
+        if name == "critical-friction":
+            value, *_, hidden, _ = stack.first_losses(HIGH)
+        else:
+            fastest, hidden = stack.fastest()
+            hertz = np.where(fastest.real > 0.0, np.abs(fastest.imag) / math.tau, np.nan)
+            value = fastest.real if name == "growth" else hertz
+        values.append(value)
+        unknown.append(hidden)
+    shape = grid[0].shape
+    return np.concatenate(values).reshape(shape), np.concatenate(unknown).reshape(shape)
 
 
 def threshold_curves(
@@ -228,9 +221,8 @@ def threshold_curves(
     kinds[one.contact != other.contact] = "contact"
     kinds[other.codes == BEYOND_FOLD] = "fold"
     points = plain(quiet)
-    stack, states = PadStack.of(scene, names, points), np.array(scene.pad_model.states, dtype=bool)
-    at = Places(np.vstack([one.places[:3], stack.mu]), states[one.contact].T, known)
-    hertz = stack.meeting(*stack.matrices(np.arange(stack.n), at))
+    stack = PadStack.of(scene, names, points)
+    hertz = stack.meeting(*stack.matrices(np.arange(stack.n), stack.at_mu()[0]))
     hertz[kinds != "flutter"] = 0.0
     curves = []
     stops = np.cumsum([len(segment) for segment in traced])

@@ -59,6 +59,11 @@ class Outcome:
     change: float | None = None
 
 
+def _shown(mu: float | None, high: float) -> str:
+    """A critical friction for people, None if it lies above the range."""
+    return f"> {high:g}" if mu is None else number(mu)
+
+
 def _lost(mu: float, kind: str, hertz: float = math.nan) -> Outcome:
     """Stability that is lost at mu, NaN if nowhere; at once it has no frequency of its own."""
     if math.isnan(mu):
@@ -204,20 +209,20 @@ class Advice(Answer):
         return sorted(changes, key=itemgetter(0))
 
     def table(self) -> Table:
-        def critical(side: str) -> Column:
-            def shown(lever: Lever) -> str:
+        head, cells = columns("parameter unit value step"), []
+        for side in SIDES:
+
+            def shown(lever: Lever, side: str = side) -> str:
                 outcome: Outcome = getattr(lever, side)
-                if outcome.reason is not None:
-                    return "no such pad"
-                mu = outcome.critical
-                return f"> {self.mu_max:g}" if mu is None else number(mu)
+                return "no such pad" if outcome.reason else _shown(outcome.critical, self.mu_max)
 
             value: Any = attrgetter(f"{side}.critical")
-            return Column(f"critical_{side}", "", value, shown, words=f"{self.name} if {side}")
-
-        head, moved = columns("parameter unit value step"), map(critical, SIDES)
+            cells.append(
+                Column(f"critical_{side}", "", value, shown, words=f"{self.name} if {side}")
+            )
         changes = (Column(f"change_{k}", value=attrgetter(f"{k}.change")) for k in SIDES)
-        return Table((*head, *moved, *changes), self.levers)
+        title = "one parameter at a time, strongest first"
+        return Table((*head, *cells, *changes), self.levers, title)
 
     def line(self) -> str:
         """Where stability is lost, and the change that moves this most, in a line."""
@@ -232,8 +237,7 @@ class Advice(Answer):
         return text
 
     def parts(self) -> Sequence[str | Table]:
-        title = "one parameter at a time, strongest first"
-        return [replace(self.table(), title=title), self.line()]
+        return [self.table(), self.line()]
 
     def to_dict(self) -> dict[str, Any]:
         head = {"parameter": self.name, "value": self.mu, "mu": self.mu, "mu_max": self.mu_max}
@@ -422,15 +426,11 @@ class Scatter(Answer):
         return Table((mu, share), pairs)
 
     def parts(self) -> Sequence[str | Table]:
-        def bound(name: str, words: str) -> Column:
-            def shown(q: Quantile) -> str:
-                mu = getattr(q, name)
-                return f"> {self.mu_max:g}" if mu is None else number(mu)
-
-            return Column(name, shown=shown, words=words)
-
         table = [Column("share unstable, %", value=lambda q: 100 * q.level)]
-        table += [bound("mu", self.name), bound("low", "from"), bound("high", "to")]
+        for name, words in (("mu", self.name), ("low", "from"), ("high", "to")):
+            value: Any = attrgetter(name)
+            shown = lambda q, of=value: _shown(of(q), self.mu_max)  # noqa: E731
+            table.append(Column(name, "", value, shown, words=words))
         title = (
             f"{self.samples} samples, seed {self.seed}: first loss of stability up to "
             f"{self.name} = {self.mu_max:g}, intervals of {100 * CONFIDENCE:g} % confidence"

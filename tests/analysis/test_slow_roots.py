@@ -5,12 +5,7 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.pads import (
-    analyse,
-    branch_system,
-    critical_friction,
-    roots_and_verdict,
-)
+from squeal.analysis.pads import analyse, branch_system, critical_friction
 from squeal.analysis.stack import PadStack
 from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.errors import ComputationError
@@ -72,14 +67,14 @@ def test_slow_roots_of_a_stiff_pad_lie_within_their_rounding(decades):
 def test_a_light_motion_hides_neither_roots_nor_verdict_of_plain_matrices(stiffness):
     M, C, K = np.array([[1.0, 1 - 1e-6], [1 - 1e-6, 1.0]]), 0.1 * np.eye(2), np.diag([4.0, 9.0])
     K[1] *= stiffness / 9.0
-    spectrum, judgement = roots_and_verdict(M, C, K)
-    assert judgement.verdict == ("stable" if stiffness else "marginal")
-    assert np.sum(spectrum.values == 0) == (not stiffness)
-    for exact in exact_damped(M, C, K):
-        assert np.abs(spectrum.values - complex(exact)).min() <= 1e-9 * abs(exact)
     given = system(M, C, K)
-    assert squeal.thresholds(given, 1.0).verdict == judgement.verdict
-    assert squeal.sweep(given, [0.0]).steps[0].verdict == judgement.verdict
+    found = squeal.eigenvalues(given)
+    assert found.verdict == ("stable" if stiffness else "marginal")
+    assert np.sum(found.values == 0) == (not stiffness)
+    for exact in exact_damped(M, C, K):
+        assert np.abs(found.values - complex(exact)).min() <= 1e-9 * abs(exact)
+    assert squeal.thresholds(given, 1.0).verdict == found.verdict
+    assert squeal.sweep(given, [0.0]).steps[0].verdict == found.verdict
 
 
 @pytest.mark.parametrize(("stiffness", "damping"), [(1e14, 0.1), (1e20, 0.0)])
@@ -96,9 +91,8 @@ def test_no_root_is_too_fast_to_be_listed(stiffness, damping):
 @pytest.mark.parametrize("decades", [13, 14])
 def test_what_rounding_hides_is_not_given(decades):
     scene = stiff(decades)
-    if decades == 14:
-        with pytest.raises(ComputationError, match=HIDDEN):
-            analyse(scene)
+    with pytest.raises(ComputationError, match=HIDDEN):
+        analyse(scene)
     with pytest.raises(ComputationError):
         critical_friction(scene, 0.1)
     assert PadStack.of(scene, ("k2",), np.array([[2.6e7]])).first_losses(1.0).unknown.all()
@@ -106,13 +100,11 @@ def test_what_rounding_hides_is_not_given(decades):
 
 def test_what_a_stiff_spring_hides_is_not_given_as_a_free_body():
     """A motion of -3 rad^2/s^2 beside one that nothing couples to it."""
-    spectrum, judgement = roots_and_verdict(np.eye(2), None, np.diag([1e14, -3.0]))
-    assert judgement.verdict == "divergence"
-    assert spectrum.values.real.max() == pytest.approx(np.sqrt(3.0), rel=0.03)
+    found = squeal.eigenvalues(squeal.System(np.eye(2), K=np.diag([1e14, -3.0])))
+    assert found.verdict == "divergence"
+    assert found.values.real.max() == pytest.approx(np.sqrt(3.0), rel=0.03)
     for slow in (-3.0, 3.0):
         K = np.diag([1e18, 1e18, slow])
-        with pytest.raises(ComputationError, match=HIDDEN):
-            roots_and_verdict(np.eye(3), None, K)
         for modes in (None, 1):
             with pytest.raises(ComputationError, match=HIDDEN):
                 system_roots(system(np.eye(3), 0.0 * K, K), Wanted(modes=modes))
