@@ -204,7 +204,7 @@ class Several(Kind):
         self.each, self.count, self.least = each, count, least
         super().__init__(named)
 
-    def read(self, value: Any, at: Place, model: str = "") -> tuple[Any, ...]:
+    def read(self, value: Any, at: Place, model: str = "") -> Any:
         try:
             entries = None if isinstance(value, str | dict) else tuple(value)
         except TypeError:
@@ -219,14 +219,10 @@ def row(count: int, each: Number = ANY) -> Several:
     return Several(each, f"a list of {count} finite numbers{each.range}", count)
 
 
-class Named(Kind):
+class Named(Several):
     """A mapping of names to values of one kind."""
 
-    def __init__(self, each: Kind, named: str) -> None:
-        self.each = each
-        super().__init__(named)
-
-    def read(self, value: Any, at: Place, model: str = "") -> dict[str, Any]:
+    def read(self, value: Any, at: Place, model: str = "") -> Any:
         if not isinstance(value, dict):
             raise at.must_be(value, self.named)
         return {NAME.read(name, at): self.each.read(v, at / name) for name, v in value.items()}

@@ -274,10 +274,6 @@ def read_matrix(
         return replace(file, matrix=_complete(at, matrix, file, symmetric), symmetric=False)
     except InputError as error:
         words = str(error)
-    except ImportError as error:
-        words = f"reading {name} needs the package {error.name}, which is not installed"
-    except MemoryError:
-        words = "the matrix is too large for this machine's memory"
     except Exception as error:  # each library has its own words for a broken file
         lines = str(error).strip().splitlines() or [type(error).__name__]
         words = f"no readable {name} matrix: {lines[0].rstrip('.:')}"

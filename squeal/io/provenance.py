@@ -1,10 +1,9 @@
 """Where a result comes from: the files, the sources and the versions that made it.
 
-Snakemake does not see imports; its rules take `sources` as input, so that a change in a module
-reruns what imports it and nothing else. The same list is digested into every result, with the
-versions of `packages`. Imports inside functions count too, and so do names of this package that
-load when they are used, but not what draws an answer. A module that imports `importlib.resources`
-reads the files of its folder: they are sources too.
+Rules of the workflow take `sources` as input, so that a change in a module reruns what imports it
+and nothing else; their digest stands in every result. Imports inside functions count too, and names
+that load when they are used, but not what draws an answer. A module that imports
+`importlib.resources` reads the files of its folder: they are sources too.
 """
 
 from __future__ import annotations

@@ -54,8 +54,7 @@ TERM = Group({
 class Part(Kind):
     """A matrix of the system: its rows, a term, or a list of terms, as mappings of `TERM`."""
 
-    def read(self, value: Any, at: Place, model: str = "") -> tuple[dict[str, Any], ...]:
-        """The terms, none of them read from its file yet. Raises InputError."""
+    def read(self, value: Any, at: Place, model: str = "") -> Any:
         if isinstance(value, dict):
             return (TERM.read(value, at),)
         if isinstance(value, list) and value and isinstance(value[0], list):
@@ -259,18 +258,14 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     return SystemFile(system, reference, tuple(origins), tuple(inputs), coordinates)
 
 
-Terms = list[tuple[str, Place, dict[str, Any]]]
-"""The part of each term, the place of its key, and its values."""
-
-
-def _terms(given: dict[str, Any], at: Place) -> tuple[str, Terms]:
-    """The name of the parameter, and all terms, those of its powers too."""
+def _terms(given: dict[str, Any], at: Place) -> tuple[str, list[tuple[str, Place, dict[str, Any]]]]:
+    """The name of the parameter; the part, the place and the values of each term."""
     parameter: str = given.get("parameter") or "mu"
     if POWERS.keys().isdisjoint(given):
         schema.NAME.read(parameter, at / "parameter")
     elif not parameter.isidentifier() or iskeyword(parameter):
         parameter = "p"  # in formulas a parameter is a word
-    terms: Terms = []
+    terms = []
     for part in PARTS:
         each = given.get(part, ())
         for i, term in enumerate(each, 1):

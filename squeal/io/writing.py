@@ -144,12 +144,11 @@ class Column:
         """The value for people."""
         if self.shown is not None:
             return self.shown(row)
-        value = self.of(row)
+        value = plain(self.of(row))
         if isinstance(value, bool):
             return "yes" if value else "no"
-        if isinstance(value, float):
-            return "-" if math.isnan(value) else number(value)
-        return "-" if value is None else str(value)
+        text = number(value) if isinstance(value, float) else str(value)
+        return "-" if value is None else text
 
     @property
     def head(self) -> str:

@@ -107,12 +107,9 @@ ADDED = [
     ("model: B1", "line", "model"),
     ("tolerance: 0", "tolerance", "above 0"),
     ("tolerance: 2e-3", "tolerance", "0.001"),
-    ("tolerance: fine", "tolerance", "fine"),
     ("outputs: events", "outputs", "list"),
     ("outputs: [event]", "outputs", "event", "history"),
-    ("outputs:", "outputs", "list"),
     ("initial: {z: 1}", "initial.z"),
-    ("initial: 3", "initial", "mapping"),
     ("initial:", "initial", "mapping"),
     ("initial: {theta: 0.6*pi}", "initial.theta"),
     ("initial: {theta_dot: 0.1*pi}", "initial.theta_dot"),
@@ -121,7 +118,6 @@ ADDED = [
     ("damping: {}", "damping"),
     ("---\nmodel: B1", "line"),
     ("x: [1", "line"),
-    ("1: 2", "1"),
     ("? [a, b]\n: 1", "line"),
     ('"a\\nb": 1', r"a\nb"),
     ('"a\\x1b[31m": 1', r"\x1b"),
@@ -137,16 +133,13 @@ TIMES = [
     ("{stop: 0, samples: 10}", "time.stop", "above 0"),
     ("{stop: 1}", "time.samples"),
     ("{stop: 1, samples: 1}", "time.samples", "2 to 10000000"),
-    ("{stop: 1, samples: 10000001}", "time.samples"),
     ("{stop: 1, samples: 2.5}", "time.samples", "whole number"),
     ("{stop: 1, samples: true}", "time.samples"),
-    ("{stop: 1, samples: 10, step: 1}", "time.step"),
-    ("soon", "time", "mapping"),
 ]
 # whole files
 FILES = [
     *((content,) for content in (b"", b"[1, 2]", b"just words", b"a: &a [*a]\n", b"# comment\n")),
-    *((content, "UTF-8") for content in (b"\xff\xfe", b"model: \xe9\n", text().encode("utf-16"))),
+    *((content, "UTF-8") for content in (b"model: \xe9\n", text().encode("utf-16"))),
     (text().replace("m: 1.0", "m: 1.0\n  m: 2.0"), "line 4", "m"),
     (text().replace("parameters:", "parameters:\n  <<: {m: 1}"), "<<"),
     (text().replace("L2: 0.5", "L2: *length"), "line", "length"),
@@ -182,24 +175,12 @@ def test_simulation_needs_a_time_a_nonlinear_model_and_a_force(read):
     check_simulation(read(text(F_n="0", more="outputs: [events, shares]")))
 
 
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("m: 1.0", "m: 010"),  # YAML 1.2: a decimal number
-        ("m: 1.0", "m: +1."),
-        ("m: 1.0", "m: 1E+0"),
-        ("model: B1", "---\nmodel: B1"),
-        ("model: B1", "%YAML 1.2\n---\nmodel: 'B1'"),
-        ("model: B1", "\ufeffmodel: B1"),
-        ("L2: 0.5", "L2: 0.5 # the same as L1\r"),
-        ("L1: .5", "L1: &length .25\n  L2: *length"),
-    ],
-)
-def test_accepted_forms(read, old, new):
-    given = text(drop=["L2"] * ("*length" in new)).replace(old, new)
-    pad = read(given).pad
-    assert pad.m == (10.0 if "010" in new else 1.0)
-    assert (0.25 if "*length" in new else 0.5) == pad.L2
+# YAML 1.2, and what stands for 1.0 in it
+@pytest.mark.parametrize("new", ["+1.", "1E+0", "010", "1.0 # the same\r", "&a 1\n  I: *a"])
+@pytest.mark.parametrize("head", ["", "---\n", "%YAML 1.2\n---\n", "\ufeff"])
+def test_accepted_forms(read, head, new):
+    given = head + text(drop=["I"]).replace("m: 1.0", f"m: {new}")
+    assert read(given).pad.m == (10.0 if new == "010" else 1.0)
 
 
 def test_formulations_and_outputs(read):
