@@ -2,7 +2,8 @@
 
 `python -m benchmarks.mutants [--count 150] [--rooms linear ...] [--seed 0] [--seconds 120]` changes
 one comparison, sign, constant, boolean or return of a copy of the tree, runs tests/ROOM in it with
--x, and prints the mutants that survive. A run that takes too much CPU time has noticed.
+-x, then the folders of WIDER, and prints the mutants that survive all. A run that takes too much
+CPU time has noticed.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 ROOMS = ("linear", "sparse", "equilibrium", "simulation", "io")
+WIDER = ("analysis", "two_ways", "cli")
 COMPARED: dict[type[ast.cmpop], type[ast.cmpop]] = {
     **{ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq},
     **{ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
@@ -87,18 +89,7 @@ def mutant(file: Path, which: int) -> tuple[str, str]:
 
 def noticed(folder: Path, tests: list[str], seconds: int) -> bool:
     """Does a test of the copy fail?"""
-    command = [
-        sys.executable,
-        "-P",
-        "-m",
-        "pytest",
-        "-n",
-        "0",
-        "-x",
-        "-q",
-        "-p",
-        "no:cacheprovider",
-    ]
+    command = [sys.executable, "-P", "-m", "pytest", "-n0", "-xq", "-pno:cacheprovider"]
     environment = {**os.environ, "PYTHONPATH": str(folder), "OPENBLAS_NUM_THREADS": "1"}
     limit = functools.partial(resource.setrlimit, resource.RLIMIT_CPU, (seconds, seconds))
     done = subprocess.run(
@@ -117,7 +108,9 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.mutants", description=__doc__)
     parser.add_argument("--count", type=int, default=150)
     parser.add_argument("--rooms", nargs="+", default=ROOMS)
-    parser.add_argument("--tests", nargs="+", default=[], help="beside tests/ROOM")
+    parser.add_argument(
+        "--wider", nargs="*", default=WIDER, help="folders of tests after tests/ROOM"
+    )
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seconds", type=int, default=200, help="CPU of a run")
     given = parser.parse_args()
@@ -139,10 +132,11 @@ def main() -> int:
             text, what = mutant(file, which)
             copied = folder / file.relative_to(ROOT)
             copied.write_text(text, encoding="utf-8")
-            seen = noticed(folder, [f"tests/{room}", *given.tests], given.seconds)
+            suites = (f"tests/{name}" for name in dict.fromkeys([room, *given.wider]))
+            seen = next((one for one in suites if noticed(folder, [one], given.seconds)), "")
             shutil.copy(file, copied)
-            killed.update({room: seen, f"{room} of": 1})
-            print(f"{i:4d} {'killed  ' if seen else 'SURVIVED'} {what}", flush=True)
+            killed.update({room: int(bool(seen)), f"{room} of": 1})
+            print(f"{i:4d} {seen or 'SURVIVED':18} {what}", flush=True)
     for room in given.rooms:
         print(f"{room}: {killed[room]} of {killed[room + ' of']}")
     total = sum(killed[room] for room in given.rooms)
