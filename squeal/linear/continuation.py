@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError, MatrixError
-from squeal.linear.eigen import UnstableCount
+from squeal.linear.eigen import UnstableCount, left_vectors, root_rounding
 from squeal.linear.matrices import (
     EPS,
     ILL,
@@ -302,23 +302,13 @@ class Continuation:
                 self._add(p, A, slope, z, X)
 
     def _add(self, p: float, A: NDArray, slope: NDArray, values: NDArray, right: NDArray) -> None:
-        """Add a state, with left vectors by the inverse or, if inexact, the transpose."""
         values, right = values.astype(complex), right.astype(complex)
-        try:
-            left = np.linalg.inv(right).conj().T
-            fine = bool(np.linalg.norm(left, 1) * np.linalg.norm(right, 1) < 0.01 / EPS)
-        except np.linalg.LinAlgError:
-            fine = False
-        if not fine:
-            others, left = np.linalg.eig(A.conj().T)
-            left = left.astype(complex)[:, _assigned(np.abs(values[:, None] - others.conj()))]
-        left = left / np.linalg.norm(left, axis=0)
+        left = left_vectors(A, values, right)
         across = np.sum(left.conj() * right, axis=0)
         with np.errstate(all="ignore"):
             condition = 1.0 / np.abs(across)
             coupling = np.nan_to_num(left.conj().T @ (slope @ right) / across[:, None])
-        error = 2 * len(A) * EPS
-        rounding = norm_of(A) * np.minimum(error * condition, np.sqrt(error))
+        rounding = root_rounding(values, condition, 2 * len(A) * EPS, norm_of(A))
         spectrum = values, right, left, coupling, rounding
         self._states[p] = State(p, *spectrum, self.form, self.rate)
 

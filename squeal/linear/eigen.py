@@ -167,14 +167,14 @@ class Roots(NamedTuple):
     rounding: Array
 
 
-def _left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> ComplexArray:
+def left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> ComplexArray:
     """Unit left eigenvectors as columns: by the inverse of the right ones or, near a coalescence,
     where that loses digits, by the transpose."""
     singular = np.linalg.svd(right, compute_uv=False)
     if singular[-1] > 1e-6 * singular[0]:
         left = np.linalg.inv(right).conj().T
     else:
-        others, left = np.linalg.eig(A.T)
+        others, left = np.linalg.eig(A.conj().T)
         left = left[:, np.argmin(np.abs(values[:, None] - others.conj()), axis=1)]
     return np.asarray(left / np.linalg.norm(left, axis=0), dtype=complex)
 
@@ -186,7 +186,7 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     matrix with a regular `stiffness` block there are none, however strong the damping.
     """
     values, right = (x.astype(complex) for x in np.linalg.eig(A))
-    left = _left_vectors(A, values, right)
+    left = left_vectors(A, values, right)
     zeros, noise = 0, noise_of(A, rounding)
     if stiffness is None or zero_roots(stiffness, noise_of(stiffness, rounding)):
         zeros = zero_roots(A, noise)
