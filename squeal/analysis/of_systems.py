@@ -173,17 +173,13 @@ class Question:
         """The verdict on the wanted roots over two named parameters."""
         system, wanted, reduction = self.system, self.wanted, None
         if axes is None or axes[0].name == axes[1].name:
-            given = "none" if axes is None else f"{axes[0].name} twice"
-            allowed = "it must be two named parameters"
-            raise InputError(f"{system.name}: axes: {given} is not allowed; {allowed}")
-        for axis in axes:
-            system.values({axis.name: 0.0})
-            if axis.name not in system.names:
-                used = ", ".join(sorted(system.names)) or "no parameter"
-                raise InputError(
-                    f"{axis.name}: is not allowed in a chart, no matrix depends on it; {used} does"
-                )
+            raise InputError(f"{system.name}: axes: must be two different parameters, by name")
         names = axes[0].name, axes[1].name
+        system.values(dict.fromkeys(names, 0.0))
+        for name in set(names) - system.names:
+            used = ", ".join(sorted(system.names)) or "no parameter"
+            words = f"no matrix depends on it; {used} does"
+            raise InputError(f"{name}: is not allowed in a chart, {words}")
         if not is_small(system):
             first, second = (np.linspace(a.low, a.high, CORNERS).tolist() for a in axes)
             corners = [{names[0]: a, names[1]: b} for a in first for b in second]

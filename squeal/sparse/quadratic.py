@@ -234,26 +234,11 @@ def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
 
 
 class Factor:
-    """A matrix A (n, n) of some type, factorised."""
+    """A CSC matrix A (n, n) factorised by SuperLU; a `pivot` of 0 leaves the diagonal in place.
 
-    kind: np.dtype
+    Raises ZeroDivisionError if it is exactly singular.
+    """
 
-    def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
-        """A^-1 right, or A'^-1 right (not conjugated); right (n,) or (n, m)."""
-        if np.iscomplexobj(right) and self.kind.kind != "c":
-            real, imaginary = (self.solve(x, transposed) for x in (right.real, right.imag))
-            return np.asarray(real + 1j * imaginary)
-        return np.asarray(self._solved(np.ascontiguousarray(right, self.kind), transposed))
-
-    def _solved(self, right: NDArray, transposed: bool) -> NDArray:
-        raise NotImplementedError
-
-    def logarithm(self) -> complex:
-        """log det A, its imaginary part up to whole turns."""
-        raise NotImplementedError
-
-
-class _SuperLU(Factor):
     def __init__(self, matrix: Any, pivot: float = PIVOT) -> None:
         from scipy.sparse.linalg import splu
 
@@ -266,10 +251,18 @@ class _SuperLU(Factor):
                 raise ComputationError(f"a sparse factorisation failed: {error}") from None
             raise ZeroDivisionError from None
 
-    def _solved(self, right: NDArray, transposed: bool) -> NDArray:
-        return np.asarray(self.lu.solve(right, "T" if transposed else "N"))
+    def solve(self, right: NDArray, transposed: bool = False) -> NDArray:
+        """A^-1 right, or A'^-1 right (not conjugated); right (n,) or (n, m)."""
+        if np.iscomplexobj(right) and self.kind.kind != "c":
+            real, imaginary = (self.solve(x, transposed) for x in (right.real, right.imag))
+            return np.asarray(real + 1j * imaginary)
+        return np.asarray(self._solved(np.ascontiguousarray(right, self.kind), transposed))
+
+    def _solved(self, right: NDArray, transposed: bool) -> Any:
+        return self.lu.solve(right, "T" if transposed else "N")
 
     def logarithm(self) -> complex:
+        """log det A, its imaginary part up to whole turns."""
         pivots = self.lu.U.diagonal().astype(complex)
         odd = _odd(self.lu.perm_r) != _odd(self.lu.perm_c)
         return complex(np.sum(np.log(pivots))) + (1j * np.pi if odd else 0j)
@@ -302,9 +295,9 @@ class _Mumps(Factor):
                 raise ZeroDivisionError from None
             raise ComputationError(f"a sparse factorisation failed: {error}") from None
 
-    def _solved(self, right: NDArray, transposed: bool) -> NDArray:
+    def _solved(self, right: NDArray, transposed: bool) -> Any:
         self._mumps.icntl[9] = 2 if transposed else 1
-        return np.asarray(self._context.solve(right))
+        return self._context.solve(right)
 
     def logarithm(self) -> complex:
         mantissa = complex(self._mumps.rinfog[12])
@@ -328,7 +321,7 @@ def factorise(matrix: Any, single: bool = False, like: Factor | None = None) -> 
             from mumps import Context  # a package of another interface has the same name
 
             return _Mumps(matrix, Context, like)
-    return _SuperLU(matrix)
+    return Factor(matrix)
 
 
 def factorise_at(
@@ -357,7 +350,7 @@ def definite(A: Any) -> bool:
     if np.any(A.diagonal().real <= 0.0):
         return False
     try:
-        lu = _SuperLU(A, 0.0).lu
+        lu = Factor(A, 0.0).lu
     except ZeroDivisionError:  # a pivot vanishes
         return False
     return bool(np.array_equal(lu.perm_r, lu.perm_c) and np.all(lu.U.diagonal().real > 0.0))

@@ -135,10 +135,8 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
     problem is worst adds its own, until all are below that (a backward error). Where the
     full problem was solved, what exceeds it by far is no root of it. `worst` exceeds the tolerance
     if 20 samples do not suffice. Of a region without a root the basis holds those around it.
-    Raises InputError for no values, ComputationError.
+    Raises ComputationError.
     """
-    if not values:
-        raise InputError("at least one value of the parameters is required")
     found, wide = Reduction(scaled, region), region.widened(0.04)
     samples: dict[int, bool] = {}  # by index of the value; whether its roots were counted
     where = len(values) // 2
@@ -184,12 +182,10 @@ def reduce_to_real_modes(
 
     The modes are those of M and the symmetric part of K at the nominal parameters without friction
     and damping; of as many modes as rows, or one less, all directions are kept. Raises InputError
-    for more modes than rows and ComputationError.
+    and ComputationError.
     """
     from scipy.sparse.linalg import ArpackError, eigsh
 
-    if not 1 <= modes <= scaled.n:
-        raise InputError(f"{modes} modes are not allowed; it must be 1 to {scaled.n}")
     own = scaled.at(frictionless(scaled.system))
     if not abs(own.K).max():
         raise InputError("K: is zero without friction; real modes need a structure")

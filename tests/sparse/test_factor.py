@@ -13,7 +13,7 @@ MAKERS = ("superlu", "mumps")
 def made(name, matrix, new=None, like=None):
     """A factorisation by one of the ways."""
     if name == "superlu":
-        return factor._SuperLU(matrix)
+        return factor.Factor(matrix)
     return factor._Mumps(matrix, new or pytest.importorskip("mumps").Context, like)
 
 
@@ -30,20 +30,6 @@ def test_solutions_and_determinant(name, value, rng):
     logarithm = found.logarithm()
     assert logarithm.real == pytest.approx(size, rel=1e-10)
     assert np.exp(1j * logarithm.imag) == pytest.approx(complex(sign), abs=1e-10)
-
-
-@pytest.mark.parametrize("value", [2.0, 1.0 + 4.0j])
-@pytest.mark.parametrize("least", [10, 1000])  # rows from which MUMPS is taken
-def test_single_precision(value, least, rng, monkeypatch):
-    """Six digits of real and complex solutions, whatever the precision of the right side."""
-    monkeypatch.setattr(factor, "MUMPS_ROWS", least)
-    M, C, K = large.blocks(rng.uniform(0.1, 0.5, 31), rng.uniform(1.0, 6.0, 31), rng)
-    P = csc_array(value**2 * M + value * C - 7 * K)
-    found = factor.factorise(P, single=True)
-    for right in (rng.standard_normal(31), rng.standard_normal((31, 3)) + 1j):
-        exact = np.linalg.solve(P.toarray(), right)
-        error = np.linalg.norm(found.solve(right) - exact) / np.linalg.norm(exact)
-        assert 1e-9 < error < 1e-4
 
 
 @pytest.mark.parametrize("name", MAKERS)

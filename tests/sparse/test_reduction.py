@@ -130,18 +130,6 @@ def test_dense_roots():
     assert np.allclose(np.sort(found.imag), [-3, -2, 2, 3], atol=1e-10)
 
 
-def test_dense_roots_of_a_structural_loss_factor():
-    """(1 + i eta) K is symmetric and not Hermitian: lambda = i w sqrt(1 + i eta)."""
-    rng = np.random.default_rng(2)
-    Q = np.linalg.qr(rng.standard_normal((5, 5)))[0]
-    w = np.arange(1.0, 6.0)
-    K = Q @ np.diag(w**2) @ Q.T
-    K = (K + K.T) / 2
-    found = dense_values(np.eye(5), None, (1 + 0.1j) * K)
-    found = np.sort_complex(found[found.imag > 0] / 1j)
-    assert np.allclose(found, w * np.sqrt(1 + 0.1j), rtol=1e-12)
-
-
 def coupled(n):
     """Random coupling that sets in late: the basis of mu = 0.5 says little of mu = 1."""
     rng = np.random.default_rng(3)
