@@ -14,11 +14,11 @@ from scipy.sparse import csc_array
 
 import squeal
 from squeal.errors import InputError
-from squeal.io.writing import located
 from tests.conftest import ROOT, SCENES
 
 api: typing.Any = squeal  # asked for what its types do not allow
 SCENE: typing.Any = api.read_scene(SCENES / "b1-c.yaml")
+# omega^2 = 2 +- sqrt(1 - 4 mu / 3): flutter from 3/4 on
 COUPLED = {"1": [[2.0, -1.0], [-1.0, 2.0]], "mu": [[0.0, 4 / 3], [0.0, 0.0]]}
 
 SYSTEM: typing.Any = api.System(np.eye(2), K=COUPLED)
@@ -27,12 +27,6 @@ SYSTEM: typing.Any = api.System(np.eye(2), K=COUPLED)
 @pytest.fixture(scope="module")
 def scene():
     return squeal.read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml")
-
-
-@pytest.fixture(scope="module")
-def system():
-    """omega^2 = 2 +- sqrt(1 - 4 mu / 3): flutter from 3/4 on."""
-    return squeal.System(np.eye(2), K=COUPLED, name="coupled")
 
 
 def test_names_for_type_checkers_are_those_that_are_loaded():
@@ -55,8 +49,8 @@ def test_importing_loads_nothing_in_vain():
     assert done.stdout.split() == ["False"]
 
 
-def test_a_pad_and_matrices_answer_the_same_verbs(scene, system):
-    for subject, value in ((scene, 0.4), (system, 1.0)):
+def test_a_pad_and_matrices_answer_the_same_verbs(scene):
+    for subject, value in ((scene, 0.4), (SYSTEM, 1.0)):
         found = squeal.eigenvalues(subject, at=value)
         assert (found.verdict, found.unstable[0].kind, found.certified) == (
             "flutter", "flutter", True
@@ -71,31 +65,21 @@ def test_a_pad_and_matrices_answer_the_same_verbs(scene, system):
     assert first.mu == pytest.approx(0.75, rel=1e-12)
 
 
-def test_sparse_arrays_and_all_kinds_of_systems_are_one(system, tmp_path):
+def test_sparse_arrays_and_all_kinds_of_systems_are_one(tmp_path):
     sparse = squeal.System(csc_array(np.eye(2)), K={k: csc_array(X) for k, X in COUPLED.items()})
     file = tmp_path / "system.yaml"
     rows = f"K: [{{matrix: {COUPLED['1']}}}, {{matrix: {COUPLED['mu']}, factor: mu}}]\n"
     file.write_text(f"M: [[1, 0], [0, 1]]\n{rows}")
-    expected = squeal.eigenvalues(system, at=1.0).values
+    expected = squeal.eigenvalues(SYSTEM, at=1.0).values
     for one in (sparse, squeal.read_system(file)):
         assert squeal.eigenvalues(one, at=1.0).values == pytest.approx(expected, rel=1e-12)
 
 
-def test_a_reduced_system_keeps_its_band():
-    n = 60
-    stiffness = np.diag((2 * np.pi * np.arange(1.0, n + 1)) ** 2)
-    small = squeal.reduce(squeal.System(np.eye(n), K=stiffness), band=(0.5, 3.7))
-    assert small.n < n
-    found = squeal.eigenvalues(small, band=(0.5, 3.7))
-    hertz = [root.frequency_hz for root in found.eigenvalues]
-    assert hertz == pytest.approx([1.0, 2.0, 3.0], rel=1e-9)
-
-
-def test_an_answer_prints_and_saves_what_it_holds(scene, system, tmp_path):
+def test_an_answer_prints_and_saves_what_it_holds(scene, tmp_path):
     axes = squeal.Axis("mu", 0.0, 1.0, 3), squeal.Axis("k1", 1e8, 2e8, 2)
     short = scene.replace(outputs=("history",), samples=7, stop=1e-3)
     answers = [
-        squeal.eigenvalues(scene), squeal.sweep(system, [0.0, 1.0]), squeal.thresholds(system),
+        squeal.eigenvalues(scene), squeal.sweep(SYSTEM, [0.0, 1.0]), squeal.thresholds(SYSTEM),
         squeal.map(scene, axes), squeal.sensitivity(scene), squeal.simulate(short),
         squeal.sensitivity(scene, of="threshold"),
     ]  # fmt: skip
@@ -116,33 +100,18 @@ def test_an_answer_prints_and_saves_what_it_holds(scene, system, tmp_path):
             answer.save("table.txt")
 
 
-def test_answers_draw_themselves(scene, system, tmp_path):
-    for answer in (squeal.eigenvalues(scene), squeal.thresholds(system)):
+def test_answers_draw_themselves(scene, tmp_path):
+    for answer in (squeal.eigenvalues(scene), squeal.thresholds(SYSTEM)):
         answer.plot(tmp_path / "figure.png")
         assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(InputError, match="no figure"):
         squeal.sensitivity(scene).plot()
 
 
-def test_without_pandas_there_are_no_data_frames(system, monkeypatch):
+def test_without_pandas_there_are_no_data_frames(monkeypatch):
     monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(InputError, match="pandas is not installed"):
-        squeal.eigenvalues(system, at=1.0).to_dataframe()
-
-
-@pytest.mark.parametrize(
-    ("value", "low", "high", "shown"),
-    [
-        (0.7071067811865, 0.29, 1.13, "0.7"),
-        (0.7071067811865, 0.7071, 0.70712, "0.70711"),
-        (0.7071067811865, 0.7071067811865, 0.7071067811865, "0.707106781187"),
-        (123.456, 23.0, 223.0, "1e+02"),
-        (0.0, -1.0, 1.0, "0"),
-    ],
-)
-def test_a_value_shows_the_digits_that_its_interval_leaves(value, low, high, shown):
-    """Fault A.18: 12 digits of a threshold whose interval runs from 0.29 to 1.13."""
-    assert located(value, low, high) == shown
+        squeal.eigenvalues(SYSTEM, at=1.0).to_dataframe()
 
 
 @pytest.mark.parametrize(
@@ -154,10 +123,10 @@ def test_a_value_shows_the_digits_that_its_interval_leaves(value, low, high, sho
         lambda: api.eigenvalues("pad.yaml"),
         lambda: api.eigenvalues(SCENE.pad),
         lambda: api.reduce(SCENE),
-        lambda: api.map(SCENE, (api.Axis("mu", 0, 1, 3), api.Axis("mu", 0, 1, 3))),
-        lambda: api.map(SCENE, (api.Axis("k9", 0, 1, 3), api.Axis("mu", 0, 1, 3))),
-        lambda: api.map(SCENE, (api.Axis("k3", -1, 1, 3), api.Axis("mu", 0, 1, 3))),
-        lambda: api.Axis("mu", 1.0, 0.0, 3),
+        *(
+            lambda name=name: api.map(SCENE, (api.Axis(name, -1, 1, 3), api.Axis("mu", 0, 1, 3)))
+            for name in ("mu", "k9", "k3")
+        ),
         lambda: api.Axis("k1", 0.0, 1.0, 3, log=True),
         lambda: api.sensitivity(SCENE, of="colour"),
         lambda: api.sensitivity(SYSTEM, of="threshold"),

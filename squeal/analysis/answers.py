@@ -146,7 +146,6 @@ class Step:
         return tuple(Eigenvalue(root, none, none, error, math.nan) for root, error in pairs)
 
     def to_dict(self, parameter: str) -> dict[str, Any]:
-        """The step as a JSON row."""
         records = Table(ROOT, self.eigenvalues).records()
         rows = [{name: v for name, v in row.items() if v is not None} for row in records]
         row = valued(parameter, self.value) | {"eigenvalues": None if self.roots is None else rows}
@@ -168,12 +167,9 @@ class Sweep(Answer):
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
         """How many of the values have no equilibrium that the model means."""
         lost = [step.value for step in self.steps if step.admissible is False]
-        if not lost:
-            return ()
-        return (
-            f"sweep: {len(lost)} of {len(self.steps)} values of {self.parameter}, the first of "
-            f"them {lost[0]:.6g}, have no equilibrium that the model means",
-        )
+        count = f"{len(lost)} of {len(self.steps)} values of {self.parameter}, the first of them "
+        words = "have no equilibrium that the model means"
+        return tuple(f"sweep: {count}{value:.6g}, {words}" for value in lost[:1])
 
     def table(self) -> Table:
         """A row for each root at each value; one without numbers where there is none."""
@@ -189,7 +185,6 @@ class Sweep(Answer):
         return Table([Column(name, value=lambda row: row[0].value), *others], rows)
 
     def parts(self) -> Sequence[str | Table]:
-        """A row for each value: frequencies, what grows of them, how fast, and the verdict."""
 
         def verdict(step: Step) -> str:
             return step.verdict or ("no equilibrium on the branch" if step.roots is None else "-")
@@ -267,7 +262,6 @@ class Thresholds(Answer):
         return next((point for point in self.points if point.kind != "restabilised"), None)
 
     def table(self) -> Table:
-        """A row for each crossing, and for each change of verdict where nothing crosses."""
         changes = {point.mu: point.kind for point in self.points}
         crossed = {c.mu for c in self.crossings if c.changes_verdict}
         rows = [*self.crossings, *(point for point in self.points if point.mu not in crossed)]
@@ -376,7 +370,6 @@ class Map(Answer):
         return {name: count / self.codes.size for name, count in pairs}
 
     def table(self) -> Table:
-        """A row for each point: parameters, verdict, quantity, admissible (1 or 0)."""
         others: dict[str, tuple[str, Any]] = {"verdict": ("", np.array(self.verdicts)[self.codes])}
         if self.quantity is not None:
             others[self.quantity[0]] = self.quantity[1:]
@@ -466,7 +459,6 @@ class Sensitivity(Answer):
         return Table(table, shown, "what a small change of a parameter does to each mode")
 
     def to_dict(self) -> dict[str, Any]:
-        """Null where nothing is lost or two eigenvalues coincide."""
         if self.what == "threshold":
             by = {name: float(slope[0]) for name, slope in self.slopes.items()}
             loss = {"mu": self.at, "value": self.at, "kind": self.kind, "parameters": by}

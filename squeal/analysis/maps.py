@@ -15,7 +15,7 @@ from contourpy import contour_generator
 
 from squeal.analysis.answers import Axis, Map
 from squeal.analysis.stack import QUIET, Names, PadStack, parameters, verdicts
-from squeal.equilibrium.statics import LIMITS, Places
+from squeal.equilibrium.statics import LIMITS, Places, excursion
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import unit_word
@@ -73,7 +73,10 @@ def codes_at(scene: Scene, names: Names, values: np.ndarray) -> PointVerdicts:
         own = places.there & np.all(places.touching == np.array(state)[:, None], axis=0)
         contact[own] = i
     beyond = np.zeros((3, stack.n), dtype=bool)
-    beyond[:, here] = stack.beyond(here, at)
+    if not stack.linear:
+        with np.errstate(all="ignore"):
+            far = excursion(stack.statics.pick(here), at.z, at.touching)
+        beyond[:, here] = far.beyond()
     return PointVerdicts(codes, contact, beyond)
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from squeal.equilibrium.branch import CHANGE, LOST, NOWHERE, REACHED, TURNS, Branches, follow
 from squeal.equilibrium.find import UNSTABLE, normalised_damping, rests
-from squeal.equilibrium.statics import Places, Statics, excursion
+from squeal.equilibrium.statics import Places, Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.linear import VERDICTS, damped_verdicts, undamped_verdicts
@@ -87,12 +87,10 @@ class PadStack:
 
     @property
     def n(self) -> int:
-        """How many pads there are."""
         return self.values.shape[1]
 
     @property
     def linear(self) -> bool:
-        """True if the pads are linearised about the origin."""
         return self.scene.pad_model.linear
 
     @property
@@ -182,13 +180,6 @@ class PadStack:
         if self.damping is not None:
             B = self.damping[pad] if B is None else B + self.damping[pad]
         return A, B
-
-    def beyond(self, pad: np.ndarray, at: Places) -> np.ndarray:
-        """Which limits (3, k) of `Excursion` equilibria of the pads exceed (B3 has none)."""
-        if self.linear:
-            return np.zeros((3, pad.size), dtype=bool)
-        with np.errstate(all="ignore"):
-            return excursion(self.statics.pick(pad), at.z, at.touching).beyond()
 
     def fastest(self) -> tuple[np.ndarray, np.ndarray]:
         """Of each pad at its own friction the eigenvalue (n,) of largest real part in rad/s, NaN

@@ -9,11 +9,12 @@ cannot decide is a query of its own, which decides it or says why it cannot.
 from __future__ import annotations
 
 import math
+from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from operator import attrgetter, itemgetter
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -358,16 +359,7 @@ def read_spreads(path: Path | str) -> dict[str, Any]:
     return SPREADS.read(*read_document(path))
 
 
-class Quantile(NamedTuple):
-    """A quantile of the critical friction and the interval that holds it with `CONFIDENCE`.
-
-    A bound, or the quantile itself, is None where it lies above `mu_max` of the scatter.
-    """
-
-    level: float
-    mu: float | None
-    low: float | None
-    high: float | None
+Quantile = namedtuple("Quantile", "level mu low high")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -401,7 +393,8 @@ class Scatter(Answer):
 
     @property
     def quantiles(self) -> tuple[Quantile, ...]:
-        """Quantiles with order-statistics intervals free of any distribution."""
+        """Quantiles mu with intervals low to high that hold them with `CONFIDENCE`, by order
+        statistics free of any distribution; None lies above `mu_max`."""
         from scipy.stats import binom  # slow to load, and no figure of another answer needs it
 
         n, count = len(self.critical), len(self.critical) + self.failed

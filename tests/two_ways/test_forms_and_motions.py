@@ -1,7 +1,6 @@
-"""One answer as text, JSON and CSV; one motion by two integrators and in a batch."""
+"""One answer as JSON and CSV; one motion by two integrators and in a batch."""
 
 import csv
-import re
 
 import numpy as np
 import pytest
@@ -11,23 +10,10 @@ from hypothesis import strategies as st
 from tests.conftest import needs_heyoka
 from tests.two_ways.asking import PADS, ask, cases, pads, path, run, uniform, written
 
-NUMBER = re.compile(r"(?<![\w.])-?\d+\.?\d*(?:e[-+]?\d+)?(?![\w.])")
-
-
-def numbers(text):
-    return [float(word) for word in NUMBER.findall(text)]
-
 
 def rows(table):
     with table.open(newline="") as stream:
         return list(csv.DictReader(stream))
-
-
-def assert_printed(values, text):
-    """Each value stands in the text, to the digits that are shown."""
-    shown = np.array(numbers(text))
-    for value in values:
-        assert np.isclose(shown, value, rtol=1e-4, atol=1e-300).any(), value
 
 
 def growing_modes(scene, mu):
@@ -37,10 +23,9 @@ def growing_modes(scene, mu):
 
 @cases(6, 0.05)
 @given(pads())
-def test_thresholds_as_text_json_and_table(scene):
+def test_thresholds_as_json_and_table(scene):
     table, file = path("found.csv"), written(scene)
     found = ask("critical-friction", file, "--csv", table)
-    _, text, _ = run("critical-friction", file)
     listed = rows(table)
     # where the contact changes two modes may diverge at once: two crossings, one change
     values = [float(row["mu"]) for row in listed]
@@ -50,10 +35,7 @@ def test_thresholds_as_text_json_and_table(scene):
         assert ways.count("up") - ways.count("down") == above - below
     pairs = [(float(r["mu"]), r["verdict"]) for r in listed if r["verdict"]]
     assert [*dict.fromkeys(pairs)] == [(c["mu"], c["kind"]) for c in found["critical"]]
-    assert_printed([c["mu"] for c in found["critical"]], text)
-    for c in found["critical"]:
-        low, high = c["interval"]
-        assert low <= c["mu"] <= high
+    assert all(c["interval"][0] <= c["mu"] <= c["interval"][1] for c in found["critical"])
 
 
 @st.composite
@@ -77,8 +59,7 @@ def motions(draw):
 @given(motions())
 def test_two_integrators_give_one_motion(scene):
     file = written(scene)
-    ended, *_ = run("simulate", file)
-    assume(ended == 0)
+    assume(run("simulate", file)[0] == 0)
     one, other = (ask("simulate", file, "--integrator", x) for x in ("heyoka", "scipy"))
     assert [(e["from"], e["to"]) for e in one["events"]] == [
         (e["from"], e["to"]) for e in other["events"]
@@ -96,8 +77,7 @@ def test_two_integrators_give_one_motion(scene):
 @given(motions())
 def test_a_motions_table_ends_where_the_answer_does(scene):
     table, file = path("history.csv"), written(scene)
-    ended, *_ = run("simulate", file)
-    assume(ended == 0)
+    assume(run("simulate", file)[0] == 0)
     found = ask("simulate", file, "--csv", table)
     last = rows(table)[-1]
     for name, value in found["final"].items():
