@@ -305,10 +305,13 @@ class LineContact(ContactLaw):
         p = -one * (on[0] * gl + on[1] * gt)
         return p, p / (side * (gl - gt) + (1.0 - one))
 
-    def edge_forces(self, c: Coefficients, at: Pose, on: Touching) -> Point:
+    def edge_forces(self, c: Coefficients, at: Pose, on: Touching, unit: bool = False) -> Point:
+        """See `ContactLaw`; `unit`: as if Rn were 1 in partial contact, where it may vanish."""
         gl, gt = gaps(c, at)
         p, part = self._partial(gl, gt, on)
         Rn = 0.5 * c.k_c * p * (part if self.line_force == "integral" else 1.0)
+        if unit:
+            Rn = (on[1] - on[0]) * (on[1] - on[0])
         # the pressure's centroid lies at a third of the contact length
         near, far = Rn * (1.0 - part / 3.0), Rn * (part / 3.0)
         full = on[0] * on[1] * (c.k_c / 6.0)
@@ -316,9 +319,17 @@ class LineContact(ContactLaw):
         return leading, on[1] * near + on[0] * far - full * (gl + 2.0 * gt)
 
     def normal(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        """Rn and Rn delta, Eqs. (13)-(20)."""
         Rn, moment = super().normal(c, at, on)
-        return Rn, moment if self.delta_from == "centre" else moment + (c.x0 + at.x) * Rn
+        return Rn, moment + self._origin(c, at) * Rn
+
+    def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
+        """Rn and delta, Eqs. (13)-(20); where contact is lost delta has its limit, the edge."""
+        (f1, f2), (x1, x2) = self.edge_forces(c, at, on, unit=True), edges(c, at)
+        delta = (x1 * f1 + x2 * f2) / (f1 + f2)
+        return self.normal(c, at, on)[0], delta + self._origin(c, at)
+
+    def _origin(self, c: Coefficients, at: Pose) -> Number:
+        return c.x0 + at.x if self.delta_from == "frame" else 0.0
 
     def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
         """(k_c/4w) x integral of the squared penetration: the potential of the integral law."""

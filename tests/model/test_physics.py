@@ -26,7 +26,7 @@ from squeal.model.contact import (
     states,
 )
 from squeal.model.equations import PadModel, about_origin, linearise, natural_units
-from squeal.model.pad import PARAMETERS, coefficients, pose, stretched
+from squeal.model.pad import PARAMETERS, Pose, coefficients, pose, stretched
 from tests import naive
 from tests.conftest import HEYOKA, needs_heyoka, random_pad
 from tests.naive import spring_loads
@@ -182,6 +182,14 @@ def test_loads_are_continuous_where_an_edge_touches(name, form):
         for gap, pair in ((max(high), (inner, outer)), (min(high), (outer, NONE))):
             a, b = (model.loads((0.0, -gap, theta), state) for state in pair)
             assert np.max(np.abs(a - b)) < 1e-14
+
+
+@pytest.mark.parametrize("force", ["integral", "mean"])
+def test_delta_has_its_limit_where_contact_is_lost(force):
+    c = coefficients(np, random_pad(1, theta0=0.0, y0=0.0), True)
+    at = Pose(0.0, -0.1 * c.rlx, 0.1, 0.0)  # the leading edge at height zero, the other above
+    law = contact_law("B2", Formulation(force))
+    assert law.resultant(c, at, LEAD) == (0.0, pytest.approx(at.aside(c.rlx, c.rly), rel=1e-15))
 
 
 # Springs along the lower face, and the line contact as their limit
