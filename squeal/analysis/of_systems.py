@@ -283,16 +283,14 @@ def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]
     except InputError:  # no way from zero: a factor divides by the parameter, M has no factor
         return grow
 
-    def apart(one: UnstableMode, other: UnstableMode) -> float:
-        hertz = 2 * np.pi * (one.frequency_hz - other.frequency_hz)
-        size = np.hypot(one.growth_rate, 2 * np.pi * one.frequency_hz)
-        return float(np.hypot(one.growth_rate - other.growth_rate, hertz) / size)
+    def root(mode: UnstableMode) -> complex:
+        return complex(mode.growth_rate, 2 * np.pi * mode.frequency_hz)
 
-    onsets = ({apart(mode, other): other.onset for other in known} for mode in grow)
-    return tuple(
-        replace(mode, onset=each[min(each)] if each and min(each) <= SAME else None)
-        for mode, each in zip(grow, onsets, strict=True)
-    )
+    def onset(mode: UnstableMode) -> float | None:
+        same = min(known, key=lambda other: abs(root(other) - root(mode)), default=mode)
+        return same.onset if abs(root(same) - root(mode)) <= SAME * abs(root(mode)) else None
+
+    return tuple(replace(mode, onset=onset(mode)) for mode in grow)
 
 
 def along(answer: Thresholds) -> Sweep:

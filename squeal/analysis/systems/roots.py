@@ -187,15 +187,13 @@ def system_roots(
 def _band_modes(problem: Quadratic, region: Rectangle) -> tuple[Modes, float | None]:
     """The roots of a band with all growth rates that it may hold; or those of its region, with
     the growth rate at which that ends."""
-    bound = growth_bound(problem, region)
-    if bound is not None and bound > region.high_real:
-        if bound <= 16 * region.high_real or problem.n <= OPTIONS.steps:
-            with suppress(ComputationError):  # too many roots: of the region there are fewer
-                modes = modes_in(problem, replace(region, high_real=bound))
-                if modes.count is not None:
-                    return modes, None
-        bound = None
-    return modes_in(problem, region), None if bound is not None else region.high_real
+    bound, least = growth_bound(problem, region), region.high_real
+    if bound is not None and (bound <= 16 * least or problem.n <= OPTIONS.steps):
+        with suppress(ComputationError):  # too many roots: of the region there are fewer
+            modes = modes_in(problem, replace(region, high_real=bound))
+            if bound == least or modes.count is not None:
+                return modes, None
+    return modes_in(problem, region), least
 
 
 def judged(values: Known, complete: bool = True) -> tuple[str | None, str]:
