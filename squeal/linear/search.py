@@ -367,8 +367,12 @@ def _hides(along: Continuation, p: float) -> bool:
 
 
 def sign_count(along: Continuation, p: float) -> int | None:
-    """How many roots grow at p, by the sign function: of rates above what separates them from
-    rounding, without any eigenvalue. None if it does not settle."""
+    """How many roots grow at p by more than rounding, by the sign function; None if unsettled.
+
+    The sign function of A - x has the eigenvalue +1 for each root right of x and -1 for each other,
+    so that its trace counts them. Newton's iteration S <- (c S + (c S)^-1) / 2 converges
+    quadratically; the scaling c = |det S|^(-1/n) speeds its start (Byers 1987).
+    """
     state, A = along.at(p), along.both(p)[0]
     rates, noise = state.roots.real, state.rounding
     if along.form == "undamped":  # the roots of the first-order form
@@ -385,18 +389,8 @@ def sign_count(along: Continuation, p: float) -> int | None:
     if not np.isfinite(least):
         least = max(1e3 * most, 1e-6)
     floor = least / 8 if least > 64 * most else np.sqrt(max(most, 1e-16) * least)
-    return count_right(A, float(floor))
-
-
-def count_right(A: np.ndarray, x: float = 0.0) -> int | None:
-    """Number of eigenvalues of A (n, n) with real part above x; None if it does not settle.
-
-    The sign function of A - x has the eigenvalue +1 for each of them and -1 for each other, so that
-    its trace counts them. Newton's iteration S <- (c S + (c S)^-1) / 2 converges quadratically; the
-    scaling c = |det S|^(-1/n) speeds its start (Byers 1987).
-    """
     n = len(A)
-    S, factor, change = A - x * np.eye(n), 1.0, np.inf
+    S, factor, change = A - floor * np.eye(n), 1.0, np.inf
     with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
         for _ in range(60):
             other = np.linalg.inv(S)
