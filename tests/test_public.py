@@ -79,7 +79,8 @@ def test_an_answer_prints_and_saves_what_it_holds(scene, tmp_path):
     axes = squeal.Axis("mu", 0.0, 1.0, 3), squeal.Axis("k1", 1e8, 2e8, 2)
     short = scene.replace(outputs=("history",), samples=7, stop=1e-3)
     answers = [
-        squeal.eigenvalues(scene), squeal.sweep(SYSTEM, [0.0, 1.0]), squeal.thresholds(SYSTEM),
+        squeal.eigenvalues(scene), squeal.eigenvalues(SYSTEM, at=0.75),
+        squeal.sweep(SYSTEM, [0.0, 1.0]), squeal.thresholds(SYSTEM),
         squeal.map(scene, axes), squeal.sensitivity(scene), squeal.simulate(short),
         squeal.sensitivity(scene, of="threshold"),
     ]  # fmt: skip

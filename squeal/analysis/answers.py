@@ -25,7 +25,10 @@ ROOT = (
     Column("imag", "rad/s", lambda root: root.value.imag),
     *columns("frequency_hz damping_ratio"),
     Column("residual", shown=lambda root: number(root.residual, 2)),
-    Column("condition", hidden=True),
+    # infinite where roots coalesce, which JSON cannot say
+    Column(
+        "condition", value=lambda e: e.condition if e.condition < math.inf else None, hidden=True
+    ),
 )
 """Columns of an eigenvalue, and its keys in JSON."""
 
