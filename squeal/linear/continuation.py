@@ -29,7 +29,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError, MatrixError
-from squeal.linear.eigen import UnstableCount, left_vectors, root_rounding
+from squeal.linear.eigen import UnstableCount, assigned, left_vectors, root_rounding
 from squeal.linear.matrices import (
     EPS,
     ILL,
@@ -362,20 +362,6 @@ def _normalising(M: Array) -> tuple[Array, Array]:
     return T.T, T
 
 
-def _assigned(cost: Array) -> NDArray[np.intp]:
-    """For each row a column of its own, the cheapest first."""
-    order = np.argmin(cost, axis=1)
-    if len(set(order.tolist())) == len(order):
-        return order
-    order[:] = -1
-    taken: set[int] = set()
-    for i, j in zip(*np.unravel_index(np.argsort(cost, axis=None), cost.shape), strict=True):
-        if order[i] < 0 and int(j) not in taken:
-            order[i] = j
-            taken.add(int(j))
-    return order
-
-
 @dataclass(frozen=True, eq=False)
 class Guess:
     """A place where one root may cross the line, or two may meet on it."""
@@ -457,7 +443,7 @@ class Step:
         mean, bend = a.slopes[:, None] + b.slopes, a.slopes[:, None] - b.slopes
         missed = np.abs(b.roots - a.roots[:, None] - h / 2 * mean)
         # of two that cross in the middle those that turn back would fit as well
-        k = self.order = _assigned(missed + 0.01 * np.abs(h * bend))
+        k = self.order = assigned(missed + 0.01 * np.abs(h * bend))
         za, da, zb, db = self.ends = a.roots, h * a.slopes, b.roots[k], h * b.slopes[k]
         self.off = zb - za - (da + db) / 2
         self.rounding = np.maximum(a.rounding, b.rounding[k])

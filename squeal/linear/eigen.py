@@ -167,6 +167,20 @@ class Roots(NamedTuple):
     rounding: Array
 
 
+def assigned(cost: Array) -> NDArray[np.intp]:
+    """For each row a column of its own, the cheapest first."""
+    order = np.argmin(cost, axis=1)
+    if len(set(order.tolist())) == len(order):
+        return order
+    order[:] = -1
+    taken: set[int] = set()
+    for i, j in zip(*np.unravel_index(np.argsort(cost, axis=None), cost.shape), strict=True):
+        if order[i] < 0 and int(j) not in taken:
+            order[i] = j
+            taken.add(int(j))
+    return order
+
+
 def left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> ComplexArray:
     """Unit left eigenvectors as columns: by the inverse of the right ones or, near a coalescence,
     where that loses digits, by the transpose."""
@@ -175,7 +189,7 @@ def left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> Complex
         left = np.linalg.inv(right).conj().T
     else:
         others, left = np.linalg.eig(A.conj().T)
-        left = left[:, np.argmin(np.abs(values[:, None] - others.conj()), axis=1)]
+        left = left[:, assigned(np.abs(values[:, None] - others.conj()))]
     return np.asarray(left / np.linalg.norm(left, axis=0), dtype=complex)
 
 
