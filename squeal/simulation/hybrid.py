@@ -154,8 +154,8 @@ class Course:
         return np.where(self.last > 0, heights, -heights)
 
     def coefficients(self, lane: np.ndarray) -> Coefficients:
-        """Coefficients of some motions (k,)."""
-        return Coefficients(*(v[lane] for v in self.c))
+        """Coefficients of some motions (k,), of a single one (1,)."""
+        return Coefficients(*(v[lane] for v in self.c)) if len(self.t0) > 1 else self.c
 
     def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States (k, 6) and contact (points, k) of a single motion at times (k,)."""

@@ -50,7 +50,7 @@ class Grid:
         powers = self.shares[:, None] ** np.arange(len(steps.series))
         self.states = np.tensordot(powers, steps.series, 1).swapaxes(0, 1)
         self.t = steps.t + steps.h * self.shares[:, None]
-        self.c = course.coefficients(steps.lane)
+        self._of, self.c = course.coefficients, course.coefficients(steps.lane)
         self.first = np.searchsorted(steps.lane, np.arange(len(course.t0)))  # of each motion
 
     def read(self, signal: Read) -> np.ndarray:
@@ -79,8 +79,10 @@ class Grid:
         near = (bend < 0.0) & (top >= low) & (top <= high)
         i, which = np.nonzero(near & (values[1:-1] + 2.0 * rise > enough))
         step, at, low, high = some[which], top[i, which], self.shares[i], self.shares[i + 2]
+        if not step.size:
+            return step, at, at
         steps, apart = self.steps.some(step), 1e-3 * (high - low)
-        c = Coefficients(*(v[step] for v in self.c))
+        c = self._of(steps.lane)
 
         def value(share: np.ndarray) -> np.ndarray:
             return signal(c, steps.states(share), steps.on)

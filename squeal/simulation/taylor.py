@@ -139,10 +139,12 @@ class Machine:
     def _together(self, point: int) -> bool:
         """Whether another point of a single motion is near the surface, on the other side or on its
         way there, so that it has to be looked at before the motion goes on."""
-        y, turn = map(float, self.state[1:3, 0])
-        gaps = self.law.gaps(self.c, pose(math, self.c.place((0.0, y, turn))))
-        pairs = enumerate(zip(self.on, gaps, strict=True))
-        return any(i != point and (-gap if on[0] else gap) < self.clear for i, (on, gap) in pairs)
+        state, on = self.columns[0], self.on
+        at = pose(math, self.c.place((0.0, float(state[1]), float(state[2]))))
+        return any(
+            i != point and (-gap if on[i][0] else gap) < self.clear
+            for i, gap in enumerate(self.law.gaps(self.c, at))
+        )
 
     def start(self, pars: np.ndarray, state: np.ndarray, t: np.ndarray) -> None:
         """Set parameters (k, lanes), states (6, lanes) and times (lanes,)."""
