@@ -318,18 +318,17 @@ class LineContact(ContactLaw):
         leading = on[0] * near + on[1] * far - full * (2.0 * gl + gt)
         return leading, on[1] * near + on[0] * far - full * (gl + 2.0 * gt)
 
-    def normal(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
-        Rn, moment = super().normal(c, at, on)
-        return Rn, moment + self._origin(c, at) * Rn
+    def normal(
+        self, c: Coefficients, at: Pose, on: Touching, unit: bool = False
+    ) -> tuple[Number, Number]:
+        (f1, f2), (x1, x2) = self.edge_forces(c, at, on, unit), edges(c, at)
+        origin = c.x0 + at.x if self.delta_from == "frame" else 0.0
+        return f1 + f2, (origin + x1) * f1 + (origin + x2) * f2
 
     def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         """Rn and delta, Eqs. (13)-(20); where contact is lost delta has its limit, the edge."""
-        (f1, f2), (x1, x2) = self.edge_forces(c, at, on, unit=True), edges(c, at)
-        delta = (x1 * f1 + x2 * f2) / (f1 + f2)
-        return self.normal(c, at, on)[0], delta + self._origin(c, at)
-
-    def _origin(self, c: Coefficients, at: Pose) -> Number:
-        return c.x0 + at.x if self.delta_from == "frame" else 0.0
+        one, moment = self.normal(c, at, on, unit=True)
+        return self.normal(c, at, on)[0], moment / one
 
     def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
         """(k_c/4w) x integral of the squared penetration: the potential of the integral law."""
