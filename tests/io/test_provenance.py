@@ -8,6 +8,7 @@ import subprocess
 import sys
 from dataclasses import asdict
 from importlib import metadata
+from pathlib import Path
 
 import pytest
 
@@ -105,5 +106,5 @@ def test_sources_are_what_a_module_imports_loads_or_reads(path, module, listed):
 
 def test_the_digest_follows_the_sources(monkeypatch):
     before = digest("squeal.errors")
-    monkeypatch.setattr(room.Path, "read_bytes", lambda path: b"changed")
+    monkeypatch.setattr(Path, "read_bytes", lambda path: b"changed")
     assert digest("squeal.errors") != before
