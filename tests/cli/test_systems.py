@@ -47,68 +47,44 @@ def _blocks(folder, n):
     return np.linalg.eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), A]))
 
 
-@pytest.fixture(scope="module")
-def small(tmp_path_factory):
-    path = tmp_path_factory.mktemp("small")
-    return path, _blocks(path, 30)
-
-
-@pytest.fixture(scope="module")
-def sparse(tmp_path_factory):
-    path = tmp_path_factory.mktemp("sparse")
-    return path, _blocks(path, ROWS + 1)
-
-
-def _values(found):
-    return np.array([complex(e["real"], e["imag"]) for e in found["eigenvalues"]])
+@pytest.fixture(scope="module", params=[30, ROWS + 1])
+def system(request, tmp_path_factory):
+    path = tmp_path_factory.mktemp("blocks")
+    return path / "system.yaml", _blocks(path, request.param)
 
 
 def _same(found, expected):
-    assert len(found) == len(expected)
-    distance = np.abs(found[:, None] - expected[None, :])
+    assert found["certified"]
+    values = np.array([complex(e["real"], e["imag"]) for e in found["eigenvalues"]])
+    assert len(values) == len(expected)
+    distance = np.abs(values[:, None] - expected[None, :])
     assert distance.min(axis=0).max() < 1e-6 * np.abs(expected).max()
 
 
-@pytest.mark.parametrize("which", ["small", "sparse"])
-def test_a_band_is_complete(which, request, capsys):
-    path, expected = request.getfixturevalue(which)
-    found = answer(capsys, "eigenvalues", path / "system.yaml", "--band", "200:400")
+def test_a_band_a_region_and_the_lowest_modes_are_complete(system, capsys):
+    path, expected = system
+    found = answer(capsys, "eigenvalues", path, "--band", "200:400")
     hertz = expected.imag / (2 * np.pi)
-    _same(_values(found), expected[(hertz > 200) & (hertz < 400)])
-    assert found["certified"]
+    _same(found, expected[(hertz > 200) & (hertz < 400)])
     assert found["count"] == len(found["eigenvalues"]) > 5
     assert max(e["residual"] for e in found["eigenvalues"]) < 1e-12
-
-
-def test_region_and_modes(sparse, capsys):
-    path, expected = sparse
-    found = answer(capsys, "eigenvalues", path / "system.yaml", "--region", "-2:1:300:900")
     r, i = expected.real, expected.imag
-    _same(_values(found), expected[(r > -2) & (r < 1) & (i > 300) & (i < 900)])
-    found = answer(capsys, "eigenvalues", path / "system.yaml", "--modes", "6")
-    _same(_values(found), np.array(sorted(expected[i > 0], key=abs)[:6]))
-    assert found["certified"]
-
-
-@pytest.fixture
-def flutters_in_the_second_mode(tmp_path):
-    """Four rows: a slow oscillator, two coupled ones that flutter at mu = 1, a fast one."""
-    rows = {
-        "C0": np.diag([0.01] * 4),
-        "K0": np.diag([0.2, 2.0, 2.0, 9.0])
-        - np.diag([0.0, 1.0, 0.0], 1)
-        - np.diag([0.0, 1, 0], -1),
-        "K1": np.diag([0.0, 1.333, 0.0], 1),
-    }
-    path = tmp_path / "four.yaml"
-    lines = [f"{name}: {matrix.tolist()}" for name, matrix in {"M": np.eye(4), **rows}.items()]
-    path.write_text("\n".join(lines))
-    return path
+    found = answer(capsys, "eigenvalues", path, "--region", "-2:1:300:900")
+    _same(found, expected[(r > -2) & (r < 1) & (i > 300) & (i < 900)])
+    found = answer(capsys, "eigenvalues", path, "--modes", "6")
+    _same(found, np.array(sorted(expected[i > 0], key=abs)[:6]))
 
 
 @pytest.mark.parametrize("options", [["--modes", 1], ["--band", "0:0.6", "--modes", 1]])
-def test_few_roots_are_listed_and_all_are_judged(options, flutters_in_the_second_mode, capsys):
-    path = flutters_in_the_second_mode
+def test_few_roots_are_listed_and_all_are_judged(options, tmp_path, capsys):
+    """Four rows: a slow oscillator, two coupled ones that flutter at mu = 1, a fast one."""
+    path = put(
+        tmp_path,
+        "M: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\n"
+        "C0: [[0.01, 0, 0, 0], [0, 0.01, 0, 0], [0, 0, 0.01, 0], [0, 0, 0, 0.01]]\n"
+        "K0: [[0.2, 0, 0, 0], [0, 2, -1, 0], [0, -1, 2, 0], [0, 0, 0, 9]]\n"
+        "K1: [[0, 0, 0, 0], [0, 0, 1.333, 0], [0, 0, 0, 0], [0, 0, 0, 0]]\n",
+    )
     found = answer(capsys, "eigenvalues", path, "--at", 1, *options)
     assert len(found["eigenvalues"]) == 1
     assert found["verdict"] == "flutter"
@@ -123,71 +99,52 @@ def test_few_roots_are_listed_and_all_are_judged(options, flutters_in_the_second
     assert all(len(row["eigenvalues"]) == 1 for row in sweep)
 
 
-def test_a_shape_on_coordinates(small, tmp_path, capsys):
-    path, _ = small
+def test_a_shape_on_coordinates(tmp_path, capsys):
+    _blocks(tmp_path, 30)
     rows = [f"{k // 3},{'xyz'[k % 3]},{k // 3},0,0" for k in range(30)]
-    (path / "nodes.csv").write_text("\n".join(["node,dof,x,y,z", *rows]))
-    file = path / "placed.yaml"
-    file.write_text(FILE + "coordinates: {file: nodes.csv}\n")
-    still = tmp_path / "mode.png"
-    answer(capsys, "eigenvalues", file, "--shape", "3", "--png", still)
+    (tmp_path / "nodes.csv").write_text("\n".join(["node,dof,x,y,z", *rows]))
+    plain, placed, still = (tmp_path / x for x in ("system.yaml", "placed.yaml", "mode.png"))
+    placed.write_text(FILE + "coordinates: {file: nodes.csv}\n")
+    answer(capsys, "eigenvalues", placed, "--shape", "3", "--png", still)
     assert still.read_bytes().startswith(b"\x89PNG")
-    for given, options in [
-        (path / "system.yaml", ["--shape", "1", "--png", still]),
-        (file, ["--shape", "61", "--png", still]),
-        (file, ["--shape", "1"]),
-        (file, ["--band", "1e7:1.1e7", "--shape", "1", "--png", still]),
+    for given, *options in [
+        (plain, "--shape", "1", "--png", still),
+        (placed, "--shape", "61", "--png", still),
+        (placed, "--shape", "1"),
+        (placed, "--band", "1e7:1.1e7", "--shape", "1", "--png", still),
     ]:
         assert_refused(capsys, "eigenvalues", given, *options)
 
 
-N = ROWS + 20
-
-
-@pytest.fixture(scope="module")
-def wide(tmp_path_factory):
+@pytest.mark.parametrize("kind", ["divergence", "flutter"])
+def test_what_grows_far_right_of_a_band(kind, tmp_path, capsys):
     """Modes at 4, 8, ... Hz, unit masses; one row diverges with 1000 1/s, or two flutter."""
-    path = tmp_path_factory.mktemp("band")
-    squares = (2 * np.pi * 4.0 * np.arange(1, N + 1)) ** 2
-    diverges = squares.copy()
-    diverges[40] = -1e6
-    flutter = csc_array(([4e5, -4e5], ([30, 31], [31, 30])), shape=(N, N))
-    text = "M: {file: m.mtx}\nK: {file: d.mtx}\n"
-    put(path, text, m=np.ones(N), d=diverges, k=squares, f=flutter).rename(path / "diverges.yaml")
-    (path / "flutters.yaml").write_text(
-        "parameters: {mu: 1.0}\nM: {file: m.mtx}\nK: [{file: k.mtx}, {file: f.mtx, factor: mu}]\n"
-    )
-    pair = np.sqrt(np.linalg.eigvals(-np.diag(squares[30:32]) - flutter[30:32, 30:32].toarray()))
-    return path, max(pair, key=lambda root: root.real)
-
-
-def test_a_divergence_far_right_of_a_low_band(wide, capsys):
-    found = answer(capsys, "eigenvalues", wide[0] / "diverges.yaml", "--band", "0:50")
-    assert found["verdict"] == "divergence"
-    assert found["certified"]
-    assert found["growth_limit"] is None
-    assert found["unstable"][0]["growth_rate"] == pytest.approx(1000.0, rel=1e-9)
-    assert len(found["eigenvalues"]) == 13  # 4 to 48 Hz, and the real one
-
-
-def test_a_flutter_that_grows_faster_than_its_band_is_wide(wide, capsys):
-    root = wide[1]
-    hertz = abs(root.imag) / (2 * np.pi)
-    low, high = hertz - 10.0, hertz + 10.0
+    n = ROWS + 20
+    squares = (2 * np.pi * 4.0 * np.arange(1, n + 1)) ** 2
+    force = csc_array(([4e5, -4e5], ([30, 31], [31, 30])), shape=(n, n))
+    pair = np.sqrt(np.linalg.eigvals(-np.diag(squares[30:32]) - force[30:32, 30:32].toarray()))
+    root = max(pair, key=lambda root: root.real)
+    low, high = abs(root.imag) / (2 * np.pi) + np.array([-10.0, 10.0])
     assert root.real > 2 * np.pi * high / 4
-    path = wide[0] / "flutters.yaml"
+    if kind == "divergence":
+        squares[40], force, root, low, high = -1e6, 0 * force, 1000.0, 0.0, 50.0
+    text = FILE.replace("C: {file: c.mtx}\n", "")
+    path = put(tmp_path, text, m=np.ones(n), k=squares, f=5 * force)
     found = answer(capsys, "eigenvalues", path, "--band", f"{low}:{high}")
-    assert found["verdict"] == "flutter"
+    assert found["verdict"] == kind
     assert found["certified"]
     assert found["unstable"][0]["growth_rate"] == pytest.approx(root.real, rel=1e-9)
+    if kind == "divergence":
+        assert found["growth_limit"] is None
+        assert len(found["eigenvalues"]) == 13  # 4 to 48 Hz, and the real one
 
 
 def test_a_factor_that_divides_by_the_parameter_starts_above_zero(tmp_path, capsys):
-    path = tmp_path / "system.yaml"
-    path.write_text(
+    path = put(
+        tmp_path,
         "parameters: {W: 1}\nparameter: W\nM: [[1, 0], [0, 1]]\n"
         "C: [{matrix: [[0.1, 0], [0, 0.1]], factor: 1/W}]\n"
-        "K: [{matrix: [[2, 0], [0, 3]]}, {matrix: [[0, 1], [-1, 0]], factor: W}]\n"
+        "K: [{matrix: [[2, 0], [0, 3]]}, {matrix: [[0, 1], [-1, 0]], factor: W}]\n",
     )
     found = answer(capsys, "critical-friction", path, "--max", "5000")
     assert found["mu_start"] == pytest.approx(5.0)
@@ -200,20 +157,15 @@ def test_a_factor_that_divides_by_the_parameter_starts_above_zero(tmp_path, caps
 MEETS, PASSES = (4e4 - 400) / 1.97e4, 4e4 / 1.97e4
 
 
-@pytest.fixture
-def meeting(tmp_path):
-    """s^2 - 40 s + k, k = 4e4 - 1.97e4 mu: a growing pair, two real roots, then one of them."""
-    path = tmp_path / "meeting.yaml"
-    path.write_text(
-        "M: [[1, 0], [0, 1]]\nC: [{matrix: [[-40, 0], [0, 1]]}]\nK: [{matrix: [[4.0e4, 0], [0, "
-        "1.0e+8]]}, {matrix: [[-1.97e4, 0], [0, 0]], factor: mu}]\n"
-    )
-    return path
-
-
 @pytest.mark.parametrize("options", [(), ("--band", "0:1000")])
 @pytest.mark.parametrize("high", ["2.005", "3"])
-def test_a_pair_that_meets_changes_the_verdict_and_crosses_nothing(options, high, meeting, capsys):
+def test_a_pair_that_meets_changes_the_verdict_and_crosses_nothing(options, high, tmp_path, capsys):
+    """s^2 - 40 s + k, k = 4e4 - 1.97e4 mu: a growing pair, two real roots, then one of them."""
+    meeting = put(
+        tmp_path,
+        "M: [[1, 0], [0, 1]]\nC: [{matrix: [[-40, 0], [0, 1]]}]\nK: [{matrix: [[4.0e4, 0], [0, "
+        "1.0e+8]]}, {matrix: [[-1.97e4, 0], [0, 0]], factor: mu}]\n",
+    )
     found = answer(capsys, "critical-friction", meeting, "--max", high, *options)
     beyond = float(high) > PASSES
     crossed = [(c["kind"], c["direction"], c["changes_verdict"]) for c in found["crossings"]]
@@ -225,12 +177,9 @@ def test_a_pair_that_meets_changes_the_verdict_and_crosses_nothing(options, high
 
 def test_verdicts_in_a_band_of_a_large_system_change_where_growth_changes_hands(tmp_path, capsys):
     """A pair that grows at 0.05 beside r^2 + 0.3 r + 0.2 - mu = 0, and many that decay."""
-    n = ROWS + 20
-    stiffness = np.concatenate([[36.0, 0.2], np.linspace(400.0, 4000.0, n - 2)])
-    damping = np.concatenate([[-0.1, 0.3], np.full(n - 2, 0.4)])
-    falls = np.zeros(n)
-    falls[1] = -1.0
-    path = put(tmp_path, FILE, m=np.ones(n), c=damping, k=stiffness, f=falls)
+    stiffness = np.r_[36.0, 0.2, np.linspace(400.0, 4000.0, ROWS)]
+    damping, falls = np.r_[-0.1, 0.3, np.full(ROWS, 0.4)], np.r_[0.0, -1.0, np.zeros(ROWS)]
+    path = put(tmp_path, FILE, m=np.ones(ROWS + 2), c=damping, k=stiffness, f=falls)
     found = answer(capsys, "critical-friction", path, "--max", "0.5", "--band", "0:1.5")
     (crossing,), (point,) = found["crossings"], found["critical"]
     assert crossing["mu"] == pytest.approx(0.2, rel=1e-10)
@@ -244,10 +193,10 @@ def test_verdicts_in_a_band_of_a_large_system_change_where_growth_changes_hands(
 @pytest.mark.parametrize("high", ["1.05", "2"])
 def test_a_root_that_grows_beyond_the_band_is_said_to_leave(high, tmp_path, capsys):
     """r^2 + 0.1 r + 1 - mu = 0 from mu = 1 on; r is a quarter of 2 pi 0.2 Hz at mu = 1.13."""
-    path = tmp_path / "leaves.yaml"
-    path.write_text(
+    path = put(
+        tmp_path,
         "M: [[1, 0], [0, 0]]\nC: [{matrix: [[0.1, 0], [0, 2]]}]\n"
-        "K: [{matrix: [[1, 0], [0, 5]]}, {matrix: [[-1, 0], [0, 0]], factor: mu}]\n"
+        "K: [{matrix: [[1, 0], [0, 5]]}, {matrix: [[-1, 0], [0, 0]], factor: mu}]\n",
     )
     found = answer(capsys, "critical-friction", path, "--max", high, "--band", "0:0.2")
     (crossing,), (point,) = found["crossings"], found["critical"]
@@ -257,7 +206,7 @@ def test_a_root_that_grows_beyond_the_band_is_said_to_leave(high, tmp_path, caps
     assert found["unconfirmed"] == []
     assert found["certified"]
     assert len(found["left_out"]) == (high == "2")
-    assert "leaves.yaml" in assert_refused(capsys, "critical-friction", path, "--max", high)
+    assert "system.yaml" in assert_refused(capsys, "critical-friction", path, "--max", high)
 
 
 @pytest.mark.parametrize(
@@ -273,12 +222,12 @@ def test_a_root_that_grows_beyond_the_band_is_said_to_leave(high, tmp_path, caps
 )
 def test_a_mode_has_its_onset_however_few_roots_are_asked_for(options, onsets, tmp_path, capsys):
     """omega^2 = 2 +- sqrt(1 - 4 mu / 3), flutter from 3/4 on, and 200 +- 100 sqrt(1 - 2 mu)."""
-    path = tmp_path / "coupled.yaml"
-    path.write_text(
+    path = put(
+        tmp_path,
         "M: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]\nparameters: {mu: 1}\nK:\n"
         "- {matrix: [[2, -1, 0, 0], [-1, 2, 0, 0], [0, 0, 200, -100], [0, 0, -100, 200]]}\n"
         "- {matrix: [[0, 1.3333333333333333, 0, 0], [0, 0, 0, 0], [0, 0, 0, 200], [0, 0, 0, 0]], "
-        "factor: mu}\n"
+        "factor: mu}\n",
     )
     found = answer(capsys, "eigenvalues", path, *options)
     assert found["warnings"] == []
@@ -296,20 +245,12 @@ K:
 """
 
 
-@pytest.fixture
-def forms(tmp_path):
-    paths = tmp_path / "short.yaml", tmp_path / "general.yaml"
-    for path, text in zip(paths, (SHORT, GENERAL), strict=True):
-        path.write_text(text)
-    return paths
-
-
-def test_both_names_of_the_first_verdict(forms, capsys):
+def test_both_names_of_the_first_verdict(tmp_path, capsys):
+    forms = [put(tmp_path, text).rename(tmp_path / text[:1]) for text in (SHORT, GENERAL)]
     for path in (*forms, SCENES / "b3.yaml"):
         found = answer(capsys, "critical-friction", path)
         assert found["verdict_at_zero"] == found["verdict_at_start"] == "marginal"
-        assert found["mu_start"] == 0.0
-        assert found["mu_end"] == 2.0
+        assert (found["mu_start"], found["mu_end"]) == (0.0, 2.0)
     for path in forms:
         found = answer(capsys, "critical-friction", path, "--min", "1")
         assert (found["verdict_at_zero"], found["verdict_at_start"]) == (None, "flutter")

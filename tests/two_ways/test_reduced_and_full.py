@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.io import mmwrite
 from scipy.sparse import coo_array
 
-from tests.two_ways.asking import SEEDS, ask, cases, path, uniform
+from tests.two_ways.asking import SEEDS, ask, cases, path, roots, uniform
 
 LOW, HIGH = 60.0, 260.0  # Hz
 FASTEST = 0.2 * 2 * np.pi * HIGH  # 1/s, inside the 0.25 to which a band's region reaches
@@ -38,14 +38,12 @@ def chains(draw):
 
 
 def upper(found):
-    """The roots of the band above the real axis, by frequency.
+    """The roots of the band above the real axis.
 
     Those that decay or grow by more than a quarter of its upper end are left out, as answers tell.
     """
-    roots = [complex(e["real"], e["imag"]) for e in found["eigenvalues"] if e["imag"] > 0]
-    inside = [z for z in roots if LOW <= z.imag / (2 * np.pi) <= HIGH]
-    inside = [z for z in inside if abs(z.real) < FASTEST]
-    return np.array(sorted(inside, key=lambda z: z.imag))
+    inside = [z for z in roots(found) if LOW <= z.imag / (2 * np.pi) <= HIGH]
+    return np.array([z for z in inside if abs(z.real) < FASTEST])
 
 
 def assert_same_roots(one, other, close):
