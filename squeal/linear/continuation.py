@@ -67,7 +67,7 @@ class ContinuationOptions:
     resolved: float = 0.02  # of its size: how much a factor of a term may bend within a step
     wide: float = 1e-4  # of the range: the widest interval of a certified search
     aside: float = 0.4837  # of a step: where it is divided
-    rounds: int = 25  # steps of Newton's method, and half of those of inverse iteration
+    rounds: int = 12  # steps of Newton's method, and half of those of inverse iteration
     small: int = 40  # rows up to which systems are stacked, and SciPy's loading is not worth while
 
 
