@@ -14,12 +14,20 @@ def coupled(mu):
     return np.eye(2), None, np.array([[2.0, -1.0 + 4 * mu / 3], [-1.0, 2.0]])
 
 
+def system_of(M, C, K, *numbers) -> TermSystem:
+    """M, C and K are each a matrix, or a tuple of matrices and pairs (matrix, factor)."""
+
+    def terms(given):
+        given = given if isinstance(given, tuple) else (given,)
+        pairs = [part if isinstance(part, tuple) else (part, "1") for part in given]
+        return tuple(Term(X, Formula(factor)) for X, factor in pairs if X is not None)
+
+    return TermSystem(terms(M), terms(C), terms(K), *numbers)
+
+
 def affine(M, K0, K1=None, C0=None, C1=None) -> TermSystem:
     """M, C0 + mu C1 and K0 + mu K1."""
-    mu = Formula("mu")
-    parts = [(C0,), (C1, mu)], [(K0,), (K1, mu)]
-    C, K = (tuple(Term(*term) for term in terms if term[0] is not None) for terms in parts)
-    return TermSystem((Term(M),), C, K)
+    return system_of(M, (C0, (C1, "mu")), (K0, (K1, "mu")))
 
 
 def known_system(

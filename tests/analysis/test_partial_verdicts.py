@@ -13,8 +13,8 @@ from squeal.analysis.systems import roots
 from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.errors import ComputationError, MatrixError
 from squeal.linear.eigen import spectrum_of
-from squeal.linear.system import Term, TermSystem
-from squeal.numerics.differentiation import Formula
+from squeal.linear.system import Term
+from tests.known import system_of
 
 HIGH = 6400.0  # Hz, of the pair that grows
 
@@ -24,9 +24,7 @@ def brake(n, growth):
     omega = 2 * np.pi * np.concatenate([10.0 * np.arange(1, n), [HIGH]])
     C = np.full(n, 0.5)
     C[-1] = -2 * growth
-    terms = [sparse.csr_array(sparse.diags(d)) for d in (np.ones(n), C, omega**2)]
-    mass, damping, stiffness = ((Term(X),) for X in terms)
-    return TermSystem(mass, damping, stiffness)
+    return system_of(*(sparse.csr_array(sparse.diags(d)) for d in (np.ones(n), C, omega**2)))
 
 
 @pytest.mark.parametrize("n", [100, 420])
@@ -46,8 +44,7 @@ def test_some_roots_alone_never_say_stable(n, growth):
 def test_a_root_that_does_not_solve_the_equations_decides_nothing():
     """A penalty of 1e30 leaves the other roots no digit."""
     K = np.array([[1e30, 0.0, 0.0], [0.0, 4e6, 1e6], [0.0, 0.0, 9e6]])
-    system = TermSystem((Term(np.eye(3)),), (), (Term(K),))
-    found = system_roots(system)
+    found = system_roots(system_of(np.eye(3), None, K))
     solved = [e for e in found.eigenvalues if e.residual <= 1e-6]
     assert found.verdict not in ("flutter", "divergence")
     assert all(e.value.real <= 1e-6 * abs(e.value) for e in solved)
@@ -79,8 +76,7 @@ def chain(held=(), mass=None):
         K[row, row] = penalty
     mass = sparse.eye_array(ROWS) if mass is None else mass
     damping = 0.4 * sparse.eye_array(ROWS)
-    M, C, K = ((Term(sparse.csc_array(X)),) for X in (mass, damping, K))
-    return TermSystem(M, C, K)
+    return system_of(*(sparse.csc_array(X) for X in (mass, damping, K)))
 
 
 @pytest.mark.parametrize("penalty", [1e22, 1e36])
@@ -102,7 +98,7 @@ def test_a_large_pencil_that_is_singular_everywhere_is_refused():
         system_roots(alone, Wanted(band=(1.0, 9.0)))
     turned = np.array([[1.0, -1.0], [-1.0, 1.0]])
     M, K = (sparse.block_diag([turned, X.matrix]) for X in (*chain().M, *chain().K))
-    hidden = TermSystem((Term(sparse.csc_array(M)),), (), (Term(sparse.csc_array(K)),))
+    hidden = system_of(sparse.csc_array(M), None, sparse.csc_array(K))
     with pytest.raises(ComputationError, match="share a null vector"):
         system_roots(hidden, Wanted(band=(1.0, 9.0)))
 
@@ -118,8 +114,8 @@ def rotor():
     for name, entries in DATA["matrices"].items():
         rows, columns, values = zip(*entries, strict=True)
         parts[name] = coo_array((values, (rows, columns)), shape=(DATA["rows"],) * 2).toarray()
-    C = (Term(parts["C"]), Term(parts["G"], Formula("speed")))
-    return TermSystem((Term(parts["M"]),), C, (Term(parts["K"]),), {"speed": 0.0}, "speed")
+    C = parts["C"], (parts["G"], "speed")
+    return system_of(parts["M"], C, parts["K"], {"speed": 0.0}, "speed")
 
 
 @pytest.mark.parametrize("speed", DATA["eigenvalues"])

@@ -10,12 +10,11 @@ import squeal
 from squeal.analysis.answers import Axis
 from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
-from squeal.linear.system import Term, TermSystem
-from squeal.numerics.differentiation import Formula
 from squeal.sparse.argument_principle import Rectangle
+from tests.known import affine, system_of
 
 N, SPRING = 90, 1e6
-MU, SLOW = Formula("mu"), Wanted(band=(0.0, 60.0))
+SLOW = Wanted(band=(0.0, 60.0))
 
 
 @pytest.fixture(autouse=True)
@@ -32,23 +31,23 @@ def chain(rows):
 
 
 def entries(values, rows, columns, factor="1"):
-    return Term(csc_array((values, (rows, columns)), shape=(N, N)), Formula(factor))
+    return csc_array((values, (rows, columns)), shape=(N, N)), factor
 
 
-def system_of(lengths=(N,), mass=1.0, damping=(), more=()):
+def chains(lengths=(N,), mass=1.0, damping=(), more=()):
     K = block_diag([chain(rows) for rows in lengths], format="csc")
-    return TermSystem((Term(mass * eye_array(N, format="csc")),), damping, (Term(K), *more))
+    return system_of(mass * eye_array(N, format="csc"), damping, (K, *more))
 
 
 def diagonal(decay, stiffness):
-    M, C, K = (diags_array(row, format="csc") for row in (np.ones(len(decay)), decay, stiffness))
-    return TermSystem((Term(M),), (Term(C),), (Term(K),))
+    rows = np.ones(len(decay)), decay, stiffness
+    return system_of(*(diags_array(row, format="csc") for row in rows))
 
 
 @pytest.mark.parametrize(("lengths", "mass"), [((N,), 1.0), ((20, 30, 40), 0.1)])
 @pytest.mark.parametrize("wanted", [SLOW, Wanted(modes=11)])
 def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(lengths, mass, wanted):
-    roots = system_roots(system_of(lengths, mass), wanted)
+    roots = system_roots(chains(lengths, mass), wanted)
     values, zeros = np.array([e.value for e in roots.eigenvalues]), 2 * len(lengths)
     assert np.sum(values == 0) == min(zeros, len(values))
     assert (roots.verdict, roots.certified) == (None, True)  # of some of the roots
@@ -60,21 +59,21 @@ def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(lengths, mass,
 
 def test_a_damper_against_the_ground_leaves_one_zero_root_and_one_that_decays():
     c = 0.9
-    roots = system_roots(system_of(damping=(entries([c], [0], [0]),)), SLOW)
+    roots = system_roots(chains(damping=(entries([c], [0], [0]),)), SLOW)
     slow = sorted(e.value.real for e in roots.eigenvalues if e.value.imag == 0.0)
     # the body moves as one: lambda^2 n m + lambda c = 0, but for c^2 of the chain's compliance
     assert slow == [pytest.approx(-c / N, rel=1e-3), 0.0]
     assert (roots.verdict, roots.certified) == (None, True)  # of some of the roots
     # a force on row 0 that acts on row 4 too: the left null vector is zero at row 0
     follower = entries([SPRING, -SPRING], [4, 4], [0, 1])
-    roots = system_roots(system_of(damping=(entries([c], [0], [0]),), more=(follower,)), SLOW)
+    roots = system_roots(chains(damping=(entries([c], [0], [0]),), more=(follower,)), SLOW)
     assert sum(e.value == 0 for e in roots.eigenvalues) == 2
     assert roots.certified
 
 
 @pytest.mark.parametrize("ground", [1e-3, -1e-3])
 def test_a_soft_ground_is_no_free_body(ground):
-    roots = system_roots(system_of(more=(entries([ground], [0], [0]),)), SLOW)
+    roots = system_roots(chains(more=(entries([ground], [0], [0]),)), SLOW)
     square = roots.eigenvalues[0].value ** 2
     assert square.real == pytest.approx(-ground / N, rel=1e-3)
     assert (roots.verdict, roots.certified) == (None if ground > 0 else "divergence", True)
@@ -84,7 +83,7 @@ def test_follower_forces_on_a_free_chain_begin_no_growth_at_zero():
     """K1 acts on stretched springs alone and gives K another left null vector than right one."""
     pull = np.r_[1e3 * np.array([1.0, -1.0, -1.0, 1.0]), 1e3, -1e3]  # rows sum to zero
     forces = entries(pull, [3, 3, 9, 9, 5, 5], [0, 1, 0, 1, 7, 8], "mu")
-    system = system_of(more=(forces,))
+    system = chains(more=(forces,))
     located = system_thresholds(system, 1.0, wanted=SLOW)
     assert (located.verdict, located.crossings) == ("marginal", ())
     assert located.details["unconfirmed"] == []
@@ -98,9 +97,8 @@ def test_a_chart_of_a_small_free_body_is_marginal_unless_it_is_driven(drive, ver
     """A negative damper between the ends drives them where the passive one does not suffice."""
     K = 1e4 * np.array([[1.1, -1.1, 0.0], [-1.1, 1.8, -0.7], [0.0, -0.7, 0.7]])
     ends = np.outer([1.0, 0.0, -1.0], [1.0, 0.0, -1.0])
-    damping = Term(1e-4 * K, Formula("s")), Term(-drive * ends)
-    stiffness = (Term(K, Formula("s + mu")),)
-    system = TermSystem((Term(np.diag([1.0, 2.0, 3.3])),), damping, stiffness, {"s": 1.0})
+    C = (1e-4 * K, "s"), -drive * ends
+    system = system_of(np.diag([1.0, 2.0, 3.3]), C, ((K, "s + mu"),), {"s": 1.0})
     sides = (Axis("mu", 0.0, 1.0, 5), Axis("s", 0.5, 2.0, 5))
     assert squeal.map(system, sides).share[verdict] == 1.0
 
@@ -137,8 +135,7 @@ def two_pairs(rows, c):
     places = [0, 1, 2, 3], [1, 0, 3, 2]
     K1 = csc_array(([20.0, -20.0, 1e5, -1e5], places), shape=(rows, rows))
     M = eye_array(rows, format="csc")
-    K = Term(diags_array(K0, format="csc")), Term(K1, MU)
-    return TermSystem((Term(M),), (Term(c * M),) * bool(c), K)
+    return affine(M, diags_array(K0, format="csc"), K1, c * M if c else None)
 
 
 @pytest.mark.parametrize("c", [0.0, 0.1])
@@ -162,8 +159,7 @@ def test_the_zero_roots_of_a_small_body_are_counted_beside_stiff_motions(stiff, 
     rng = np.random.default_rng(seed)
     turn = np.linalg.qr(rng.standard_normal((6, 6)))[0]
     K = turn @ np.diag([0.0, 1e4, stiff, 2 * stiff, 3 * stiff, 4 * stiff]) @ turn.T
-    system = TermSystem((Term(np.eye(6)),), (), (Term((K + K.T) / 2),))
-    roots = system_roots(system, Wanted(band=(0.0, 40.0)))
+    roots = system_roots(system_of(np.eye(6), None, (K + K.T) / 2), Wanted(band=(0.0, 40.0)))
     assert [e.value.imag for e in roots.eigenvalues] == pytest.approx([0.0, 0.0, 100.0], rel=1e-6)
     assert roots.certified
 
@@ -178,7 +174,7 @@ def test_damped_free_bodies_stay_real_beside_a_structural_loss_factor(rows, seed
     damping, squares = np.full(20, 0.2), np.r_[0.0, 0.0, np.linspace(5.0, 50.0, 18) ** 2]
     damping[:2] = 0.1, 0.4
     M, C, K = (Q.T @ X @ Q for X in (np.eye(20), np.diag(damping), np.diag(squares * (1 + 0.01j))))
-    found = system_roots(TermSystem((Term(M),), (Term(C),), (Term(K),)), Wanted(modes=6))
+    found = system_roots(system_of(M, C, K), Wanted(modes=6))
     values = np.sort([e.value.real for e in found.eigenvalues if abs(e.value.imag) < 1e-6])
     assert np.allclose(values, [-0.4, -0.1, 0.0, 0.0], atol=1e-9)
     assert len(found.eigenvalues) == 6

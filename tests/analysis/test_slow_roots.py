@@ -10,9 +10,9 @@ from squeal.analysis.stack import PadStack
 from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
-from squeal.linear.system import Term, TermSystem
 from squeal.model.pad import Pad
 from tests.exact import Exact, discriminant
+from tests.known import system_of
 from tests.linear.conftest import exact_damped
 
 VALUES = {
@@ -20,10 +20,6 @@ VALUES = {
     "alpha1": np.pi / 2, "alpha2": np.pi, "mu": 0.4, "F_n": 4500.0,
 }  # fmt: skip
 HIDDEN = "no eigenvalue can be given: one stiffness"
-
-
-def system(M, C, K):
-    return TermSystem((Term(M),), (Term(C),), (Term(K),))
 
 
 def stiff(decades):
@@ -67,7 +63,7 @@ def test_slow_roots_of_a_stiff_pad_lie_within_their_rounding(decades):
 def test_a_light_motion_hides_neither_roots_nor_verdict_of_plain_matrices(stiffness):
     M, C, K = np.array([[1.0, 1 - 1e-6], [1 - 1e-6, 1.0]]), 0.1 * np.eye(2), np.diag([4.0, 9.0])
     K[1] *= stiffness / 9.0
-    given = system(M, C, K)
+    given = system_of(M, C, K)
     found = squeal.eigenvalues(given)
     assert found.verdict == ("stable" if stiffness else "marginal")
     assert np.sum(found.values == 0) == (not stiffness)
@@ -81,7 +77,7 @@ def test_a_light_motion_hides_neither_roots_nor_verdict_of_plain_matrices(stiffn
 def test_no_root_is_too_fast_to_be_listed(stiffness, damping):
     """Two modes of 1 and 3 rad^2/s^2 beside a third that nothing couples to them."""
     K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, 0.0], [0.0, 0.0, stiffness]])
-    roots = system_roots(system(np.eye(3), damping * np.eye(3), K))
+    roots = system_roots(system_of(np.eye(3), damping * np.eye(3), K))
     exact = [complex(-damping / 2, np.sqrt(k - damping**2 / 4)) for k in (1.0, 3.0, stiffness)]
     assert (roots.certified, len(roots.eigenvalues)) == (True, 6)
     upper = [e.value for e in roots.eigenvalues if e.value.imag > 0.0]
@@ -107,4 +103,4 @@ def test_what_a_stiff_spring_hides_is_not_given_as_a_free_body():
         K = np.diag([1e18, 1e18, slow])
         for modes in (None, 1):
             with pytest.raises(ComputationError, match=HIDDEN):
-                system_roots(system(np.eye(3), 0.0 * K, K), Wanted(modes=modes))
+                system_roots(system_of(np.eye(3), 0.0 * K, K), Wanted(modes=modes))

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import mpmath as mp
 import numpy as np
 import pytest
-
-from tests.known import coupled
 
 DIGITS = 34
 
@@ -56,9 +52,3 @@ def random_pad(rng: np.random.Generator) -> tuple[np.ndarray, None, np.ndarray]:
 @pytest.fixture
 def rng() -> np.random.Generator:
     return np.random.default_rng(20240229)
-
-
-@pytest.fixture
-def mode_coupling() -> Callable:
-    """Coalescence at exactly mu = 3/4, lambda^2 = -2."""
-    return coupled

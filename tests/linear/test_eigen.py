@@ -11,13 +11,8 @@ from squeal.linear import complex_eigenvalues, judge, sensitivities
 from squeal.linear.eigen import hidden
 from squeal.linear.matrices import check_regular, reduce
 from squeal.linear.paths import growing
-from squeal.linear.system import Term, TermSystem
-from squeal.numerics.differentiation import Formula
+from tests.known import coupled, system_of
 from tests.linear.conftest import exact_damped, exact_squares, random_pad
-
-
-def system(M, C, K, factor="1"):
-    return TermSystem((Term(M),), () if C is None else (Term(C),), (Term(K, Formula(factor)),))
 
 
 def nearest(value, exact):
@@ -79,27 +74,20 @@ def test_strong_damping_of_a_light_motion_leaves_a_stiff_system_no_zero_root():
         assert np.abs(values / complex(exact) - 1.0).min() < 1e-6
 
 
-def test_condition_grows_towards_a_coalescence(mode_coupling):
+def test_condition_grows_towards_a_coalescence():
     # closed form for [[2, -1 + x], [-1, 2]], x = 4 mu/3: 1/|y^H x| = (2 - x)/(2 sqrt(1 - x))
-    for mu in (0.3, 0.7, 0.74999):
-        x = 4 * mu / 3
-        expected = (2 - x) / (2 * np.sqrt(1 - x))
-        for e in complex_eigenvalues(*mode_coupling(mu)).eigenvalues:
-            assert e.condition == pytest.approx(expected, rel=1e-6)
-    assert complex_eigenvalues(*mode_coupling(0.75)).eigenvalues[0].condition > 1e7
+    for x in (0.4, 2.8 / 3, 0.99998 + 2e-5 / 3):
+        for e in complex_eigenvalues(*coupled(0.75 * x)).eigenvalues:
+            assert e.condition == pytest.approx((2 - x) / (2 * np.sqrt(1 - x)), rel=1e-6)
+    assert complex_eigenvalues(*coupled(0.75)).eigenvalues[0].condition > 1e7
 
 
 NO_SYSTEMS = [
-    ("M", [[1, 0]], None, [[1]]),
-    ("C", [[1]], [[1, 2], [3, 4]], [[1]]),
-    ("K", [[1]], None, [[np.nan]]),
-    ("K", [[1]], None, [["a"]]),
-    ("C", [[1]], [[1j]], [[1]]),
-    ("M", [[-1]], None, [[1]]),
-    ("M", [[0]], None, [[1]]),
-    ("M", [[1, 2], [2, 1]], None, np.eye(2)),
+    ("M", [[1, 0]], None, [[1]]), ("C", [[1]], [[1, 2], [3, 4]], [[1]]), ("M", [[0]], None, [[1]]),
+    ("K", [[1]], None, [[np.nan]]), ("K", [[1]], None, [["a"]]), ("C", [[1]], [[1j]], [[1]]),
+    ("M", [[-1]], None, [[1]]), ("M", [[1, 2], [2, 1]], None, np.eye(2)),
     ("M", [[1, 0.5], [0, 1]], None, np.eye(2)),
-]
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(("word", "M", "C", "K"), NO_SYSTEMS)
@@ -123,8 +111,6 @@ def test_a_cached_factor_cannot_be_written_to():
 
 ONES, FREE = np.ones((2, 2)), np.zeros((2, 2))
 NO_ROW = np.array([[4.0, 0.0, 1.0], [0.0, 5.0, 1.0], [0.0, 0.0, 0.0]])
-
-
 DEGENERATE = [
     # every number is a root: they were called marginal, with no root missing
     (np.diag([1.0, 0.0]), None, np.diag([4.0, 0.0]), None),
@@ -142,10 +128,10 @@ def test_matrices_of_which_every_number_is_a_root_are_refused(M, C, K, values):
         with pytest.raises(InputError, match="every number is a root"):
             check_regular(M, C, K)
         with pytest.raises(InputError):
-            system_roots(system(M, C, K))
+            system_roots(system_of(M, C, K))
     else:
         check_regular(M, C, K)
-        found = np.sort_complex([e.value for e in system_roots(system(M, C, K)).eigenvalues])
+        found = np.sort_complex([e.value for e in system_roots(system_of(M, C, K)).eigenvalues])
         assert found == pytest.approx(np.array(values, dtype=complex), rel=1e-9)
 
 
@@ -162,14 +148,14 @@ def test_a_damper_of_a_light_mass_hides_the_root_of_a_free_one(C, K, expected):
     M = np.diag([1.0, 1e-20])
     assert hidden(reduce(M, C, K), C, K) == expected
     if expected and not K.any():
-        found = system_roots(system(M, C, K))
+        found = system_roots(system_of(M, C, K))
         slow = sorted(e.value.real for e in found.eigenvalues if abs(e.value) < 10)
         assert slow == pytest.approx([-1.0, 0.0, 0.0], abs=1e-9)
 
 
 @pytest.mark.parametrize("C", [None, np.eye(1)])
 def test_a_system_without_mass_is_refused_by_every_query(C):
-    massless = system(np.zeros((1, 1)), C, np.array([[4.0]]), "1 + mu")
+    massless = system_of(np.zeros((1, 1)), C, ((np.array([[4.0]]), "1 + mu"),))
     for ask in (system_roots, lambda s: system_thresholds(s, 1.0)):
         with pytest.raises(InputError, match="mass"):
             ask(massless)
@@ -187,10 +173,10 @@ GROW = [
 def test_a_growing_verdict_has_its_modes(K, kind, number, damping):
     """'verdict: divergence' came with `unstable: []` where nothing is damped."""
     eye = np.eye(len(K))
-    C = damping * eye
-    roots = system_roots(system(eye, C, K))
-    assert roots.verdict == kind == judge(eye, C, K).verdict
-    for values in (roots.every, complex_eigenvalues(eye, C, K).eigenvalues):
+    given = eye, damping * eye, K
+    roots = system_roots(system_of(*given))
+    assert roots.verdict == kind == judge(*given).verdict
+    for values in (roots.every, complex_eigenvalues(*given).eigenvalues):
         assert [mode.kind for mode in growing(values)] == [kind] * number
 
 
@@ -204,8 +190,8 @@ def test_sensitivities_of_a_damped_system_to_all_three_matrices(rng):
     assert sensitivities(M, C, K, dM=dM, dC=dC, dK=dK) == pytest.approx(np.array(exact), rel=1e-6)
 
 
-def test_square_root_behaviour_is_infinite(mode_coupling):
+def test_square_root_behaviour_is_infinite():
     free = ([[1.0]], None, [[0.0]])
     assert np.all(np.isinf(sensitivities(*free, dK=[[1.0]])))
     assert sensitivities(*free, dK=[[0.0]]).tolist() == [0, 0]
-    assert np.all(np.abs(sensitivities(*mode_coupling(0.75), dK=[[0, 1], [0, 0]])) > 1e6)
+    assert np.all(np.abs(sensitivities(*coupled(0.75), dK=[[0, 1], [0, 0]])) > 1e6)

@@ -4,10 +4,13 @@ import numpy as np
 import pytest
 
 from squeal.linear import thresholds
-from squeal.linear.system import Term, TermSystem
-from squeal.numerics.differentiation import Formula
+from tests.known import system_of
 
 W = np.array([1.0, 1.7, 2.9, 4.1, 5.3])
+STARTS = [
+    ((0.5, 1.0, -0.5), 0.0), ((0.1, 0.7, 0.3, -0.004, -1.0), 0.3),
+    ((0.9, 0.02, 0.4, 0.0, 0.2), 0.3), ((-0.5, -1.0, -0.1), 0.3),
+]  # fmt: skip
 
 
 def oscillators(rates, at=0.0, power=1, mix=0.3, omegas=W, others=0.3):
@@ -22,8 +25,7 @@ def oscillators(rates, at=0.0, power=1, mix=0.3, omegas=W, others=0.3):
     def system(mu):
         return L @ R, fixed + D * (mu - at) ** power, K
 
-    factor = Formula(f"(mu - {at})**{power}")
-    return system, TermSystem((Term(L @ R),), (Term(fixed), Term(D, factor)), (Term(K),))
+    return system, system_of(L @ R, (fixed, (D, f"(mu - {at})**{power}")), K)
 
 
 def omegas_of(result):
@@ -32,15 +34,7 @@ def omegas_of(result):
 
 @pytest.mark.parametrize("which", [0, 1])
 @pytest.mark.parametrize("power", [1, 2])
-@pytest.mark.parametrize(
-    ("rates", "mix"),
-    [
-        ((0.5, 1.0, -0.5), 0.0),
-        ((0.1, 0.7, 0.3, -0.004, -1.0), 0.3),
-        ((0.9, 0.02, 0.4, 0.0, 0.2), 0.3),
-        ((-0.5, -1.0, -0.1), 0.3),
-    ],
-)
+@pytest.mark.parametrize(("rates", "mix"), STARTS)
 def test_each_pair_that_grows_from_the_start_is_listed_once_the_fastest_first(
     rates, mix, power, which
 ):

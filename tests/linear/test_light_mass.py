@@ -13,9 +13,10 @@ from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
 from squeal.linear import thresholds
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
 from squeal.sparse.dense import dense_values
+from tests.known import system_of
 
 MASSES = [1e-4, 1e-6, 1e-7, 1e-8, 1e-10, 1e-12, 1e-16, 0.0]
 MU = Formula("mu")
@@ -30,8 +31,7 @@ def system(m, c=0.0, k=1.0, mu=0.9, turn=mixed):
     K0, K1 = np.array([[2.0, -1, 0], [-1, 2, 0], [0, 0, k]]), np.zeros((3, 3))
     K1[0, 1] = 4 / 3
     M, C, K0, K1 = (turn(X) for X in (np.diag([1.0, 1, m]), c * np.eye(3), K0, K1))
-    damping = (Term((C + C.T) / 2),) if c else ()
-    return TermSystem((Term((M + M.T) / 2),), damping, (Term(K0), Term(K1, MU)), {"mu": mu})
+    return system_of((M + M.T) / 2, (C + C.T) / 2 if c else None, (K0, (K1, "mu")), {"mu": mu})
 
 
 def growing(c, mu=0.9):

@@ -81,18 +81,13 @@ def several(mu):
     return np.eye(7), None, K
 
 
-@pytest.mark.parametrize(
-    ("mu", "onsets"),
-    [
-        (0.1, []),
-        (0.3, [0.2]),
-        (0.45, [0.2, 0.4]),
-        (0.55, [0.2, 0.4, 0.5]),
-        (0.65, [0.4, 0.5]),
-        (0.9, [0.4, 0.5]),
-        (1.2, [0.4, 0.5, 1.0]),
-    ],
-)
+ONSETS = [
+    (0.1, []), (0.3, [0.2]), (0.45, [0.2, 0.4]), (0.55, [0.2, 0.4, 0.5]), (0.65, [0.4, 0.5]),
+    (0.9, [0.4, 0.5]), (1.2, [0.4, 0.5, 1.0]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("mu", "onsets"), ONSETS)
 def test_each_pair_keeps_its_own_onset(mu, onsets):
     modes = of(several, mu)
     assert sorted(m.onset for m in modes) == pytest.approx(onsets, abs=1e-9)

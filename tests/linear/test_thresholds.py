@@ -9,9 +9,7 @@ from scipy.linalg import block_diag
 
 from squeal.errors import InputError
 from squeal.linear import thresholds
-from squeal.linear.system import Term, TermSystem
-from squeal.numerics.differentiation import Formula
-from tests.known import affine, coupled, known_system
+from tests.known import affine, coupled, known_system, system_of
 
 I2, I3 = np.eye(2), np.eye(3)
 CHAIN = np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
@@ -201,8 +199,7 @@ def test_a_mass_matrix_without_symmetry_is_taken_and_a_singular_one_refused():
     K0, K1 = np.diag([4.5, 3.5, 20.0, 30.0]), np.zeros((4, 4))
     K1[0, 1], K1[1, 0] = 1.0, -1.0
     mixed = np.eye(4) + np.triu(np.full((4, 4), 0.3), 1)
-    terms = (Term(mixed @ K0), Term(mixed @ K1, Formula("mu")))
-    found = thresholds(TermSystem((Term(mixed),), (), terms), 2.0)
+    found = thresholds(affine(mixed, mixed @ K0, mixed @ K1), 2.0)
     assert [c.mu for c in found.crossings] == pytest.approx([0.5], rel=1e-10)
     mixed[3] = mixed[2]
     with pytest.raises(InputError, match="regular"):
@@ -237,9 +234,7 @@ def test_a_rotating_shaft_diverges_between_its_critical_speeds(seed):
     k = ((4.0, 4.4), (4.0, 6.0))[seed] if seed < 2 else np.sort(rng.uniform(1, 20, 2))
     T = I2 if seed % 2 else I2 + 0.3 * rng.normal(size=(2, 2))
     M, C, K, K2 = (T.T @ X @ T for X in (I2, -2 * TURN, np.diag(k), -I2))
-    terms = (Term(K), Term(K2, Formula("p**2")))
-    system = TermSystem((Term(M),), (Term(C, Formula("p")),), terms, parameter="p")
-    found = thresholds(system, 6.0)
+    found = thresholds(system_of(M, ((C, "p"),), (K, (K2, "p**2")), {}, "p"), 6.0)
     ways = [(c.kind, c.direction) for c in found.crossings]
     assert ways == [("divergence", "up"), ("divergence", "down")]
     for c, at in zip(found.crossings, np.sqrt(k), strict=True):
@@ -253,9 +248,9 @@ def test_a_rotating_shaft_diverges_between_its_critical_speeds(seed):
 def test_a_sharp_factor_is_found_or_nothing_is_certified(width):
     """Damping 0.1 - 0.2 / (1 + ((p - at) / width)^2) is negative within `width` of its centre."""
     at = 0.317 + 31 * width
-    sharp = Formula(f"0.1 - 0.2/(1 + ((mu - {at!r})/{width})**2)")
-    C = Term(np.diag([1.0, 0.0, 0.0]), sharp), Term(np.diag([0.0, 0.1, 0.2]))
-    found = thresholds(TermSystem((Term(I3),), C, (Term(np.diag([4.0, 9.0, 16.0])),)), 1.0)
+    sharp = f"0.1 - 0.2/(1 + ((mu - {at!r})/{width})**2)"
+    C = (np.diag([1.0, 0.0, 0.0]), sharp), np.diag([0.0, 0.1, 0.2])
+    found = thresholds(system_of(I3, C, np.diag([4.0, 9.0, 16.0])), 1.0)
     if found.certified:
         assert [c.direction for c in found.crossings] == ["up", "down"]
         assert [c.mu for c in found.crossings] == pytest.approx([at - width, at + width], rel=1e-9)

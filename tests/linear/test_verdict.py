@@ -15,8 +15,7 @@ from squeal.linear import (
     verdict,
 )
 from squeal.linear.matrices import invariants
-from squeal.linear.system import Term, TermSystem
-from squeal.numerics.differentiation import Formula
+from tests.known import affine, coupled
 from tests.linear.conftest import exact_squares, exact_verdict, random_pad
 
 I2, I3 = np.eye(2), np.eye(3)
@@ -40,9 +39,9 @@ def test_random_pads(rng):
 
 
 @pytest.mark.parametrize("n", [2, 3, 4, 6])
-def test_both_sides_of_a_coalescence_and_of_divergence(mode_coupling, rng, n):
+def test_both_sides_of_a_coalescence_and_of_divergence(rng, n):
     for share, expected in ((1 - 1e-9, "marginal"), (1.0, "marginal"), (1 + 1e-9, "flutter")):
-        K = _padded(mode_coupling(0.75 * share)[2], n)
+        K = _padded(coupled(0.75 * share)[2], n)
         assert verdict(np.eye(n), None, K) == expected
         if share != 1.0:  # in any units
             for unit in 2.0 ** rng.integers(-20, 20, (5, n)):
@@ -51,8 +50,8 @@ def test_both_sides_of_a_coalescence_and_of_divergence(mode_coupling, rng, n):
         assert verdict(np.eye(n - 1), None, _padded(np.array([[k]]), n - 1)) == expected
 
 
-def test_a_small_damping_decides(mode_coupling):
-    M, _, K = mode_coupling(0.75)
+def test_a_small_damping_decides():
+    M, _, K = coupled(0.75)
     for c, expected in ((1e-9, "stable"), (-1e-9, "flutter"), (0.0, "marginal")):
         assert verdict(I2, np.diag([c, 1.0]), np.diag([2.0, 3.0])) == expected
     for c, expected in ((1e-5, "stable"), (-1e-5, "flutter")):
@@ -97,10 +96,10 @@ def test_rounding_bounds_hold(rng):
                 assert abs(mp.mpf(float(value.value)) - exact) <= value.bound
 
 
-def test_verdicts_at_a_boundary_are_those_of_single_systems(mode_coupling):
+def test_verdicts_at_a_boundary_are_those_of_single_systems():
     edge = [CHAIN, -CHAIN, I3, 0 * I3, -I3]
     for mu in 0.75 * (1 + np.array([-1e-9, -1e-15, 0, 1e-15, 1e-9])):
-        edge += [_padded(mode_coupling(mu)[2], 3), -_padded(mode_coupling(mu)[2], 3)]
+        edge += [_padded(coupled(mu)[2], 3), -_padded(coupled(mu)[2], 3)]
     names = [VERDICTS[c] for c in undamped_verdicts(np.array(edge))]
     assert names == [verdict(I3, None, X) for X in edge]
 
@@ -179,8 +178,7 @@ def test_a_strong_damper_that_hides_slow_roots_leaves_nothing_certified(strong, 
     """Flutter from 3/4 (1 + 2 c^2) on, beside a damper on a coordinate of its own."""
     K0, K1 = (_beside_a_stiff_mode(1.0, False)(mu)[2] for mu in (0.0, 1.0))
     C = np.diag([1e-3, 1e-3, strong])
-    terms = (Term(K0), Term(K1 - K0, Formula("mu")))
-    found = thresholds(TermSystem((Term(I3),), (Term(C),), terms), 1.0)
+    found = thresholds(affine(I3, K0, K1 - K0, C), 1.0)
     assert found.certified == sure
     if sure:
         assert [p.mu for p in found.points] == pytest.approx([0.75 * (1 + 2e-6)], rel=1e-9)
