@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy import sparse
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
@@ -20,6 +19,7 @@ from squeal.numerics.differentiation import Formula
 from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Rectangle
 from tests import large
+from tests.known import affine, coupled
 
 ROWS = 420
 MU = Formula("mu")
@@ -30,8 +30,8 @@ def beside(block, moved, damping):
     others = np.linspace(1e4, 2e4, ROWS - 2) ** 2
     stiffness = block_diag([block, diags_array(others)], format="csc")
     change = block_diag([moved, csc_array((ROWS - 2, ROWS - 2))], format="csc")
-    M, C = eye_array(ROWS, format="csc"), damping * eye_array(ROWS, format="csc")
-    return TermSystem((Term(M),), (Term(C),), (Term(stiffness), Term(csc_array(change), MU)))
+    M = eye_array(ROWS, format="csc")
+    return affine(M, stiffness, csc_array(change), damping * M)
 
 
 def assert_threshold(found, kind, mu):
@@ -119,8 +119,7 @@ def test_of_a_band_what_happens_at_an_end_is_listed_once_and_the_fastest_named(
     monkeypatch.setattr(roots, "ALL_ROWS", rows)
     D = np.diag(np.r_[-2.0 * np.array(rates), np.zeros(6)])
     others, K = np.diag(np.r_[np.zeros(3), np.full(6, 0.3)]), np.diag((2 * np.pi * HERTZ) ** 2)
-    damping = (Term(others - at * D), Term(D, MU))
-    system = TermSystem((Term(np.eye(9)),), damping, (Term(K),))
+    system = affine(np.eye(9), K, C0=others - at * D, C1=D)
     found = system_thresholds(system, 1.0, wanted=Wanted(band=(0.5, 5.0)))
     assert [c.mu for c in found.crossings] == pytest.approx([at] * len(hertz), rel=1e-12)
     assert sorted(c.frequency_hz for c in found.crossings) == pytest.approx(sorted(hertz))
@@ -141,35 +140,26 @@ N = 300
 
 def disc_and_pad(kc):
     """A chain held by a contact at its first row alone, whose friction acts on the second."""
-    chain = sparse.diags([[2.0] * (N - 1) + [1.0], [-1.0] * (N - 1), [-1.0] * (N - 1)], [0, 1, -1])
-    free = sparse.lil_array(chain)
-    free[0, 0] = 1.0
-    contact = sparse.csr_array(([1.0], ([0], [0])), shape=(N, N))
-    friction = sparse.csr_array(([1.0], ([1], [0])), shape=(N, N))
-    factor = {"factor": Formula("kc")} if kc == "named" else {}
-    K = (
-        Term(sparse.csr_array(free * 1e6)),
-        Term(contact * 4e6 if kc == "plain" else contact, **factor),
-        Term(friction * 4e6, Formula("mu")),
-    )
-    numbers = {"kc": 4e6, "mu": 0.2}
-    return TermSystem((Term(sparse.eye_array(N, format="csr")),), (), K, numbers)
+    chain = diags_array([[2.0] * (N - 1) + [1.0], [-1.0] * N, [-1.0] * N], offsets=[0, 1, -1])
+    contact, friction = (csc_array(([1.0], ([i], [0])), shape=(N, N)) for i in (0, 1))
+    free = csc_array(1e6 * (chain - contact))
+    held = Term(contact, Formula("kc")) if kc == "named" else Term(contact * 4e6)
+    K = Term(free), held, Term(friction * 4e6, MU)
+    return TermSystem((Term(eye_array(N, format="csc")),), (), K, {"kc": 4e6, "mu": 0.2})
 
 
 def test_a_contact_with_a_factor_keeps_its_stiffness_in_a_modal_sweep():
-    swept = []
-    for kc in ("plain", "named"):
-        system = disc_and_pad(kc)
-        sweep = squeal.sweep(system, [0.0, 0.2], band=(1.0, 40.0), method="modal")
-        swept.append([step.roots for step in sweep.steps])
-    assert len(swept[0][0]) > 5
-    for plain, named in zip(*swept, strict=True):
-        assert np.allclose(plain, named, rtol=1e-9, atol=1e-6)
-    full = np.sqrt(
-        np.linalg.eigvalsh(system.K[0].matrix.toarray() + 4e6 * np.eye(N)[:, :1] @ np.eye(N)[:1])
+    plain, named = (
+        squeal.sweep(disc_and_pad(kc), [0.0, 0.2], band=(1.0, 40.0), method="modal").steps
+        for kc in ("plain", "named")
     )
+    assert len(plain[0].roots) > 5
+    for one, other in zip(plain, named, strict=True):
+        assert np.allclose(one.roots, other.roots, rtol=1e-9, atol=1e-6)
+    K = disc_and_pad("named").at({"mu": 0.0})[2]
+    full = np.sqrt(np.linalg.eigvalsh(K.toarray()))
     inside = full[(full > 2 * np.pi) & (full < 80 * np.pi)]
-    assert swept[1][0].imag == pytest.approx(inside, rel=1e-6)
+    assert named[0].roots.imag == pytest.approx(inside, rel=1e-6)
 
 
 def test_roots_that_real_modes_lose_are_told(monkeypatch):
@@ -191,8 +181,8 @@ def test_a_chart_over_a_parameter_that_no_matrix_uses_is_refused():
 
 def test_growth_that_no_crossing_explains_is_not_certified(monkeypatch):
     monkeypatch.setattr(critical, "crossings_along", lambda *_: ((), ()))
-    block = np.array([[2.0, -1.0], [-1.0, 2.0]])  # flutters from mu = 3/4 on
-    coupled = beside(csc_array(block), csc_array([[0.0, 4 / 3], [0.0, 0.0]]), 1e-2)
-    answer = system_thresholds(coupled, 1.0, wanted=Wanted(band=(0.05, 1.0)))
+    block, pushed = (coupled(mu)[2] for mu in (0.0, 1.0))  # flutters from mu = 3/4 on
+    system = beside(block, pushed - block, 1e-2)
+    answer = system_thresholds(system, 1.0, wanted=Wanted(band=(0.05, 1.0)))
     assert not answer.certified
     assert "flutter at mu = 0.7" in answer.details["unconfirmed"][0]
