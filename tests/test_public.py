@@ -24,9 +24,27 @@ COUPLED = {"1": [[2.0, -1.0], [-1.0, 2.0]], "mu": [[0.0, 4 / 3], [0.0, 0.0]]}
 SYSTEM: typing.Any = api.System(np.eye(2), K=COUPLED)
 
 
-@pytest.fixture(scope="module")
-def scene():
-    return squeal.read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml")
+PAD: typing.Any = api.read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml")
+EYE = np.eye(2)
+WRONG: list = [
+    *(lambda end=end: api.thresholds(SCENE, end) for end in (np.nan, 5000, True, "2", None, 0)),
+    *(lambda mus=mus: api.sweep(SCENE, mus) for mus in (0.3, ["a"], "a", [], [np.inf], [-1])),
+    *(
+        lambda name=name: api.map(SCENE, (api.Axis(name, -1, 1, 3), api.Axis("mu", 0, 1, 3)))
+        for name in ("mu", "k9", "k3")
+    ),
+    *(lambda verb=verb: verb("pad.yaml") for verb in (api.eigenvalues, api.simulate)),
+    *(lambda verb=verb: verb(None) for verb in (api.read_scene, api.read_system)),
+    *(lambda verb=verb: verb(SYSTEM) for verb in (api.map, api.advise)),
+    lambda: api.eigenvalues(SCENE, band=(1.0, 2.0)), lambda: api.eigenvalues(SCENE.pad),
+    lambda: api.reduce(SCENE), lambda: api.Axis("k1", 0.0, 1.0, 3, log=True),
+    lambda: api.sensitivity(SCENE, of="colour"), lambda: api.sensitivity(SYSTEM, of="threshold"),
+    lambda: api.thresholds(SYSTEM, -1.0), lambda: api.advise(SCENE, mu_max=-1),
+    lambda: api.System(EYE), lambda: api.System(EYE, K=np.eye(3)),
+    lambda: api.System(EYE, K={"nu": EYE}), lambda: api.Damping(matrix=EYE),
+    lambda: api.scatter(SCENE, {}), lambda: api.scatter("pad.yaml", {"k1": {"relative": 0.1}}),
+    lambda: SCENE.replace(pad=3),
+]  # fmt: skip
 
 
 def test_names_for_type_checkers_are_those_that_are_loaded():
@@ -49,8 +67,8 @@ def test_importing_loads_nothing_in_vain():
     assert done.stdout.split() == ["False"]
 
 
-def test_a_pad_and_matrices_answer_the_same_verbs(scene):
-    for subject, value in ((scene, 0.4), (SYSTEM, 1.0)):
+def test_a_pad_and_matrices_answer_the_same_verbs():
+    for subject, value in ((PAD, 0.4), (SYSTEM, 1.0)):
         found = squeal.eigenvalues(subject, at=value)
         assert (found.verdict, found.unstable[0].kind, found.certified) == (
             "flutter", "flutter", True
@@ -75,14 +93,13 @@ def test_sparse_arrays_and_all_kinds_of_systems_are_one(tmp_path):
         assert squeal.eigenvalues(one, at=1.0).values == pytest.approx(expected, rel=1e-12)
 
 
-def test_an_answer_prints_and_saves_what_it_holds(scene, tmp_path):
+def test_an_answer_prints_and_saves_what_it_holds(tmp_path):
     axes = squeal.Axis("mu", 0.0, 1.0, 3), squeal.Axis("k1", 1e8, 2e8, 2)
-    short = scene.replace(outputs=("history",), samples=7, stop=1e-3)
+    short = PAD.replace(outputs=("history",), samples=7, stop=1e-3)
     answers = [
-        squeal.eigenvalues(scene), squeal.eigenvalues(SYSTEM, at=0.75),
-        squeal.sweep(SYSTEM, [0.0, 1.0]), squeal.thresholds(SYSTEM),
-        squeal.map(scene, axes), squeal.sensitivity(scene), squeal.simulate(short),
-        squeal.sensitivity(scene, of="threshold"),
+        squeal.eigenvalues(PAD), squeal.eigenvalues(SYSTEM, at=0.75),
+        squeal.sweep(SYSTEM, [0.0, 1.0]), squeal.thresholds(SYSTEM), squeal.map(PAD, axes),
+        squeal.sensitivity(PAD), squeal.simulate(short), squeal.sensitivity(PAD, of="threshold"),
     ]  # fmt: skip
     for answer in answers:
         rows = answer.to_records()
@@ -101,12 +118,12 @@ def test_an_answer_prints_and_saves_what_it_holds(scene, tmp_path):
             answer.save("table.txt")
 
 
-def test_answers_draw_themselves(scene, tmp_path):
-    for answer in (squeal.eigenvalues(scene), squeal.thresholds(SYSTEM)):
+def test_answers_draw_themselves(tmp_path):
+    for answer in (squeal.eigenvalues(PAD), squeal.thresholds(SYSTEM)):
         answer.plot(tmp_path / "figure.png")
         assert (tmp_path / "figure.png").read_bytes().startswith(b"\x89PNG")
     with pytest.raises(InputError, match="no figure"):
-        squeal.sensitivity(scene).plot()
+        squeal.sensitivity(PAD).plot()
 
 
 def test_without_pandas_there_are_no_data_frames(monkeypatch):
@@ -115,38 +132,7 @@ def test_without_pandas_there_are_no_data_frames(monkeypatch):
         squeal.eigenvalues(SYSTEM, at=1.0).to_dataframe()
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        *(lambda end=end: api.thresholds(SCENE, end) for end in (np.nan, 5000, True, "2", None, 0)),
-        *(lambda mus=mus: api.sweep(SCENE, mus) for mus in (0.3, ["a"], "a", [], [np.inf], [-1])),
-        lambda: api.eigenvalues(SCENE, band=(1.0, 2.0)),
-        lambda: api.eigenvalues("pad.yaml"),
-        lambda: api.eigenvalues(SCENE.pad),
-        lambda: api.reduce(SCENE),
-        *(
-            lambda name=name: api.map(SCENE, (api.Axis(name, -1, 1, 3), api.Axis("mu", 0, 1, 3)))
-            for name in ("mu", "k9", "k3")
-        ),
-        lambda: api.Axis("k1", 0.0, 1.0, 3, log=True),
-        lambda: api.sensitivity(SCENE, of="colour"),
-        lambda: api.sensitivity(SYSTEM, of="threshold"),
-        lambda: api.thresholds(SYSTEM, -1.0),
-        lambda: api.map(SYSTEM),
-        lambda: api.System(np.eye(2)),
-        lambda: api.System(np.eye(2), K=np.eye(3)),
-        lambda: api.System(np.eye(2), K={"nu": np.eye(2)}),
-        lambda: api.advise(SYSTEM),
-        lambda: api.advise(SCENE, mu_max=-1),
-        lambda: api.scatter(SCENE, {}),
-        lambda: api.scatter("pad.yaml", {"k1": {"relative": 0.1}}),
-        lambda: api.read_scene(None),
-        lambda: api.read_system(None),
-        lambda: api.simulate("pad.yaml"),
-        lambda: SCENE.replace(pad=3),
-        lambda: api.Damping(matrix=np.eye(2)),
-    ],
-)
+@pytest.mark.parametrize("wrong", WRONG)
 def test_wrong_arguments_are_refused_in_a_sentence(wrong):
     with pytest.raises(InputError) as caught:
         wrong()

@@ -3,6 +3,9 @@
 import json
 
 from squeal.cli.main import main
+from tests.conftest import SCENES
+
+B1, B2, B3 = (SCENES / f"{stem}.yaml" for stem in ("b1-c", "b2-c", "b3"))
 
 
 def run(capsys, *arguments):

@@ -7,10 +7,7 @@ import sys
 import pytest
 
 from squeal.cli.main import COMMANDS, main
-from tests.cli.calls import answer, assert_refused
-from tests.conftest import SCENES
-
-B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
+from tests.cli.calls import B1, B2, B3, answer
 
 ROOT_KEYS = "real imag frequency_hz damping_ratio residual"
 SYSTEM = """parameters: {mu: 0}
@@ -35,6 +32,7 @@ KEYS = {
     "eigenvalues SYSTEM --sweep 0:1:3 --method reduced --band 0:10": {
         "": "certified count basis", "eigenvalues": ROOT_KEYS, "sweep": "mu eigenvalues verdict",
     },
+    f"simulate {B2} --set F_n=0 --set outputs=[events] --set stop=1e-3": {"": "events"},
     "critical-friction PAD": THRESHOLDS,
     "critical-friction SYSTEM": THRESHOLDS,
     f"sliding {B2}": {
@@ -83,11 +81,6 @@ def test_sensitivities(capsys, tmp_path):
     assert there == set_there
 
 
-def test_no_steady_sliding_is_exit_code_1_with_the_reason(capsys):
-    free = ("--set=k1=0", "--set=k2=0")  # nothing balances the friction force
-    assert "no steady sliding" in assert_refused(capsys, "eigenvalues", B1, *free, code=1)
-
-
 CODE = """
 import json, sys; from squeal.cli.main import main
 for words in json.loads(sys.argv[1]):
@@ -103,11 +96,7 @@ def test_queries_load_neither_integrators_nor_plots(pad):
     refused = {f"{name} {pad}": leanest for name in ("eigenvalues", "critical-friction")}
     others = ("eigenvalues", "sliding", "critical-friction", "advise", "map --n 5")
     refused |= {f"{name} {B3}": lean for name in others}
-    done = subprocess.run(
-        [sys.executable, "-c", CODE, json.dumps([words.split() for words in refused])],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
+    code = [sys.executable, "-c", CODE, json.dumps([words.split() for words in refused])]
+    done = subprocess.run(code, capture_output=True, text=True, check=True)
     for (words, no), line in zip(refused.items(), done.stderr.splitlines(), strict=True):
         assert not set(line.split()) & no, words

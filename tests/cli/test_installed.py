@@ -11,10 +11,8 @@ from pathlib import Path
 import numpy
 import pytest
 
-from tests.cli.calls import assert_warns
-from tests.conftest import ROOT, SCENES
-
-B1, B2, B3 = (str(SCENES / f"{stem}.yaml") for stem in ("b1-c", "b2-c", "b3"))
+from tests.cli.calls import B1, B2, B3, assert_warns
+from tests.conftest import ROOT
 
 # What is told of the commands that one process runs, each in a folder of its own, without heyoka
 # and what Windows or macOS lack; all public names and commands are imported too.
@@ -47,18 +45,15 @@ for package in ("squeal.cli", "squeal.article.commands"):
         importlib.import_module(f"{package}.{found.name}")
 print(json.dumps(told))
 """
-ANSWERS = {
-    "simulate": [B1],
-    "cycles": [B1, "--set", "damping.ratios=[0.1, 0.1, 0.1]", "--windows", "1"],
-    "eigenvalues": [B2],
-    "critical-friction": [B2],
-    "advise": [B3],
-    "sliding": [B2],
-    "map": [B3, "--n", "10"],
-    "export": [B2, "--output", "matrices"],
-    "cite": [],
+ANSWERS: dict = {
+    "cycles": [B1, "--set", "damping.ratios=[0.1, 0.1, 0.1]", "--windows", "1"], "simulate": [B1],
+    "eigenvalues": [B2], "critical-friction": [B2], "sliding": [B2], "advise": [B3], "cite": [],
+    "map": [B3, "--n", "10"], "export": [B2, "--output", "matrices"],
+}  # fmt: skip
+REFUSED: dict = {
+    "search": ["identify", "--minutes=0"],
+    "motion": ["simulate", B1, "--integrator=heyoka"],
 }
-REFUSED = {"search": ["identify", "--minutes=0"], "motion": ["simulate", B1, "--integrator=heyoka"]}
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +89,7 @@ def run(*words, cwd):
 @pytest.fixture(scope="module")
 def bare(program, tmp_path_factory):
     commands = {name: [name, *given, "--json"] for name, given in ANSWERS.items()} | REFUSED
-    words = (program[0] / "python", "-c", TOLD, json.dumps(commands))
+    words = (program[0] / "python", "-c", TOLD, json.dumps(commands, default=str))
     told = run(*words, cwd=tmp_path_factory.mktemp("empty"))
     assert told.pop("").startswith(str(program[1]))
     return told

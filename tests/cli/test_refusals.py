@@ -16,6 +16,8 @@ K: [{matrix: [[2, 0], [0, 2]]}, {matrix: [[1, 0], [0, -1]], factor: gap},
 """
 FILES = {
     "pair.yaml": PAIR,
+    "complex.yaml": PAIR + "damping: {structural: 0.1}\n",
+    "t.csv": "",
     "plain.yaml": "M: [[1]]\nK0: [[1]]\nK1: [[1]]\n",
     "spreads.yaml": "spreads: {gap: {absolute: 0.1}}\n",
     "free.yaml": "spreads: {mu: {absolute: 1}}\n",
@@ -64,6 +66,14 @@ export pair.yaml --output out --band 1:2 | --band 1:2
 export pair.yaml --output pair.yaml/below | below: cannot be written
 export pair.yaml --output . | is not empty
 identify --seed x | --seed x
+export complex.yaml --output out | K: is complex (structural damping) and cannot be written
+export complex.yaml --output new/out | K: is complex (structural damping) and cannot be written
+eigenvalues b1.yaml --set k1=0 --set k2=0 | no steady sliding | 1
+map b3.yaml --n 2 --csv t.csv --pdf t.pdf | --pdf t.pdf: is another output too
+simulate b2.yaml --set F_n=0 --set outputs=[events] --csv x.csv | F_n: 0.0 is not allowed; it must \
+be above 0 for the output history
+cycles b1.yaml --over mu:1 | NAME:LOW:HIGH
+cycles b1.yaml --set mu=0.1 --over mu:0.2:0.3 | holds 0.1
 simulate b2.yaml --set mu | --set mu
 simulate b2.yaml --set kc=1 | k_c
 simulate b2.yaml --set mu=-1 | --set mu=-1
@@ -81,15 +91,16 @@ def folder(tmp_path, monkeypatch):
         shutil.copy(SCENES / f"{stem}.yaml", f"{stem[:2]}.yaml")
     for name, text in FILES.items():
         (tmp_path / name).write_text(text)
-    os.symlink("loop.csv", "loop.csv")
+    for target, link in (("loop.csv", "loop.csv"), ("t.csv", "t.pdf")):
+        os.symlink(target, link)
     return tmp_path
 
 
 @pytest.mark.parametrize("line", REFUSED)
 def test_a_refusal_is_one_line(capsys, folder, line):
-    arguments, part = line.split(" | ")
+    arguments, part, *code = line.split(" | ")
     before = sorted(os.listdir())
-    assert part in assert_refused(capsys, *arguments.split())
+    assert part in assert_refused(capsys, *arguments.split(), code=int((*code, 2)[0]))
     assert sorted(os.listdir()) == before
 
 

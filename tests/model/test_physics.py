@@ -11,20 +11,8 @@ import pytest
 
 from squeal.article.transitions import transitions
 from squeal.errors import InputError
-from squeal.model.contact import (
-    CONSISTENT,
-    FORMULATION_CHOICES,
-    FULL,
-    LEAD,
-    MODELS,
-    NONE,
-    STATES,
-    TRAIL,
-    Formulation,
-    State,
-    contact_law,
-    states,
-)
+from squeal.model import contact
+from squeal.model.contact import CONSISTENT, MODELS, STATES, Formulation, contact_law, states
 from squeal.model.equations import PadModel, about_origin, linearise, natural_units
 from squeal.model.pad import PARAMETERS, Pose, coefficients, pose, stretched
 from tests import naive
@@ -34,7 +22,7 @@ from tests.naive import spring_loads
 if HEYOKA:
     import heyoka as hy
 
-WORDS: Any = itertools.product(*FORMULATION_CHOICES.values())
+WORDS: Any = itertools.product(*contact.FORMULATION_CHOICES.values())
 FORMULATIONS = [Formulation(*words) for words in WORDS]
 COUNTS = (2, 3, 4, 7, 16)
 LAWS = [
@@ -42,13 +30,12 @@ LAWS = [
     for name, model in MODELS.items()
     for form in (FORMULATIONS if "line_force" in model.choices else (CONSISTENT,))
 ]
+FULL, NONE, LEAD, TRAIL = STATES
 # a place in each contact state of B2: q = (x, y, theta), surface at y = -h
 PLACES = {
-    FULL: (0.013, -0.05, 0.004),
-    LEAD: (-0.02, 0.01, 0.08),
-    TRAIL: (0.03, 0.015, -0.09),
-    NONE: (0.01, 0.2, 0.02),
-}
+    FULL: (0.013, -0.05, 0.004), LEAD: (-0.02, 0.01, 0.08),
+    TRAIL: (0.03, 0.015, -0.09), NONE: (0.01, 0.2, 0.02),
+}  # fmt: skip
 
 
 def springs(pad, count):
@@ -63,15 +50,13 @@ def literal(p, count, q, state):
     """Fx, Fy and moment of the inclined springs and of each spring below, at 50 digits."""
     _, y, theta = (mp.mpf(v) for v in q)
     tilt, n = mp.mpf(p.theta0) + theta, mp.mpf(count)
+    cos, sin = mp.cos(tilt), mp.sin(tilt)
     fx, fy, moment = spring_loads(p, q)
     for i, touches in enumerate(state):
         along = p.w * (2 * i + 1 - n) / n / mp.sqrt(1 - 1 / n**2)
-        foot = (
-            along * mp.cos(tilt) + p.h * mp.sin(tilt),
-            along * mp.sin(tilt) - p.h * mp.cos(tilt),
-        )
-        f = -p.k_c / n * (foot[1] + p.y0 + y + p.h) * touches
-        fx, fy, moment = fx + p.mu * f, fy + f, moment + foot[0] * f + p.h * p.mu * f
+        right, up = (along * a + p.h * b for a, b in ((cos, sin), (sin, -cos)))
+        f = -p.k_c / n * (up + p.y0 + y + p.h) * touches
+        fx, fy, moment = fx + p.mu * f, fy + f, moment + right * f + p.h * p.mu * f
     return fx, fy - p.F_n, moment
 
 
@@ -88,10 +73,10 @@ def test_loads_of_points_and_line(state):
         model = PadModel("B2", p, form)
         assert model.state_at(q) == state
         assert close(model.loads(q, state), naive.b2_loads(p, form, q, state), 1e-12)
-        for name in ("B1", "B2") if state != NONE else ():
-            ours = -linearise(PadModel(name, p, form), q, state).K
-            assert close(ours.ravel(), naive.jacobian(name, p, form, q, state), 1e-11)
         if state != NONE:
+            for name in ("B1", "B2"):
+                ours = -linearise(PadModel(name, p, form), q, state).K
+                assert close(ours.ravel(), naive.jacobian(name, p, form, q, state), 1e-11)
             exact = [float(v) for v in naive.line_reaction(p, form, q, state)]
             assert signals_of(model, q, state) == pytest.approx(exact, rel=1e-12)
 
@@ -126,8 +111,8 @@ def test_one_formula_serves_all_states_at_once(law):
             here = pose(mp, tuple(map(mp.mpf, q[:, i])))
             every = [*law.loads(exact, here, state), law.energy(exact, here, state)]
             expected = [float(v) for v in every]
-            assert loads[:, i] == pytest.approx(expected, rel=1e-12, abs=1e-16)
-            assert compiled[:, i] == pytest.approx(expected, rel=1e-12, abs=1e-16)
+            for found in (loads, compiled):
+                assert found[:, i] == pytest.approx(expected, rel=1e-12, abs=1e-16)
             if any(state):
                 given = [*law.signals(exact, here, state), *law.resultant(exact, here, state)]
                 exactly = [float(v) for v in given]
@@ -247,7 +232,9 @@ def test_units_follow_stiffness_mass_and_size():
 def test_states_of_many_points_are_those_of_a_straight_face():
     places = np.linspace(-1, 1, 5)
     lines = np.random.default_rng(0).normal(size=(2000, 2, 1))
-    met = {State(*touching) for touching in (lines[:, 0] + lines[:, 1] * places < 0).tolist()}
+    met = {
+        contact.State(*touching) for touching in (lines[:, 0] + lines[:, 1] * places < 0).tolist()
+    }
     assert met == set(states(5))
     assert len(transitions(5)) == 2 * len(states(5))  # a ring
     assert pickle.loads(pickle.dumps(states(5)[3])) == states(5)[3]

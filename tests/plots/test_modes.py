@@ -9,35 +9,24 @@ from squeal.analysis.answers import Step
 from squeal.analysis.pads import analyse, mode_shapes
 from squeal.io.scene import read_scene
 from squeal.io.system import Coordinates
+from squeal.plots import modes
 from squeal.plots.coupling import sweep_drawing
-from squeal.plots.modes import (
-    LARGEST,
-    LARGEST_OF_NODES,
-    displacements,
-    exaggeration,
-    modes_drawing,
-    pad_figure,
-    shape_drawing,
-)
+from squeal.plots.modes import displacements, shape_drawing
 from squeal.plots.style import save
 from tests.conftest import SCENES
 
 
-@pytest.fixture(scope="module")
-def scene():
-    return read_scene(SCENES / "b1-a.yaml")
-
-
-def test_the_pad_moves_by_the_shape(scene):
+def test_the_pad_moves_by_the_shape():
+    scene = read_scene(SCENES / "b1-a.yaml")
     found = analyse(scene)
     shapes = mode_shapes(found.spectrum, (1.0, 1.0, scene.pad.w))
-    figure = pad_figure(scene.pad, found.q, shapes, found.spectrum.values)
+    figure = modes.pad_figure(scene.pad, found.q, shapes, found.spectrum.values)
     plane, *panels = figure.axes
     assert len(panels) == 3
     for one, axes in zip(shapes, panels, strict=True):
         corners = {a.get_gid(): np.array(a.get_xydata())[:4] for a in axes.get_lines()}
         moved = corners["first phase"].mean(axis=0) - corners["rest"].mean(axis=0)
-        assert np.allclose(moved, LARGEST * one.shape.real[:2], atol=1e-12)
+        assert np.allclose(moved, modes.LARGEST * one.shape.real[:2], atol=1e-12)
         grows = one.growth_rate > 0
         assert axes.get_title().startswith(f"mode {one.number}: ")
         assert (axes.title.get_color() != "k") == grows
@@ -46,13 +35,13 @@ def test_the_pad_moves_by_the_shape(scene):
     texts = [text.get_text() for text in figure.legends[0].get_texts()]
     # half a length of 0.04 m times 0.35 is 14 mm
     assert any("enlarged 14000 times" in text for text in texts)
-    assert "14000" in exaggeration(scene.pad.w)
-    assert "7000" in exaggeration(0.02)
+    assert "14000" in modes.exaggeration(scene.pad.w)
+    assert "7000" in modes.exaggeration(0.02)
 
 
 def test_only_the_upper_half_plane_is_drawn():
     values = np.array([1 + 20j, 1 - 20j, -1 + 20j, -1 - 20j, 5.0, -5.0])
-    axes = modes_drawing("pad", values).figure.axes[0]
+    axes = modes.modes_drawing("pad", values).figure.axes[0]
     still, grows = (np.asarray(drawn.get_offsets()) for drawn in axes.collections)
     assert grows == pytest.approx(np.array([[1.0, 10 / np.pi], [5.0, 0.0]]))
     assert still == pytest.approx(np.array([[-1.0, 10 / np.pi], [-5.0, 0.0]]))
@@ -60,11 +49,8 @@ def test_only_the_upper_half_plane_is_drawn():
     assert axes.get_ylabel() == "frequency [Hz]"
 
 
-GROWS = 0.01 + 2j * np.pi
-
-
 def test_a_user_s_parameter_is_shown_as_it_is_written(tmp_path):
-    rows = [Step(at, np.array([GROWS]), np.zeros(1), "flutter") for at in (0.0, 1.0)]
+    rows = [Step(at, np.array([0.01 + 2j * np.pi]), np.zeros(1), "flutter") for at in (0.0, 1.0)]
     save(sweep_drawing("a system", "cost in $", rows), tmp_path / "sweep.png", text=False)
     assert (tmp_path / "sweep.png").stat().st_size > 0
 
@@ -96,6 +82,6 @@ def test_a_still_figure_shows_two_phases():
         drawn: Any = axes.collections[0]
         heights = np.asarray(drawn._offsets3d[2])
         u = displacements(WHERE, _shape(np.exp(2j * T)))[:, 2]
-        assert np.allclose(heights, LARGEST_OF_NODES * 0.4 * (u * turn).real, rtol=1e-2)
+        assert np.allclose(heights, modes.LARGEST_OF_NODES * 0.4 * (u * turn).real, rtol=1e-2)
     for axes in figure.axes[:2]:  # both panels show the same box
         assert axes.get_xlim() == pytest.approx((-0.232, 0.232), rel=1e-2)

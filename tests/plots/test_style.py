@@ -19,11 +19,7 @@ def test_a_full_disc_is_told_as_such(monkeypatch, tmp_path, kind, room):
             if self.written > room:
                 raise OSError(errno.ENOSPC, "full")
 
-        def tell(self):
-            return self.written
-
-        def flush(self):
-            pass
+        tell = flush = lambda self: self.written
 
     monkeypatch.setattr(style, "write_whole", lambda path, write, binary: write(Full()))
     figure = Figure()

@@ -1,8 +1,27 @@
-"""A pad that only moves up and down, and its motion in closed form."""
+"""A pad that only moves up and down, its motion in closed form, and any motion in quad."""
 
 import math
 
+import numpy as np
+
 from squeal.model.pad import Pad
+from squeal.simulation.hybrid import integrate
+from squeal.simulation.run import in_natural_units
+from tests.conftest import HEYOKA
+
+if HEYOKA:
+    import heyoka as hy
+
+    from squeal.simulation.taylor import TaylorIntegrator
+
+
+def quad(scene):
+    """Units, last state and number of contact changes in quad precision."""
+    units, model, start, stop = in_natural_units(scene)
+    exact = TaylorIntegrator(model, 1e-30, hy.real128)
+    start = np.array([hy.real128(float(v)) for v in start])
+    _, state, _, changes = integrate(model, exact, units, start, stop)
+    return units, np.array([float(v) for v in state]), changes
 
 
 def upright(**changes):

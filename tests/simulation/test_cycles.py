@@ -62,14 +62,11 @@ def test_the_branch_of_cycles_starts_where_the_equilibrium_begins_to_flutter(ans
 
 def test_multipliers_are_those_of_differences_of_the_flow(shooting, cycle):
     step = 1e-6 * np.abs(cycle.state).max()
-    ends = [
-        [
-            shooting.motion(cycle.state + way * e, cycle.period, cycle.value).end[:, 0]
-            for way in (step, -step)
-        ]
-        for e in np.eye(6)
-    ]
-    columns = [(a - b) / (2 * step) for a, b in ends]
+
+    def end(change):
+        return shooting.motion(cycle.state + change, cycle.period, cycle.value).end[:, 0]
+
+    columns = [(end(step * e) - end(-step * e)) / (2 * step) for e in np.eye(6)]
     assert cycle.monodromy == pytest.approx(np.transpose(columns), rel=1e-4, abs=1e-4)
 
 

@@ -11,16 +11,10 @@ import pytest
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.pad import Model, Pad
-from squeal.simulation.hybrid import integrate
-from squeal.simulation.run import in_natural_units, simulate
-from tests.conftest import BACKENDS, HEYOKA, needs_heyoka
-from tests.simulation.closed import upright
+from squeal.simulation.run import simulate
+from tests.conftest import BACKENDS, needs_heyoka
+from tests.simulation.closed import quad, upright
 from tests.simulation.test_simulation import bounce
-
-if HEYOKA:
-    import heyoka as hy
-
-    from squeal.simulation.taylor import TaylorIntegrator
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
@@ -29,10 +23,8 @@ def test_a_turning_pad_touches_with_one_edge(backend, spin, target):
     # free flight without load: theta = spin t, y stays; the lowered edge reaches the surface when
     # y = w sin(theta) - h (1 - cos(theta))
     pad, height = upright(k1=0.0, k2=0.0, F_n=0.0), 0.01
-    angle = mp.findroot(
-        lambda t: pad.w * mp.sin(t) - pad.h * (1 - mp.cos(t)) - height,
-        (height / pad.w, 1.1 * height / pad.w),
-    )
+    near = height / pad.w, 1.1 * height / pad.w
+    angle = mp.findroot(lambda t: pad.w * mp.sin(t) - pad.h * (1 - mp.cos(t)) - height, near)
     start = (0.0, height, 0.0, 0.0, 0.0, spin)
     scene = Scene("B1", pad, initial=start, stop=0.1, samples=2, outputs=("events",))
     first = simulate(scene, backend).events[0]
@@ -117,9 +109,9 @@ def test_sliding_is_lost_however_narrowly(excess):
     pad = upright(h=1e-9, alpha1=math.pi, alpha2=math.pi, F_n=1e-6, V=1.0)
     rate = math.sqrt((pad.k1 + pad.k2) / pad.m)
     start = (-(1 + excess) * pad.V / rate, 0, 0, 0, 0, 0)
-    stop = 20 / rate
-    scene = Scene("B1", pad, initial=start, stop=stop, samples=2, outputs=("shares",))
-    result = simulate(scene)
+    result = simulate(
+        Scene("B1", pad, initial=start, stop=20 / rate, samples=2, outputs=("shares",))
+    )
     assert result.sliding_holds is (excess < 0)
     if excess > 0:
         lost = math.asin(1 / (1 + excess)) / rate
@@ -151,13 +143,8 @@ def test_hard_cases_against_quad_precision(case):
     k = values["k3"] + values["k4"] if model_name == "B1" else values["k_c"]
     start = (0, -2 * values["F_n"] / k, 0, 0, 0, 0)
     scene = Scene(model_name, Pad(**values), initial=start, stop=stop, samples=2)
-    units, model, first, end = in_natural_units(scene)
-    ours = simulate(scene)
-    exact = TaylorIntegrator(model, 1e-30, hy.real128)
-    quad_start = np.array([hy.real128(float(v)) for v in first])
-    _, state, _, changes_seen = integrate(model, exact, units, quad_start, end, [])
-    place = np.array([float(v) for v in state[:3]])
-    apart = np.abs(units.to_scaled(np.array(ours.final[1:]))[:3] - place).max()
-    assert apart < 1e-11 * np.abs(place).max()
+    ours, (units, exact, changes_seen) = simulate(scene), quad(scene)
+    apart = np.abs(units.to_scaled(np.array(ours.final[1:])) - exact)[:3].max()
+    assert apart < 1e-11 * np.abs(exact[:3]).max()
     assert changes_seen == ours.contact_changes
     assert sum(ours.shares.values()) == pytest.approx(1.0, abs=1e-13)

@@ -17,6 +17,8 @@ from squeal.simulation.hybrid import LIMITS
 from squeal.simulation.run import simulate
 from tests.conftest import INSTALLED, SCENES, needs_heyoka
 from tests.direct import motion
+from tests.simulation.test_damping import DAMPED
+from tests.simulation.test_damping import C as full
 
 LAW = {"mu_s": 0.9, "mu_k": 0.3, "v_ref": 4.0}
 
@@ -94,12 +96,11 @@ def test_growth_of_one_degree_of_freedom_in_closed_form(mu_s, mu_k):
 @pytest.mark.parametrize("name", ["b1-c", "b2-c"])
 @pytest.mark.parametrize("damped", [False, True])
 def test_motion_is_that_of_the_equations_written_out(name, damped):
-    # every entry its own, not symmetric: nothing may be mixed up
-    full = np.array([[40.0, 6.0, 0.3], [-9.0, 55.0, -0.4], [0.2, 0.5, 0.05]])
-    C, damping = (full, Damping(matrix=tuple(map(tuple, full)))) if damped else (None, None)
+    damping = DAMPED if damped else None
     one = scene(name, outputs=("history",), samples=6, tolerance=1e-13, damping=damping)
     one = dataclasses.replace(one, stop=0.2 * one.stop)
-    given = one.model, one.pad, one.initial, np.linspace(0.0, one.stop, one.samples), C
+    times, C = np.linspace(0.0, one.stop, one.samples), full if damped else None
+    given = one.model, one.pad, one.initial, times, C
     expected, constant = motion(*given, mu=lambda u: friction(10.0 - u)), motion(*given)
     assert np.all(np.abs(constant - expected).max(axis=0) > 1e-4 * np.abs(expected).max(axis=0))
     for backend in INSTALLED:
