@@ -7,14 +7,12 @@ from pathlib import Path
 
 from tests.conftest import ROOT
 
-FILES = sorted((ROOT / "squeal").rglob("*.py"))
-
 
 def module_of(file: Path) -> str:
     return ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
 
 
-MODULES = {module_of(file): file for file in FILES}
+MODULES = {module_of(file): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 
 
 def imported(file: Path) -> set[str]:
@@ -41,27 +39,20 @@ def room(module: str) -> str:
     return ".".join(parts[: 3 if parts[1:2] == ["article"] else 2])
 
 
-def test_the_toolkit_never_imports_the_companion():
+def test_a_room_imports_what_lies_below_only():
+    """No toolkit imports the companion, no foundation a wall, no numerics plots or snakemake."""
+    layers = ["squeal.errors", "squeal.numerics", "squeal.linear"]
     for name, others in graph().items():
         if not name.startswith("squeal.article"):
             assert not any(other.startswith("squeal.article") for other in others), name
-
-
-def test_foundations_import_what_lies_below_only():
-    layers = ["squeal.errors", "squeal.numerics", "squeal.linear"]
-    for name, others in graph().items():
         if room(name) in layers:
             below = layers[: layers.index(room(name)) + 1]
             assert {room(o) for o in others} <= set(below), name
-
-
-def test_numerics_import_neither_plots_nor_snakemake():
-    for name, file in MODULES.items():
         if not name.startswith(("squeal.plots", "squeal.article", "squeal.cli")):
-            text = file.read_text(encoding="utf-8")
+            text = MODULES[name].read_text(encoding="utf-8")
             assert "matplotlib" not in text, name
             assert "import snakemake" not in text, name
-            assert "squeal.plots" not in {room(o) for o in graph()[name]}, name
+            assert "squeal.plots" not in {room(o) for o in others}, name
 
 
 def test_no_circle_of_modules_or_rooms():

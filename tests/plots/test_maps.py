@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.answers import Axis, Map
+from squeal.analysis.answers import Axis, Map, Step
 from squeal.analysis.maps import NAMES, angle_axes
 from squeal.io.scene import read_scene
 from squeal.plots import maps
+from squeal.plots.coupling import sweep_drawing
 from squeal.plots.style import save
 from tests.conftest import SCENES
 
@@ -43,5 +44,8 @@ def test_areas_are_drawn_and_their_shares_said(tmp_path):
 def test_names_of_users_are_shown_as_they_are_written(name, tmp_path):
     side = Axis(name, 0.0, 1.0, 2)
     found = Map("a system", (side, side), ("", ""), NAMES, np.zeros((2, 2), dtype=int))
-    save(maps.map_drawing("a system", found), tmp_path / "chart.png", text=False)
-    assert (tmp_path / "chart.png").stat().st_size > 0
+    rows = [Step(at, np.array([0.01 + 2j * np.pi]), np.zeros(1), "flutter") for at in (0.0, 1.0)]
+    for drawing in (maps.map_drawing("a system", found), sweep_drawing("a system", name, rows)):
+        save(drawing, tmp_path / "chart.png", text=False)
+        assert (tmp_path / "chart.png").stat().st_size > 0
+        (tmp_path / "chart.png").unlink()

@@ -5,14 +5,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.answers import Step
 from squeal.analysis.pads import analyse, mode_shapes
 from squeal.io.scene import read_scene
 from squeal.io.system import Coordinates
 from squeal.plots import modes
-from squeal.plots.coupling import sweep_drawing
 from squeal.plots.modes import displacements, shape_drawing
-from squeal.plots.style import save
 from tests.conftest import SCENES
 
 
@@ -47,12 +44,6 @@ def test_only_the_upper_half_plane_is_drawn():
     assert still == pytest.approx(np.array([[-1.0, 10 / np.pi], [-5.0, 0.0]]))
     assert axes.get_xlabel() == "growth rate [1/s]"
     assert axes.get_ylabel() == "frequency [Hz]"
-
-
-def test_a_user_s_parameter_is_shown_as_it_is_written(tmp_path):
-    rows = [Step(at, np.array([0.01 + 2j * np.pi]), np.zeros(1), "flutter") for at in (0.0, 1.0)]
-    save(sweep_drawing("a system", "cost in $", rows), tmp_path / "sweep.png", text=False)
-    assert (tmp_path / "sweep.png").stat().st_size > 0
 
 
 T = np.linspace(0.0, 2 * np.pi, 40, endpoint=False)

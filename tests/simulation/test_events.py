@@ -109,9 +109,8 @@ def test_sliding_is_lost_however_narrowly(excess):
     pad = upright(h=1e-9, alpha1=math.pi, alpha2=math.pi, F_n=1e-6, V=1.0)
     rate = math.sqrt((pad.k1 + pad.k2) / pad.m)
     start = (-(1 + excess) * pad.V / rate, 0, 0, 0, 0, 0)
-    result = simulate(
-        Scene("B1", pad, initial=start, stop=20 / rate, samples=2, outputs=("shares",))
-    )
+    scene = Scene("B1", pad, initial=start, stop=20 / rate, samples=2, outputs=("shares",))
+    result = simulate(scene)
     assert result.sliding_holds is (excess < 0)
     if excess > 0:
         lost = math.asin(1 / (1 + excess)) / rate

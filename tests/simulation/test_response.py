@@ -30,12 +30,8 @@ def kicked(name, **more: Any) -> Scene:
 
 
 FALLING = {"mu": None, "V": 10.0, "mu_s": 0.9, "mu_k": 0.3, "v_ref": 4.0}
-TERMS: list = [
-    (None, {}),
-    ((2e-3, 4e-3, 1e-3), {}),
-    ((0.05,) * 3, {}),
-    ((1e-3, 2e-3, 1e-3), FALLING),
-]
+RATIOS: Any = (None, (2e-3, 4e-3, 1e-3), (0.05, 0.05, 0.05))
+TERMS = [*((ratios, {}) for ratios in RATIOS), ((1e-3, 2e-3, 1e-3), FALLING)]
 
 
 @pytest.mark.parametrize("name", ["b1-c", "b2-c", "b2-d"])
