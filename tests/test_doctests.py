@@ -5,11 +5,9 @@ import importlib
 
 import pytest
 
-from tests.test_house import FILES, module_of
-
-WITH_EXAMPLES = [f for f in FILES if ">>> " in f.read_text(encoding="utf-8")]
+from tests.test_house import MODULES
 
 
-@pytest.mark.parametrize("file", WITH_EXAMPLES, ids=module_of)
-def test_examples(file):
-    assert not doctest.testmod(importlib.import_module(module_of(file))).failed
+@pytest.mark.parametrize("name", [n for n, file in MODULES.items() if ">>> " in file.read_text()])
+def test_examples(name):
+    assert not doctest.testmod(importlib.import_module(name)).failed
