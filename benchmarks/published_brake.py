@@ -22,6 +22,8 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.analysis.systems.roots import Wanted
+from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
 from squeal.io.matrices import read_matrix
 from squeal.linear.system import Term, TermSystem
@@ -133,21 +135,28 @@ def modal_table(systems: dict[str, TermSystem]) -> None:
         print(f"{name:10s}" + "".join(f"{e:10.2g}" for e in row))
 
 
-def judgement_table(systems: dict[str, TermSystem]) -> dict[str, Modes]:
-    """Growing roots at W = 4 pi under each definition, certified."""
+EXPECTED = {"article": [], "program": [785, 2769], "mixed": [2775]}  # Hz of what grows
+CROSSED = [817, 1607, 561]  # Hz of the crossings of "program" over W, by rising W
+
+
+def judgement_table(systems: dict[str, TermSystem]) -> bool:
+    """Growing roots at W = 4 pi under each definition, certified; True if they are as expected."""
     print("roots of -50 < Re < 1000, -1 < Im < 20000 at W = 4 pi")
-    found = {}
+    right = True
     for name, system in systems.items():
         problem = ScaledSystem(system).at()
         run = timed(functools.partial(modes_in, problem, REGION))
         modes: Modes = run.value
-        found[name] = modes
         growing = [e for e in modes.eigenvalues if e.value.real > 1e-3]
+        right &= modes.certified and [round(e.frequency_hz) for e in growing] == EXPECTED[name]
         listed = ", ".join(f"{e.frequency_hz:.1f} Hz ({e.value.real:+.3g} 1/s)" for e in growing)
         proof = "certified" if modes.certified else "NOT certified"
         print(f"  {name:8s} {len(modes.eigenvalues)} roots, {proof}, {run.seconds:.1f} s CPU")
         print(f"           growing: {listed or 'none'}")
-    return found
+    found = system_thresholds(systems["program"], SPEEDS[-1], SPEEDS[0], Wanted(region=REGION))
+    crossed = [round(c.frequency_hz) for c in found.crossings]
+    print(f"  program: crossings at {crossed} Hz, certified {found.certified}")
+    return right and bool(found.certified) and crossed == CROSSED
 
 
 def snapshot_basis(scaled: ScaledSystem, count: int) -> Reduction:
@@ -260,10 +269,10 @@ def main() -> int:
     except InputError as error:
         print(f"published_brake: {error}", file=sys.stderr)
         return 2
-    judgement_table(systems)
+    right = judgement_table(systems)
     modal_table(systems)
     cost_table(systems["program"])
-    return 0
+    return 0 if right else 1
 
 
 if __name__ == "__main__":

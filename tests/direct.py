@@ -20,10 +20,7 @@ def loads(name: str, p: Pad):
     corners = [complex(*at) for at in ((-p.w, p.h), (p.w, p.h), (-p.w, -p.h), (p.w, -p.h))]
     start = complex(p.x0, p.y0)
     rest = [start + cmath.exp(1j * p.theta0) * corner for corner in corners]
-    feet = (
-        rest[0] + p.L1 * cmath.exp(1j * p.alpha1),
-        rest[1] - p.L2 * cmath.exp(-1j * p.alpha2),
-    )
+    feet = (rest[0] + p.L1 * cmath.exp(1j * p.alpha1), rest[1] - p.L2 * cmath.exp(-1j * p.alpha2))
 
     def at(q, mu: float):
         centre, turn = start + complex(q[0], q[1]), cmath.exp(1j * (p.theta0 + q[2]))

@@ -1,14 +1,9 @@
 """The brake of solids: rigid motion, mass, friction's direction, and a file that comes back."""
 
-import os
-from pathlib import Path
-
 import numpy as np
 import pytest
 
-from benchmarks.published_brake import REGION, read_definitions
 from squeal.analysis.systems.roots import Wanted, system_roots
-from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.io.system import read_system
 
 pytest.importorskip("skfem")
@@ -54,34 +49,3 @@ def test_it_is_written_and_read_back(brake, tmp_path):
         assert abs(one - other).max() <= 1e-12 * abs(other).max()
     assert file.coordinates is not None
     assert np.allclose(file.coordinates.places[file.coordinates.nodes], brake.places[brake.nodes])
-
-
-# The published brake, where a folder with its matrices is named by SQUEAL_BRAKE
-
-FOLDER = os.environ.get("SQUEAL_BRAKE", "")
-needs_data = pytest.mark.skipif(not FOLDER, reason="SQUEAL_BRAKE names no folder")
-WANTED = Wanted(region=REGION)
-
-
-@pytest.fixture(scope="module")
-def systems():
-    return read_definitions(Path(FOLDER))
-
-
-@needs_data
-@pytest.mark.parametrize(
-    ("name", "hertz"), [("article", []), ("program", [785, 2769]), ("mixed", [2775])]
-)
-def test_which_definition_squeals(name, hertz, systems):
-    found = system_roots(systems[name], WANTED)
-    assert found.certified
-    growing = [e.frequency_hz for e in found.eigenvalues if e.value.real > 1e-3]
-    assert [round(f) for f in growing] == hertz
-
-
-@needs_data
-def test_thresholds_are_certified_on_the_full_system(systems):
-    found = system_thresholds(systems["program"], 25.1, 6.3, WANTED)
-    assert found.certified
-    assert not found.details["unconfirmed"]
-    assert [round(c.frequency_hz) for c in found.crossings] == [817, 1607, 561]

@@ -1,6 +1,7 @@
 """Findings: what the contact laws may and may not feed in, and numbers with known values."""
 
 import dataclasses
+import json
 import math
 
 import numpy as np
@@ -10,9 +11,12 @@ from squeal.article.findings import FINDINGS, measure_findings
 from squeal.article.findings.equations import energy_gained
 from squeal.article.findings.motion import Study
 from squeal.article.findings.work import contact_work
+from squeal.article.records import from_dict
+from squeal.cli.main import main
+from squeal.io.provenance import Provenance
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import Formulation, LineForce
-from tests.conftest import SCENES
+from tests.conftest import ROOT, SCENES
 from tests.simulation.closed import upright
 from tests.simulation.test_simulation import bounce
 
@@ -93,3 +97,11 @@ def test_numbers_with_known_values(results):
     shares = numbers("E8")
     assert sum(shares.values()) == pytest.approx(1.0, abs=1e-12)
     assert numbers("E12")["imaginary"] < 1e-12
+
+
+def test_commands_of_several_scenes_name_them_all(capsys):
+    scenes = ROOT / "workflow" / "scenes"
+    assert main(["findings", "--scenes", str(scenes), "--json"]) == 0
+    made = from_dict(Provenance, json.loads(capsys.readouterr().out)["provenance"])
+    cases = [f"{model}-{case}.yaml" for model in ("b1", "b2") for case in "abcd"]
+    assert [file.name for file in made.inputs] == [*cases, "b3.yaml"]
