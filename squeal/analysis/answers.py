@@ -288,8 +288,9 @@ class Thresholds(Answer):
     def parts(self) -> Sequence[str | Table]:
         lines = list(self.notes)
         if self.certified is not None:
-            agrees = "agrees" if self.certified else "does NOT agree"
-            lines.append(f"a count of growing roots between the crossings {agrees}")
+            agrees = "a count of growing roots between the crossings agrees"
+            unsure = "not certified: a crossing may be missing, or its interval is wide"
+            lines.append(agrees if self.certified else unsure)
         lines.append(f"followed up to {self.parameter} = {self.high:.9g}: {self.end}")
         head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict}"
         return [head, self.table(), "\n".join(lines)]
