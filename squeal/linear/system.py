@@ -156,14 +156,14 @@ class TermSystem:
     def _sum(self, terms: Sequence[Term], factors: list[float]) -> Any:
         if not terms:
             return None
-        zero, convert = np.zeros((self.n, self.n)), np.asarray
+        zeros, convert = np.zeros, np.asarray
         if any(is_sparse(term.matrix) for term in self.terms):
             from scipy.sparse import csc_array
 
-            zero, convert = csc_array((self.n, self.n)), csc_array
+            zeros = convert = csc_array
         with np.errstate(over="ignore", invalid="ignore"):
             each = zip(factors, terms, strict=True)
-            return sum((f * convert(t.matrix) for f, t in each if f), zero)
+            return sum((f * convert(t.matrix) for f, t in each if f), zeros((self.n, self.n)))
 
 
 def matrices_of(system: System, ps: Sequence[float]) -> list[tuple[Array, Array, Array]]:
