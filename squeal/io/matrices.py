@@ -249,12 +249,14 @@ def _picked(found: MatrixFile | dict[str, Any], key: str | None) -> MatrixFile:
 def read_matrix(
     path: Path | str, key: str | None = None, symmetric: bool | None = None
 ) -> MatrixFile:
-    """The real square matrix in a file, as a SciPy CSC array (n, n) without explicit zeros.
+    """The square matrix in a file, as a SciPy CSC array (n, n) without explicit zeros.
+
+    It is complex only if an entry has an imaginary part, as stiffness with structural damping.
 
     `key` names it in a file that holds several. `symmetric` says whether entries on one side of
     the diagonal alone stand for the other side too; where neither it nor the file does, a matrix
     that looks as Abaqus writes a symmetric one is completed with an `InputWarning`, and any other
-    is refused. Raises InputError for anything that is no real, finite, square matrix.
+    is refused. Raises InputError for anything that is no finite, square matrix.
     """
     path = Path(path)
     at, name = Place(str(path)), path.suffix
@@ -283,23 +285,23 @@ def read_matrix(
 
 
 def _checked(given: Any) -> Any:
-    """The matrix, canonical, if it is square, real and finite. Raises InputError."""
+    """The matrix, canonical, if it is square and finite. Raises InputError."""
     if issparse(given):
         given.check_format(full_check=True)  # SciPy trusts the indices of a file
     matrix = csc_array(given)
     rows, columns = matrix.shape
     if rows != columns or not rows:
         raise InputError(f"a matrix of {rows} x {columns}; a square one is required")
-    if np.any(matrix.data.imag):
-        raise InputError("a complex matrix; a real one is required")
     if not np.all(np.isfinite(matrix.data)):
         raise InputError("all entries must be finite")
-    return _canonical(matrix.real)
+    return _canonical(matrix)
 
 
 def _canonical(matrix: Any) -> Any:
-    """A copy as CSC array of doubles, sorted, every place once and no zeros."""
-    copy = csc_array(matrix, dtype=float, copy=True)
+    """A copy as CSC array, sorted, every place once and no zeros; real if all its entries are."""
+    copy = csc_array(matrix)
+    copy = csc_array(copy if np.any(copy.data.imag) else copy.real, copy=True)
+    copy.data = copy.data.astype(np.result_type(copy.data, float), copy=False)
     copy.sum_duplicates()
     copy.eliminate_zeros()
     return copy
@@ -337,7 +339,8 @@ def _as_abaqus_writes(matrix: Any, nodes: NDArray[np.intp]) -> bool:
     """
     off = (matrix - diags_array(matrix.diagonal())).tocoo()
     (rows, columns), diagonal = off.coords, matrix.diagonal()
-    positive = np.all(diagonal >= 0.0) and np.all(off.data**2 <= diagonal[rows] * diagonal[columns])
+    allowed = diagonal.real[rows] * diagonal.real[columns]
+    positive = np.all(diagonal.real >= 0.0) and np.all(off.data.real**2 <= allowed)
     return bool(positive and np.any(nodes[rows] != nodes[columns]))
 
 
@@ -370,13 +373,18 @@ def fingerprint(matrix: Any) -> str:
     """16 hexadecimal digits that depend on the entries only, not on the format or the file."""
     entries = _canonical(matrix)
     digest = hashlib.sha256(repr(entries.shape).encode())
-    for numbers, kind in ((entries.indptr, "<i8"), (entries.indices, "<i8"), (entries.data, "<f8")):
+    of_data = "<c16" if np.iscomplexobj(entries) else "<f8"
+    for numbers, kind in (
+        (entries.indptr, "<i8"),
+        (entries.indices, "<i8"),
+        (entries.data, of_data),
+    ):
         digest.update(numbers.astype(kind).tobytes())
     return digest.hexdigest()[:16]
 
 
 def write_matrix(path: Path | str, matrix: Any, key: str = "A") -> None:
-    """Write a real matrix in the format of the suffix, with every digit; `key` names it inside.
+    """Write a matrix in the format of the suffix, with every digit; `key` names it inside.
 
     Raises InputError for a suffix that is not written.
     """

@@ -199,7 +199,7 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     parameter, terms = _terms(given, at)
     read: dict[Any, MatrixFile] = {}  # by file, key and symmetry, since terms may share one
     matrices = []
-    for _, here, term in terms:
+    for part, here, term in terms:
         if "matrix" in term:
             matrices.append(MatrixFile(csc_array(np.array(term["matrix"]))))
             continue
@@ -207,6 +207,9 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
         if wanted not in read:
             with (here / "file").named():
                 read[wanted] = read_matrix(*wanted)
+        if part == "M" and np.iscomplexobj(read[wanted].matrix):
+            words = "is complex and not allowed; M must be real, K and C may be complex"
+            raise (here / "file").refuse(f"{term['file']} {words}")
         matrices.append(read[wanted])
     _compare_labels(at, [part for part, *_ in terms], matrices)
     with at.named():

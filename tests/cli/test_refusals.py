@@ -16,7 +16,6 @@ K: [{matrix: [[2, 0], [0, 2]]}, {matrix: [[1, 0], [0, -1]], factor: gap},
 """
 FILES = {
     "pair.yaml": PAIR,
-    "complex.yaml": PAIR + "damping: {structural: 0.1}\n",
     "t.csv": "",
     "plain.yaml": "M: [[1]]\nK0: [[1]]\nK1: [[1]]\n",
     "spreads.yaml": "spreads: {gap: {absolute: 0.1}}\n",
@@ -66,8 +65,6 @@ export pair.yaml --output out --band 1:2 | --band 1:2
 export pair.yaml --output pair.yaml/below | below: cannot be written
 export pair.yaml --output . | is not empty
 identify --seed x | --seed x
-export complex.yaml --output out | K: is complex (structural damping) and cannot be written
-export complex.yaml --output new/out | K: is complex (structural damping) and cannot be written
 eigenvalues b1.yaml --set k1=0 --set k2=0 | no steady sliding | 1
 map b3.yaml --n 2 --csv t.csv --pdf t.pdf | --pdf t.pdf: is another output too
 simulate b2.yaml --set F_n=0 --set outputs=[events] --csv x.csv | F_n: 0.0 is not allowed; it must \

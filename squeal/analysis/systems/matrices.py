@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import yaml
 
-from squeal.errors import InputError
 from squeal.io.matrices import fingerprint, write_matrix
 from squeal.io.system import SystemFile
 from squeal.io.writing import whole_folder, write_text
@@ -70,8 +69,8 @@ def write_system(
 ) -> list[dict[str, Any]]:
     """Write the terms of a system and a system file into a folder; a row for each matrix.
 
-    `more` are other keys of the system file. Raises InputError for what the format does not hold,
-    complex matrices among it; nothing is written then.
+    `more` are other keys of the system file. Raises InputError for what the format does not hold;
+    nothing is written then.
     """
     rows = []
     document: dict[str, Any] = {"name": system.name, "parameters": dict(system.parameters)}
@@ -79,11 +78,6 @@ def write_system(
     with whole_folder(folder) as place:
         for part, terms in zip("MCK", system.parts, strict=True):
             for i, term in enumerate(terms):
-                if np.iscomplexobj(term.matrix):
-                    raise InputError(
-                        f"{part}: is complex (structural damping) and cannot be written; damping "
-                        "by rayleigh or ratios can"
-                    )
                 name = f"{part}{i}.{suffix}"
                 write_matrix(place / name, term.matrix, part)
                 keys = {"file": name, "factor": term.factor.text}
