@@ -3,10 +3,12 @@
 import os
 import re
 import sys
+import time
 from collections.abc import Callable
 from typing import TextIO
 
 from squeal.errors import BEYOND, ComputationError, InputError
+from squeal.io.writing import remaining
 
 _CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # but tab and the line's end
 
@@ -87,8 +89,10 @@ def steps() -> Callable[[str], None] | None:
 def counter(what: str) -> Callable[[int, int], None] | None:
     """What shows (done, count) on standard error until all is done, if that is a terminal."""
 
+    begun = time.monotonic()
+
     def show(done: int, count: int) -> None:
-        line = f"{done} of {count} {what}" if done < count else ""
+        line = f"{done} of {count} {what}, {remaining(begun, done, count)}" if done < count else ""
         print(f"{_erase()}{line}", end="", file=sys.stderr, flush=True)
 
     return show if sys.stderr.isatty() else None

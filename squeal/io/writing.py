@@ -13,6 +13,7 @@ import json
 import math
 import os
 import tempfile
+import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -97,6 +98,12 @@ def to_json(value: Any) -> str:
         return json.dumps(value, allow_nan=False, indent=1)
     except ValueError:
         raise ComputationError(f"a result is not a finite number; {BEYOND}") from None
+
+
+def remaining(begun: float, done: int, count: int) -> str:
+    """How long the rest of `count` may take, of which so many are done since a time."""
+    left = (time.monotonic() - begun) / max(done, 1) * (count - done)
+    return f"about {left:.2g} s remain" if left < 100 else f"about {left / 60:.2g} min remain"
 
 
 def number(value: float, digits: int = 6) -> str:

@@ -36,6 +36,7 @@ if __name__ == "__main__":
 def test_results_come_in_the_order_of_the_tasks():
     for workers in (1, 2):
         assert list(mapped(abs, range(-7, 0), workers)) == [7, 6, 5, 4, 3, 2, 1]
+        assert list(mapped(pow, range(3), workers, 2)) == [1, 2, 4]
         with pytest.raises(ValueError, match="non-hexadecimal"):
             list(mapped(bytes.fromhex, ["word"], workers))
 
@@ -66,3 +67,21 @@ def test_an_interrupt_is_said_once(tmp_path, working, meets):
     _, printed = running.communicate()
     assert (running.returncode, printed) == (130, "squeal: stopped\n")
     assert not list(marks.glob("done *"))
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
+def test_no_process_outlives_its_parent(tmp_path, how):
+    (tmp_path / "marks").mkdir()
+    (tmp_path / "script.py").write_text(SCRIPT)
+    (tmp_path / "spreads.yaml").write_text("spreads: {h: {relative: 0.1}}\n")
+    command = f"critical-friction {SCENES / 'b3.yaml'} --scatter spreads.yaml --workers 2"
+    script = [sys.executable, "script.py", *command.split()]
+    running = subprocess.Popen(script, cwd=tmp_path, start_new_session=True)
+    while not list((tmp_path / "marks").glob("works *")):
+        time.sleep(0.01)
+    running.send_signal(how)
+    running.wait()
+    until = time.monotonic() + 10.0
+    while subprocess.run(["pgrep", "-g", str(running.pid)], stdout=-3, check=False).returncode == 0:
+        assert time.monotonic() < until
