@@ -44,6 +44,7 @@ from squeal.linear.eigen import ordered
 from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.paths import growing
 from squeal.linear.system import TermSystem
+from squeal.schema import shown
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.crossings import motion_of
 from squeal.sparse.quadratic import PROGRESS, Progress
@@ -110,6 +111,7 @@ class Question:
             "parameters": dict(system.parameters),
             "matrices": matrices,
             "checks": checks,
+            "damped": [one._asdict() for one in file.damped],
             "region": extent,
             "growth_limit": roots.growth_limit,
             "growing_outside": roots.growing_outside,
@@ -120,16 +122,22 @@ class Question:
             modes = mode_shapes(Spectrum(roots.eigenvalues))
             names = [f"q{i + 1}" for i in range(system.n)] if modes else []
             shapes = shape_rows(modes, names, "largest entry 1")
-            for name, X in zip("MCK" if system.real else "", system.at(), strict=False):
+            for name, X in zip("MCK", system.at(), strict=True) if system.real else ():
                 zero = np.zeros((system.n, system.n))
                 details[name] = (zero if X is None else plain_matrix(X)).tolist()
         freedom = "degree" if system.n == 1 else "degrees"
-        own = ", ".join(f"{name} = {value:g}" for name, value in system.parameters.items())
+        own = ", ".join(
+            f"{name} = {'that of each root' if name in system.follows else format(value, 'g')}"
+            for name, value in system.parameters.items()
+        )
         lines = [f"{system.n} {freedom} of freedom, {own}"]
         lines += [
             f"  {m['part']}: {m['file'] or 'rows'}, factor {m['factor']}, {m['nonzeros']} non-zeros"
             for m in matrices
         ]
+        if file.damped:
+            each = (f"{one.of} by {one.by} {shown(one.value)}" for one in file.damped)
+            lines.append(f"  damped terms: {', '.join(each)}")
         notes = ["\n".join(lines + [f"  {name}: {text}" for name, text in checks.items()])]
         if roots.growing_outside:
             notes.append(f"{roots.growing_outside} modes grow outside of the band or region")

@@ -7,6 +7,7 @@ K0 + K1 mu + K2 mu^2 + ...; C likewise.
 import csv
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from keyword import iskeyword
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,7 +19,8 @@ from scipy.sparse import csc_array
 from squeal import schema
 from squeal.io.matrices import FORMATS, MatrixFile, aligned, read_matrix
 from squeal.linear.matrices import dense, reduce
-from squeal.linear.system import Term, TermSystem, damped, structure_stiffness, without_supports
+from squeal.linear.moduli import Modulus, Table
+from squeal.linear.system import Damped, Term, TermSystem, damped, without_supports
 from squeal.numerics.differentiation import ALLOWED, Formula
 from squeal.schema import ANY, NOT_NEGATIVE, TEXT, Group, Key, Kind, Place, Several, Square, row
 
@@ -47,6 +49,16 @@ TERM = Group({
         "whether entries on one side of the diagonal stand for the other side too",
         schema.FLAG, default="what the file says", needs=("file",)),
     "factor": Key(f"what it is multiplied with: {ALLOWED}", FACTOR, default="1"),
+    "structural": Key(
+        "loss factor eta of a term of K, in place of that of the whole: 1 + i eta times it",
+        Kind("a number of at least 0, or a formula", FACTOR.convert), "1"),
+    "modulus": Key(
+        "table of storage and loss factors over the frequency, which multiply it too",
+        Group({"file": Key("a .csv file", TEXT, required=True)}, owner="modulus"),
+        instead="structural"),
+    "rayleigh": Key(
+        "alpha of a term of M, beta of one of K, in place of those of the whole", NOT_NEGATIVE,
+        "1/s, s"),
 }, owner="a term")
 # fmt: on
 
@@ -65,10 +77,15 @@ class Part(Kind):
 PART = Part("rows of numbers, {file: NAME}, or a list of terms {file: NAME, factor: FORMULA}")
 
 
-class Ratios(Kind):
-    """One damping ratio for all modes, or a list of them for the first ones."""
+RATIO_TABLE = Group({"file": Key("a .csv file", TEXT, required=True)}, owner="ratios")
 
-    def read(self, value: Any, at: Place, model: str = "") -> float | tuple[float, ...]:
+
+class Ratios(Kind):
+    """One damping ratio for all modes, a list of them for the first ones, or a table."""
+
+    def read(self, value: Any, at: Place, model: str = "") -> Any:
+        if isinstance(value, dict):
+            return RATIO_TABLE.read(value, at)
         each = Several(NOT_NEGATIVE, self.named) if isinstance(value, list) else NOT_NEGATIVE
         return each.read(value, at)
 
@@ -84,8 +101,9 @@ DAMPING = Group({
     "rayleigh": Key("alpha and beta: C gains alpha M + beta K", row(2, NOT_NEGATIVE), "1/s, s"),
     "ratios": Key(
         "damping ratios of the modes without friction",
-        Ratios("a number of at least 0, or a list of them"), "1"),
+        Ratios("a number of at least 0, a list of them, or {file: TABLE.csv}"), "1"),
     "structural": Key("loss factor eta: K becomes (1 + i eta) K", NOT_NEGATIVE, "1"),
+    "K4": Key("structural damping matrix: K gains i K4, as of Nastran or Abaqus", PART),
 })
 SYSTEM = Group({
     "name": Key("what the system is called", TEXT, default="the name of the file"),
@@ -126,6 +144,12 @@ class Coordinates:
         nodes, directions = np.delete(self.nodes, rows), np.delete(self.directions, rows)
         return Coordinates(nodes, directions, self.places)
 
+    def followed(self, count: int) -> "Coordinates":
+        """The same with so many rows more that move nothing."""
+        nodes, directions = np.zeros(count, self.nodes.dtype), np.full(count, -1)
+        both = np.concatenate([self.nodes, nodes]), np.concatenate([self.directions, directions])
+        return Coordinates(*both, self.places)
+
     def displacements(self, shape: NDArray) -> NDArray:
         """Displacements (nodes, 3) of the nodes from a mode shape (n,)."""
         moved = np.zeros((len(self.places), 3), dtype=np.asarray(shape).dtype)
@@ -134,23 +158,57 @@ class Coordinates:
         return moved
 
 
+def _read_table(
+    path: Path, names: Sequence[str], more: str = ""
+) -> tuple[Place, list[tuple[Place, dict[str, str]]]]:
+    """The lines of a .csv file that has some columns, perhaps one `more`. Raises InputError."""
+    at = Place(str(path))
+    text = schema.read_content(path, at).decode("utf-8-sig", "backslashreplace")
+    lines = [line for line in text.splitlines() if line.strip()]
+    heads = [name.strip().lower() for name in next(csv.reader(lines[:1]), [])]
+    if missing := [name for name in names if name not in heads]:
+        allowed = f" and {more}" if more else ""
+        raise at.refuse(f"no column {missing[0]}; the columns {', '.join(names)}{allowed} are")
+    cells = csv.DictReader(lines[1:], heads, restval="")
+    return at, [(at / f"line {number}", line) for number, line in enumerate(cells, 2)]
+
+
+def _read_numbers(path: Path, names: Sequence[str], more: str = "") -> list[list[float]]:
+    """Columns of numbers, the first of rising frequencies, the others of at least 0; of zeros for
+    the one `more` if it is missing. Raises InputError."""
+    at, lines = _read_table(path, names, more)
+    rows: list[list[float]] = []
+    for here, line in lines:
+        try:
+            cells = [
+                float(line.get(name) or (0.0 if name == more else ""))
+                for name in (*names, more)
+                if name
+            ]
+        except ValueError:
+            raise here.refuse(f"a number is needed for each of {', '.join(names)}") from None
+        for name, cell in zip((*names, more), cells, strict=False):
+            NOT_NEGATIVE.read(cell, here / name)
+        if rows and cells[0] <= rows[-1][0]:
+            raise here.refuse(f"frequency {cells[0]:g} is not allowed; frequencies must rise")
+        rows.append(cells)
+    if len(rows) < 2:
+        raise at.refuse(f"{len(rows)} lines of numbers; 2 or more are needed")
+    return [list(column) for column in zip(*rows, strict=True)]
+
+
 def _read_coordinates(path: Path, rows: int) -> Coordinates:
     """The table of a .csv file with the columns node, dof, x, y, z, one line a row of the system.
 
     dof is 1 to 3 or x, y, z for displacements, 4 to 6 or rx, ry, rz for rotations, - for what does
     not move a node in space. Raises InputError.
     """
-    at = Place(str(path))
-    text = schema.read_content(path, at).decode("utf-8-sig", "backslashreplace")
-    lines = [line for line in text.splitlines() if line.strip()]
-    heads = [name.strip().lower() for name in next(csv.reader(lines[:1]), [])]
-    if missing := [name for name in COLUMNS if name not in heads]:
-        raise at.refuse(f"no column {missing[0]}; the columns {', '.join(COLUMNS)} are")
-    if len(lines) - 1 != rows:
-        raise at.refuse(f"{len(lines) - 1} lines; the system's {rows} rows need one each")
+    at, lines = _read_table(path, COLUMNS)
+    if len(lines) != rows:
+        raise at.refuse(f"{len(lines)} lines; the system's {rows} rows need one each")
     table = []
-    for number, line in enumerate(csv.DictReader(lines[1:], heads, restval=""), 2):
-        here, cells = at / f"line {number}", [line[name].strip() for name in COLUMNS]
+    for here, line in lines:
+        cells = [line[name].strip() for name in COLUMNS]
         direction = DOF.read(cells[1].lower(), here / "dof")
         try:
             place = [ANY.convert(float(cell)) for cell in cells[2:]]
@@ -175,13 +233,15 @@ class Origin(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class SystemFile:
-    """A system from a file; `inputs` are the other files that were read."""
+    """A system from a file; `inputs` are the other files that were read, `damped` says what has
+    damping that is not given as a matrix."""
 
     system: TermSystem
     reference: str = ""
     origins: tuple[Origin, ...] = field(default=(), repr=False)
     inputs: tuple[Path, ...] = field(default=(), repr=False)
     coordinates: Coordinates | None = None
+    damped: tuple[Damped, ...] = ()
 
 
 def read_system(path: Path | str) -> SystemFile:
@@ -207,8 +267,8 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
         if wanted not in read:
             with (here / "file").named():
                 read[wanted] = read_matrix(*wanted)
-        if part == "M" and np.iscomplexobj(read[wanted].matrix):
-            words = "is complex and not allowed; M must be real, K and C may be complex"
+        if part in ("M", "K4") and np.iscomplexobj(read[wanted].matrix):
+            words = "is complex and not allowed; M and K4 must be real, K and C may be complex"
             raise (here / "file").refuse(f"{term['file']} {words}")
         matrices.append(read[wanted])
     _compare_labels(at, [part for part, *_ in terms], matrices)
@@ -218,7 +278,7 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     full = any("matrix" in term for *_, term in terms)
     full = rows <= MOST_ROWS and (full or any(m.nnz > FULL * rows * rows for m in common))
     parts: dict[str, list[Term]] = {part: [] for part in PARTS}
-    origins = []
+    origins, own, inputs = [], _Own(), list(dict.fromkeys(path for path, *_ in read))
     for (part, here, term), matrix in zip(terms, common, strict=True):
         if matrix.shape[0] != rows:
             name = f"file {term['file']}" if "file" in term else "the matrix"
@@ -229,9 +289,16 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
             formula = Formula(term.get("factor", "1"), str(here / "factor"))
         if not formula.names:
             formula.value({})  # may be none
-        origins.append(Origin(part, term.get("file", ""), formula.text, matrix))
-        parts[part].append(Term(matrix.toarray() if full else matrix, formula))
-    inputs = list(dict.fromkeys(path for path, *_ in read))
+        factor, matrix = (
+            _modulus(part, term, formula, here, folder),
+            matrix.toarray() if full else matrix,
+        )
+        origins.append(Origin(part, term.get("file", ""), factor.text, csc_array(matrix)))
+        own.add(part, term, len(parts[part[0]]), matrix, formula)
+        parts[part[0]].append(Term(matrix, factor))
+        if "modulus" in term:
+            inputs.append(folder / term["modulus"]["file"])
+    parts["C"] += own.terms
     coordinates = None
     if "coordinates" in given:
         inputs.append(folder / given["coordinates"]["file"])
@@ -250,15 +317,80 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
                 f"taken for supports and left out, the first is row {supports[0] + 1}"
             )
             coordinates = coordinates and coordinates.without(supports)
-        if damping := given.get("damping"):
-            varied = [i for i in structure_stiffness(system)[1] if system.K[i].factor.names]
-            if varied:
-                of = ", ".join(f"K.{i + 1} ({system.K[i].factor.text})" for i in varied)
-                words = f"also damps {of}, at the values of the parameters given here"
-                (at / "damping").warn(words)
-            system = damped(system, **damping)
+        damping = {k: v for k, v in given.get("damping", {}).items() if k != "K4"}
+        if isinstance(table := damping.get("ratios"), dict):
+            inputs.append(folder / table["file"])
+            columns = _read_numbers(inputs[-1], ("frequency", "ratio"))
+            damping["ratios"] = partial(
+                np.interp, xp=columns[0], fp=columns[1], left=np.nan, right=np.nan
+            )
+        rows, (system, done) = system.n, damped(system, **damping, own=own.named)
+        varied = {
+            one.of: system.K[int(one.of[2:]) - 1].factor for one in done if one.of[:2] == "K."
+        }
+        if any(factor.names for factor in varied.values()):
+            of = ", ".join(f"{k} ({factor.text})" for k, factor in varied.items() if factor.names)
+            words = f"also damps {of}, at the values of the parameters given here"
+            (at / "damping").warn(words)
+        coordinates = coordinates and coordinates.followed(system.n - rows)
     reference = given.get("reference", "")
-    return SystemFile(system, reference, tuple(origins), tuple(inputs), coordinates)
+    inputs, done = list(dict.fromkeys(inputs)), (*own.done, *done)
+    return SystemFile(system, reference, tuple(origins), tuple(inputs), coordinates, done)
+
+
+class _Own:
+    """The damping that terms name: terms of C, which terms of M and K have one, what is damped."""
+
+    def __init__(self) -> None:
+        self.terms: list[Term] = []
+        self.named: dict[str, set[int]] = {"M": set(), "rayleigh": set(), "structural": set()}
+        self.done: list[Damped] = []
+
+    def add(
+        self, part: str, term: dict[str, Any], index: int, matrix: Any, factor: Formula
+    ) -> None:
+        """Take what a term of M or K names, of which it is the one at `index`."""
+        by = {name: term[name] for name in ("rayleigh", "structural", "modulus") if name in term}
+        if part == "K4":
+            self.named["structural"].add(index)
+            self.done.append(Damped("K", "K4", factor.text))
+        for name, value in by.items():
+            key = "structural" if name == "modulus" else "M" if part == "M" else name
+            self.named[key].add(index)
+            value = value["file"] if name == "modulus" else value
+            self.done.append(Damped(f"{part}.{index + 1}", name, value))
+            if name == "rayleigh":
+                matrix = matrix.real if np.iscomplexobj(matrix) else matrix
+                self.terms.append(
+                    Term(matrix, Formula(f"{value!r} * ({factor.text})", factor.place))
+                )
+
+
+def _modulus(
+    part: str, term: dict[str, Any], factor: Formula, at: Place, folder: Path
+) -> Formula | Modulus:
+    """The factor of a term with its loss factor or table. Raises InputError."""
+    for key, allowed in {"rayleigh": "MK", "structural": "K", "modulus": "CK"}.items():
+        if key in term and part not in allowed:
+            words = f"is not allowed at a term of {part}; terms of {' and '.join(allowed)} take it"
+            raise (at / key).refuse(words)
+    if part == "K4":
+        return Modulus(factor, imaginary=True)
+    if "modulus" in term:
+        source = folder / term["modulus"]["file"]
+        columns = _read_numbers(source, ("frequency", "storage"), "loss")
+        if part == "C" and any(columns[2]):
+            raise (at / "modulus").refuse(
+                f"{source.name} has losses; at a term of C none are allowed"
+            )
+        return Modulus(factor, table=Table(str(source), *columns))
+    if "structural" not in term:
+        return factor
+    with (at / "structural").named():
+        loss = Formula(term["structural"], str(at / "structural"))
+    if not loss.names:
+        NOT_NEGATIVE.read(loss.value({}), at / "structural")
+    return Modulus(factor, loss)
 
 
 def _terms(given: dict[str, Any], at: Place) -> tuple[str, list[tuple[str, Place, dict[str, Any]]]]:
@@ -277,6 +409,10 @@ def _terms(given: dict[str, Any], at: Place) -> tuple[str, list[tuple[str, Place
             if name in given:
                 factor = f"{parameter}**{power}" if power else "1"
                 terms.append((part, at / name, {"matrix": given[name], "factor": factor}))
+    each = given.get("damping", {}).get("K4", ())
+    for i, term in enumerate(each, 1):
+        here = at / "damping" / "K4"
+        terms.append(("K4", here / str(i) if len(each) > 1 else here, term))
     return parameter, terms
 
 
@@ -284,7 +420,7 @@ def _compare_labels(at: Place, parts: Sequence[str], matrices: Sequence[MatrixFi
     """Warn of rows (node, dof) that M or K alone have."""
     labels = {part: set[tuple[int, int]]() for part in PARTS}
     for part, matrix in zip(parts, matrices, strict=True):
-        labels[part].update(matrix.labels or ())
+        labels[part[0]].update(matrix.labels or ())
     for part, other in ("MK", "KM"):
         alone = sorted(labels[part] - labels[other])
         if alone and labels[other]:

@@ -6,21 +6,34 @@ Damping that is not given as a matrix refers to the structure's own stiffness: t
 K at the system's own parameters, without friction. The friction coefficient is the parameter `mu`;
 in a system without one it is the swept parameter, if all matrices of K that it multiplies are
 unsymmetric. A factor of one changes nothing.
+
+A factor may be complex and depend on the frequency. Where this has no value of its own, it is that
+of each root, |Im lambda|: the roots are then those of a nonlinear eigenproblem.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError, MatrixError
-from squeal.linear.matrices import EPS, SKEW, Array, checked, dense, is_sparse, unit_diagonal
+from squeal.linear.matrices import (
+    EPS,
+    SKEW,
+    Array,
+    checked,
+    dense,
+    is_sparse,
+    norm_of,
+    unit_diagonal,
+)
+from squeal.linear.moduli import FREQUENCY, Modulus
 from squeal.numerics.differentiation import ONE, Formula
 
 Matrix = Any
@@ -32,10 +45,10 @@ System = Callable[[float], Matrices]
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """One matrix (n, n) and the formula that it is multiplied with."""
+    """One matrix (n, n) and the formula, or complex modulus, that it is multiplied with."""
 
     matrix: Matrix = field(repr=False)
-    factor: Formula = ONE
+    factor: Formula | Modulus = ONE
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,6 +67,9 @@ class TermSystem:
         The one that is swept; 0 unless `parameters` names it.
     name : str
         What the system is called.
+    follows : tuple of str
+        Which of `omega` and `frequency` are those of each root: those that factors depend on and
+        `parameters` does not name.
 
     Examples
     --------
@@ -73,11 +89,15 @@ class TermSystem:
     parameters: Mapping[str, float] = field(default_factory=dict)
     parameter: str = "mu"
     name: str = ""
+    follows: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.M or not self.K:
             raise InputError("M and K: at least one matrix each is required")
         values = {self.parameter: 0.0} | dict(self.parameters)
+        if free := sorted((FREQUENCY.keys() & self.names) - values.keys()):
+            object.__setattr__(self, "follows", tuple(free))
+            values |= self.frequency(None)
         object.__setattr__(self, "parameters", values)
         shape = self.M[0].matrix.shape
         for letter in "MCK":
@@ -114,7 +134,9 @@ class TermSystem:
     @property
     def real(self) -> bool:
         """True if all matrices are real, so that roots come in conjugate pairs."""
-        return not any(np.iscomplexobj(term.matrix) for term in self.terms)
+        return not self.follows and not any(
+            np.iscomplexobj(term.matrix) or isinstance(term.factor, Modulus) for term in self.terms
+        )
 
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
         """The parameters with some of them changed. Raises InputError for an unknown name."""
@@ -128,10 +150,41 @@ class TermSystem:
         """The same system with other values of some parameters."""
         return dataclasses.replace(self, parameters=self.values(changes))
 
+    @property
+    def covered(self) -> tuple[float, float]:
+        """The frequencies (Hz) that all tables of factors cover."""
+        tables = [t.factor.table for t in self.terms if isinstance(t.factor, Modulus)]
+        ends = [(t.frequencies[0], t.frequencies[-1]) for t in tables if t]
+        return max([0.0, *(a for a, _ in ends)]), min([math.inf, *(b for _, b in ends)])
+
+    def frequency(self, omega: float | None) -> dict[str, float]:
+        """The values of `follows` at omega (rad/s), None in the middle of what tables cover."""
+        if omega is None:
+            low, high = self.covered
+            omega = math.tau * ((low + high) / 2 if high < math.inf else max(1000.0, low))
+        return {name: omega * FREQUENCY[name] for name in self.follows}
+
+    def frozen(self, omega: float | None = None) -> TermSystem:
+        """The linear system at one frequency (rad/s; see `frequency`)."""
+        if not self.follows:
+            return self
+        parameters = self.values(self.frequency(omega))
+        system = dataclasses.replace(self, parameters=parameters)
+        object.__setattr__(system, "follows", ())
+        return system
+
     def at(self, changes: Mapping[str, float] | None = None) -> tuple[Any, Any, Any]:
-        """M, C, K (C None without terms) at the parameters, some of them changed."""
+        """M, C, K (C None without terms) at the parameters, some of them changed.
+
+        Raises InputError where the frequency is that of each root.
+        """
+        if not (changes or {}).keys() >= set(self.follows):
+            raise InputError(
+                f"{self.name}: matrices depend on the frequency of each root; eigenvalues, sweep, "
+                "thresholds and map take that, and all takes `parameters: {frequency: ...}`"
+            )
         p = self.values(changes)
-        M, C, K = (self._sum(X, [t.factor.value(p) for t in X]) for X in (self.M, self.C, self.K))
+        M, C, K = (self._sum(X, [t.factor.value(p) for t in X]) for X in self.parts)
         return M, C, K
 
     def arrays(self, changes: Mapping[str, float] | None = None) -> tuple[Any, Any, Any]:
@@ -153,7 +206,7 @@ class TermSystem:
         M, C, K = (self._sum(terms, [t.factor.slope(p, name) for t in terms]) for terms in moved)
         return M, C, K
 
-    def _sum(self, terms: Sequence[Term], factors: list[float]) -> Any:
+    def _sum(self, terms: Sequence[Term], factors: Sequence[complex]) -> Any:
         if not terms:
             return None
         zeros, convert = np.zeros, np.asarray
@@ -210,7 +263,7 @@ def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
     """
     from scipy.sparse import csc_array
 
-    M, _, K = system.at()
+    M, _, K = system.frozen().at()
     beside, mass, gap = csc_array(abs(K)), np.abs(M.diagonal()), 1e10
     diagonal = beside.diagonal()
     order = np.argsort(diagonal)
@@ -333,17 +386,20 @@ class Slow:
 # Damping that is not given as a matrix
 
 
-def structure_stiffness(system: TermSystem) -> tuple[Matrix, tuple[int, ...]]:
-    """The stiffness (n, n) that damping refers to, and which terms of K it is of.
+def structure_stiffness(
+    system: TermSystem, without: Collection[int] = ()
+) -> tuple[Matrix, tuple[int, ...]]:
+    """The stiffness (n, n) that damping refers to, and which terms of K it is of; `without` some.
 
     Raises InputError where there is none.
     """
     at = frictionless(system)
-    parts = [(i, t.factor.value(at) * t.matrix) for i, t in enumerate(system.K)]
-    parts = [(i, part) for i, part in parts if abs(part).max()]
+    parts = [(i, (t.factor.value(at) * t.matrix).real) for i, t in enumerate(system.K)]
+    parts = [(i, part) for i, part in parts if i not in without and abs(part).max()]
     if not parts:
-        raise InputError("damping: K has no stiffness without friction; it must have some")
-    K = sum(part for _, part in parts).real
+        beside = " beside the terms with a damping of their own" if without else ""
+        raise InputError(f"damping: K has no stiffness without friction{beside}; it must have some")
+    K = sum(part for _, part in parts)
     return (K + K.T) / 2, tuple(i for i, _ in parts)
 
 
@@ -356,40 +412,125 @@ def frictionless(system: TermSystem) -> dict[str, float]:
     return system.values({} if held else {name: 0.0})
 
 
+class Damped(NamedTuple):
+    """What is damped: terms by part and number, such as K.2, or modes; by what, and how much."""
+
+    of: str
+    by: str
+    value: Any
+
+
 def damped(
     system: TermSystem,
     rayleigh: Sequence[float] = (0.0, 0.0),
-    ratios: float | Sequence[float] = (),
+    ratios: float | Sequence[float] | Callable[[Array], Array] = (),
     structural: float = 0.0,
-) -> TermSystem:
-    """The system with damping of its structure, of which M and the stiffness K have modes Phi.
+    own: Mapping[str, Collection[int]] | None = None,
+) -> tuple[TermSystem, tuple[Damped, ...]]:
+    """The system with damping of its structure, of which M and the stiffness K have modes Phi; and
+    what is damped.
 
-    C gains alpha M + beta K (`rayleigh`, 1/s and s) and M Phi diag(2 zeta omega) Phi' M, a full
-    matrix where Phi' M Phi = 1, of the `ratios` zeta of all modes or of the first ones by rising
-    omega. K gains i eta K, eta the loss factor `structural`: that describes exp(lambda t) with Im
-    lambda > 0, roots below the real axis are mirror images. Raises InputError without stiffness,
-    for ratios of more than 2000 rows or with an M that is not symmetric, positive definite.
+    C gains alpha M + beta K (`rayleigh`, 1/s and s) and M Phi diag(2 zeta omega) Phi' M, where
+    Phi' M Phi = 1, of the `ratios` zeta of all modes, of the first ones by rising omega, or as a
+    function of frequencies (Hz) that is NaN for other modes. K gains i eta K, eta the loss factor
+    `structural`: that describes exp(lambda t) with Im lambda > 0, roots below the real axis are
+    mirror images. Both leave out terms of K that depend on the frequency, or name their `own`:
+    their indices by the name of the argument, of M by "M".
+
+    Modal damping of more than 2000 rows is added by a row for each mode. Raises InputError without
+    stiffness, for one ratio for all modes of so many rows, or with an M that is not symmetric,
+    positive definite.
     """
-    from scipy.linalg import eigh
+    (alpha, beta), own = rayleigh, own or {}
+    varied = {i for i, t in enumerate(system.K) if t.factor.names & set(system.follows)}
+    C, K, done = list(system.C), list(system.K), list[Damped]()
 
-    (alpha, beta), (K, _), n, most = rayleigh, structure_stiffness(system), system.n, 2000
-    of_mass = (Term(t.matrix, Formula(f"{alpha!r} * ({t.factor.text})")) for t in system.M if alpha)
-    C = [*system.C, *of_mass]
+    def note(by: str, value: float, part: str, terms: Iterable[int]) -> None:
+        done.extend(Damped(f"{part}.{i + 1}", by, value) for i in terms)
+
+    if alpha:
+        heavy = [i for i in range(len(system.M)) if i not in own.get("M", ())]
+        texts = ((system.M[i].matrix, f"{alpha!r} * ({system.M[i].factor.text})") for i in heavy)
+        C += [Term(X, Formula(text)) for X, text in texts]
+        note("rayleigh", alpha, "M", heavy)
     if beta:
-        C.append(Term(beta * K))
-    zeta = np.full(n, ratios) if np.ndim(ratios) == 0 else np.asarray(ratios)
-    if len(zeta):
-        if not len(zeta) <= n <= most:
-            raise InputError(
-                f"damping.ratios: {len(zeta)} ratios of {n} rows are not allowed; modal damping "
-                f"takes up to one for each row of at most {most}, rayleigh takes more"
-            )
-        M = dense(system.at()[0])
-        try:
-            squares, modes = eigh(dense(K), M, subset_by_index=(0, len(zeta) - 1))
-        except np.linalg.LinAlgError:
-            raise InputError("damping.ratios: M must be symmetric and positive definite") from None
-        weights = 2 * zeta * np.sqrt(np.maximum(squares, 0.0))
-        C.append(Term((M @ modes * weights) @ (M @ modes).T))
-    imaginary = [Term(1j * structural * K)] if structural else []
-    return dataclasses.replace(system, C=tuple(C), K=(*system.K, *imaginary))
+        stiffness, terms = structure_stiffness(system, varied | set(own.get("rayleigh", ())))
+        C.append(Term(beta * stiffness))
+        note("rayleigh", beta, "K", terms)
+    if structural:
+        stiffness, terms = structure_stiffness(system, varied | set(own.get("structural", ())))
+        K.append(Term(structural * stiffness, Modulus(imaginary=True)))
+        note("structural", structural, "K", terms)
+    result = dataclasses.replace(system, C=tuple(C), K=tuple(K))
+    if callable(ratios) or np.size(ratios):
+        result, modes = _with_modal_damping(result, system, ratios)
+        done.append(modes)
+    return result, tuple(done)
+
+
+def _with_modal_damping(
+    system: TermSystem, undamped: TermSystem, ratios: Any
+) -> tuple[TermSystem, Damped]:
+    """A system with damping of the modes of an undamped one."""
+    n, most = system.n, 2000
+    K, M, count = structure_stiffness(undamped)[0], undamped.frozen().at()[0], n
+    if not callable(ratios) and (np.ndim(ratios) or n > most):
+        count = len(np.atleast_1d(ratios))
+        if not (np.ndim(ratios) and count <= n):
+            words = f"{count} ratios of {n} rows are not allowed; a list of one for each of the"
+            raise InputError(f"damping.ratios: {words} first modes is, or a table of frequencies")
+    omega, modes = _real_modes(K, M, count, ratios if callable(ratios) and n > most else None)
+    zeta = ratios(omega / math.tau) if callable(ratios) else np.broadcast_to(ratios, count)
+    held = np.isfinite(zeta)
+    if not held.any():
+        raise InputError("damping.ratios: no mode of the structure lies in the table's range")
+    U = (M @ modes[:, held]) * np.sqrt(2 * zeta * omega)[held]
+    ends = ", ".join(f"{omega[k] / math.tau:.6g} Hz" for k in np.flatnonzero(held)[[0, -1]])
+    what = Damped(f"{held.sum()} modes ({ends})", "ratios", [float(z) for z in zeta[held]])
+    if n <= most:
+        return dataclasses.replace(system, C=(*system.C, Term(U @ U.T))), what
+    return _bordered(system, U), what
+
+
+def _real_modes(
+    K: Matrix, M: Matrix, count: int, ratios: Callable[[Array], Array] | None
+) -> tuple[Array, Array]:
+    """The lowest real modes, or all that `ratios` know of: rad/s (k,) and vectors (n, k), of a
+    large sparse system by Lanczos' method."""
+    from scipy.linalg import eigh
+    from scipy.sparse.linalg import ArpackError, eigsh
+
+    try:
+        if (count == len(M.diagonal()) and ratios is None) or not is_sparse(K):
+            squares, modes = eigh(dense(K), dense(M), subset_by_index=(0, count - 1))
+        else:
+            shift = -1e-9 * norm_of(K) / norm_of(M)  # below all squares: rigid bodies pass
+            k, squares = 32 if ratios else count, np.zeros(1)
+            while True:
+                squares, modes = eigsh(K, k, M, shift)
+                highest = np.sqrt(np.maximum(squares.max(keepdims=True), 0.0)) / math.tau
+                if ratios is None or np.isnan(ratios(highest)[0]) or 4 * k > K.shape[0]:
+                    break
+                k *= 2
+    except (np.linalg.LinAlgError, ArpackError, RuntimeError):
+        raise InputError("damping.ratios: M must be symmetric and positive definite") from None
+    order = np.argsort(squares)
+    return np.sqrt(np.maximum(squares[order], 0.0)), modes[:, order]
+
+
+def _bordered(system: TermSystem, U: Array) -> TermSystem:
+    """A sparse system with U U' added to C, a full matrix: by unknowns w = U' q of their own."""
+    from scipy.sparse import block_array, csc_array, eye_array
+
+    n, k = U.shape
+
+    def wide(term: Term) -> Term:
+        X = csc_array(term.matrix, copy=True)
+        X.resize((n + k, n + k))
+        return Term(X, term.factor)
+
+    M, C, K = (tuple(map(wide, terms)) for terms in system.parts)
+    none, columns = csc_array((n, n)), csc_array(U)
+    forces = block_array([[none, columns], [None, csc_array((k, k))]], format="csc")
+    follows = block_array([[none, None], [-columns.T, eye_array(k)]], format="csc")
+    return dataclasses.replace(system, M=M, C=(*C, Term(forces)), K=(*K, Term(follows)))

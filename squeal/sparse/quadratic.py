@@ -20,7 +20,6 @@ from squeal.errors import ComputationError, MatrixError
 from squeal.linear.eigen import Eigenvalue, ordered, root_rounding
 from squeal.linear.matrices import EPS, norm_of
 from squeal.linear.system import Matrix, Term, TermSystem
-from squeal.numerics.differentiation import Formula
 
 ComplexArray = NDArray[np.complex128]
 Array = NDArray[np.float64]
@@ -133,7 +132,7 @@ class ScaledSystem:
         M, C, K = self._sums(lambda factor: factor.slope(p, name))
         return value * (value * M + C) + K
 
-    def _sums(self, number: Callable[[Formula], float]) -> Iterator[Any]:
+    def _sums(self, number: Callable[[Any], complex]) -> Iterator[Any]:
         for terms, each in zip(self.system.parts, self.terms, strict=True):
             factors = (number(term.factor) for term in terms)
             parts = (f * A for f, A in zip(factors, each, strict=True) if f)

@@ -194,7 +194,7 @@ def reduce_to_real_modes(
         if modes > scaled.n - 2:
             vectors = np.eye(scaled.n)
         else:
-            _, vectors = eigsh((own.K + own.K.T) / 2, k=modes, M=own.M, sigma=shift)
+            _, vectors = eigsh((own.K + own.K.T).real / 2, k=modes, M=own.M, sigma=shift)
     except (ArpackError, RuntimeError, ValueError) as error:
         raise ComputationError(f"the real modes were not found: {error}") from None
     found = Reduction(scaled, region, "modal")

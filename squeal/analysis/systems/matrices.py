@@ -8,8 +8,9 @@ import yaml
 
 from squeal.io.matrices import fingerprint, write_matrix
 from squeal.io.system import SystemFile
-from squeal.io.writing import whole_folder, write_text
+from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.matrices import EPS, dense, norm_of, unit_diagonal
+from squeal.linear.moduli import Modulus
 from squeal.linear.system import Matrix, TermSystem
 
 ALL_ROWS = 400  # up to so many rows all roots are computed
@@ -41,7 +42,7 @@ def _words(matrix: Matrix) -> str:
 
 def system_checks(system: TermSystem) -> dict[str, str]:
     """What is to be said of M, C and K at the system's parameters."""
-    M, C, K = system.at()
+    M, C, K = system.frozen().at()
     checks = {"M": _words(M), "K": _words(K)}
     if C is not None and norm_of(C):
         checks["C"] = "symmetric" if is_symmetric(C) else "not symmetric"
@@ -73,15 +74,28 @@ def write_system(
     nothing is written then.
     """
     rows = []
-    document: dict[str, Any] = {"name": system.name, "parameters": dict(system.parameters)}
-    document["parameter"] = system.parameter
+    document: dict[str, Any] = {"name": system.name}
+    own = {name: v for name, v in system.parameters.items() if name not in system.follows}
+    document |= {"parameters": own, "parameter": system.parameter}
     with whole_folder(folder) as place:
         for part, terms in zip("MCK", system.parts, strict=True):
             for i, term in enumerate(terms):
                 name = f"{part}{i}.{suffix}"
                 write_matrix(place / name, term.matrix, part)
-                keys = {"file": name, "factor": term.factor.text}
-                document.setdefault(part, []).append(keys)
-                rows.append({"part": part} | keys | {"fingerprint": fingerprint(term.matrix)})
+                keys: dict[str, Any] = {"file": name, "factor": term.factor.text}
+                row = {"part": part} | keys | {"fingerprint": fingerprint(term.matrix)}
+                group, key = document, part
+                if isinstance(modulus := term.factor, Modulus):
+                    keys["factor"] = modulus.factor.text
+                    if modulus.loss:
+                        keys["structural"] = modulus.loss.text
+                    if table := modulus.table:
+                        keys["modulus"] = {"file": f"{part}{i}.csv"}
+                        lines = zip(table.frequencies, table.storage, table.loss, strict=True)
+                        write_csv(place / f"{part}{i}.csv", ["frequency", "storage", "loss"], lines)
+                    if modulus.imaginary:
+                        group, key = document.setdefault("damping", {}), "K4"
+                group.setdefault(key, []).append(keys)
+                rows.append(row)
         write_text(place / "system.yaml", yaml.safe_dump(document | more, sort_keys=False))
     return rows

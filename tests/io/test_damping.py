@@ -1,0 +1,127 @@
+"""Damping in system files: of terms, by matrices, by modes, over the frequency."""
+
+import numpy as np
+import pytest
+from scipy.io import mmwrite
+from scipy.linalg import eigh
+from scipy.sparse import csc_array, diags_array
+
+import squeal
+from squeal.errors import InputError
+from squeal.io.system import read_system
+from squeal.linear.system import Term, TermSystem, damped
+
+M = np.array([[2.0, 0.5], [0.5, 1.0]])
+A, B = np.array([[9.0, -1.0], [-1.0, 8.0]]), np.array([[4.0, 1.0], [1.0, 3.0]])
+HEAD = "parameters: {lining: 1.5}\nM: {file: m.mtx}\n"
+TABLE = "frequency,storage,loss\n100,1.0,0.1\n1000,1.2,0.1\n3000,1.3,0.05\n"
+
+
+@pytest.fixture
+def read(tmp_path):
+    matrices = {"m": M, "a": A, "b": B, "eta": 0.1 * B, "complex": A + 0.05j * A}
+    for name, matrix in matrices.items():
+        mmwrite(tmp_path / f"{name}.mtx", csc_array(matrix))
+
+    def made(text, table=TABLE):
+        (tmp_path / "table.csv").write_text(table)
+        (tmp_path / "system.yaml").write_text(HEAD + text)
+        return read_system(tmp_path / "system.yaml")
+
+    return made
+
+
+LINING = "{file: b.mtx, factor: lining"
+
+
+@pytest.mark.parametrize(
+    ("text", "C", "K"),
+    [
+        (f"K: [{{file: a.mtx}}, {LINING}, structural: 0.1}}]", None, A + (1.5 + 0.15j) * B),
+        (
+            f"K: [{{file: a.mtx}}, {LINING}, structural: 0.1 * lining}}]\n"
+            "damping: {structural: 0.02}",
+            None,
+            (1 + 0.02j) * A + (1.5 + 0.225j) * B,
+        ),
+        (
+            f"K: [{{file: a.mtx}}, {LINING}}}]\ndamping: {{K4: [{{file: eta.mtx, factor: lining}}]}}",
+            None,
+            A + (1.5 + 0.15j) * B,
+        ),
+        (
+            f"K: [{{file: a.mtx}}, {LINING}, rayleigh: 0.01}}]\ndamping: {{rayleigh: [3.0, 0.002]}}",
+            3 * M + 0.002 * A + 0.015 * B,
+            A + 1.5 * B,
+        ),
+        ("K: {file: complex.mtx}\ndamping: {structural: 0.01}", None, (1 + 0.06j) * A),
+    ],
+    ids=["term", "both", "K4", "rayleigh", "complex"],
+)
+def test_each_kind_is_what_it_means_and_comes_back_from_its_export(read, tmp_path, text, C, K):
+    given = read(text)
+    from squeal.analysis.systems.matrices import write_system
+
+    write_system(tmp_path / "again", given.system, "mtx")
+    for file in (given, read_system(tmp_path / "again" / "system.yaml")):
+        found = file.system.arrays()
+        assert found[2] == pytest.approx(K, rel=1e-14)
+        assert (found[1] is None) if C is None else (found[1] == pytest.approx(C, rel=1e-14))
+    assert [one.by for one in given.damped]
+
+
+def test_a_table_of_ratios_damps_the_modes_in_its_range(read):
+    file = read("K: [{file: a.mtx}]\ndamping: {ratios: {file: table.csv}}", _RATIOS)
+    found = squeal.eigenvalues(file).eigenvalues[1::2]
+    low, high = np.sqrt(eigh(A, M, eigvals_only=True))
+    assert [e.damping_ratio for e in found] == pytest.approx([0.01 + 0.02 * (low - 1.0), 0.0])
+    assert np.abs(found[1].value) == pytest.approx(high)
+
+
+_RATIOS = f"frequency,ratio\n{1 / (2 * np.pi)},0.01\n{3 / (2 * np.pi)},0.05\n"
+
+
+@pytest.mark.parametrize("table", [False, True])
+def test_modes_of_a_large_system_are_damped_by_rows_of_their_own(table):
+    n, hertz = 2100, 2 * np.pi * np.arange(1.0, 2101.0)
+    pair = np.zeros((n, n))
+    pair[:2, :2] = [[3.0, 4.0], [4.0, -3.0]]  # turns the first two
+    K = csc_array(diags_array(hertz**2) + csc_array(pair))
+    system = TermSystem((Term(csc_array(diags_array(np.ones(n)))),), (), (Term(K),))
+    zeta = np.linspace(0.01, 0.03, 3)
+    given = (lambda f: np.where(f < 3.5, 0.01 * (f + 1) / 2, np.nan)) if table else zeta
+    larger, (what,) = damped(system, ratios=given)
+    assert what.value == pytest.approx(zeta, rel=2e-2)
+    found = squeal.eigenvalues(larger, modes=4)
+    assert found.certified
+    assert [e.damping_ratio for e in found.eigenvalues] == pytest.approx([*what.value, 0.0])
+
+
+WRONG = [
+    ("C: {file: a.mtx, structural: 0.1}\nK: {file: a.mtx}", TABLE, "structural"),
+    ("C: {file: a.mtx, rayleigh: 0.1}\nK: {file: a.mtx}", TABLE, "rayleigh"),
+    ("C: {file: a.mtx, modulus: {file: table.csv}}\nK: {file: a.mtx}", TABLE, "loss"),
+    ("K: {file: a.mtx, structural: -0.1}", TABLE, "-0.1"),
+    ("K: {file: a.mtx, structural: nu}", TABLE, "nu"),
+    ("K: {file: a.mtx, structural: 0.1, modulus: {file: table.csv}}", TABLE, "modulus"),
+    ("K: {file: a.mtx}\ndamping: {K4: {file: complex.mtx}}", TABLE, "complex"),
+    ("K: {file: a.mtx, structural: 0.1}\ndamping: {structural: 0.1}", TABLE, "their own"),
+    ("K: {file: a.mtx}\ndamping: {ratios: {file: table.csv}}", TABLE, "ratio"),
+    *(
+        ("K: {file: a.mtx, modulus: {file: table.csv}}", table, word)
+        for table, word in [
+            ("frequency,storage,loss\n100,1,0.1\n100,1,0.1\n", "100"),
+            ("frequency,storage,loss\n100,1,0.1\n200,1,-0.1\n", "-0.1"),
+            ("frequency,loss\n100,1\n200,1\n", "storage"),
+            ("frequency,storage,loss\n100,1,x\n200,1,0.1\n", "line 2"),
+            ("frequency,storage,loss\n100,1,0.1\n", "1 lines"),
+            ("", "frequency"),
+        ]
+    ),
+]
+
+
+@pytest.mark.parametrize(("text", "table", "word"), WRONG)
+def test_refusals(read, text, table, word):
+    with pytest.raises(InputError, match=word):
+        read(text, table)
