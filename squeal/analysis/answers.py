@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import cmath
+import itertools
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
@@ -13,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.io.writing import Answer, Column, Table, columns, located, number, picked, plain
-from squeal.linear import CriticalPoint, Crossing, UnstableMode
+from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import Eigenvalue
 from squeal.schema import Number, Place, Whole
 
@@ -126,7 +127,8 @@ class Eigenvalues(Answer):
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """Roots (m,) at one value of the parameter, the verdict on them and their backward errors.
+    """Roots (m,) at one value of the parameter, the verdict on them, their backward errors and how
+    far rounding may move them.
 
     Of a pad `contact` names the contact state; roots are None where its branch does not reach.
     """
@@ -138,6 +140,7 @@ class Step:
     contact: str | None = None
     admissible: bool | None = None
     spurious: int = 0
+    rounding: NDArray[np.float64] | None = field(default=None, repr=False)
 
     @property
     def eigenvalues(self) -> tuple[Eigenvalue, ...]:
@@ -145,8 +148,9 @@ class Step:
         if self.roots is None or self.residuals is None:
             return ()
         none = np.empty(0, dtype=complex)
-        pairs = zip(self.roots.tolist(), self.residuals.tolist(), strict=True)
-        return tuple(Eigenvalue(root, none, none, error, math.nan) for root, error in pairs)
+        rounding = np.zeros_like(self.residuals) if self.rounding is None else self.rounding
+        each = zip(*(x.tolist() for x in (self.roots, self.residuals, rounding)), strict=True)
+        return tuple(Eigenvalue(z, none, none, error, math.nan, own) for z, error, own in each)
 
     def to_dict(self, parameter: str) -> dict[str, Any]:
         records = Table(ROOT, self.eigenvalues).records()
@@ -214,9 +218,9 @@ class Sweep(Answer):
 
 def _hertz(step: Step, growing: bool) -> str:
     """Frequencies of the upper roots, or of those that grow, in a line."""
-    roots = np.empty(0) if step.roots is None else step.roots
-    grow = (roots.imag >= 0.0) & (roots.real > 1e-9 * np.abs(roots))
-    each = np.sort(roots[grow if growing else roots.imag > 0.0].imag) / math.tau
+    roots = [e for e in step.eigenvalues if e.value.imag >= 0.0]
+    some = [e.kind in GROWING if growing else e.value.imag > 0.0 for e in roots]
+    each = np.sort([e.frequency_hz for e in itertools.compress(roots, some)])
     more = f", {len(each) - LISTED} more" if len(each) > LISTED else ""
     return (", ".join(map(number, each[:LISTED].tolist())) or "-") + more
 

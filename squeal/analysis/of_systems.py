@@ -29,9 +29,9 @@ from squeal.analysis.systems.roots import (
     basis_of,
     check_memory,
     is_small,
-    noise_of,
     reduced_for,
     roots_of_all,
+    rounding_of,
     system_roots,
     verdict_of,
 )
@@ -192,14 +192,14 @@ class Question:
             first, second = (np.linspace(a.low, a.high, CORNERS).tolist() for a in axes)
             corners = [{names[0]: a, names[1]: b} for a in first for b in second]
             reduction = reduced_for(system, wanted, corners)
-        codes, noise = np.zeros((axes[0].n, axes[1].n), dtype=np.int8), noise_of(system)
+        codes = np.zeros((axes[0].n, axes[1].n), dtype=np.int8)
         growth = np.full(codes.shape, np.nan)
         for i, a in enumerate(axes[0].values.tolist()):
             PROGRESS.get()(f"{names[0]} = {a:.6g}")
             for j, b in enumerate(axes[1].values.tolist()):
                 at = {names[0]: a, names[1]: b}
                 roots = reduction.values(at) if reduction else roots_of_all(system, wanted, at)
-                codes[i, j] = NAMES.index(verdict_of(roots, noise))
+                codes[i, j] = NAMES.index(verdict_of(roots, rounding_of(system, roots)))
                 growth[i, j] = roots.real.max() if len(roots) else np.nan
         basis = basis_of(reduction, wanted)
         return Map(
@@ -258,7 +258,7 @@ def _steps(
     if whole and not small and wanted.modes is None:
         raise InputError(NO_BAND)
     for value in values:
-        at, spurious = {system.parameter: value}, 0
+        at, rounding, spurious = {system.parameter: value}, None, 0
         if reduction is not None:
             modes, residuals, spurious = reduction.modes(at)
             roots = modes.values
@@ -270,14 +270,17 @@ def _steps(
             every = system_roots(system, wanted, at).every
             roots = np.array([e.value for e in every], dtype=complex)
             residuals = np.array([e.residual for e in every])
+            rounding = np.array([e.rounding for e in every])
         # on all of them, however few are listed; some roots prove none but growth
-        verdict: str | None = verdict_of(roots, noise_of(system))
+        rounding = rounding_of(system, roots) if rounding is None else rounding
+        verdict: str | None = verdict_of(roots, rounding)
         if not (small and whole) and verdict not in GROWING:
             verdict = None
         order = ordered(roots)
         if wanted.modes is not None:
             order = order[roots[order].imag >= 0.0][: wanted.modes]
-        yield Step(value, roots[order], residuals[order], verdict, spurious=spurious)
+        each = roots[order], residuals[order], verdict
+        yield Step(value, *each, spurious=spurious, rounding=rounding[order])
 
 
 def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]:

@@ -218,9 +218,10 @@ def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
         else:
             steps.append(Step(mu, None, None, None, None, False))
             continue
-        errors = np.array([root.residual for root in at.spectrum.eigenvalues])
-        verdict = at.judgement.verdict
-        steps.append(Step(mu, at.spectrum.values, errors, verdict, at.contact, at.admissible))
+        known, verdict = at.spectrum, at.judgement.verdict
+        errors = np.array([root.residual for root in known.eigenvalues])
+        last = at.contact, at.admissible, 0, known.rounding
+        steps.append(Step(mu, known.values, errors, verdict, *last))
     return Sweep(scene.model, "mu", tuple(steps), source=scene)
 
 

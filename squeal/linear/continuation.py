@@ -29,7 +29,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError, MatrixError
-from squeal.linear.eigen import UnstableCount, assigned, left_vectors, root_rounding
+from squeal.linear.eigen import (
+    DIVERGENCE,
+    FLUTTER,
+    Codes,
+    UnstableCount,
+    assigned,
+    kinds,
+    left_vectors,
+    root_rounding,
+    square_roots,
+)
 from squeal.linear.matrices import (
     EPS,
     ILL,
@@ -136,21 +146,19 @@ class State:
         return np.asarray(apart <= 2 * np.add.outer(self.rounding, self.rounding))
 
     @cached_property
-    def grows(self) -> Bools:
-        """Roots that grow by more than rounding, of a pair both."""
-        z, rounding = self.roots, self.rounding
+    def kinds(self) -> Codes:
+        """What each root does, see `eigen.kinds`; of a pair that grows both."""
         if self.form == "undamped":
-            return np.asarray(~self.real | (z.real < -rounding))
-        return np.asarray((z.real if self.form == "damped" else -z.imag) > rounding)
+            return kinds(*square_roots(self.roots, self.rounding))
+        return kinds(self.roots * (1.0 if self.form == "damped" else 1j), self.rounding)
 
     @cached_property
     def growing(self) -> tuple[list[int], list[int]]:
         """Indices of upper roots of growing pairs, and of growing real roots; the fastest first."""
         across = self.roots.real if self.form == "gyroscopic" else self.roots.imag
-        pairs = across > self.rounding
-        real = self.real if self.form == "undamped" else np.abs(across) <= self.rounding
-        order = [k for k in np.argsort(-self.exponents.real).tolist() if self.grows[k]]
-        return [k for k in order if pairs[k]], [k for k in order if real[k]]
+        order = np.argsort(-self.exponents.real).tolist()
+        pairs = [k for k in order if self.kinds[k] == FLUTTER and across[k] > 0.0]
+        return pairs, [k for k in order if self.kinds[k] == DIVERGENCE]
 
     @cached_property
     def growth(self) -> UnstableCount:

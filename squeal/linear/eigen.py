@@ -5,9 +5,9 @@ condition number, which grows without limit where roots coalesce; m roots that m
 more than the m-th root of the relative error. Every eigenvalue carries this number.
 
 How is flutter decided? A root grows if its real part is greater than its rounding; if its imaginary
-part is greater too it is one of a pair (flutter), else real (divergence). The fastest growing one
-names the verdict. Nothing grows: `marginal` if some root lies within its rounding of the imaginary
-axis, else `stable`. That is `decide`, of any roots.
+part is greater too it is one of a pair (flutter), else real (divergence). That is `kinds`, of any
+roots. The fastest growing one names the verdict (`decide`). Nothing grows: `marginal` if some root
+lies within its rounding of the imaginary axis, else `stable`.
 
 At a flutter boundary two roots coalesce, and computed real parts are noise of the size of the
 square root of the machine precision. Up to three rows without damping the roots therefore follow
@@ -76,9 +76,9 @@ class Eigenvalue:
     rounding: float = field(default=0.0, repr=False)
 
     @property
-    def grows(self) -> bool:
-        """True if it grows by more than rounding."""
-        return self.value.real > self.rounding
+    def kind(self) -> str:
+        """The verdict on it alone."""
+        return VERDICTS[kinds(self.value, self.rounding)]
 
     @property
     def frequency_hz(self) -> float:
@@ -157,6 +157,31 @@ def root_rounding(
     return np.asarray(size * np.minimum(error * condition, error ** (1 / np.maximum(2, close))))
 
 
+def assumed_rounding(values: ArrayLike, undamped: bool = False) -> Array:
+    """How far rounding may move roots (...) without known left vectors, hence without condition: a
+    share of |lambda|, greater without damping, where it parts two equal roots as a square root."""
+    return np.asarray((1e-7 if undamped else 1e-10) * np.abs(values))
+
+
+def kinds(values: ArrayLike, rounding: ArrayLike) -> Codes:
+    """What each of the roots lambda (...) does, by indices into `VERDICTS`, given how far rounding
+    may move it."""
+    values = np.asarray(values)
+    growing = np.where(np.abs(values.imag) > rounding, FLUTTER, DIVERGENCE)
+    quiet = np.where(values.real >= -np.asarray(rounding), MARGINAL, STABLE)
+    return np.where(values.real > rounding, growing, quiet).astype(np.int8)
+
+
+def square_roots(s: ComplexArray, rounding: Array) -> tuple[ComplexArray, Array]:
+    """The roots lambda (...) of s = -lambda^2 that do not decay, and their rounding; a complex pair
+    within its own rounding is a coalescence: a real double root."""
+    s = np.where(np.abs(s.imag) <= rounding, s.real, s)
+    size = np.abs(s)
+    below = size <= rounding
+    slope = 1 / (2 * np.sqrt(np.where(below, 1.0, size)))
+    return np.sqrt(-s), np.where(below, np.sqrt(rounding), rounding * slope)
+
+
 class Roots(NamedTuple):
     """Eigenvalues (m,) with unit vectors as columns, condition numbers and `root_rounding`."""
 
@@ -218,9 +243,9 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     return Roots(values, right, left, condition, moved)
 
 
-def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> bool:
+def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> None:
     """Give up to three roots s = -lambda^2 the pairs and signs, beyond rounding, that invariants
-    know where roots coalesce or pass zero; False if these are vague."""
+    know where roots coalesce or pass zero, if they are not vague."""
     A, n = np.zeros((3, 3)), len(s)  # a missing row is one of zeros: a zero root
     A[:n, :n] = reduced.A
     diagonal = np.count_nonzero(reduced.T) == n
@@ -228,7 +253,7 @@ def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> bool:
     with np.errstate(over="ignore", invalid="ignore"):
         cubic = invariants(A.ravel().tolist(), floor=floor)
     if cubic.vague:
-        return False
+        return
     # of real roots the coefficients of p(-s) change sign once for each negative one
     signs = [1.0, *(np.sign(v.value) for v in cubic[:3] if abs(v.value) > v.bound)]
     negative = sum(bool(x != y) for x, y in itertools.pairwise(signs))
@@ -254,7 +279,6 @@ def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> bool:
         rounding[k] = min(rounding[k], abs(s[k]) / 2)
     least = rising[negative:]
     s[least] = np.maximum(s[least].real, 0.0)
-    return True
 
 
 def roots_of(reduced: Reduced) -> Roots:
@@ -270,12 +294,9 @@ def roots_of(reduced: Reduced) -> Roots:
         values, x, y, moved = values * rate, x[:n], y[n:], moved * rate
     else:
         s, x, y, condition, moved = _standard_roots(reduced.A, reduced.rounding)
-        if len(s) > 3 or not _agree(s, moved, reduced):
-            # a complex pair within its own rounding is a coalescence: a real double root
-            s = np.where(np.abs(s.imag) <= moved, s.real, s)
-        size, half = np.abs(s), np.sqrt(-s)
-        below = size <= moved
-        moved = np.where(below, np.sqrt(moved), moved / (2 * np.sqrt(np.where(below, 1.0, size))))
+        if len(s) <= 3:
+            _agree(s, moved, reduced)
+        half, moved = square_roots(s, moved)
         values = np.asarray(np.ravel([half, -half], order="F") + 0.0)
         x, y = np.repeat(x, 2, axis=1), np.repeat(y, 2, axis=1)
         condition, moved = np.repeat(condition, 2), np.repeat(moved, 2)
@@ -416,12 +437,11 @@ def decide(values: ArrayLike, rounding: ArrayLike, residuals: ArrayLike = 0.0) -
     values = np.atleast_1d(np.asarray(values, dtype=complex))
     rounding = np.broadcast_to(rounding, values.shape)
     sure = np.broadcast_to(residuals, values.shape) <= ACCEPTED
-    excess = np.where(sure & (values.real > rounding), values.real, -np.inf)
-    k = int(np.argmax(excess))
-    if excess[k] > 0.0:
-        name = "flutter" if abs(values[k].imag) > rounding[k] else "divergence"
-    else:
-        name = "marginal" if np.any(np.abs(values.real) <= rounding) else "stable"
+    each = kinds(values, rounding)
+    k = int(np.argmax(np.where(sure & (each >= FLUTTER), values.real, -np.inf)))
+    name = VERDICTS[each[k]]
+    if not (sure[k] and name in GROWING):
+        name = "marginal" if np.any(each == MARGINAL) else "stable"
         name = name if sure.all() else UNKNOWN
         k = int(np.argmax(values.real))
     return Judgement(name, float(values[k].real), float(rounding[k]))
@@ -447,14 +467,6 @@ class UnstableCount:
     def roots(self) -> int:
         """Growing roots, two for a pair."""
         return 2 * self.pairs + self.reals
-
-
-def unstable_count(values: ComplexArray, rounding: float | Array) -> UnstableCount:
-    """How many of the roots (m,) of a system, both of each pair, grow; as `decide` does."""
-    grows, oscillates = values.real > rounding, np.abs(values.imag) > rounding
-    both = grows & oscillates & (values.imag > 0), grows & ~oscillates
-    rates = (float(np.max(values.real[some], initial=0.0)) for some in both)
-    return UnstableCount(*(int(some.sum()) for some in both), *rates)
 
 
 def judge(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Judgement:

@@ -13,6 +13,8 @@ import numpy as np
 from squeal.linear.continuation import Continuation, Step
 from squeal.linear.eigen import (
     ACCEPTED,
+    FLUTTER,
+    GROWING,
     ComplexArray,
     Eigenvalue,
     complex_eigenvalues,
@@ -106,12 +108,9 @@ class UnstableMode:
 
 def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
     """What grows by more than rounding and is accepted, the fastest first; of pairs the upper."""
-    roots = [e for e in values if e.grows and e.value.imag >= -e.rounding]
-    roots = sorted((e for e in roots if e.residual <= ACCEPTED), key=lambda e: -e.growth_rate)
-    real = (abs(e.value.imag) <= e.rounding for e in roots)
-    kinds = ("divergence" if one else "flutter" for one in real)
-    each = zip(kinds, roots, strict=True)
-    return tuple(UnstableMode(k, e.frequency_hz, e.growth_rate, e.damping_ratio) for k, e in each)
+    upper = (e for e in values if e.value.imag >= -e.rounding and e.residual <= ACCEPTED)
+    each = sorted((e for e in upper if e.kind in GROWING), key=lambda e: -e.growth_rate)
+    return tuple(UnstableMode(e.kind, e.frequency_hz, e.growth_rate, e.damping_ratio) for e in each)
 
 
 def unstable_modes(
@@ -146,7 +145,7 @@ def _onsets(result: Thresholds, mu: float) -> Iterator[tuple[complex, float | No
         and (state.value == mu or not any(a <= state.value <= b for a, b in taken))
     ]
     last = lines[-1].at(mu)
-    for own in np.flatnonzero(last.grows).tolist():
+    for own in np.flatnonzero(last.kinds >= FLUTTER).tolist():
         k, onset, end = own, None, last.exponents[own]
         for (line, before), (other, after) in reversed(list(itertools.pairwise(known))):
             hertz = after.omegas[k] / (2 * np.pi)
@@ -154,7 +153,7 @@ def _onsets(result: Thresholds, mu: float) -> Iterator[tuple[complex, float | No
                 k = int(np.argsort(Step(before, after, line.options).order)[k])
             else:  # beyond a jump
                 k = int(np.argmin(np.abs(before.exponents - after.exponents[k])))
-            if not before.grows[k]:
+            if before.kinds[k] < FLUTTER:
                 fresh = [c for c in began if before.value < c.mu <= after.value]
                 fresh = sorted(fresh, key=lambda c: abs(c.frequency_hz - hertz))[:1]
                 onset = next((c.mu for c in fresh if c.mu - low > 1e-9 * (mu - low)), None)

@@ -50,10 +50,10 @@ def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Dr
         words = f"mode {shape}, {number(root.frequency_hz)} Hz, {growth}"
         return modes.shape_drawing(name, words, subject.coordinates, root.right)
     if not isinstance(subject, Scene):
-        return modes.modes_drawing(name, answer.values)
+        return modes.modes_drawing(name, answer.eigenvalues)
     shapes = mode_shapes(analysis.spectrum, (1.0, 1.0, subject.pad.w))
-    figure = modes.pad_figure(subject.pad, analysis.q, shapes, answer.values)
-    return modes.modes_drawing(name, answer.values, figure)
+    figure = modes.pad_figure(subject.pad, analysis.q, shapes, answer.eigenvalues)
+    return modes.modes_drawing(name, answer.eigenvalues, figure)
 
 
 def _coupling(scene: Scene, name: str, low: float, high: float) -> Drawing:

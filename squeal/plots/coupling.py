@@ -13,8 +13,9 @@ from matplotlib.patches import Patch
 from squeal.analysis.answers import Step
 from squeal.analysis.pads import ModeSweep
 from squeal.linear import GROWING
+from squeal.linear.eigen import assumed_rounding
 from squeal.plots.maps import COLOUR_OF, symbol_of
-from squeal.plots.modes import NAME, RED, growing
+from squeal.plots.modes import NAME, RED
 from squeal.plots.style import (
     DOUBLE,
     Drawing,
@@ -141,7 +142,8 @@ def coupling_figure(sweep: ModeSweep, own: float | None = None) -> Figure:
     rank = np.where(pairs.imag >= 0.0, pairs.real, -np.inf)
     modes = np.take_along_axis(pairs, rank.argmax(axis=2)[:, :, None], axis=2)[:, :, 0]
     # rounding alone grows where no verdict says so
-    noise = 1e-7 * np.abs(values).max() if {v for *_, v in sweep.spans} & {*GROWING} else np.inf
+    noise = float(assumed_rounding(np.abs(values).max(), undamped=True))
+    noise = noise if {v for *_, v in sweep.spans} & {*GROWING} else np.inf
     best, entries = modes.real.max(axis=0), dict[str, Any]()
     with style():
         at = np.repeat(mus, values.shape[1])
@@ -200,12 +202,12 @@ def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
     x = np.array([value for value, *_ in steps])
     at = np.concatenate([np.full(len(roots), value) for value, roots, _ in steps])
     values = np.concatenate([roots for _, roots, _ in steps])
+    grows = np.array([e.kind in GROWING for row in rows for e in row.eigenvalues], dtype=bool)
     edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
     with style():
         figure, (upper, lower) = _panels(parameter, at, values, (float(x[0]), float(x[-1])))
         above = values.imag >= -1e-9 * np.abs(values)
-        at, values = at[above], values[above]
-        grows = growing(values)
+        at, values, grows = at[above], values[above], grows[above]
         for some, colour, size in ((~grows, "0.25", 1.5), (grows, RED, 4.0)):
             look: Any = {"s": size, "color": colour, "linewidth": 0}
             upper.scatter(at[some], values.imag[some] / math.tau, **look)

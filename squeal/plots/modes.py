@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from squeal.analysis.answers import ModeShape
 from squeal.io.system import Coordinates
+from squeal.linear import GROWING, Eigenvalue
 from squeal.model.pad import Pad
 from squeal.plots.style import (
     DOUBLE,
@@ -91,24 +92,20 @@ def legend_of_phases(shapes: Sequence[np.ndarray]) -> tuple[list[Line2D], list[s
     return handles, ["equilibrium", "displaced", second]
 
 
-def growing(values: np.ndarray) -> np.ndarray:
-    """Which eigenvalues grow by more than rounding."""
-    return np.asarray(values.real > 1e-9 * np.abs(values))
-
-
-def draw_eigenvalues(axes: Axes, values: np.ndarray) -> None:
+def draw_eigenvalues(axes: Axes, roots: Sequence[Eigenvalue]) -> None:
     """Eigenvalues (rad/s) of the upper half plane, those that grow as red squares."""
     axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
-    upper = values[values.imag >= -1e-9 * np.abs(values)]
-    grows = growing(upper)
+    roots = [e for e in roots if e.value.imag >= -e.rounding]
+    upper = np.array([e.value for e in roots], dtype=complex)
+    grows = np.array([e.kind in GROWING for e in roots], dtype=bool)
     sets: list[tuple[np.ndarray, dict[str, Any]]] = [
         (upper[~grows], {"marker": "o", "fc": "none", "ec": RING}),
         (upper[grows], {"marker": "s", "fc": "none", "ec": RED}),
     ]
     for points, look in sets:
         axes.scatter(points.real, points.imag / math.tau, s=26, **look)
-    reach = max(1.0, 1.2 * float(np.abs(values.real).max(initial=0.0)))
-    axes.set(xlim=(-reach, reach), ylim=frequency_limits(values))
+    reach = max(1.0, 1.2 * float(np.abs(upper.real).max(initial=0.0)))
+    axes.set(xlim=(-reach, reach), ylim=frequency_limits(upper))
     axes.set(xlabel="growth rate [1/s]", ylabel="frequency [Hz]")
     for root in sorted(upper[grows & (upper.imag > 0.0)], key=lambda r: -r.real)[:6]:
         place = (root.real, root.imag / math.tau)
@@ -119,7 +116,7 @@ def pad_figure(
     pad: Pad,
     q: Sequence[float],
     shapes: Sequence[ModeShape],
-    values: np.ndarray,
+    roots: Sequence[Eigenvalue],
 ) -> Figure:
     """Eigenvalues of a pad about its equilibrium q (x, y, theta), and the shape of each mode."""
     slender = pad.h / pad.w
@@ -133,7 +130,7 @@ def pad_figure(
     with style():
         figure = Figure(figsize=(DOUBLE, 0.5 + 1.3 * len(shapes)))
         grid = figure.add_gridspec(len(shapes), 2, width_ratios=[1.5, 1.0])
-        draw_eigenvalues(figure.add_subplot(grid[:, 0]), values)
+        draw_eigenvalues(figure.add_subplot(grid[:, 0]), roots)
         for k, (one, three) in enumerate(zip(shapes, lines, strict=True)):
             axes = figure.add_subplot(grid[k, 1])
             draw_surface(axes, -slender, left, right, bottom)
@@ -149,15 +146,15 @@ def pad_figure(
     return figure
 
 
-def modes_drawing(name: str, values: np.ndarray, figure: Figure | None = None) -> Drawing:
+def modes_drawing(name: str, roots: Sequence[Eigenvalue], figure: Figure | None = None) -> Drawing:
     """Eigenvalues alone, or a figure of them with mode shapes."""
     shapes = "" if figure is None else " and mode shapes"
     if figure is None:
         with style():
             figure = Figure(figsize=(SINGLE, 3.0))
-            draw_eigenvalues(figure.add_subplot(), values)
-    listed = ", ".join(f"{v.real:.4g} {v.imag:+.4g}i" for v in values[:100])
-    more = f", and {len(values) - 100} more" if len(values) > 100 else ""
+            draw_eigenvalues(figure.add_subplot(), roots)
+    listed = ", ".join(f"{v.real:.4g} {v.imag:+.4g}i" for v in (e.value for e in roots[:100]))
+    more = f", and {len(roots) - 100} more" if len(roots) > 100 else ""
     text = f"Eigenvalues of {name} in the complex plane{shapes}; in rad/s: {listed}{more}."
     return Drawing(figure, text, f"Eigenvalues of {name}", origin(__name__))
 

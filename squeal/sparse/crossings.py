@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import State, hermite_cubic, near_coalescences, zeros_between
+from squeal.linear.eigen import assumed_rounding
 from squeal.linear.events import Event
 from squeal.linear.matrices import EPS
 from squeal.linear.system import TermSystem
@@ -38,7 +39,6 @@ class AlongOptions:
     states: int = 600  # values at which roots are computed; beyond, no step is halved
     doubt: float = 0.25  # of its way: how far the slopes may miss a root that counts as matched
     near: float = 1e-4  # of |lambda|: ... or this
-    rounding: float = 1e-10  # of |lambda|: real parts of reduced roots that may be rounding
     real: float = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
     same: float = 1e-7  # relative: crossings closer than this are one
     steps: int = 20  # of Newton's method
@@ -92,10 +92,9 @@ class Along:
             # a double root at zero leaves it as a square root, if at all
             C = system.at(at)[1]
             damping = 0.0 if C is None else float(np.linalg.norm(C))
-            single = (z != 0) | (np.abs(inertia) > OPTIONS.rounding * damping)
+            single = (z != 0) | (np.abs(inertia) > assumed_rounding(damping))
             coupling = np.asarray(-change / np.where(single, inertia, np.inf)[:, None])
-            noise = OPTIONS.rounding / 10 * np.abs(z)
-            self._states[value] = State(value, z, X, roots.left, coupling, noise)
+            self._states[value] = State(value, z, X, roots.left, coupling, assumed_rounding(z))
         return self._states[value]
 
     def crossings(self, a: float, b: float, least: float) -> Iterator[Guess]:
@@ -171,9 +170,7 @@ class Along:
 
 def _changes_sign(one: Any, other: Any) -> Any:
     """True where the real parts differ in sign by more than rounding."""
-    one, other = (
-        np.where(np.abs(z.real) > OPTIONS.rounding * np.abs(z), z.real, 0.0) for z in (one, other)
-    )
+    one, other = (np.where(np.abs(z.real) > assumed_rounding(z), z.real, 0) for z in (one, other))
     return one * other < 0.0
 
 

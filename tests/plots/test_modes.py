@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from squeal.analysis.answers import Step
 from squeal.analysis.pads import analyse, mode_shapes
 from squeal.io.scene import read_scene
 from squeal.io.system import Coordinates
@@ -17,7 +18,7 @@ def test_the_pad_moves_by_the_shape():
     scene = read_scene(SCENES / "b1-a.yaml")
     found = analyse(scene)
     shapes = mode_shapes(found.spectrum, (1.0, 1.0, scene.pad.w))
-    figure = modes.pad_figure(scene.pad, found.q, shapes, found.spectrum.values)
+    figure = modes.pad_figure(scene.pad, found.q, shapes, found.spectrum.eigenvalues)
     plane, *panels = figure.axes
     assert len(panels) == 3
     for one, axes in zip(shapes, panels, strict=True):
@@ -38,7 +39,8 @@ def test_the_pad_moves_by_the_shape():
 
 def test_only_the_upper_half_plane_is_drawn():
     values = np.array([1 + 20j, 1 - 20j, -1 + 20j, -1 - 20j, 5.0, -5.0])
-    axes = modes.modes_drawing("pad", values).figure.axes[0]
+    roots = Step(0.0, values, np.zeros(6), None).eigenvalues
+    axes = modes.modes_drawing("pad", roots).figure.axes[0]
     still, grows = (np.asarray(drawn.get_offsets()) for drawn in axes.collections)
     assert grows == pytest.approx(np.array([[1.0, 10 / np.pi], [5.0, 0.0]]))
     assert still == pytest.approx(np.array([[-1.0, 10 / np.pi], [-5.0, 0.0]]))

@@ -21,6 +21,7 @@ from squeal.linear.eigen import (
     ACCEPTED,
     STIFF,
     Eigenvalue,
+    assumed_rounding,
     decide,
     hidden,
     ordered,
@@ -262,15 +263,14 @@ def _upper(every: Known, count: int | None, real: bool) -> tuple[Known, int | No
     return upper, None if count is None else count - len(every) + len(upper)
 
 
-def verdict_of(roots: NDArray[np.complex128], noise: float) -> str:
-    """Verdict on roots of which a real part below `noise` |lambda| is none."""
-    return decide(roots, noise * np.abs(roots)).verdict if len(roots) else NO_ROOT
+def verdict_of(roots: NDArray[np.complex128], rounding: NDArray[np.float64]) -> str:
+    """Verdict on roots that rounding may move so far."""
+    return decide(roots, rounding).verdict if rounding.size else NO_ROOT
 
 
-def noise_of(system: TermSystem) -> float:
-    """What of |lambda| may be rounding in a real part."""
-    damped, split = 1e-10, 1e-7  # undamped, rounding parts two equal roots
-    return damped if system.C or not system.real else split
+def rounding_of(system: TermSystem, roots: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """How far rounding may move roots of a system that were computed without vectors."""
+    return assumed_rounding(roots, undamped=system.real and not system.C)
 
 
 def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rectangle:
@@ -340,7 +340,7 @@ def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArra
     """The roots of a small system in the band or region, by rising frequency, values alone."""
     roots = dense_values(*system.arrays(changes))
     if not system.real:  # rounding may put a real one below
-        roots = np.where(np.abs(roots.imag) <= 1e-7 * np.abs(roots), roots.real, roots)
+        roots = np.where(np.abs(roots.imag) <= assumed_rounding(roots, True), roots.real, roots)
         roots = roots[roots.imag >= 0.0]
     if wanted.band is not None:  # of any real part
         low, high = (2 * np.pi * f for f in wanted.band)

@@ -15,17 +15,18 @@ from squeal.analysis.systems.roots import (
     Wanted,
     basis_of,
     is_small,
-    noise_of,
     reduced_for,
     roots_of_all,
+    rounding_of,
     verdict_of,
 )
 from squeal.errors import ComputationError, InputError
 from squeal.linear import thresholds
 from squeal.linear.continuation import Continuation, ContinuationOptions, State
-from squeal.linear.eigen import ComplexArray, unstable_count
+from squeal.linear.eigen import ComplexArray
 from squeal.linear.events import Event
 from squeal.linear.matrices import ILL, dense, unit_diagonal
+from squeal.linear.paths import growing
 from squeal.linear.search import Searched, search, together
 from squeal.linear.system import TermSystem
 from squeal.linear.thresholds import points_and_crossings
@@ -130,7 +131,7 @@ def system_thresholds(
         name,
         low,
         high,
-        verdict_of(roots({name: low}), line.noise),
+        verdict_of(first := roots({name: low}), rounding_of(system, first)),
         tuple(points),
         tuple(crossings),
         f"{name} = {high:g} is reached",
@@ -141,17 +142,17 @@ def system_thresholds(
     )
 
 
-def _counted(reduction: Reduction, value: float, growing: int) -> bool:
+def _counted(reduction: Reduction, value: float, expected: int) -> bool:
     """True if as many roots of the full system in the region grow as are expected."""
-    name, noise = reduction.system.parameter, noise_of(reduction.system)
+    name = reduction.system.parameter
     PROGRESS.get()(f"counting growing roots at {name} = {value:.6g}")
     problem = reduction.scaled.at({name: value})
     try:
         full = modes_in(problem, reduction.region, start=reduction.vectors, exact=OPTIONS.accepted)
     except ComputationError:
         return False
-    z = full.values
-    return full.certified and unstable_count(z, noise * np.abs(z)).roots == growing
+    roots = sum(2 if mode.kind == "flutter" else 1 for mode in growing(full.eigenvalues))
+    return full.certified and roots == expected
 
 
 class _Band(Continuation):
@@ -165,8 +166,9 @@ class _Band(Continuation):
         roots: Callable[[Changes], ComplexArray],
     ) -> None:
         self.name, self.low, self.high, self.roots = system.parameter, low, high, roots
+        self.system: TermSystem = system
+        self._states = {}
         self.options, self.form = ContinuationOptions(), "values"
-        self.noise, self._states = noise_of(system), {}
 
     def at(self, p: float) -> State:
         """The roots at p without vectors and slopes, those above the axis with their conjugates."""
@@ -174,7 +176,7 @@ class _Band(Continuation):
             z = self.roots({self.name: p})
             z = np.concatenate([z[z.imag >= 0.0], z[z.imag > 0.0].conj()])
             none, still = np.zeros((0, len(z)), complex), np.zeros((len(z), len(z)), complex)
-            self._states[p] = State(p, z, none, none, still, self.noise * np.abs(z))
+            self._states[p] = State(p, z, none, none, still, rounding_of(self.system, z))
         return self._states[p]
 
 
