@@ -11,14 +11,14 @@ import io
 import math
 import re
 import warnings
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array, diags_array, issparse
+from scipy.sparse import coo_array, csc_array, issparse
 
 from squeal.errors import InputError
 from squeal.io.writing import write_whole
@@ -45,23 +45,24 @@ class MatrixFile:
     symmetric: bool | None = False
 
 
-def _numbers(lines: Iterable[str], comments: str | None) -> NDArray[np.float64]:
-    """The table of numbers in some lines (rows, columns)."""
+def _numbers(lines: Any, places: int, values: int) -> tuple[NDArray, NDArray]:
+    """The whole numbers (lines, places) and the numbers (lines, values) behind them, of each line.
+
+    Raises ValueError.
+    """
+    fields = ("places", np.int64, (places,)), ("values", np.float64, (values,))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # of no data
         try:
-            return np.loadtxt(lines, comments=comments, ndmin=2)
+            table = np.loadtxt(lines, [one for one in fields if one[2] != (0,)], comments=None)
         except ValueError as error:
-            raise ValueError(str(error).partition(";")[0]) from None
-
-
-def _places(columns: NDArray, first: int) -> NDArray[np.intp]:
-    """Columns that count rows or columns from `first`, as whole numbers. Raises ValueError."""
-    if np.any(columns != np.round(columns)):
-        raise ValueError("rows and columns must be whole numbers")
-    if columns.min(initial=first) < first:
-        raise ValueError(f"rows and columns must count from {first}")
-    return columns.astype(np.intp)
+            words = str(error).partition(";")[0].replace("the dtype passed requires ", "")
+            raise ValueError(words.replace("int64", "whole numbers")) from None
+    table = np.atleast_1d(table)
+    where, entries = (
+        table[name] if n[0] else np.empty((len(table), 0), kind) for name, kind, n in fields
+    )
+    return where, entries
 
 
 def _assembled(path: Path, indices: NDArray, values: NDArray, shape: tuple[int, int]) -> Any:
@@ -77,19 +78,26 @@ def _assembled(path: Path, indices: NDArray, values: NDArray, shape: tuple[int, 
     return matrix
 
 
-def _one_sided(matrix: Any) -> bool:
-    """True if no entry has another one on the other side of the diagonal."""
+def _is_half(matrix: Any) -> bool:
+    """True if no entry has another one on the other side of the diagonal, in whatever order."""
     rows, columns = matrix.tocoo().coords
-    return bool(np.all(rows >= columns) or np.all(rows <= columns))
+    if np.all(rows >= columns) or np.all(rows <= columns):
+        return True
+    off = rows != columns
+    places = np.sort([rows[off], columns[off]], axis=0).astype(np.int64)
+    return len(np.unique(places[0] * matrix.shape[0] + places[1])) == len(places[0])
 
 
 def _mirrored(matrix: Any, sign: int = 1) -> Any:
-    """A triangle with its mirror image added, the diagonal taken once. Raises ValueError."""
-    if not _one_sided(matrix):
+    """Half a matrix with its mirror image added, the diagonal taken once. Raises ValueError."""
+    if not _is_half(matrix):
         words = "symmetric" if sign > 0 else "skew-symmetric"
         raise ValueError(f"a {words} file holds one triangle, and this has entries on both sides")
-    off = matrix - diags_array(matrix.diagonal())
-    return csc_array(matrix + sign * off.T)
+    entries = matrix.tocoo()
+    (rows, columns), data = entries.coords, entries.data
+    off = rows != columns
+    where = np.append(rows, columns[off]), np.append(columns, rows[off])
+    return coo_array((np.append(data, sign * data[off]), where), shape=matrix.shape).tocsc()
 
 
 def _read_matrix_market(path: Path) -> MatrixFile:
@@ -100,61 +108,91 @@ def _read_matrix_market(path: Path) -> MatrixFile:
             words = f"matrix, coordinate or array, {', '.join(SYMMETRIES)} are read"
             raise ValueError(f"{kind} {form} {symmetry}: {words}")
         size = next((line for line in stream if line.strip() and line.lstrip()[0] != "%"), "")
-        table = _numbers(stream, "%")
-    placed, general, skew = form == "coordinate", symmetry == "general", symmetry[:4] == "skew"
+        placed, width = form == "coordinate", {"pattern": 0, "complex": 2}.get(entry, 1)
+        body = (line for line in stream if line.lstrip()[:1] != "%")
+        where, parts = _numbers(body, 2 * placed, width)
+    general, skew = symmetry == "general", symmetry[:4] == "skew"
     numbers = [int(word) for word in size.split()]
     if len(numbers) != 2 + placed:
         raise ValueError(f"the line of sizes, {size.strip()}, must hold {2 + placed} numbers")
     n = (numbers[0], numbers[1])
     count = math.prod(n) if general else n[0] * (n[0] + 1 - 2 * skew) // 2
-    width = 2 * placed + {"pattern": 0, "complex": 2}.get(entry, 1)
-    shape = (numbers[2] if placed else count, width)
-    if len(table) != shape[0] or (shape[0] and table.shape != shape):
-        words = f"{shape[0]} of {shape[1]} are required"
-        raise ValueError(f"{len(table)} lines of {table.shape[1]} numbers; {words}")
-    table = table.reshape(shape)
-    if entry == "integer" and np.any(table != np.round(table)):
+    count = numbers[2] if placed else count
+    if len(parts) != count:
+        raise ValueError(f"{len(parts)} entries; {count} are required")
+    if entry == "integer" and np.any(parts != np.round(parts)):
         raise ValueError("entries must be whole numbers, as the first line says")
     if placed:
-        where = _places(table[:, :2].T, 1) - 1
+        if where.min(initial=1) < 1:
+            raise ValueError("rows and columns must count from 1")
+        where = where.T - 1
     elif general:
         where = np.array(np.unravel_index(np.arange(count), n, order="F"))
     else:
         where = np.array(np.triu_indices(n[0], int(skew)))[::-1]
-    parts = table[:, 2 * placed :].T
-    values = np.ones(shape[0]) if entry == "pattern" else parts[0]
+    values = np.ones(count) if entry == "pattern" else parts[:, 0]
     if entry == "complex":
-        values = values + 1j * parts[1]
+        values = values + 1j * parts[:, 1]
     matrix = _assembled(path, where, values, n)
     if skew and np.any(matrix.diagonal()):
         raise ValueError("a skew-symmetric file has no diagonal, and this has")
     return MatrixFile(matrix if general else _mirrored(matrix, -1 if skew else 1))
 
 
-def _read_abaqus(path: Path) -> MatrixFile:
-    """Rows `row, column, value` or `node, dof, node, dof, value`, by commas or blanks.
+def _read_abaqus(path: Path) -> MatrixFile | dict[str, MatrixFile]:
+    """Lines `row, column, value` or `node, dof, node, dof, value`, by commas or blanks.
 
-    A line that begins with * may say TYPE=SYMMETRIC or UNSYMMETRIC.
+    Internal nodes, such as those of Lagrange multipliers, have labels below zero. A line that
+    begins with * may say TYPE=SYMMETRIC or UNSYMMETRIC; each *MATRIX INPUT begins a matrix.
     """
-    lines = path.read_text(encoding="utf-8").replace(",", " ").splitlines()
-    heads = "".join(line for line in lines if line.startswith("*")).upper().replace(" ", "")
-    table = _numbers((s for s in lines if s.strip() and s.lstrip()[0] not in "*#%"), None)
-    if not table.size:
-        raise ValueError("no entries")
-    if table.shape[1] not in (3, 5):
-        raise ValueError(f"{table.shape[1]} columns; 3 or 5 are read")
+    text = path.read_text(encoding="utf-8").replace(",", " ")
+    for mark in "#%":
+        if mark in text:
+            raise ValueError(f"{mark} is not what Abaqus writes; comments begin with **")
+    blocks = [["", "", ""]]  # name, what is said of it, entries
+    for part in re.split(r"(?m)^[ \t]*(\*.*)$", text) if "*" in text else [text]:
+        if part.startswith("*"):
+            if re.match(r"\*\s*MATRIX\s*INPUT", part, re.IGNORECASE):
+                name = re.search(r"NAME\s*=\s*(\S+)", part, re.IGNORECASE)
+                blocks.append([name[1] if name else "", "", ""])
+            elif not part.startswith("**"):
+                raise ValueError(f"the keyword {part.strip()} is not allowed; *MATRIX INPUT is")
+            blocks[-1][1] += f" {part.upper()} "
+        else:
+            blocks[-1][2] += part
+    blocks = [block for block in blocks if block[2].strip()]
+    found = {name: _abaqus_matrix(path, *rest) for name, *rest in blocks}
+    if len(found) < len(blocks) or not found:
+        raise ValueError("two matrices of one name" if blocks else "no entries")
+    return next(iter(found.values())) if len(found) == 1 else found
+
+
+def _abaqus_matrix(path: Path, head: str, text: str) -> MatrixFile:
+    """A matrix from its entries and what is said of it."""
+    width = len(next(line for line in io.StringIO(text) if line.strip()).split())
+    if width not in (3, 5):
+        raise ValueError(f"{width} columns; 3 or 5 are read")
+    given, values = _numbers(io.StringIO(text), width - 1, 1)
     labels = None
-    if table.shape[1] == 3:
-        where = _places(table[:, :2].T, 1) - 1
+    if width == 3:
+        if given.min() < 1:
+            raise ValueError("rows and columns must count from 1")
+        where = given.T - 1
     else:
-        given = _places(table[:, :4], 0)
-        base = int(given[:, 1::2].max()) + 1
-        codes, index = np.unique(given[:, ::2] * base + given[:, 1::2], return_inverse=True)
+        nodes, directions = given[:, ::2], given[:, 1::2]
+        if directions.min() < 0:
+            raise ValueError("degrees of freedom must be at least 0")
+        base = int(directions.max()) + 1
+        each = (nodes * base + directions).T
+        codes = np.sort(each, axis=None)  # np.unique hashes, which takes twice as long
+        codes = codes[np.diff(codes, prepend=codes[0] - 1) > 0]
         labels = tuple(divmod(code, base) for code in codes.tolist())
-        where = index.reshape(-1, 2).T
+        where = np.searchsorted(codes, each)
     n = int(where.max()) + 1
-    kind = re.search(r"TYPE=(UN)?SYMMETRIC", heads)
-    matrix = _assembled(path, where, table[:, -1], (n, n))
+    kind = re.search(r"TYPE\s*=\s*(UN)?SYMMETRIC", head)
+    scale = re.search(r"SCALE\s*FACTOR\s*=\s*(\S+)", head)
+    factor = float(scale[1]) if scale else 1.0
+    matrix = _assembled(path, where, factor * values[:, 0], (n, n))
     return MatrixFile(matrix, labels, labels is None, kind[1] is None if kind else None)
 
 
@@ -216,8 +254,8 @@ class Format:
 
 # a type such as RUA begins the third line, and the second counts lines
 _TYPE = rb"[^\n]*\n[ \d]+\r?\n(?i:[rcpi][suhzr][ae])\s"
-# the first line that is no comment holds 3 or 5 numbers, the last a value
-_ROWS = rb"(?:[ \t]*(?:[*#%].*)?\r?\n)*[ \t]*(?:(?:\d+[ \t,]+){2}){1,2}[^\s,]+[ \t,]*\r?(?:\n|$)"
+# the first line that is neither blank nor begins with * holds 3 or 5 numbers, the last a value
+_ROWS = rb"(?:[ \t]*(?:\*.*)?\r?\n)*[ \t]*(?:(?:-?\d+[ \t,]+){2}){1,2}[^\s,]+[ \t]*\r?(?:\n|$)"
 # fmt: off
 FORMATS = (
     Format("Matrix Market", (".mtx",), b"(?i)%%matrixmarket", _read_matrix_market),
@@ -243,7 +281,8 @@ def _picked(found: MatrixFile | dict[str, Any], key: str | None) -> MatrixFile:
     name = key if key in found else alike[0] if len(alike) == 1 else None
     if name is None:
         raise InputError(f"holds no matrix {key}; it holds {names}")
-    return MatrixFile(found[name])
+    one = found[name]
+    return one if isinstance(one, MatrixFile) else MatrixFile(one)
 
 
 def read_matrix(
@@ -310,20 +349,20 @@ def _canonical(matrix: Any) -> Any:
 def _complete(at: Place, matrix: Any, file: MatrixFile, symmetric: bool | None) -> Any:
     """The matrix with its other triangle where it stands for that too. Raises InputError."""
     said = file.symmetric if symmetric is None else symmetric
-    one_sided = _one_sided(csc_array(file.matrix))  # a zero that is written is an entry too
-    if said is None and one_sided and matrix.nnz > np.count_nonzero(matrix.diagonal()):
-        words = "all entries stand on one side of the diagonal"
+    half = said is not False and _is_half(csc_array(file.matrix))  # a zero is an entry too
+    if said is None and half and matrix.nnz > np.count_nonzero(matrix.diagonal()):
+        words = "no entry has another one on the other side of the diagonal"
         if file.labels is None or not _as_abaqus_writes(matrix, np.array(file.labels)[:, 0]):
             raise InputError(
-                f"{words}, and nothing says whether they stand for the other side too; the key "
+                f"{words}, and nothing says whether each stands for both; the key "
                 "symmetric: true or symmetric: false beside the file must"
             )
         at.warn(
-            f"{words}; they are taken for the other side too, as Abaqus writes symmetric matrices "
+            f"{words}; each is taken for both, as Abaqus writes symmetric matrices "
             "(symmetric: false beside the file says otherwise)"
         )
         said = True
-    if said and one_sided:
+    if said and half:
         return _mirrored(matrix)
     if said and abs(matrix - matrix.T).max() > 0.0:
         raise InputError("is not symmetric; symmetric: true is not allowed")
@@ -335,12 +374,14 @@ def _as_abaqus_writes(matrix: Any, nodes: NDArray[np.intp]) -> bool:
 
     It couples different nodes, which a one-sided law does not do without its mirror image, and no
     entry is greater than the diagonal of its row and column allows (k_ij^2 <= k_ii k_jj), which a
-    part such as friction without its own diagonal does not satisfy.
+    part such as friction without its own diagonal does not satisfy. Rows of internal nodes, below
+    zero, may have none: Lagrange multipliers.
     """
-    off = (matrix - diags_array(matrix.diagonal())).tocoo()
-    (rows, columns), diagonal = off.coords, matrix.diagonal()
-    allowed = diagonal.real[rows] * diagonal.real[columns]
-    positive = np.all(diagonal.real >= 0.0) and np.all(off.data.real**2 <= allowed)
+    (rows, columns), data = matrix.tocoo().coords, matrix.data.real
+    diagonal = matrix.diagonal().real
+    free = (nodes[rows] < 0) | (nodes[columns] < 0) | (rows == columns)
+    fits = free | (data**2 <= diagonal[rows] * diagonal[columns])
+    positive = np.all(diagonal[nodes >= 0] >= 0.0) and np.all(fits)
     return bool(positive and np.any(nodes[rows] != nodes[columns]))
 
 

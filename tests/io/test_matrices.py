@@ -133,8 +133,23 @@ NUMBERED = "1 1 3.0\n2 1 -1.0\n2 2 3.0\n"
 
 
 def test_a_triangle_as_abaqus_writes_it_is_completed_with_a_warning(read):
-    with pytest.warns(InputWarning, match="one side of the diagonal.*symmetric: false"):
+    with pytest.warns(InputWarning, match="symmetric: false"):
         assert read("K.mtx", SPRING) == [[3, -1], [-1, 3]]
+
+
+def test_abaqus_orders_rows_as_it_likes_and_numbers_internal_nodes_below_zero(read):
+    """Half a stiffness by another order than that of the labels, a multiplier of zero stiffness."""
+    text = "9,1, 9,1, 3.0\n2,1, 9,1, -1.0\n2,1, 2,1, 3.0\n 9,1, -7,0, 1.0\n-7,0,2,1,-1.0\n"
+    with pytest.warns(InputWarning, match="symmetric: false"):
+        assert read("K.mtx", text) == [[0, -1, 1], [-1, 3, -1], [1, -1, 3]]  # -7, 2, 9
+
+
+def test_keywords_of_abaqus_text(read):
+    text = "*MATRIX INPUT, NAME=Kc, TYPE=UNSYMMETRIC, SCALE FACTOR=2.\n** note\n1,1,1,2,3.\n"
+    assert read("s.inp", text) == [[0, 6], [0, 0]]
+    two = f"{text}*MATRIX INPUT, NAME=M\n1,1,1,1,1.\n** note\n1,2,1,2,1.\n"
+    assert read("s.inp", two, key="Kc") == [[0, 6], [0, 0]]
+    assert read("s.inp", two, key="M") == [[1, 0], [0, 1]]
 
 
 @pytest.mark.parametrize("text", [FRICTION, CONTACT, NUMBERED, SPRING.replace("-1.0", "-3.1")])
@@ -204,10 +219,10 @@ REFUSED = [
     (*coordinates("2 2 1", "1 3 1"), "index 2"),
     (*coordinates("2 2 1", "1 1.5 1"), "whole numbers"),
     (*coordinates("2 2 1", "0 1 1"), "from 1"),
-    (*coordinates("2 2 2", "1 1 1"), "2 of 3"),
+    (*coordinates("2 2 2", "1 1 1"), "2 are"),
     (*coordinates("2 2", "1 1 1"), "3 numbers"),
     (*coordinates("2 2 1", "1 1 1", kind="real hermitian"), "hermitian"),
-    ("K.mtx", lines("array real general", "30000 30000", "1"), "900000000 of 1"),
+    ("K.mtx", lines("array real general", "30000 30000", "1"), "900000000 are"),
     (*coordinates("300000000 300000000 1", "1 1 1"), "3e+08 rows"),
     (*coordinates("2 2 2", "1 2 1", "2 1 1", kind="real symmetric"), "one triangle"),
     (*coordinates("2 2 2", "1 2 1", "2 1 1", kind="real skew-symmetric"), "one triangle"),
@@ -225,6 +240,14 @@ REFUSED = [
     ("K.txt", "1 2\n", "2 columns"),
     ("K.txt", "1 x 3\n", "x"),
     ("K.txt", "** nothing\n", "no entries"),
+    ("K.txt", "1 1 x\n1 1 1\n", "x"),
+    ("K.txt", "1.5 1 1\n", "1.5", "whole"),
+    ("K.txt", "0 1 1\n", "from 1"),
+    ("K.txt", "1,1,1,1,2.\n1,1,1,2\n", "columns"),
+    ("K.txt", "% by hand\n2 2 1\n1 1 1\n", "% is not"),
+    ("K.dat", "# by hand\n1 1 1\n", "suffix"),
+    ("K.mtx", "*CLOAD\n1, 1, 4.0\n", "*CLOAD"),
+    ("K.inp", "*MATRIX INPUT, NAME=K\n1,1,1\n*MATRIX INPUT, NAME=K\n1,1,1\n", "one name"),
     ("K.txt", "1 1 1\n300000000 300000000 1\n", "3e+08 rows"),
 ]
 
