@@ -19,8 +19,9 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from squeal.analysis.answers import Axis, Eigenvalues, Map, Sensitivity, Sweep, Thresholds
     from squeal.analysis.cycles import Cycles, cycles
+    from squeal.analysis.scatter import Scatter, read_spreads, scatter
     from squeal.analysis.state_space import state_space
-    from squeal.analysis.variations import Advice, Scatter, advise, read_spreads, scatter
+    from squeal.analysis.variations import Advice, advise
     from squeal.analysis.verbs import (
         System,
         eigenvalues,
@@ -43,7 +44,8 @@ _HOMES = {
     "analysis.answers": "Axis Eigenvalues Map Sensitivity Sweep Thresholds",
     "analysis.cycles": "Cycles cycles",
     "analysis.state_space": "state_space",
-    "analysis.variations": "Advice Scatter advise read_spreads scatter",
+    "analysis.scatter": "Scatter read_spreads scatter",
+    "analysis.variations": "Advice advise",
     "analysis.verbs": "System eigenvalues map reduce sensitivity sweep thresholds",
     "io.writing": "Answer Column Table",
     "errors": "ComputationError InputError",

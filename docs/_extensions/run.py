@@ -23,6 +23,13 @@ from sphinx.util.docutils import SphinxDirective
 from squeal.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[2]
+SAMPLES = """samples: 64
+design: sobol
+indices: true
+spreads:
+  mu: {between: [0.2, 0.5]}
+  k1: {relative: 0.05}
+"""
 
 
 def prepare(app: Sphinx) -> None:
@@ -34,6 +41,7 @@ def prepare(app: Sphinx) -> None:
     pad = re.search(r"```yaml\n(.*?)```", readme, re.DOTALL)
     assert pad is not None
     (folder / "pad.yaml").write_text(pad[1], encoding="utf-8")
+    (folder / "samples.yaml").write_text(SAMPLES, encoding="utf-8")
     systems = ROOT / "squeal" / "article" / "literature" / "systems"
     for scene in (*(ROOT / "workflow" / "scenes").glob("*.yaml"), *systems.glob("*.yaml")):
         shutil.copy(scene, folder)

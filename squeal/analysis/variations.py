@@ -1,5 +1,4 @@
-"""Parameters varied and everything computed again: what moves the critical friction (advise), and
-what tolerances make of it (scatter).
+"""Parameters varied and everything computed again: what moves the critical friction (advise).
 
 Variations of a pad are followed together as a stack over values of friction, not by the
 certified search of a query: a window of growth narrower than a step may be missed. One that a stack
@@ -9,11 +8,9 @@ cannot decide is a query of its own, which decides it or says why it cannot.
 from __future__ import annotations
 
 import math
-from collections import namedtuple
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
 from operator import attrgetter, itemgetter
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -23,21 +20,17 @@ from squeal.analysis.stack import PadStack, parameters
 from squeal.analysis.verbs import thresholds
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
-from squeal.io.processes import mapped
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Table, columns, number, picked, unit_word
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
-from squeal.schema import Group, Key, Named, Number, Place, Whole, read_document
+from squeal.schema import Number, Place
 
 LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again
 ROUNDING = 1e-11  # relative: what a query and a stack may differ by
 AT_ONCE = 1e-9  # friction: what grows from here on grows from the start
 STEP = 0.02  # of a parameter, in rad of an angle
-QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
-CONFIDENCE = 0.95
-CHUNK = 64  # samples that are followed together
 SIDES = {"lowered": "lowering", "raised": "raising"}
 NO_PAD, NO_REST = "no pad", "there is no equilibrium in contact without friction"
 
@@ -60,7 +53,7 @@ class Outcome:
     change: float | None = None
 
 
-def _shown(mu: float | None, high: float) -> str:
+def shown_critical(mu: float | None, high: float) -> str:
     """A critical friction for people, None if it lies above the range."""
     return f"> {high:g}" if mu is None else number(mu)
 
@@ -98,25 +91,28 @@ class Varied:
     units: dict[str, str]
 
     @staticmethod
-    def of(argument: object, verb: str, high: float) -> Varied:
-        """What may be varied. Raises InputError naming the verb."""
+    def of(argument: object, verb: str, high: float, what: str = "threshold") -> Varied:
+        """What may be varied for thresholds or growth. Raises InputError naming the verb."""
         subject: Any = getattr(argument, "system", argument)  # of a system file
         at = Place(verb)
         if isinstance(subject, Scene):
             MU_MAX.read(high, at / "mu_max")
             values = picked(subject.pad, " ".join(parameters(subject.pad_model)))
             units = {name: unit_word(PARAMETERS[name].unit) for name in values}
-            values.pop("mu", None)
+            if what == "threshold":
+                values.pop("mu", None)
             return Varied(subject, "mu", subject.pad.mu, values, units)
         if not isinstance(subject, TermSystem):
             allowed = "it must be a Scene or a system with named parameters"
             raise at.refuse(f"{type(subject).__name__} is not allowed; {allowed}")
-        if subject.n > LARGEST:
-            words = f"at most {LARGEST} are, so reduce the system first"
+        if subject.n > LARGEST and what == "threshold":
+            words = f"at most {LARGEST} are for thresholds; `squeal scatter --of growth` takes more"
             raise at.refuse(f"{subject.n} degrees of freedom are not allowed; {words}")
         Number(low=0.0).read(high, at / "mu_max")
         values = dict(subject.parameters)
-        own = float(values.pop(subject.parameter))
+        own = float(values[subject.parameter])
+        if what == "threshold":
+            values.pop(subject.parameter)
         if not values:
             words = "it must have one under its key parameters"
             raise at.refuse(
@@ -215,7 +211,11 @@ class Advice(Answer):
 
             def shown(lever: Lever, side: str = side) -> str:
                 outcome: Outcome = getattr(lever, side)
-                return "no such pad" if outcome.reason else _shown(outcome.critical, self.mu_max)
+                return (
+                    "no such pad"
+                    if outcome.reason
+                    else shown_critical(outcome.critical, self.mu_max)
+                )
 
             value: Any = attrgetter(f"{side}.critical")
             cells.append(
@@ -327,208 +327,3 @@ def _change(nominal: Outcome, outcome: Outcome, mu_max: float) -> float | None:
         return None
     before, after = (mu_max if one.critical is None else one.critical for one in (nominal, outcome))
     return 0.0 if abs(after - before) <= ROUNDING * before else after - before
-
-
-_ABOVE = Number(low=0.0)
-_SPREAD = Group(
-    {
-        "relative": Key("normal, standard deviation over the value", _ABOVE),
-        "absolute": Key("normal, standard deviation in the parameter's unit", _ABOVE),
-        "within": Key("even, between the value minus and plus this", _ABOVE),
-    },
-    only_one=True,
-)
-_SPREADS = Named(_SPREAD, "a mapping of parameters to spreads such as {relative: 0.05}")
-
-
-SPREADS = Group(
-    {
-        "samples": Key("how many are drawn", Whole(10, 1_000_000), default="400"),
-        "seed": Key("of the random numbers", Whole(0, 2**32 - 1), default="1"),
-        "spreads": Key("how each parameter scatters", _SPREADS, required=True),
-    },
-    owner="a file of spreads",
-)
-
-
-def read_spreads(path: Path | str) -> dict[str, Any]:
-    """Read a file of spreads: arguments of `scatter`, but for the parameters unchecked there.
-
-    Raises InputError with one sentence that names the file, the key and what is allowed.
-    """
-    return SPREADS.read(*read_document(path))
-
-
-Quantile = namedtuple("Quantile", "level mu low high")
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Scatter(Answer):
-    """Critical friction of many pads whose parameters scatter.
-
-    spreads: how each parameter does; critical (n,): the first loss of stability of each pad,
-    sorted, NaN where none lies below `mu_max`. no_pad: samples that cannot be pads or rest nowhere
-    without friction, left out; failed: samples that could not be computed, which widen all
-    intervals, since nothing is known of them. stable, interval: share of the pads whose first loss
-    lies above the subject's own mu.
-    """
-
-    name: str
-    mu: float
-    mu_max: float
-    spreads: Mapping[str, Mapping[str, float]]
-    samples: int
-    seed: int
-    critical: np.ndarray = field(repr=False)
-    no_pad: int
-    failed: int
-    stable: float
-    interval: tuple[float, float]
-
-    @property
-    def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
-        """How many samples could not be computed."""
-        count = f"{self.failed} of {self.samples} samples could not be computed"
-        return (f"{count}; the quantiles are those of the others",) if self.failed else ()
-
-    @property
-    def quantiles(self) -> tuple[Quantile, ...]:
-        """Quantiles mu with intervals low to high that hold them with `CONFIDENCE`, by order
-        statistics free of any distribution; None lies above `mu_max`."""
-        from scipy.stats import binom  # slow to load, and no figure of another answer needs it
-
-        n, count = len(self.critical), len(self.critical) + self.failed
-        critical = [None if math.isnan(mu) else mu for mu in self.critical.tolist()]
-        quantiles = []
-        for level in QUANTILES:
-            low = int(binom.ppf((1 - CONFIDENCE) / 2, count, level)) - 1 - self.failed
-            high = int(binom.ppf((1 + CONFIDENCE) / 2, count, level))
-            # beyond the samples the interval is open: 0 below, nothing known above
-            bounds = 0.0 if low < 0 else critical[low], None if high >= n else critical[high]
-            quantiles.append(Quantile(level, critical[max(math.ceil(level * n) - 1, 0)], *bounds))
-        return tuple(quantiles)
-
-    @property
-    def beyond(self) -> int:
-        """How many have no threshold up to `mu_max`."""
-        return int(np.isnan(self.critical).sum())
-
-    def table(self) -> Table:
-        pairs = [(mu, (i + 1) / len(self.critical)) for i, mu in enumerate(self.critical.tolist())]
-        mu, share = Column(self.name, value=itemgetter(0)), Column("share", value=itemgetter(1))
-        return Table((mu, share), pairs)
-
-    def parts(self) -> Sequence[str | Table]:
-        table = [Column("share unstable, %", value=lambda q: 100 * q.level)]
-        for name, words in (("mu", self.name), ("low", "from"), ("high", "to")):
-            value: Any = attrgetter(name)
-            shown = lambda q, of=value: _shown(of(q), self.mu_max)  # noqa: E731
-            table.append(Column(name, "", value, shown, words=words))
-        title = (
-            f"{self.samples} samples, seed {self.seed}: first loss of stability up to "
-            f"{self.name} = {self.mu_max:g}, intervals of {100 * CONFIDENCE:g} % confidence"
-        )
-        low, high = (100 * end for end in self.interval)
-        line = (
-            f"stable at {self.name} = {number(self.mu)}: {100 * self.stable:.1f} % of the samples "
-            f"({low:.1f} to {high:.1f} %); without a threshold {self.beyond}, no pads "
-            f"{self.no_pad}, not computed {self.failed}"
-        )
-        return [Table(table, self.quantiles, title), line]
-
-    def to_dict(self) -> dict[str, Any]:
-        scatter: dict[str, Any] = {"parameter": self.name, "value": self.mu}
-        scatter |= picked(self, "mu mu_max samples seed failed no_pad beyond stable interval")
-        pairs = [(name, *pair) for name, one in self.spreads.items() for pair in one.items()]
-        scatter["spreads"] = [
-            dict(zip(("name", "kind", "size"), one, strict=True)) for one in pairs
-        ]
-        scatter["quantiles"] = [q._asdict() for q in self.quantiles]
-        return {"scatter": scatter | {"confidence": CONFIDENCE}}
-
-
-def _work(task: tuple[Varied, list[dict[str, float]], float]) -> list[Outcome]:
-    return task[0].outcomes(*task[1:])
-
-
-def scatter(
-    subject: object,
-    spreads: Mapping[str, Mapping[str, float]],
-    samples: int = 400,
-    seed: int = 1,
-    mu_max: float = 2.0,
-    workers: int = 1,
-    progress: Callable[[int, int], None] | None = None,
-) -> Scatter:
-    """Draw pads whose parameters scatter, and compute the critical friction of each.
-
-    Parameters
-    ----------
-    subject : Scene or TermSystem
-        A scene, or a system with named parameters of at most 100 rows.
-    spreads : mapping of str to mapping
-        How each parameter scatters on its own: normally with the standard deviation ``relative``
-        to its value or ``absolute`` in its unit, or evenly ``within`` its value plus and minus so
-        much, such as ``{"k1": {"relative": 0.05}}``.
-    samples, seed : int
-        How many are drawn, and of the random numbers: the same seed draws the same pads.
-    mu_max : float
-        Upper end of the range that is searched for the critical friction.
-    workers : int
-        Processes, which start by import: a script must guard its main part.
-    progress : callable, optional
-        Called with (done, count) now and then.
-
-    Returns
-    -------
-    Scatter
-        Sorted critical frictions and their quantiles.
-
-    Raises
-    ------
-    InputError
-        For a spread that does not fit the scene or system.
-    ComputationError
-        If no sample has an equilibrium without friction.
-
-    Examples
-    --------
-    >>> import squeal
-    >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
-    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
-    >>> answer = squeal.scatter(pair, {"a": {"within": 0.1}})
-    >>> [0.45 <= q.mu <= 0.55 for q in answer.quantiles if q.level == 0.5]
-    [True]
-    """
-    from scipy.stats import binomtest
-
-    drawn = {"spreads": spreads, "samples": samples, "seed": seed}
-    samples, seed, spreads = SPREADS.read(drawn, Place("scatter")).values()
-    if not spreads:
-        raise Place("spreads").must_be(spreads, _SPREADS.named)
-    varied, random = Varied.of(subject, "scatter", mu_max), np.random.default_rng(seed)
-    drawn, outcomes = dict[str, Any](), list[Outcome]()
-    for name, ((kind, size),) in ((name, one.items()) for name, one in spreads.items()):
-        step, even = varied.step(name, size, kind == "relative", Place("spreads")), kind == "within"
-        unit = random.uniform(-1.0, 1.0, samples) if even else random.standard_normal(samples)
-        drawn[name] = (varied.values[name] + step * unit).tolist()
-    pads = [dict(zip(drawn, values, strict=True)) for values in zip(*drawn.values(), strict=True)]
-    tasks = [(varied, pads[i : i + CHUNK], mu_max) for i in range(0, samples, CHUNK)]
-    for part in mapped(_work, tasks, workers):
-        outcomes.extend(part)
-        if progress is not None:
-            progress(len(outcomes), samples)
-    computed = [o for o in outcomes if o.reason is None]
-    if not computed:
-        raise ComputationError(f"no sample can be computed: {NO_REST}")
-    no_pad = sum(outcome.kind == NO_PAD for outcome in outcomes)
-    made, failed = len(computed), len(outcomes) - len(computed) - no_pad
-    first = np.sort([math.nan if o.critical is None else o.critical for o in computed])
-    above = int(np.sum(~(first <= varied.at)))  # NaN comes last, and lies above
-    least, most = (
-        binomtest(count, made + failed).proportion_ci(CONFIDENCE, "wilson")
-        for count in (above, above + failed)
-    )
-    head = varied.free, varied.at, mu_max, spreads, samples, seed
-    interval = float(least.low), float(most.high)
-    return Scatter(*head, first, no_pad, failed, above / made, interval)

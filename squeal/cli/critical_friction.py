@@ -7,10 +7,10 @@ from typing import Any
 import squeal
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import refuse, take, take_files, write_files
-from squeal.cli.streams import counter, steps
+from squeal.cli.scatter import scattered
+from squeal.cli.streams import steps
 from squeal.io.scene import Scene
 from squeal.io.writing import picked
-from squeal.schema import Place
 
 
 def options(parser: Parser) -> None:
@@ -18,7 +18,7 @@ def options(parser: Parser) -> None:
     take(parser, "high", high=2.0)
     words = "how the first loss of stability moves with each parameter of a scene"
     parser.add_argument("--sensitivity", action="store_true", help=words)
-    take(parser, "scatter workers low band memory")
+    take(parser, "scatter workers journal low band memory")
     take_files(parser, table="the thresholds", figure="a picture of the way to them")
 
 
@@ -27,14 +27,8 @@ def run(given: argparse.Namespace) -> Reply:
     source = given.source
     if given.scatter is not None:
         refuse(given, "sensitivity low band", "--scatter; one of both is allowed")
-        asked = squeal.read_spreads(given.scatter) | {"mu_max": given.high}
-        subject, workers = source.subject(), given.workers or 1
-        with Place(str(given.scatter)).named():
-            answer = squeal.scatter(subject, **asked, workers=workers, progress=counter("samples"))
-        write_files(given, answer)
-        source.inputs.append(given.scatter)
-        return Reply.of(answer)
-    refuse(given, "workers", "no --scatter, whose samples they share")
+        return scattered(given, "threshold")
+    refuse(given, "workers journal", "no --scatter, whose samples they serve")
     subject = source.subject(swept=True)
     scene = isinstance(subject, Scene)
     if not scene:

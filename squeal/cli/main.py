@@ -17,6 +17,7 @@ GROUPS = {
         "critical-friction": "every threshold of stability in a range of mu",
         "map": "verdict over alpha1 and alpha2, or over any two parameters",
         "advise": "which parameter moves the critical friction most",
+        "scatter": "what tolerances or ranges of many parameters make of stability",
         "export": "matrices of a pad or a reduced system as files with a system file",
     },
     "motions": {

@@ -12,7 +12,7 @@ from squeal.analysis import of_systems
 from squeal.analysis.answers import Eigenvalues, Map, Sweep, Thresholds
 from squeal.analysis.cycles import Cycles
 from squeal.analysis.pads import mode_shapes, sweep_modes
-from squeal.analysis.variations import Scatter
+from squeal.analysis.scatter import Scatter
 from squeal.errors import InputError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene

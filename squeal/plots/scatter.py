@@ -1,54 +1,76 @@
-"""The distribution of the critical friction: histogram, and share of pads that have lost it."""
+"""The distribution of critical frictions or growth rates: histogram, cumulative share, indices."""
 
 from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.analysis.variations import CONFIDENCE, Scatter
+from squeal.analysis.scatter import CONFIDENCE, Scatter
 from squeal.plots.maps import symbol_of
 from squeal.plots.style import SINGLE, Drawing, origin, style
 
 
 def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
-    """Histogram over the cumulative share with the intervals of its quantiles, one axis of mu.
+    """Histogram over the cumulative share with the intervals of its quantiles, one axis of values.
 
     Pads without a threshold in the range are missing from the histogram, and keep the share
-    below 1.
+    below 1. Below, where they were computed, the Sobol indices of each parameter.
     """
-    known, n = scatter.critical[np.isfinite(scatter.critical)], len(scatter.critical)
-    parameter = scatter.name
+    known, n = scatter.values[np.isfinite(scatter.values)], len(scatter.values)
+    growth, parameter = scatter.of == "growth", scatter.name
+    own, level = (0.0, "stability") if growth else (scatter.mu, f"{scatter.mu:.4g}")
+    friction = "friction " if parameter == "mu" else ""
+    what = "growth rate, 1/s" if growth else f"critical {friction}{symbol_of(parameter)}"
+    heights = [1.0, 1.3, *[0.25 + 0.16 * len(scatter.indices)] * bool(scatter.indices)]
     with style():
-        figure = Figure(figsize=(SINGLE, 3.6))
-        upper, lower = figure.subplots(2, 1, sharex=True, gridspec_kw={"height_ratios": [1, 1.3]})
+        figure = Figure(figsize=(SINGLE, 1.6 * sum(heights)))
+        upper, lower, *more = figure.subplots(len(heights), 1, height_ratios=heights)
+        upper.sharex(lower)
+        upper.tick_params(labelbottom=False)
         if len(known):
             bins = int(np.clip(np.sqrt(len(known)), 8, 60))
             upper.hist(known, bins, color="#CFE6F5", edgecolor="k", linewidth=0.4)
             share = np.arange(1, len(known) + 1) / n
-            lower.step(known, share, where="post", color="k", label="share of pads")
+            lower.step(known, share, where="post", color="k", label="share of samples")
         label = f"quantiles, {100 * CONFIDENCE:g} %"
         for q in scatter.quantiles:
-            if q.mu is not None and q.low and q.high is not None:
-                lower.plot([q.low, q.high], [q.level] * 2, color="#3498DB", lw=2.2, label=label)
+            if None not in (q.value, q.low, q.high):
+                ends = [q.low, q.high]
+                lower.plot(ends, [q.level] * 2, color="#3498DB", lw=2.2, label=label)
                 label = ""
-        if scatter.mu > 0.0:
+        if growth or own > 0.0:
             low, high = lower.get_xlim()
             room = 0.05 * (high - low)
             look: Any = {"color": "#C8380E", "linestyle": "--", "linewidth": 0.8, "gid": "own"}
-            upper.axvline(scatter.mu, **look)
-            words = f"present {symbol_of(parameter)} = {scatter.mu:.4g}"
-            lower.axvline(scatter.mu, label=words, **look)
-            lower.set_xlim(min(low, scatter.mu - room), max(high, scatter.mu + room))
-        friction = "friction " if parameter == "mu" else ""
-        upper.set_ylabel("pads")
-        lower.set(ylim=(0.0, 1.0), ylabel="share unstable")
-        lower.set_xlabel(f"critical {friction}{symbol_of(parameter)}")
+            upper.axvline(own, **look)
+            words = "stability limit" if growth else f"present {symbol_of(parameter)} = {level}"
+            lower.axvline(own, label=words, **look)
+            lower.set_xlim(min(low, own - room), max(high, own + room))
+        upper.set_ylabel("samples")
+        lower.set(ylim=(0.0, 1.0), ylabel="share below" if growth else "share unstable")
+        lower.set_xlabel(what)
+        for axes in more:
+            places = np.arange(len(scatter.indices))
+            names = [symbol_of(one.parameter) for one in scatter.indices]
+            for order, color, up in (("total", "#CFE6F5", 0.19), ("first", "#3498DB", -0.19)):
+                sizes = np.array([getattr(one, order) for one in scatter.indices])
+                bounds = np.array([getattr(one, f"{order}_interval") for one in scatter.indices])
+                about = np.abs(bounds.T - sizes)
+                bars: Any = {"height": 0.36, "color": color, "label": order}
+                axes.barh(places - up, sizes, xerr=about, error_kw={"lw": 0.8}, **bars)
+            axes.set(yticks=places, yticklabels=names, xlim=(0.0, None))
+            axes.set_xlabel("Sobol index")
+            axes.invert_yaxis()
+            axes.legend()
         figure.align_ylabels([upper, lower])
         figure.legend(*lower.get_legend_handles_labels(), loc="outside upper center", ncols=2)
-    levels = [f"{100 * q.level:g} % at {q.mu:.4g}" for q in scatter.quantiles if q.mu is not None]
+    levels = [
+        f"{100 * q.level:g} % at {q.value:.4g}" for q in scatter.quantiles if q.value is not None
+    ]
     text = (
-        f"Histogram and cumulative share of the critical {parameter} of {n} samples of {name}: "
-        f"{', '.join(levels)}. Stable at {scatter.mu:.4g}: {100 * scatter.stable:.1f} %."
+        f"Histogram and cumulative share of the {what} of {n} samples of {name}: "
+        f"{', '.join(levels)}. Stable{'' if growth else f' at {level}'}: "
+        f"{100 * scatter.stable:.1f} %."
     )
-    title = f"Scatter of the critical {parameter} of {name}"
-    return Drawing(figure, text, title, origin(__name__))
+    kind = "growth rates" if growth else f"critical {parameter}"
+    return Drawing(figure, text, f"Scatter of the {kind} of {name}", origin(__name__))

@@ -1,4 +1,4 @@
-"""Advice and scatter against scenes changed by hand, and against a closed form."""
+"""Advice against scenes changed by hand, and against a closed form."""
 
 import math
 
@@ -7,7 +7,7 @@ import pytest
 
 import squeal
 from squeal.analysis.pads import critical_friction
-from squeal.analysis.variations import Outcome, Varied, advise, scatter
+from squeal.analysis.variations import advise
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene, read_scene
 from squeal.linear.system import Term, TermSystem
@@ -21,9 +21,6 @@ VALUES = {
     "L1": 0.8, "L2": 0.8, "alpha1": math.pi / 2, "alpha2": math.pi, "mu": 0.4, "F_n": 4500.0,
 }  # fmt: skip
 SCENE = Scene("B1", Pad(**VALUES))
-SIZE, COUNT = 0.03, 24
-MU_MAX = 0.6  # twice the threshold
-DRAWN: dict = {"spreads": {"h": {"relative": SIZE}}, "samples": COUNT, "seed": 3, "mu_max": MU_MAX}
 
 
 def first(**changes):
@@ -43,11 +40,6 @@ def coupled(stiffness):
     terms = tuple(Term(np.array(m, dtype=float), Formula(f)) for f, m in formula.items())
     terms += (Term(np.array([[0.0, 1.0], [0.0, 0.0]]), Formula("mu")),)
     return TermSystem((Term(np.eye(2)),), (), terms, stiffness, "mu", "coupled")
-
-
-@pytest.fixture(scope="module")
-def scattered():
-    return scatter(SCENE, **DRAWN)
 
 
 def test_each_change_is_the_threshold_of_the_pad_made_so_by_hand():
@@ -137,52 +129,6 @@ def test_an_inertia_that_is_left_out_follows_in_contours_and_levers(name):
         assert outcome.critical != pytest.approx(held, rel=1e-4)
 
 
-def test_every_sample_is_the_threshold_of_its_own_pad():
-    answer = scatter(SCENE, {"w": {"within": 0.004}, "m": {"relative": 0.1}}, 10, 3)
-    random = np.random.default_rng(3)
-    w = 0.04 + 0.004 * random.uniform(-1.0, 1.0, 10)
-    m = 0.2 + 0.02 * random.standard_normal(10)
-    exact = [first(w=a, m=b) for a, b in zip(w.tolist(), m.tolist(), strict=True)]
-    assert answer.critical == pytest.approx(sorted(exact), rel=1e-9)
-
-
-def test_half_of_the_pads_are_stable_at_the_median(scattered):
-    half = scatter(SCENE.replace(mu=float(np.median(scattered.critical))), **DRAWN)
-    assert half.stable == pytest.approx(0.5, abs=0.01)
-    assert half.interval[0] < 0.5 < half.interval[1]
-
-
-def test_samples_that_are_no_pads_are_counted_and_left_out():
-    answer = scatter(SCENE, {"h": {"relative": 1.0}}, 20, mu_max=MU_MAX)
-    assert 0 < answer.no_pad < 20
-    assert len(answer.critical) == 20 - answer.no_pad - answer.failed
-
-
-@pytest.mark.parametrize("changes", [{"k1": 0.0, "k2": 0.0}, {"k3": 8.7e20, "k4": 8.7e20}])
-def test_where_no_sample_can_be_computed_nothing_is_said(changes):
-    """Pads that rest nowhere; stiffnesses 14 decades apart."""
-    with pytest.raises(ComputationError, match="no sample can be computed"):
-        scatter(SCENE.replace(**changes), {"F_n": {"relative": 0.01}}, 10)
-
-
-def test_samples_that_cannot_be_computed_are_counted_apart(scattered, monkeypatch):
-    """They were dropped as "no such pads", and the quantiles were those of the survivors."""
-    outcomes = Varied.outcomes
-
-    def failing(varied, changes, high):
-        known = outcomes(varied, changes, high)
-        return [Outcome(reason="hidden") if i % 4 == 3 else one for i, one in enumerate(known)]
-
-    monkeypatch.setattr(Varied, "outcomes", failing)
-    some = scatter(SCENE, **DRAWN)
-    assert (some.failed, some.no_pad, len(some.critical)) == (COUNT // 4, 0, COUNT - COUNT // 4)
-    assert some.warnings
-    # all that holds for the whole holds within the wider intervals
-    for one, whole in zip(some.quantiles, scattered.quantiles, strict=True):
-        assert (one.low or 0.0) <= whole.mu <= (one.high or np.inf)
-    assert some.interval[0] <= scattered.stable <= some.interval[1]
-
-
 BARE = TermSystem((Term(np.eye(2)),), (), (Term(np.eye(2), Formula("mu")),), {}, "mu", "bare")
 WIDE = TermSystem((Term(np.eye(101)),), (), (Term(np.eye(101), Formula("k")),), {"k": 1.0}, "mu")
 
@@ -199,11 +145,6 @@ WIDE = TermSystem((Term(np.eye(101)),), (), (Term(np.eye(101), Formula("k")),), 
             (lambda s=s: advise(SCENE, {"k1": s}), "a finite number above 0")
             for s in (0.0, -1.0, np.inf, "-5%", "many")
         ),
-        *(
-            (lambda one=one: scatter(SCENE, {"k2": one}), r"spreads\.k2")
-            for one in ({"about": 0.1}, {"relative": 0.0}, {"within": np.nan})
-        ),
-        (lambda: scatter(SCENE, {"k_c": {"relative": 0.1}}), "k_c is no parameter here"),
     ],
 )
 def test_refusals(wrong, words):

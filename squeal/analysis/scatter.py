@@ -1,0 +1,612 @@
+"""Many parameters at once: what tolerances or ranges make of the critical friction, or of
+the growth rates in a band, which of them matter, and how likely squeal is.
+
+Samples are drawn at random, as a Latin hypercube or as a Sobol sequence. Of a large system a
+reduced one is judged, whose residual in the full problem is computed for each sample.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections import namedtuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, astuple, dataclass, field, replace
+from hashlib import sha256
+from operator import attrgetter
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.analysis.pads import analyse
+from squeal.analysis.systems.roots import (
+    Wanted,
+    basis_of,
+    is_small,
+    reduced_for,
+    roots_of_all,
+    rounding_of,
+)
+from squeal.analysis.variations import NO_PAD, NO_REST, Outcome, Varied, shown_critical
+from squeal.errors import ComputationError, InputError
+from squeal.io.matrices import fingerprint
+from squeal.io.processes import mapped
+from squeal.io.scene import Scene
+from squeal.io.writing import Answer, Column, Table, number, picked
+from squeal.linear.eigen import decide
+from squeal.linear.system import TermSystem
+from squeal.schema import FLAG, Group, Key, Named, Number, Place, Whole, Word, read_document, row
+from squeal.sparse.reduction import Reduction
+
+QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
+CONFIDENCE = 0.95
+CHUNK = 64  # samples that are computed together
+SERVED = 24  # samples for which a reduced system is made
+RESAMPLED = 400  # times, for the intervals of indices
+DESIGNS = ("random", "latin", "sobol")
+
+_ABOVE = Number(low=0.0)
+_SPREAD = Group(
+    {
+        "relative": Key("normal, standard deviation over the value", _ABOVE),
+        "absolute": Key("normal, standard deviation in the parameter's unit", _ABOVE),
+        "within": Key("even, between the value minus and plus this", _ABOVE),
+        "between": Key("even, between two numbers", row(2)),
+    },
+    only_one=True,
+)
+_SPREADS = Named(_SPREAD, "a mapping of parameters to spreads such as {relative: 0.05}")
+
+
+SPREADS = Group(
+    {
+        "samples": Key("how many are drawn", Whole(8, 1_000_000), default="400"),
+        "seed": Key("of the random numbers", Whole(0, 2**32 - 1), default="1"),
+        "design": Key("random, latin (hypercube) or sobol", Word(DESIGNS), default="random"),
+        "indices": Key("Sobol indices of each parameter", FLAG, default="false"),
+        "spreads": Key("how each parameter scatters", _SPREADS, required=True),
+    },
+    owner="a file of spreads",
+)
+
+
+def read_spreads(path: Path | str) -> dict[str, Any]:
+    """Read a file of spreads: arguments of `scatter`, but for the parameters unchecked there.
+
+    Raises InputError with one sentence that names the file, the key and what is allowed.
+    """
+    return SPREADS.read(*read_document(path))
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One sample: its parameters and what becomes of it.
+
+    value: critical friction (NaN if none lies in the range) or largest real part of the roots in
+    the band (1/s), with kind and frequency of what happens there; unstable, propensity: how many
+    modes of the band grow, and the sum of their negative damping ratios; residual: the largest
+    backward error of a root in the full problem; reason: why nothing is known.
+    """
+
+    parameters: Mapping[str, float]
+    value: float = math.nan
+    kind: str | None = None
+    frequency_hz: float | None = None
+    unstable: int | None = None
+    propensity: float | None = None
+    residual: float | None = None
+    reason: str | None = None
+
+
+@dataclass(frozen=True)
+class Index:
+    """Sobol indices of a parameter: its share of the variance alone, and with all interactions."""
+
+    parameter: str
+    first: float
+    first_interval: tuple[float, float]
+    total: float
+    total_interval: tuple[float, float]
+
+
+Quantile = namedtuple("Quantile", "level value low high")
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Scatter(Answer):
+    """What becomes of many samples whose parameters scatter.
+
+    of: threshold, the first loss of stability up to `mu_max`, or growth, the largest growth rate of
+    the roots in `band`; spreads, design, seed: how they were drawn; rows: those that were computed,
+    by rising value, NaN last. no_pad: samples that cannot be pads or rest nowhere without friction,
+    left out; failed: samples that could not be computed, which widen all intervals, since nothing
+    is known of them. stable, interval: share of the samples that are stable at their own friction.
+    indices: of the parameters, those of most effect first; basis: the reduced system that served.
+    """
+
+    name: str
+    of: str
+    mu: float
+    mu_max: float
+    band: tuple[float, float] | None
+    spreads: Mapping[str, Mapping[str, Any]]
+    design: str
+    seed: int
+    samples: int
+    rows: tuple[Sample, ...] = field(repr=False)
+    no_pad: int
+    failed: int
+    stable: float
+    interval: tuple[float, float]
+    indices: tuple[Index, ...] = ()
+    basis: Mapping[str, Any] | None = None
+
+    @property
+    def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
+        """How many samples could not be computed."""
+        count = f"{self.failed} of {self.samples} samples could not be computed"
+        return (f"{count}; the quantiles are those of the others",) if self.failed else ()
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """Critical frictions, NaN beyond `mu_max`, or growth rates (n,), sorted."""
+        return np.array([one.value for one in self.rows])
+
+    @property
+    def propensity(self) -> float | None:
+        """Squeal propensity index: the mean over the samples of the sum of the negative damping
+        ratios -Re/|lambda| of the modes that grow; None of thresholds."""
+        each = [one.propensity for one in self.rows if one.propensity is not None]
+        return math.fsum(each) / len(each) if each else None
+
+    @property
+    def quantiles(self) -> tuple[Quantile, ...]:
+        """Quantiles with intervals low to high that hold them with `CONFIDENCE`, by order
+        statistics free of any distribution; None lies above `mu_max`, or is unknown."""
+        from scipy.stats import binom  # slow to load, and no figure of another answer needs it
+
+        n, count = len(self.rows), len(self.rows) + self.failed
+        values = [None if math.isnan(value) else value for value in self.values.tolist()]
+        quantiles = []
+        for level in QUANTILES:
+            low = int(binom.ppf((1 - CONFIDENCE) / 2, count, level)) - 1 - self.failed
+            high = int(binom.ppf((1 + CONFIDENCE) / 2, count, level))
+            # beyond the samples the interval is open: no friction is below 0, the rest is unknown
+            least = 0.0 if self.of == "threshold" else None
+            bounds = least if low < 0 else values[low], None if high >= n else values[high]
+            quantiles.append(Quantile(level, values[max(math.ceil(level * n) - 1, 0)], *bounds))
+        return tuple(quantiles)
+
+    @property
+    def beyond(self) -> int:
+        """How many have no threshold up to `mu_max`."""
+        return int(np.isnan(self.values).sum())
+
+    def table(self) -> Table:
+        """A row for each sample, by rising value, with the share up to it."""
+        n = len(self.rows)
+        growth = self.of == "growth"
+        value = Column("growth_rate", "1/s") if growth else Column(self.name)
+        table = [replace(value, value=lambda row: row[1].value)]
+        table += [Column("share", value=lambda row: (row[0] + 1) / n)]
+        names = "kind frequency_hz" + " unstable propensity residual" * growth
+        for name in names.split():
+            table.append(Column(name, value=lambda row, k=name: getattr(row[1], k)))  # type: ignore[misc]
+        for name in self.spreads:
+            words = f"parameter.{name}" if name == self.name else name
+            table.append(Column(words, value=lambda row, k=name: row[1].parameters[k]))  # type: ignore[misc]
+        return Table(table, list(enumerate(self.rows)))
+
+    def parts(self) -> Sequence[str | Table]:
+        growth = self.of == "growth"
+        own = f"{self.name} = {number(self.mu)}" * (self.name not in self.spreads)
+        band = "" if self.band is None else f" from {self.band[0]:g} to {self.band[1]:g} Hz"
+        what = (
+            f"largest growth rate{band}, 1/s"
+            if growth
+            else f"first loss of stability up to {self.name} = {self.mu_max:g}"
+        )
+        share, head = "share of the samples, %", "growth rate"
+        if not growth:
+            share, head = "share unstable, %", self.name
+        table = [Column(share, value=lambda q: 100 * q.level)]
+        for name, words in (("value", head), ("low", "from"), ("high", "to")):
+            value: Any = attrgetter(name)
+
+            def shown(q: Any, value: Any = value) -> str:
+                if growth:
+                    return "-" if value(q) is None else number(value(q))
+                return shown_critical(value(q), self.mu_max)
+
+            table.append(Column(name, "", value, shown, words=words))
+        title = f"{self.samples} samples, {self.design}, seed {self.seed}: {what}; "
+        title += f"intervals of {100 * CONFIDENCE:g} % confidence"
+        low, high = (100 * end for end in self.interval)
+        line = (
+            f"stable{' at ' * bool(own)}{own}: {100 * self.stable:.1f} % of the samples "
+            f"({low:.1f} to {high:.1f} %)"
+        )
+        if growth:
+            line += f"; squeal propensity index {number(self.propensity or 0.0, 4)}"
+        else:
+            line += f"; without a threshold {self.beyond}"
+        line += f", no pads {self.no_pad}, not computed {self.failed}"
+        parts: list[str | Table] = [Table(table, self.quantiles, title), line]
+        if self.indices:
+            sobol = [Column("parameter"), *(Column(k, shown=_near(k)) for k in ("first", "total"))]
+            parts.append(Table(sobol, self.indices, "Sobol indices: shares of the variance"))
+        if self.basis is not None:
+            parts.append(
+                f"on a reduced system of {self.basis['size']} vectors; worst residual of a root in "
+                f"the full problem, over all samples: {self.basis['residual']:.2g}"
+            )
+        return parts
+
+    def to_dict(self) -> dict[str, Any]:
+        scatter: dict[str, Any] = {"parameter": self.name, "value": self.mu}
+        scatter |= picked(self, "of mu mu_max band samples seed design failed no_pad beyond stable")
+        pairs = [(name, *pair) for name, one in self.spreads.items() for pair in one.items()]
+        scatter["spreads"] = [
+            dict(zip(("name", "kind", "size"), one, strict=True)) for one in pairs
+        ]
+        key = "mu" if self.of == "threshold" else "growth_rate"
+        scatter["quantiles"] = [
+            {"level": q.level, key: q.value, "low": q.low, "high": q.high} for q in self.quantiles
+        ]
+        scatter |= picked(self, "interval propensity basis") | {"confidence": CONFIDENCE}
+        return {"scatter": scatter | {"indices": [asdict(one) for one in self.indices]}}
+
+
+def _near(name: str) -> Callable[[Index], str]:
+    """An index with its interval, for people."""
+
+    def shown(index: Index) -> str:
+        low, high = getattr(index, f"{name}_interval")
+        return f"{getattr(index, name):.2f} ({low:.2f} to {high:.2f})"
+
+    return shown
+
+
+@dataclass(frozen=True, eq=False)
+class Thresholds:
+    """Samples judged by their critical friction up to `high`."""
+
+    varied: Varied
+    high: float
+
+    def samples(self, changes: Sequence[dict[str, float]]) -> list[Sample]:
+        """What becomes of each change of some parameters."""
+
+        def sample(values: dict[str, float], found: Outcome) -> Sample:
+            value = math.nan if found.critical is None else found.critical
+            return Sample(values, value, found.kind, found.frequency_hz, reason=found.reason)
+
+        outcomes = self.varied.outcomes(changes, self.high)
+        return [sample(*pair) for pair in zip(changes, outcomes, strict=True)]
+
+
+@dataclass(frozen=True, eq=False)
+class Growth:
+    """Samples judged by the roots in a band: of a scene, a small system or a reduced one."""
+
+    subject: Scene | TermSystem | Reduction
+    wanted: Wanted
+
+    def samples(self, changes: Sequence[dict[str, float]]) -> list[Sample]:
+        """What becomes of each change of some parameters."""
+        return [self._sample(values) for values in changes]
+
+    def _sample(self, values: dict[str, float]) -> Sample:
+        residual, rounding = None, None
+        try:
+            if isinstance(self.subject, Scene):
+                spectrum = analyse(self.subject.replace(**values)).spectrum
+                roots, rounding = spectrum.values, spectrum.rounding
+            elif isinstance(self.subject, TermSystem):
+                roots = roots_of_all(self.subject, self.wanted, values)
+            else:
+                modes, errors, _ = self.subject.modes(values)
+                roots, residual = modes.values, float(np.max(errors, initial=0.0))
+            if not len(roots):
+                raise ComputationError("no root lies in the band")
+        except InputError as error:
+            return Sample(values, kind=NO_PAD, reason=str(error))
+        except ComputationError as error:
+            return Sample(values, reason=str(error))
+        if rounding is None:
+            own = self.subject
+            rounding = rounding_of(own.system if isinstance(own, Reduction) else own, roots)  # type: ignore[arg-type]
+        grow = roots[(roots.real > rounding) & (roots.imag >= 0.0)]
+        first = roots[np.argmax(roots.real)]
+        ratios = grow.real / np.abs(grow)
+        return Sample(
+            values,
+            float(first.real),
+            decide(roots, rounding).verdict,
+            abs(float(first.imag)) / math.tau,
+            len(grow),
+            math.fsum(ratios.tolist()),
+            residual,
+        )
+
+
+def _work(judge: Thresholds | Growth, changes: list[dict[str, float]]) -> list[Sample]:
+    return judge.samples(changes)
+
+
+class Journal:
+    """Chunks of samples in a file, kept as they come: an interrupted run goes on where it ended.
+
+    Raises InputError for a file that holds those of another question.
+    """
+
+    def __init__(self, path: Path, question: str) -> None:
+        self.path, self.known, head = path, dict[int, list[Sample]](), {"question": question}
+        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+        try:
+            records = [json.loads(line) for line in lines[:1]]
+            records += [json.loads(line) for line in lines[1:] if line.endswith("}")]
+            if records and records[0] != head:
+                raise ValueError
+            for one in records[1:]:
+                self.known[one["chunk"]] = [Sample(*values) for values in one["samples"]]
+        except (ValueError, TypeError, KeyError):
+            words = "holds no samples of this question; the name of another file is allowed"
+            raise Place(str(path)).refuse(words) from None
+        if not records:
+            path.write_text(json.dumps(head) + "\n", encoding="utf-8")
+        elif lines and not lines[-1].endswith("}"):  # it was interrupted while it wrote
+            self._append("\n")
+
+    def keep(self, chunk: int, samples: list[Sample]) -> None:
+        """Write a chunk down."""
+        row = {"chunk": chunk, "samples": [list(astuple(one)) for one in samples]}
+        self._append(json.dumps(row) + "\n")
+
+    def _append(self, text: str) -> None:
+        with self.path.open("a", encoding="utf-8") as stream:
+            stream.write(text)
+
+
+def _question(subject: Scene | TermSystem, *more: object) -> str:
+    """What tells one question from another."""
+    from scipy.sparse import csc_array
+
+    own: object = subject
+    if isinstance(subject, TermSystem):
+        terms = [
+            [(t.factor.text, fingerprint(csc_array(t.matrix))) for t in X] for X in subject.parts
+        ]
+        own = subject.parameter, dict(subject.parameters), terms
+    return sha256(repr((own, *more)).encode()).hexdigest()
+
+
+def _drawn(design: str, samples: int, columns: int, seed: int) -> NDArray[np.float64]:
+    """Points (samples, columns) of the unit cube. Raises InputError."""
+    from scipy.stats import qmc
+
+    if design == "random":
+        return np.random.default_rng(seed).random((samples, columns))
+    if design == "latin":
+        return np.asarray(qmc.LatinHypercube(columns, rng=seed).random(samples))
+    if samples & (samples - 1):
+        near = 2 ** round(math.log2(samples))
+        words = f"it must be a power of 2 for the design sobol, such as {near}"
+        raise Place("samples").refuse(f"{samples} is not allowed; {words}")
+    # no sample at the end of a normal distribution
+    return np.clip(qmc.Sobol(columns, rng=seed).random(samples), 1e-9, 1 - 1e-9)
+
+
+def _placed(varied: Varied, spreads: Mapping[str, Any], unit: NDArray) -> list[dict[str, float]]:
+    """Parameters at points of the unit cube. Raises InputError."""
+    from scipy.special import ndtri
+
+    drawn = {}
+    for (name, spread), u in zip(spreads.items(), unit.T, strict=True):
+        ((kind, size),) = spread.items()
+        at = Place("spreads")
+        if kind == "between":
+            varied.step(name, 1.0, False, at)
+            low, high = size
+            if not low < high:
+                wrong = Place("scatter", "spreads", name, kind)
+                raise wrong.must_be(list(size), "two numbers, the lower one first")
+            drawn[name] = (low + (high - low) * u).tolist()
+            continue
+        step = varied.step(name, size, kind == "relative", at)
+        way = 2 * u - 1 if kind == "within" else ndtri(u)
+        drawn[name] = (varied.values[name] + step * way).tolist()
+    return [dict(zip(drawn, values, strict=True)) for values in zip(*drawn.values(), strict=True)]
+
+
+def _indices(names: Sequence[str], values: NDArray, seed: int) -> tuple[Index, ...]:
+    """Sobol indices from values (d + 2, n): of A, of B, and of A with each column of B."""
+    from scipy.stats import sobol_indices
+
+    kept = values[:, np.all(np.isfinite(values), axis=0)]
+    if kept.shape[1] < 8 or not np.ptp(kept):
+        return ()
+    kept = kept[:, : 2 ** int(math.log2(kept.shape[1]))]
+    f = {"f_A": kept[:1], "f_B": kept[1:2], "f_AB": kept[2:, None, :]}
+    found = sobol_indices(func=f, n=kept.shape[1], rng=np.random.default_rng(seed))
+    about = found.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLED)
+    columns = []
+    for order in ("first_order", "total_order"):
+        interval = getattr(about, order).confidence_interval
+        ends = np.ravel(interval.low).tolist(), np.ravel(interval.high).tolist()
+        columns += [np.ravel(getattr(found, order)).tolist(), list(zip(*ends, strict=True))]
+    each = [Index(*one) for one in zip(names, *columns, strict=True)]
+    return tuple(sorted(each, key=lambda one: -one.total))
+
+
+def scatter(
+    subject: object,
+    spreads: Mapping[str, Mapping[str, Any]],
+    samples: int = 400,
+    seed: int = 1,
+    mu_max: float = 2.0,
+    of: str = "threshold",
+    band: tuple[float, float] | None = None,
+    design: str = "random",
+    indices: bool = False,
+    workers: int = 1,
+    journal: Path | str | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Scatter:
+    """Draw samples whose parameters scatter, and compute the stability of each.
+
+    Parameters
+    ----------
+    subject : Scene, SystemFile or TermSystem
+        What scatters. Thresholds are computed of scenes and of systems of at most 100 rows, growth
+        of any; a system of more than 400 rows needs a band.
+    spreads : mapping of str to mapping
+        How each parameter scatters on its own: normally with the standard deviation ``relative``
+        to its value or ``absolute`` in its unit, evenly ``within`` its value plus and minus so
+        much, or evenly ``between`` two values, such as ``{"k1": {"relative": 0.05}}``.
+    samples, seed : int
+        How many are drawn, and of the random numbers: the same seed draws the same samples.
+    mu_max : float
+        Upper end of the range that is searched for the critical friction.
+    of : {"threshold", "growth"}
+        The first loss of stability, or the largest growth rate and the squeal propensity index at
+        the sample's own parameters. The free parameter may scatter for growth.
+    band : (float, float), optional
+        Frequencies in Hz whose roots are judged, of systems, for growth.
+    design : {"random", "latin", "sobol"}
+        Independent samples, a Latin hypercube, or a Sobol sequence.
+    indices : bool
+        Whether Sobol indices are computed [1]_, which takes ``samples`` times the number of
+        parameters more. A threshold that lies beyond ``mu_max`` counts as ``mu_max``.
+    workers : int
+        Processes, which start by import: a script must guard its main part.
+    journal : path, optional
+        A file that keeps what is computed, so that an interrupted run goes on.
+    progress : callable, optional
+        Called with (done, count) now and then.
+
+    Returns
+    -------
+    Scatter
+        The samples by rising value, quantiles, shares and indices.
+
+    Raises
+    ------
+    InputError
+        For a spread that does not fit the scene or system.
+    ComputationError
+        If no sample can be computed.
+
+    References
+    ----------
+    .. [1] A. Saltelli et al., Variance based sensitivity analysis of model output, Computer Physics
+       Communications 181 (2010) 259-270.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
+    >>> answer = squeal.scatter(pair, {"a": {"within": 0.1}})  # flutter from (a - b) / 2 on
+    >>> [0.45 <= q.value <= 0.55 for q in answer.quantiles if q.level == 0.5]
+    [True]
+    """
+    given = {"spreads": spreads, "samples": samples, "seed": seed, "design": design}
+    given["indices"] = indices
+    samples, seed, design, indices, spreads = SPREADS.read(given, Place("scatter")).values()
+    Word(("threshold", "growth")).read(of, Place("scatter", "of"))
+    if not spreads:
+        raise Place("spreads").must_be(spreads, _SPREADS.named)
+    varied = Varied.of(subject, "scatter", mu_max, of)
+    own, count = varied.subject, len(spreads)
+    if of == "threshold" and band is not None:
+        raise Place("band").refuse("is not allowed with thresholds; with growth it is")
+    unit = _drawn(design, samples, (1 + indices) * count, seed)
+    A = unit[:, :count]
+    blocks = [A]
+    if indices:
+        B = unit[:, count:]
+        blocks += [B, *(np.where(np.arange(count) == i, B, A) for i in range(count))]
+    each = _placed(varied, spreads, np.concatenate(blocks))
+    judge, basis = _judge(varied, of, mu_max, Wanted(band, None, None), each)
+    parts = [each[i : i + CHUNK] for i in range(0, len(each), CHUNK)]
+    kept = None
+    if journal is not None:
+        asked = of, mu_max, band, spreads, design, seed, indices, samples
+        kept = Journal(Path(journal), _question(own, *asked))
+    known = {} if kept is None else kept.known
+    missing = [k for k in range(len(parts)) if k not in known]
+    done = sum(map(len, known.values()))
+    computed = mapped(_work, [parts[k] for k in missing], workers, judge)
+    for k, part in zip(missing, computed, strict=True):
+        known[k] = part
+        if kept is not None:
+            kept.keep(k, part)
+        done += len(part)
+        if progress is not None:
+            progress(done, len(each))
+    every = [one for k in range(len(parts)) for one in known[k]]
+    shares: tuple[Index, ...] = ()
+    if indices:
+        values = np.array([one.value if one.reason is None else np.inf for one in every])
+        values = np.where(np.isnan(values), mu_max, values).reshape(count + 2, samples)
+        shares = _indices(list(spreads), values, seed)
+        every = every[: 2 * samples]  # A and B are the samples, the others repeat their columns
+    return _gathered(varied, of, mu_max, band, spreads, design, seed, every, shares, basis)
+
+
+def _judge(
+    varied: Varied, of: str, high: float, wanted: Wanted, each: Sequence[dict[str, float]]
+) -> tuple[Thresholds | Growth, dict[str, Any] | None]:
+    """What judges samples, and the reduced system that it has. Raises InputError."""
+    subject = varied.subject
+    if of == "threshold":
+        return Thresholds(varied, high), None
+    if isinstance(subject, Scene):
+        if wanted.band is not None:
+            raise Place("band").refuse("is not allowed with a scene; a system takes it")
+        return Growth(subject, wanted), None
+    if is_small(subject):
+        return Growth(subject, wanted), None
+    served = [{}, *each[:: max(1, len(each) // SERVED)]]
+    reduction = reduced_for(subject, wanted, served)
+    return Growth(reduction, wanted), basis_of(reduction, wanted)
+
+
+def _gathered(
+    varied: Varied,
+    of: str,
+    mu_max: float,
+    band: tuple[float, float] | None,
+    spreads: Mapping[str, Any],
+    design: str,
+    seed: int,
+    every: Sequence[Sample],
+    indices: tuple[Index, ...],
+    basis: dict[str, Any] | None,
+) -> Scatter:
+    """The answer from all samples. Raises ComputationError."""
+    from scipy.stats import binomtest
+
+    rows = [one for one in every if one.reason is None]
+    if not rows:
+        reason = next((one.reason for one in every if one.kind != NO_PAD), None) or NO_REST
+        raise ComputationError(f"no sample can be computed: {reason}")
+    no_pad = sum(one.kind == NO_PAD for one in every)
+    made, failed = len(rows), len(every) - len(rows) - no_pad
+    rows.sort(key=lambda one: (math.isnan(one.value), one.value))
+    if of == "threshold":
+        good = sum(not one.value <= varied.at for one in rows)
+    else:
+        good = sum(not one.unstable for one in rows)
+        if basis is not None:
+            basis |= {"residual": max(one.residual or 0.0 for one in rows)}
+    least, most = (
+        binomtest(count, made + failed).proportion_ci(CONFIDENCE, "wilson")
+        for count in (good, good + failed)
+    )
+    interval = float(least.low), float(most.high)
+    head = varied.free, of, varied.at, mu_max, band, spreads, design, seed, len(every)
+    return Scatter(*head, tuple(rows), no_pad, failed, good / made, interval, indices, basis)

@@ -1,0 +1,39 @@
+"""`squeal scatter`: what tolerances or ranges of many parameters make of the critical friction, or
+of the growth rates in a band (--of growth): quantiles, share of stable samples, Sobol indices."""
+
+import argparse
+
+import squeal
+from squeal.cli.command import Parser, Reply
+from squeal.cli.options import take, take_files, write_files
+from squeal.cli.streams import counter
+from squeal.schema import Place
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal scatter`."""
+    words = "how parameters scatter, how many samples are drawn, and how"
+    parser.add_argument("scatter", metavar="SPREADS.yaml", help=words)
+    words = "the first loss of stability (threshold), or the largest growth rate in --band (growth)"
+    choices = ("threshold", "growth")
+    parser.add_argument("--of", choices=choices, default="threshold", help=words)
+    take(parser, "high band workers journal", high=2.0)
+    take_files(parser, table="the samples", figure="a picture of their distribution")
+
+
+def run(given: argparse.Namespace) -> Reply:
+    """Read the scene or system and the spreads, and answer."""
+    return scattered(given, given.of)
+
+
+def scattered(given: argparse.Namespace, of: str) -> Reply:
+    """The answer to a file of spreads, which options of a command name."""
+    source = given.source
+    asked = squeal.read_spreads(given.scatter) | {"mu_max": given.high, "of": of}
+    asked |= {"band": given.band, "journal": given.journal, "workers": given.workers or 1}
+    subject = source.subject()
+    with Place(str(given.scatter)).named():
+        answer = squeal.scatter(subject, **asked, progress=counter("samples"))
+    write_files(given, answer)
+    source.inputs.append(given.scatter)
+    return Reply.of(answer)
