@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array, issparse
+from scipy.sparse import coo_array, csc_array
 
 from squeal.errors import InputError
 from squeal.io.writing import write_whole
@@ -27,6 +27,8 @@ from squeal.schema import Place
 HEAD = 4096  # bytes that a format is recognised by
 MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")
+# Ansys' names of degrees of freedom, with the numbers of the other programs
+FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6, "PRES": 8, "TEMP": 11}
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,46 +175,139 @@ def _abaqus_matrix(path: Path, head: str, text: str) -> MatrixFile:
     if width not in (3, 5):
         raise ValueError(f"{width} columns; 3 or 5 are read")
     given, values = _numbers(io.StringIO(text), width - 1, 1)
-    labels = None
-    if width == 3:
-        if given.min() < 1:
-            raise ValueError("rows and columns must count from 1")
-        where = given.T - 1
-    else:
-        nodes, directions = given[:, ::2], given[:, 1::2]
-        if directions.min() < 0:
-            raise ValueError("degrees of freedom must be at least 0")
-        base = int(directions.max()) + 1
-        each = (nodes * base + directions).T
-        codes = np.sort(each, axis=None)  # np.unique hashes, which takes twice as long
-        codes = codes[np.diff(codes, prepend=codes[0] - 1) > 0]
-        labels = tuple(divmod(code, base) for code in codes.tolist())
-        where = np.searchsorted(codes, each)
-    n = int(where.max()) + 1
     kind = re.search(r"TYPE\s*=\s*(UN)?SYMMETRIC", head)
     scale = re.search(r"SCALE\s*FACTOR\s*=\s*(\S+)", head)
-    factor = float(scale[1]) if scale else 1.0
-    matrix = _assembled(path, where, factor * values[:, 0], (n, n))
-    return MatrixFile(matrix, labels, labels is None, kind[1] is None if kind else None)
+    entries = float(scale[1]) * values[:, 0] if scale else values[:, 0]
+    symmetric = kind[1] is None if kind else None
+    if width == 5:
+        return _labelled(path, given, entries, symmetric)
+    if given.min() < 1:
+        raise ValueError("rows and columns must count from 1")
+    n = int(given.max())
+    labels = _labels(path.with_suffix(".dof"), n)
+    n = len(labels) if labels else n
+    matrix = _assembled(path, given.T - 1, entries, (n, n))
+    return MatrixFile(matrix, labels, labels is None, symmetric)
+
+
+def _labelled(path: Path, given: NDArray, values: NDArray, symmetric: bool | None) -> MatrixFile:
+    """The matrix of entries at (entries, 4) nodes and degrees of freedom of rows and columns."""
+    if not len(given):
+        raise ValueError("no entries")
+    nodes, directions = given[:, ::2], given[:, 1::2]
+    if directions.min() < 0:
+        raise ValueError("degrees of freedom must be at least 0")
+    base = int(directions.max()) + 1
+    each = (nodes * base + directions).T
+    codes = np.sort(each, axis=None)  # np.unique hashes, which takes twice as long
+    codes = codes[np.diff(codes, prepend=codes[0] - 1) > 0]
+    labels = tuple(divmod(code, base) for code in codes.tolist())
+    n = len(labels)
+    matrix = _assembled(path, np.searchsorted(codes, each), values, (n, n))
+    return MatrixFile(matrix, labels, symmetric=symmetric)
+
+
+def _fixed(lines: list[str], form: str, count: int) -> tuple[NDArray, list[str]]:
+    """Numbers (count,) in fields of a Fortran format such as (1P,3D24.16), and the lines behind."""
+    found = re.search(r"(\d*)[IEDFG](\d+)", form.upper())
+    if not found:
+        raise ValueError(f"the format {form.strip()} is not read; (8I10) and (3D24.16) are")
+    each, width = int(found[1] or 1), int(found[2])
+    used = -(-count // each)
+    fields: Any = " ".join(lines[:used]).upper().replace("D", "E").split()
+    if len(fields) != count:  # they touch each other
+        text = "".join(line[: each * width].ljust(each * width) for line in lines[:used])
+        text = text.upper().replace("D", "E")
+        fields = [text[k : k + width].strip() for k in range(0, count * width, width)]
+        if not all(fields):
+            raise ValueError(f"fewer numbers than the {count} of the header")
+    return np.array(fields, np.int64 if "I" in form.upper() else float), lines[used:]
 
 
 def _read_harwell_boeing(path: Path) -> MatrixFile:
-    """Real, assembled, RUA or RSA; no right-hand sides."""
-    from scipy.io import hb_read
+    """Real or complex, assembled, as Ansys' HBMAT writes them too; no right-hand sides.
 
-    lines = path.read_text(encoding="ascii").splitlines(keepends=True)
-    if len(lines) < 5 or len(lines[2]) < 3:
+    A file .mapping beside it, which HBMAT writes, names the rows.
+    """
+    lines = path.read_text(encoding="ascii").splitlines()
+    if len(lines) < 5 or len(lines[2].split()) < 4:
         raise ValueError("the header is missing")
-    kind = lines[2][:3].upper()
-    if kind[0] not in "RI" or kind[1] not in "US" or kind[2] != "A":
-        raise ValueError(f"type {kind}; RUA and RSA (real, assembled) are read")
-    lines[2] = f"{kind[0]}UA{lines[2][3:]}"  # SciPy reads no symmetric ones
-    if lines[1][56:72].strip() not in ("", "0"):  # right-hand sides come last: leave them out
-        lines[1] = f"{lines[1][:56].ljust(56)}{'0':>14}\n"
-        del lines[4]
-    matrix = hb_read(io.StringIO("".join(lines)), spmatrix=False)
+    kind, *sizes = lines[2].upper().split()
+    if not re.fullmatch("[RIC][USZ]A", kind):
+        raise ValueError(f"type {kind}; real or complex (R, C), U, S or Z, assembled (A) are read")
+    rows, columns, count = map(int, sizes[:3])
+    sides, forms = int((lines[1].split() + [*"00000"])[4]), lines[3]
+    rest = lines[4 + (sides > 0) :]
+    pointers, rest = _fixed(rest, forms[:16], columns + 1)
+    indices, rest = _fixed(rest, forms[16:32], count)
+    values, _ = _fixed(rest, forms[32:52], count * (1 + (kind[0] == "C")))
+    if kind[0] == "C":
+        values = values.view(complex)
+    matrix = csc_array((values, indices - 1, pointers - 1), shape=(rows, columns))
     matrix.check_format(full_check=True)
-    return MatrixFile(_mirrored(matrix) if kind[1] == "S" else matrix)
+    if kind[1] != "U":
+        matrix = _mirrored(matrix, 1 if kind[1] == "S" else -1)
+    return MatrixFile(matrix, _labels(path.with_suffix(".mapping"), rows))
+
+
+def _labels(path: Path, rows: int) -> tuple[tuple[int, int], ...] | None:
+    """The (node, degree of freedom) of each row, from lines `node.dof` of CalculiX or `row node
+    name` of Ansys; None without such a file."""
+    if not path.is_file():
+        return None
+    text = path.read_text(encoding="ascii").upper()
+    found = re.findall(r"(?m)^\s*(?:\d+\s+)?(\d+)(?:\.|\s+)(\w+)\s*$", text)
+    labels = tuple((int(node), FREEDOMS.get(name) or int(name)) for node, name in found)
+    if len(labels) < rows:
+        raise ValueError(f"{path.name} names {len(labels)} of its {rows} rows")
+    return labels
+
+
+def _read_dmig(path: Path) -> dict[str, MatrixFile]:
+    """Cards DMIG of bulk data or a punch file, in small, large or free fields."""
+    cards: list[list[str]] = []
+    ours = False
+    for full in path.read_text(encoding="latin-1").splitlines():
+        line = full.partition("$")[0].rstrip().expandtabs(8).upper()
+        wide = 16 if "*" in line[:8] else 8
+        if "," in line:
+            head, *data = [word.strip() for word in line.split(",")]
+            data = [*data, *[""] * 8][: 64 // wide]
+        else:
+            head, data = line[:8], [line[k : k + wide].strip() for k in range(8, 72, wide)]
+        name = head.strip(" *")
+        if name and name[0] != "+":
+            ours = name == "DMIG"
+            cards += [data] if ours else []
+        elif ours and line:
+            cards[-1] += data
+    heads = {card[0]: card for card in cards if card[1] == "0"}
+    if missing := {card[0] for card in cards} - heads.keys():
+        raise ValueError(f"the card DMIG {missing.pop()} 0, which says what it holds, is missing")
+    return {name: _dmig(path, head, cards) for name, head in heads.items()}
+
+
+def _dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
+    """One of the matrices that cards DMIG hold."""
+    name, form, polar = head[0], head[2], head[5]
+    if form not in ("1", "6"):
+        raise ValueError(f"{name} has the form {form}; 1 (square) and 6 (symmetric) are read")
+    each = [  # node, degree of freedom of row and column; real and imaginary part
+        (card[k], card[k + 1] or "0", card[1], card[2] or "0", card[k + 2], card[k + 3])
+        for card in cards
+        if card[0] == name and card[1] != "0"
+        for k in range(4, len(card) - 3, 4)
+        if card[k]
+    ]
+    text = " ".join(word or "0" for entry in each for word in entry).replace("D", "E")
+    words = re.sub(r"([\d.])([+-])", r"\1E\2", text).split()
+    table = np.array(words, dtype=float).reshape(-1, 6)
+    values = table[:, 4]
+    if polar not in ("", "0"):
+        values = values * np.exp(1j * np.radians(table[:, 5]))
+    elif head[3] in ("3", "4"):
+        values = values + 1j * table[:, 5]
+    return _labelled(path, table[:, :4].astype(np.int64), values, form == "6")
 
 
 def _read_mat(path: Path) -> dict[str, Any]:
@@ -220,9 +315,31 @@ def _read_mat(path: Path) -> dict[str, Any]:
     from scipy.io.matlab import matfile_version
 
     if matfile_version(path)[0] == 2:
-        raise ValueError("MATLAB's HDF5 form (-v7.3) is not read; save it with -v7")
+        return _read_hdf5(path)
     content = loadmat(path, spmatrix=False).items()
     return {n: v for n, v in content if getattr(v, "ndim", 0) == 2 and v.dtype.kind in "fciub"}
+
+
+def _read_hdf5(path: Path) -> dict[str, Any]:
+    """MATLAB's -v7.3: transposed arrays, sparse ones as groups data, ir, jc."""
+    import h5py
+
+    def numbers(data: Any) -> Any:
+        value = data[()]
+        return value["real"] + 1j * value["imag"] if value.dtype.names else value
+
+    found: dict[str, Any] = {}
+    with h5py.File(path) as file:
+        for name, item in file.items():
+            if "MATLAB_sparse" in item.attrs:
+                columns = item["jc"][()].astype(np.int64)
+                rows = item["ir"][()].astype(np.int64) if "ir" in item else columns[:0]
+                values = numbers(item["data"]) if "data" in item else columns[:0].astype(float)
+                shape = (int(item.attrs["MATLAB_sparse"]), len(columns) - 1)
+                found[name] = csc_array((values, rows, columns), shape=shape)
+            elif getattr(item, "ndim", 0) == 2 and item.attrs.get("MATLAB_class") != b"char":
+                found[name] = numbers(item).T
+    return found
 
 
 def _read_npz(path: Path) -> MatrixFile | dict[str, Any]:
@@ -235,7 +352,31 @@ def _read_npz(path: Path) -> MatrixFile | dict[str, Any]:
 def _read_op4(path: Path) -> dict[str, Any]:
     from pyyeti.nastran import op4
 
-    return dict(op4.read(str(path), into="dct", sparse=True))
+    found = op4.read(str(path), into="dct", sparse=True)
+    return {name.upper(): matrix for name, matrix in found.items()}  # as Nastran writes them
+
+
+def _read_op2(path: Path) -> dict[str, Any]:
+    from pyyeti.nastran.op2 import OP2
+
+    with OP2(str(path)) as file:
+        return dict(file.rdop2mats())
+
+
+def _read_full(path: Path) -> dict[str, MatrixFile]:
+    """K and M of Ansys, one triangle each, without constrained rows."""
+    from ansys.mapdl.reader import read_binary
+
+    file = read_binary(str(path))
+    rows, *matrices = file.load_km()
+    held = set(map(tuple, file.const.tolist()))
+    free = [i for i, row in enumerate(rows.tolist()) if tuple(row) not in held]
+    labels = tuple((node, freedom + 1) for node, freedom in rows[free].tolist())
+    return {
+        name: MatrixFile(csc_array(X)[free][:, free], labels, symmetric=True)
+        for name, X in zip("KM", matrices, strict=True)
+        if X is not None
+    }
 
 
 @dataclass(frozen=True)
@@ -243,26 +384,33 @@ class Format:
     """One kind of matrix file.
 
     `head` is what its first bytes match, None leaves it to the suffix. `read` gives the matrix, or
-    those of a file that may hold several by their names.
+    those of a file that may hold several by their names. `extra` of squeal installs what it needs.
     """
 
     name: str
     suffixes: tuple[str, ...]
     head: bytes | None
     read: Callable[[Path], MatrixFile | dict[str, Any]]
+    extra: str = ""
 
 
 # a type such as RUA begins the third line, and the second counts lines
 _TYPE = rb"[^\n]*\n[ \d]+\r?\n(?i:[rcpi][suhzr][ae])\s"
+# a head of four numbers, a name and perhaps a format; the same in binary, of either byte order
+_OP4 = rb"(?s)(?:[ \d-]{7}\d){4}[A-Z]\w{0,7} *1P,|(?:\x18\0\0\0|\0\0\0\x18).{16}[A-Z]\w{0,7} *"
+_OP2 = rb"\x04\0\0\0\x03\0\0\0\x04|\0\0\0\x04\0\0\0\x03\0\0\0\x04|\x08\0\0\0\x03\0\0\0\0"
 # the first line that is neither blank nor begins with * holds 3 or 5 numbers, the last a value
 _ROWS = rb"(?:[ \t]*(?:\*.*)?\r?\n)*[ \t]*(?:(?:-?\d+[ \t,]+){2}){1,2}[^\s,]+[ \t]*\r?(?:\n|$)"
 # fmt: off
 FORMATS = (
     Format("Matrix Market", (".mtx",), b"(?i)%%matrixmarket", _read_matrix_market),
-    Format("MATLAB", (".mat",), b"MATLAB ", _read_mat),
+    Format("MATLAB", (".mat",), b"MATLAB ", _read_mat, "matlab"),
     Format("NumPy", (".npz",), b"PK\x03\x04", _read_npz),
     Format("Harwell-Boeing", (".hb", ".rua", ".rsa"), _TYPE, _read_harwell_boeing),
-    Format("Nastran OP4", (".op4",), None, _read_op4),
+    Format("Nastran OP4", (".op4",), _OP4, _read_op4, "nastran"),
+    Format("Nastran OP2", (".op2",), _OP2, _read_op2, "nastran"),
+    Format("Nastran DMIG", (".pch", ".bdf", ".nas"), rb"(?ims)(?:.*^)?DMIG[ *,]", _read_dmig),
+    Format("Ansys full", (".full",), None, _read_full, "ansys"),
     Format("Abaqus text", (".inp", ".txt", ".sti", ".mas"), _ROWS, _read_abaqus),
 )
 # fmt: on
@@ -315,6 +463,9 @@ def read_matrix(
         return replace(file, matrix=_complete(at, matrix, file, symmetric), symmetric=False)
     except InputError as error:
         words = str(error)
+    except ImportError as error:
+        extra = f"(extra {fitting[0].extra})"
+        words = f"{name} needs the package {error.name}, which is not installed {extra}"
     except Exception as error:  # each library has its own words for a broken file
         lines = str(error).strip().splitlines() or [type(error).__name__]
         words = f"no readable {name} matrix: {lines[0].rstrip('.:')}"
@@ -325,7 +476,7 @@ def read_matrix(
 
 def _checked(given: Any) -> Any:
     """The matrix, canonical, if it is square and finite. Raises InputError."""
-    if issparse(given):
+    if hasattr(given, "check_format"):
         given.check_format(full_check=True)  # SciPy trusts the indices of a file
     matrix = csc_array(given)
     rows, columns = matrix.shape

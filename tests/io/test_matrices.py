@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.io import hb_write, mmwrite, savemat
 from scipy.sparse import coo_array, csc_array, random_array, save_npz
+from scipy.sparse.linalg import eigsh
 
 from squeal.errors import InputError, InputWarning
 from squeal.io.matrices import aligned, fingerprint, read_matrix, write_matrix
@@ -195,10 +196,88 @@ def test_symmetric_harwell_boeing(read, sides):
     assert read("K.rsa", text) == [[4.0, -1.5], [-1.5, 2.0]]
 
 
-def test_op4_by_its_package(tmp_path, matrix):
+def test_harwell_boeing_as_ansys_writes_it(tmp_path, read):
+    """Numbers that touch, D for E, complex, and the file that names the rows."""
+    (tmp_path / "K.mapping").write_text("Matrix Eqn  Node  DOF\n 1  11 UX\n 2  11 ROTZ\n")
+    head = f"{'K':72}{'K':8}\n{3:14}{1:14}{1:14}{1:14}{0:14}\n{'CSA':14}{2:14}{2:14}{2:14}{0:14}\n"
+    text = f"{head}{'(3I4)':16}{'(2I4)':16}{'(4D9.2)':20}\n   1   3   3\n   1   2\n"
+    text += " 4.00D+00-1.00D-01-2.50D+00 0.00D+00\n"
+    assert read("K.txt", text) == [[4 - 0.1j, -2.5], [-2.5, 0]]
+    assert read_matrix(tmp_path / "K.txt").labels == ((11, 1), (11, 6))
+
+
+DMIG = """$ a comment
+GRID    1               0.      0.      0.
+DMIG    K       0       6       4       0                       8
+DMIG*   K                              2               1
+*                      2               1 4.000000000D+00 1.000000000D-01
+DMIG    K       7       3               2       1       -1.5
+        7       3       2.0+1
+dmig,m,0,1,1,0
+DMIG,M,2,1,,2,1,1.-3,
++,7,3,.5
+DMIG,M,7,3,,2,1,-.25
+"""
+
+
+def test_dmig_in_small_large_and_free_fields(tmp_path):
+    (tmp_path / "job.pch").write_text(DMIG)
+    K, M = (read_matrix(tmp_path / "job.pch", key) for key in "KM")
+    assert K.labels == M.labels == ((2, 1), (7, 3))
+    assert K.matrix.toarray().tolist() == [[4 + 0.1j, -1.5], [-1.5, 20]]
+    assert M.matrix.toarray().tolist() == [[1e-3, -0.25], [0.5, 0]]  # GJ, CJ is the column
+
+
+def test_calculix_names_its_rows_in_a_file_beside(tmp_path):
+    (tmp_path / "b.sti").write_text("1 1 4.0\n2 1 -1.0\n2 2 3.0\n3 3 1.0\n")
+    (tmp_path / "b.mas").write_text("1 1 1.0\n2 2 1.0\n")
+    (tmp_path / "b.dof").write_text("5.1\n4.3\n9.2\n")
+    with pytest.warns(InputWarning, match="symmetric: false"):
+        K = read_matrix(tmp_path / "b.sti")
+    M = read_matrix(tmp_path / "b.mas")
+    assert K.labels == M.labels == ((5, 1), (4, 3), (9, 2))
+    both = aligned([K, M])
+    assert both[0].toarray().tolist() == [[3, -1, 0], [-1, 4, 0], [0, 0, 1]]  # by node
+    assert both[1].diagonal().tolist() == [1, 1, 0]
+
+
+@pytest.mark.parametrize("binary", [True, False])
+def test_op4_as_pyyeti_writes_it(tmp_path, matrix, binary):
     op4 = pytest.importorskip("pyyeti.nastran.op4")
-    op4.write(str(tmp_path / "K.op4"), {"K": matrix})
-    assert fingerprint(read_matrix(tmp_path / "K.op4").matrix) == fingerprint(matrix)
+    square = {"KXX": matrix, "K4XX": matrix.toarray() * (1 + 0.1j)}
+    op4.write(str(tmp_path / "K.dat"), square, binary=binary)
+    for key, one in square.items():
+        assert fingerprint(read_matrix(tmp_path / "K.dat", key).matrix) == fingerprint(one)
+
+
+def test_sparse_matrices_of_matlab_7_3(tmp_path, matrix):
+    h5py = pytest.importorskip("h5py")
+    with h5py.File(tmp_path / "K.mat", "w", userblock_size=512) as file:
+        sparse = file.create_group("K")
+        sparse.attrs["MATLAB_sparse"] = 20
+        for name, numbers in zip(
+            ("data", "ir", "jc"), (matrix.data, matrix.indices, matrix.indptr), strict=True
+        ):
+            sparse[name] = numbers
+        file["C"] = (matrix.toarray().T * (1 + 0.1j)).view([("real", "f8"), ("imag", "f8")])
+        file["note"] = np.zeros((2, 2), "u2")
+        file["note"].attrs["MATLAB_class"] = np.bytes_("char")
+    with (tmp_path / "K.mat").open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+    assert fingerprint(read_matrix(tmp_path / "K.mat", "K").matrix) == fingerprint(matrix)
+    C = read_matrix(tmp_path / "K.mat", "C").matrix
+    assert np.array_equal(C.toarray(), matrix.toarray() * (1 + 0.1j))
+    with pytest.raises(InputError, match="C, K;"):
+        read_matrix(tmp_path / "K.mat")
+
+
+def test_ansys_full_without_its_constrained_rows():
+    """The cantilever that the package ships has the frequencies that it prints."""
+    examples = pytest.importorskip("ansys.mapdl.reader.examples")
+    K, M = aligned([read_matrix(examples.fullfile, key) for key in "KM"])
+    assert K.shape == (900, 900)
+    hertz = np.sqrt(eigsh(K, 4, M, sigma=0)[0]) / (2 * np.pi)
+    assert hertz == pytest.approx([1283.200, 1283.200, 5781.975, 6919.399], abs=1e-3)
 
 
 def lines(head, *body):
@@ -232,9 +311,9 @@ REFUSED = [
     (*coordinates("1 1 2", "1 1 2", "1 1"), "columns"),
     (*coordinates("1 1 1", "1 1 2.7", kind="integer general"), "whole numbers"),
     ("K.mat", "no such thing", "MATLAB"),
-    ("k.mat", b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(384), "-v7"),
+    ("k.mat", b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(384), "MATLAB"),
     ("K.hb", "no such thing", "Harwell-Boeing"),
-    ("K.hb", "complex\n1 1 1 1 0\nCUA 1 1 1 0\n(1I8)\n1\n", "CUA", "RUA and RSA"),
+    ("K.hb", "elements\n1 1 1 1 0\nRSE 1 1 1 0\n(1I8)\n1\n", "RSE", "assembled"),
     ("K.rsa", harwell_boeing("RSA", [1, 3, 5], [1, 2, 1, 2], [2, -1, -1, 3]), "one triangle"),
     ("K.hb", harwell_boeing("RUA", [1, 2, 3], [1, 7], [2, 3]), "ind"),
     ("K.txt", "1 2\n", "2 columns"),
