@@ -38,7 +38,12 @@ WRONG: list = [
     *(lambda verb=verb: verb(SYSTEM) for verb in (api.map, api.advise)),
     lambda: api.eigenvalues(SCENE, band=(1.0, 2.0)), lambda: api.eigenvalues(SCENE.pad),
     lambda: api.reduce(SCENE), lambda: api.Axis("k1", 0.0, 1.0, 3, log=True),
-    lambda: api.sensitivity(SCENE, of="colour"), lambda: api.sensitivity(SYSTEM, of="threshold"),
+    lambda: api.sensitivity(SCENE, of="colour"), lambda: api.sensitivity(SCENE, matrices={"q": {}}),
+    lambda: api.sensitivity(SYSTEM, matrices={"mu": {}}),
+    *(
+        lambda given=given: api.sensitivity(SYSTEM, matrices={"q": given})
+        for given in ({"X": EYE}, {"K": np.eye(3)}, {"K": "x"})
+    ),
     lambda: api.thresholds(SYSTEM, -1.0), lambda: api.advise(SCENE, mu_max=-1),
     lambda: api.System(EYE), lambda: api.System(EYE, K=np.eye(3)),
     lambda: api.System(EYE, K={"nu": EYE}), lambda: api.Damping(matrix=EYE),

@@ -427,9 +427,10 @@ class Map(Answer):
 class Sensitivity(Answer):
     """Derivatives by each parameter, per unit of it, all others held.
 
-    what: the eigenvalues `at`, by rising frequency, or the first loss of stability in `parameter`
-    at a value of it; slopes: (m,) of the eigenvalues, not finite at a coalescence, or (1,) of the
-    loss, empty where stability is not lost; values, units: of the parameters.
+    what: the eigenvalues `at`, or the first loss of stability in `parameter` at a value of it;
+    slopes: (m,) of the eigenvalues, not finite at a coalescence, or (2,) of the loss and of its
+    frequency in Hz, empty where stability is not lost; values, units: of the parameters;
+    condition (m,): of the eigenvalues, 1 of real modes, infinite where two of them coalesce.
     """
 
     what: str
@@ -439,37 +440,61 @@ class Sensitivity(Answer):
     slopes: Mapping[str, np.ndarray]
     values: Mapping[str, float]
     units: Mapping[str, str]
+    condition: NDArray[np.float64] | None = None
+
+    def _rows(self) -> list[tuple[Any, ...]]:
+        """What a small step of each parameter moves, the strongest first: the loss, or each mode
+        of a pair's two, the fastest growing first. A step is 1 per cent, of an angle a degree, and
+        1 of what is 0 and has no unit."""
+        loss, rows = self.what == "threshold", []
+        at = np.zeros(1) if loss else np.asarray(self.at)
+        for i in sorted(np.flatnonzero(at.imag >= 0.0).tolist(), key=lambda i: -at[i].real):
+            own = []
+            for name, slopes in self.slopes.items():
+                step, words = 0.01 * self.values[name], "1 %"
+                if self.units[name] == "rad":
+                    step, words = DEGREE, "1 degree"
+                elif not (step or self.units[name]):
+                    step, words = 1.0, "1"
+                pair = slopes if loss else np.array([slopes[i].real, slopes[i].imag / math.tau])
+                moved = step * np.where(np.isfinite(pair).all() | loss, pair, np.nan)
+                if step:
+                    own.append((name, words, *moved.tolist()))
+            own.sort(key=lambda row: -abs(row[2]) if math.isfinite(row[2]) else -math.inf)
+            mode = () if loss else (i + 1, at[i].imag / math.tau, at[i].real)
+            rows += [(*mode, *row) for row in own]
+        return rows
 
     def table(self) -> Table:
-        """A row for each parameter: what 1 per cent of it, of an angle one degree, moves."""
-
-        angles = {name for name, unit in self.units.items() if unit == "rad"}
-
-        def moved(i: int, factor: complex) -> Any:
-            def change(name: str) -> float:
-                step = DEGREE if name in angles else 0.01 * self.values[name]
-                slope = complex(self.slopes[name][i])
-                return (slope * factor).real * step if cmath.isfinite(slope) else math.nan
-
-            return change
-
-        change = Column("change", value=lambda name: "1 degree" if name in angles else "1 %")
-        table = [Column("parameter", value=str), change]
-        shown = [name for name in self.slopes if name in angles or self.values[name]]
-        if self.what == "threshold":
+        loss = self.what == "threshold"
+        heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s")] * (not loss)
+        heads += [("parameter", ""), ("change", "")]
+        heads += [(f"d {self.parameter}", "") if loss else ("dRe", "1/s"), ("df", "Hz")]
+        title = "what a small change of a parameter does to each mode"
+        if loss:
             at = f"{self.kind} at {self.parameter} = {self.at or 0:.6g}"
-            table.append(Column(f"d {self.parameter}", value=moved(0, 1.0)))
-            nothing = "stability is not lost, so nothing moves its loss"
-            return Table(table, shown, f"what moves the first loss ({at})", nothing)
-        for i in np.flatnonzero(np.imag(self.at) >= 0.0).tolist():
-            table.append(Column(f"{i + 1}: df", "Hz", moved(i, -1j / math.tau)))
-            table.append(Column(f"{i + 1}: dRe", "1/s", moved(i, 1.0)))
-        return Table(table, shown, "what a small change of a parameter does to each mode")
+            title = f"what moves the first loss ({at})"
+        nothing = "stability is not lost, so nothing moves its loss" if loss else "no root"
+        table = [Column(*head, itemgetter(k)) for k, head in enumerate(heads)]
+        return Table(table, self._rows(), title, nothing)
+
+    def parts(self) -> Sequence[str | Table]:
+        """The table, and which modes leave it in doubt."""
+        if self.condition is None:
+            return [self.table()]
+        near = np.flatnonzero((0.01 * self.condition**2 >= 1.0) & (np.imag(self.at) >= 0.0))
+        lines = [
+            f"mode {i + 1} nearly coalesces with another one: its derivatives hold for changes far "
+            f"below {number(100 * self.condition[i] ** -2, 2)} %"
+            for i in near.tolist()
+        ]
+        return [self.table(), "\n".join(lines)]
 
     def to_dict(self) -> dict[str, Any]:
         if self.what == "threshold":
-            by = {name: float(slope[0]) for name, slope in self.slopes.items()}
-            loss = {"mu": self.at, "value": self.at, "kind": self.kind, "parameters": by}
+            loss: dict[str, Any] = {"mu": self.at, "value": self.at, "kind": self.kind}
+            for key, k in (("parameters", 0), ("frequency_hz", 1)):
+                loss[key] = {name: plain(float(pair[k])) for name, pair in self.slopes.items()}
             return {"sensitivity": loss if self.slopes else None}
         rows = []
         for name, slopes in self.slopes.items():
@@ -478,4 +503,5 @@ class Sensitivity(Answer):
                 for d in slopes.astype(complex).tolist()
             ]
             rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": moved})
-        return {"sensitivity": rows}
+        condition = [None if c == math.inf else c for c in np.asarray(self.condition).tolist()]
+        return {"sensitivity": rows, "sensitivity_condition": condition}

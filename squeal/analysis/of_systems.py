@@ -35,6 +35,12 @@ from squeal.analysis.systems.roots import (
     system_roots,
     verdict_of,
 )
+from squeal.analysis.systems.sensitivity import (
+    Matrices,
+    root_sensitivity,
+    threshold_sensitivity,
+    with_matrices,
+)
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
 from squeal.io.system import SystemFile
@@ -46,7 +52,6 @@ from squeal.linear.paths import growing
 from squeal.linear.system import TermSystem
 from squeal.schema import shown
 from squeal.sparse.argument_principle import Disc, Rectangle
-from squeal.sparse.crossings import motion_of
 from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import Reduction
 
@@ -226,28 +231,19 @@ class Question:
         reduction = reduced_for(self.system, self.wanted, changes, method)
         return reduction, basis_of(reduction, self.wanted)
 
-    def sensitivity(self, of: str, high: float, known: Eigenvalues | None = None) -> Sensitivity:
-        """What moves the eigenvalues: -y^H (s^2 dM + s dC + dK) x over y^H (2 s M + C) x."""
+    def sensitivity(
+        self,
+        of: str,
+        high: float,
+        low: float | None = None,
+        known: Any = None,
+        matrices: Matrices | None = None,
+    ) -> Sensitivity:
+        """What moves the wanted roots, or the first loss of stability among them."""
+        system = with_matrices(self.system, matrices or {})
         if of == "threshold":
-            raise InputError(
-                "sensitivity: thresholds of a system are not allowed; advise takes them"
-            )
-        answer = known or self.eigenvalues()
-        system = self.system.replace({self.system.parameter: answer.value})
-        values, slopes = dict(system.parameters), {}
-        roots = answer.eigenvalues
-        X, Y = (
-            np.array([getattr(e, side) for e in roots]).reshape(-1, system.n)
-            for side in ("right", "left")
-        )
-        for name in values:
-            change, scale = motion_of(system, name, None, answer.values, X.T, Y.conj())
-            gone = np.full(len(scale), complex(np.nan, np.nan))
-            slopes[name] = np.divide(-change.diagonal(), scale, out=gone, where=scale != 0)
-        verdict, units = answer.verdict or "", dict.fromkeys(values, "")
-        return Sensitivity(
-            "eigenvalues", system.parameter, answer.values, verdict, slopes, values, units
-        )
+            return threshold_sensitivity(system, known or self.thresholds(high, low))
+        return root_sensitivity(system, known or self.eigenvalues())
 
 
 def _steps(

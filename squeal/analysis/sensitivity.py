@@ -5,6 +5,7 @@ taken; both are in the derivatives below. Damping by ratios or Rayleigh's factor
 damping matrix stays.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -22,7 +23,8 @@ from squeal.equilibrium.find import (
 )
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
-from squeal.linear import CriticalPoint, sensitivities
+from squeal.linear import CriticalPoint
+from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, linearise, net_loads
 from squeal.model.pad import PARAMETERS, at_speed, coefficients, pose
@@ -98,11 +100,12 @@ def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict
     return changes
 
 
-def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, float]:
-    """d mu_c/dp of a threshold on the branch for each parameter p but mu.
+def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, float]]:
+    """Derivatives of a threshold on the branch, of its friction and of its frequency (Hz), by each
+    parameter but mu.
 
     What does not change there: a gap of zero at a change of contact, the balance along y at a
-    fold, (s^2 M + s C + K) x = 0 with the root s on the axis elsewhere, y and x being null vectors.
+    fold, of which no frequency is known (NaN), the root on the axis elsewhere (`crossing_slopes`).
     Raises ComputationError where none of these holds, for an exchange of growth rates. A threshold
     at mu = 0 stays there for all parameters, since without friction nothing grows; with a damping
     matrix it is refused.
@@ -110,7 +113,8 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, float]:
     if point.mu == 0.0:
         if scene.damping is not None and scene.damping.matrix is not None:
             raise ComputationError("with a damping matrix a threshold at mu = 0 has no derivatives")
-        return {name: 0.0 for name in parameters(scene.pad_model) if name != "mu"}
+        still = (0.0, math.nan)
+        return {name: still for name in parameters(scene.pad_model) if name != "mu"}
     model, breakpoints = scene.pad_model.replace(mu=point.mu), list[float]()
     q, state = np.zeros(3), model.full
     if not model.linear:
@@ -119,24 +123,20 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, float]:
         q, breakpoints = path.statics.to_si(z), path.breakpoints
     changes = _changes(scene, model, q, state)
     M, C, K = linearise(model, q, state)
-    C = C + damping_matrix(scene)
-    s = 2j * np.pi * point.frequency_hz
-    unit, P = 1.0 / np.sqrt(np.diag(M)), s * s * M + s * C + K
-    damped = bool(P.imag.any())
-    U, sizes, rows = np.linalg.svd(unit[:, None] * (P if damped else P.real) * unit)
-    y, x = unit * U[:, -1].conj(), unit * rows[-1].conj()
+    unit = np.sqrt(np.outer(1.0 / np.diag(M), 1.0 / np.diag(M)))
+    matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
     if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in breakpoints):
         edge = int(np.argmin(np.abs(model.gaps(q))))
         rate = {name: by.gaps[edge] for name, by in changes.items()}
     elif point.kind == "fold":
-        rate = {name: y @ by.loads for name, by in changes.items()}
-    elif sizes[-1] > 1e-6 * sizes[0]:
-        raise ComputationError(f"at the threshold mu = {point.mu:.9g} no root meets the axis")
-    else:  # where undamped roots coalesce both sides of the quotient below are real
-        turn = y @ (2 * s * M + C) @ x if damped else 1.0
-        forms = {name: s * s * by.M + s * by.C + by.K for name, by in changes.items()}
-        rate = {name: (y @ form @ x / turn).real for name, form in forms.items()}
-    return {name: -rate[name] / rate["mu"] + 0.0 for name in changes if name != "mu"}
+        push = np.sqrt(np.diag(unit)) * Singular.of(matrices, 0j).left.conj()
+        rate = {name: push @ by.loads for name, by in changes.items()}
+    else:
+        scaled = {n: (by.M * unit, by.C * unit, by.K * unit) for n, by in changes.items()}
+        at = Singular.of(matrices, 2j * np.pi * point.frequency_hz)
+        return crossing_slopes(at, matrices, scaled.pop("mu"), scaled)
+    own = rate.pop("mu")
+    return {name: (-float((each / own).real) + 0.0, math.nan) for name, each in rate.items()}
 
 
 def sensitivity(scene: Scene, of: str, high: float, known: Any) -> Sensitivity:
@@ -147,7 +147,7 @@ def sensitivity(scene: Scene, of: str, high: float, known: Any) -> Sensitivity:
     h); infinite at a coalescence, NaN where modes of one frequency have different damping ratios.
     Where an edge only just touches, a derivative is that within the present contact state.
     """
-    slopes: dict[str, np.ndarray] = {}
+    slopes, condition = dict[str, np.ndarray](), None
     if of == "eigenvalues" and known is not None:
         scene = scene.replace(mu=known.value)
     model, place, kind = scene.pad_model, None, ""
@@ -155,13 +155,13 @@ def sensitivity(scene: Scene, of: str, high: float, known: Any) -> Sensitivity:
         analysis = analyse(scene) if known is None else known.source[1]
         place, kind = analysis.spectrum.values, analysis.judgement.verdict
         changes = _changes(scene, model, np.array(analysis.q), analysis.state)
-        for name, by in changes.items():
-            moved = {"dM": by.M, "dC": by.C, "dK": by.K}
-            slopes[name] = sensitivities(*analysis.matrices, **moved, spectrum=analysis.spectrum)
+        moved = {name: (by.M, by.C, by.K) for name, by in changes.items()}
+        roots = analysis.spectrum.eigenvalues
+        slopes, condition = sensitivities(analysis.matrices, moved, roots)
     elif first := (critical_friction(scene, high) if known is None else known).first:
         place, kind = first.mu, first.kind
-        slopes = {name: np.array([slope]) for name, slope in of_threshold(scene, first).items()}
+        slopes = {name: np.array(pair) for name, pair in of_threshold(scene, first).items()}
     names = parameters(model)
     values = {name: getattr(scene.pad, name) for name in names}
     units = {name: PARAMETERS[name].unit for name in names}
-    return Sensitivity(of, "mu", place, kind, slopes, values, units)
+    return Sensitivity(of, "mu", place, kind, slopes, values, units, condition)

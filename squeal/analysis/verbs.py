@@ -27,7 +27,7 @@ Band = tuple[float, float]
 Region = tuple[float, float, float, float]
 VALUES = Several(Number(), "a sequence of finite numbers")
 QUESTION = ("band", "region", "modes", "memory", "progress")
-OF_SYSTEMS = (*QUESTION[:-1], "method", "low")
+OF_SYSTEMS = (*QUESTION[:-1], "method", "low", "matrices")
 OF_SCENES = ("quantity", "curves")
 PADS: dict[str, Callable[..., Any]] = {
     "eigenvalues": pads.eigenvalues,
@@ -267,32 +267,60 @@ def map(
 
 
 def sensitivity(
-    subject: object, of: str = "eigenvalues", high: float = 2.0, known: Any = None
+    subject: object,
+    of: str = "eigenvalues",
+    high: float = 2.0,
+    low: float | None = None,
+    band: Band | None = None,
+    region: Region | None = None,
+    modes: int | None = None,
+    matrices: Mapping[str, Mapping[str, Any]] | None = None,
+    memory: float | None = None,
+    progress: Progress | None = None,
+    known: Any = None,
 ) -> Sensitivity:
     """Differentiate the eigenvalues, or the first loss of stability, by each parameter.
 
     Parameters
     ----------
-    subject : Scene, SystemFile or TermSystem
-        Of a scene the equilibrium moves with its parameters.
+    subject, band, region, modes, memory, progress
+        As `eigenvalues` takes them. Of a scene the equilibrium moves with its parameters.
     of : {"eigenvalues", "threshold"}
-        What is differentiated; thresholds of scenes alone, for others `advise` answers.
-    high : float
-        Upper end of the range that is searched for the loss.
+        What is differentiated; of a threshold its frequency is too.
+    high, low : float
+        Range that is searched for the loss, as `thresholds` takes it.
+    matrices : mapping of str to mapping, optional
+        Changes of a system that are no parameters: a name for each, and by the keys ``"M"``,
+        ``"C"`` and ``"K"`` what it adds to these (n, n), arrays or names of files.
     known : Eigenvalues or Thresholds, optional
         The answer to differentiate, where it is known already.
 
     Returns
     -------
     Sensitivity
-        Derivatives per unit of each parameter, exact to rounding.
+        Derivatives per unit of each parameter, exact to rounding; infinite where two roots
+        coalesce.
+
+    Raises
+    ------
+    InputError
+        For what does not fit the subject.
+    ComputationError
+        If several modes cross the imaginary axis at once, or growth changes hands there.
 
     Examples
     --------
     >>> import squeal
     >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
-    >>> squeal.sensitivity(one).slopes["k"].imag  # of +-i sqrt(k)
-    array([ 0.25, -0.25])
+    >>> moved = squeal.sensitivity(one, matrices={"mass": {"M": [[1.0]]}})  # of +-i sqrt(k)
+    >>> moved.slopes["k"].imag.tolist(), moved.slopes["mass"].imag.tolist()
+    ([0.25, -0.25], [-1.0, 1.0])
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K)  # flutter where 4 mu / 3 > 1
+    >>> softer = {"softer": {"K": [[0, 1], [1, 0]]}}
+    >>> moved = squeal.sensitivity(pair, of="threshold", matrices=softer)
+    >>> moved.slopes["softer"][:1].round(9)
+    array([-0.75])
     """
     if of not in ("eigenvalues", "threshold"):
         raise InputError(f"of: {of} is not allowed; it must be one of eigenvalues, threshold")

@@ -6,7 +6,7 @@ from typing import Any
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import refuse, take, take_files, write_files
+from squeal.cli.options import changes, refuse, take, take_changes, take_files, write_files
 from squeal.cli.scatter import scattered
 from squeal.cli.streams import steps
 from squeal.io.scene import Scene
@@ -16,9 +16,10 @@ from squeal.io.writing import picked
 def options(parser: Parser) -> None:
     """Options of `squeal critical-friction`."""
     take(parser, "high", high=2.0)
-    words = "how the first loss of stability moves with each parameter of a scene"
+    words = "how the first loss of stability moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
     take(parser, "scatter workers journal low band memory")
+    take_changes(parser)
     take_files(parser, table="the thresholds", figure="a picture of the way to them")
 
 
@@ -26,17 +27,16 @@ def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and answer."""
     source = given.source
     if given.scatter is not None:
-        refuse(given, "sensitivity low band", "--scatter; one of both is allowed")
+        refuse(given, "sensitivity change low band", "--scatter; one of both is allowed")
         return scattered(given, "threshold")
     refuse(given, "workers journal", "no --scatter, whose samples they serve")
     subject = source.subject(swept=True)
     scene = isinstance(subject, Scene)
-    if not scene:
-        refuse(given, "sensitivity", f"{source.name}, a system of matrices; `squeal advise` is")
     asked = picked(given, "high low band memory") | {"progress": steps()}
     thresholds = squeal.thresholds(subject, **asked)
     answers: list[Any] = [thresholds]
-    if given.sensitivity:
-        answers.append(squeal.sensitivity(subject, "threshold", given.high, thresholds))
+    if given.sensitivity or given.change:
+        of: Any = {"of": "threshold", "known": thresholds, "matrices": changes(given)}
+        answers.append(squeal.sensitivity(subject, **of))
     write_files(given, thresholds, high=given.high)
     return Reply.of(*answers, judged=scene)

@@ -5,7 +5,7 @@ from typing import Any
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import refuse, said, take, take_files, write_files
+from squeal.cli.options import changes, refuse, said, take, take_changes, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.errors import InputError
 from squeal.io.scene import Scene
@@ -18,6 +18,7 @@ def options(parser: Parser) -> None:
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
     take(parser, "at modes region method memory shape")
+    take_changes(parser)
     table = "the eigenvalues, or those of the sweep,"
     take_files(parser, table=table, figure="a picture of them, or of --shape,")
 
@@ -41,6 +42,7 @@ def run(given: argparse.Namespace) -> Reply:
         answers.append(squeal.sweep(subject, given.values, method=given.method, **asked))
     drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
     write_files(given, answers[-1], **drawn)
-    if given.sensitivity:
-        answers.append(squeal.sensitivity(subject, known=spectrum))
+    if given.sensitivity or given.change:
+        matrices = changes(given)
+        answers.append(squeal.sensitivity(subject, known=spectrum, matrices=matrices))
     return Reply.of(*answers, judged=scene)

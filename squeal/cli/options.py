@@ -142,6 +142,28 @@ def take_files(parser: Any, **options: str) -> None:
         add(*flags.split(), dest=key, metavar="FILE", read=Path, help=words)
 
 
+def take_changes(parser: Any) -> None:
+    """The option that gives matrices whose influence is wanted."""
+    words = "--sensitivity to a change that is no parameter too: what it adds to K, or to M or C "
+    words += "(NAME.M, NAME.C; repeatable)"
+    add = parser.groups[SYSTEMS].add_argument
+    add("--change", metavar="NAME.K=FILE", action="append", help=words)
+
+
+def changes(given: argparse.Namespace) -> dict[str, dict[str, str]] | None:
+    """The files of these matrices by name and part, None without. Raises InputError."""
+    matrices: dict[str, dict[str, str]] = {}
+    for one in given.change or ():
+        key, _, file = one.partition("=")
+        name, _, part = key.strip().rpartition(".")
+        if not (name and file) or part in matrices.setdefault(name, {}):
+            words = "is not allowed; it must be NAME.M, NAME.C or NAME.K=FILE, each given once"
+            raise InputError(f"--change {one}: {words}")
+        matrices[name][part] = file
+        given.source.inputs.append(Path(file))
+    return matrices or None
+
+
 def refuse(given: argparse.Namespace, names: str, why: str) -> None:
     """Refuse options that do not go with what is given. Raises InputError."""
     for name in names.split():

@@ -13,13 +13,13 @@ from squeal.linear.eigen import (
     complex_eigenvalues,
     damped_verdicts,
     judge,
-    sensitivities,
     sum_verdicts,
     undamped_verdicts,
     verdict,
 )
 from squeal.linear.events import Crossing
 from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_modes
+from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import Matrices, System
 from squeal.linear.thresholds import CriticalPoint, Thresholds, thresholds
 

@@ -28,11 +28,9 @@ from numpy.typing import ArrayLike, NDArray
 from squeal.errors import ComputationError
 from squeal.linear.matrices import (
     BEYOND,
-    EPS,
     ROUNDING,
     Array,
     Reduced,
-    checked,
     first_order,
     invariants,
     noise_of,
@@ -353,49 +351,6 @@ def _physical(T: Array, z: ComplexArray) -> ComplexArray:
     vectors = T @ (z * (np.abs(largest) / largest / np.linalg.norm(z, axis=0)))
     vectors.setflags(write=False)
     return np.asarray(vectors, dtype=complex)
-
-
-def sensitivities(
-    M: ArrayLike,
-    C: ArrayLike | None,
-    K: ArrayLike,
-    *,
-    dM: ArrayLike | None = None,
-    dC: ArrayLike | None = None,
-    dK: ArrayLike | None = None,
-    spectrum: Spectrum | None = None,
-) -> ComplexArray:
-    """Derivatives (2n,) of the eigenvalues by a parameter p, in the order of the spectrum.
-
-    d lambda/dp = -y^H (lambda^2 dM + lambda dC + dK) x / y^H (2 lambda M + C) x with the right and
-    left vectors x, y and the derivatives dM, dC, dK of the matrices (None: zero); rad/s per unit
-    of p. Where the denominator vanishes (a coalescence, or an undamped zero root) the eigenvalue
-    moves like a square root of p: the derivative is inf, or 0 if the numerator vanishes too.
-    `spectrum` saves the eigenvalues if they are known. Raises InputError.
-
-    Examples
-    --------
-    >>> sensitivities([[1.0]], None, [[4.0]], dK=[[1.0]]).imag.tolist()
-    [0.25, -0.25]
-    """
-    mass, damping, _ = checked(M, C, K)
-    known = spectrum or complex_eigenvalues(M, C, K)
-    z, x = known.values, np.array([e.right for e in known.eigenvalues])
-    y = np.array([e.left.conj() for e in known.eigenvalues])
-
-    def form(*terms: tuple[ComplexArray, ArrayLike | None]) -> tuple[ComplexArray, NDArray]:
-        """y^H (sum of factors times matrices) x, and where it is more than rounding."""
-        parts = [(factor, np.asarray(X, dtype=float)) for factor, X in terms if X is not None]
-        total = sum((f * np.sum(y @ X * x, axis=1) for f, X in parts), 0 * z)
-        sizes = (np.abs(f) * np.sum(np.abs(y) @ np.abs(X) * np.abs(x), axis=1) for f, X in parts)
-        return total, np.abs(total) > 100 * EPS * sum(sizes, 0.0)
-
-    (moved, moves), (weight, regular) = (
-        form((z**2, dM), (z, dC), (z**0, dK)),
-        form((2 * z, mass), (z**0, damping)),
-    )
-    still = np.where(moves, np.inf, 0.0)
-    return np.where(regular, -moved / np.where(regular, weight, 1.0), still)
 
 
 def hidden(reduced: Reduced, C: Array | None, K: Array) -> bool:

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import astuple, dataclass, field, replace
 from typing import Any
@@ -26,7 +26,7 @@ from squeal.linear.continuation import State, hermite_cubic, near_coalescences, 
 from squeal.linear.eigen import assumed_rounding
 from squeal.linear.events import Event
 from squeal.linear.matrices import EPS
-from squeal.linear.system import TermSystem
+from squeal.linear.sensitivity import applied, inertia
 from squeal.sparse.quadratic import ComplexArray, ScaledSystem, factorise_at
 from squeal.sparse.reduction import Reduction
 
@@ -50,23 +50,6 @@ Guess = tuple[float, float, ComplexArray, ComplexArray]
 """A crossing nearby: parameter, rad/s (0 for a real root), right and left vectors (n,), scaled."""
 
 
-def motion_of(
-    system: TermSystem,
-    name: str,
-    changes: Mapping[str, float] | None,
-    z: ComplexArray,
-    X: ComplexArray,
-    Y: ComplexArray,
-) -> tuple[ComplexArray, ComplexArray]:
-    """Y dP X (m, m), dP(z) the derivative by a parameter, and the diagonal of Y (2 z M + C) X, of
-    roots with right vectors X (n, m) and conjugate left ones Y (m, n): dz is minus their ratio."""
-    M, C, _ = system.at(changes)
-    slopes = zip(system.derivative(name, changes), (z**2, z, z**0), strict=True)
-    change = sum((A @ X * f for A, f in slopes if A is not None), np.zeros_like(X))
-    inertia = 2 * z * (M @ X) + (0.0 if C is None else C @ X)
-    return Y @ change, np.sum(Y.T * inertia, axis=0)
-
-
 class Along:
     """A reduced system along one parameter."""
 
@@ -88,12 +71,13 @@ class Along:
             roots = self.reduction.roots(at, left=True)
             roots = roots.picked(self.region.contains(roots.values))
             z, X, Y = roots.values, roots.right, roots.left.conj().T
-            change, inertia = motion_of(system, self.name, at, z, X, Y)
+            _, C, _ = matrices = system.at(at)
+            change = Y @ applied(system.derivative(self.name, at), z, X)
+            weight = np.sum(Y.T * inertia(matrices, z, X), axis=0)
             # a double root at zero leaves it as a square root, if at all
-            C = system.at(at)[1]
             damping = 0.0 if C is None else float(np.linalg.norm(C))
-            single = (z != 0) | (np.abs(inertia) > assumed_rounding(damping))
-            coupling = np.asarray(-change / np.where(single, inertia, np.inf)[:, None])
+            single = (z != 0) | (np.abs(weight) > assumed_rounding(damping))
+            coupling = np.asarray(-change / np.where(single, weight, np.inf)[:, None])
             self._states[value] = State(value, z, X, roots.left, coupling, assumed_rounding(z))
         return self._states[value]
 

@@ -44,7 +44,10 @@ eigenvalues pair.yaml --shape 1 --png s.png | --shape 1
 eigenvalues plain.yaml --set nu=0.9 | --set nu=0.9
 critical-friction b1.yaml --max 5e3 | --max 5e3
 critical-friction b1.yaml --max 1 --mu-max 0.1 | --max 1
-critical-friction pair.yaml --sensitivity | --sensitivity
+critical-friction pair.yaml --change gap.K=none.mtx | gap
+eigenvalues pair.yaml --change shim.K=none.mtx | shim.K: none.mtx
+eigenvalues pair.yaml --change shim=none.mtx | --change shim=none.mtx
+eigenvalues pair.yaml --change a.K=x --change a.K=y | --change a.K=y
 critical-friction pair.yaml --max 1 --min 2 | --max 1
 critical-friction b1.yaml --workers 2 | --workers 2
 critical-friction pair.yaml --scatter none.yaml | none.yaml

@@ -187,11 +187,26 @@ def test_sensitivities_of_a_damped_system_to_all_three_matrices(rng):
     roots = [exact_damped(M + e * dM, C + e * dC, K + e * dK) for e in (step, -step)]
     above, below = ([nearest(v, each) for v in values] for each in roots)
     exact = [complex((a - b) / (2 * step)) for a, b in zip(above, below, strict=True)]
-    assert sensitivities(M, C, K, dM=dM, dC=dC, dK=dK) == pytest.approx(np.array(exact), rel=1e-6)
+    slopes = slopes_of((M, C, K), dM, dC, dK)
+    assert slopes == pytest.approx(np.array(exact), rel=1e-6)
+
+
+def slopes_of(matrices, *change):
+    roots = complex_eigenvalues(*matrices).eigenvalues
+    return sensitivities(matrices, {"q": change}, roots)[0]["q"]
+
+
+def test_roots_that_are_one_move_by_the_quotient_of_matrices():
+    pair = np.eye(2), None, np.eye(2)  # omega^2 = 1 +- q
+    slopes = slopes_of(pair, None, None, np.array([[0.0, 1.0], [1.0, 0.0]]))
+    assert np.sort(slopes.imag) == pytest.approx([-0.5, -0.5, 0.5, 0.5], abs=1e-12)
 
 
 def test_square_root_behaviour_is_infinite():
-    free = ([[1.0]], None, [[0.0]])
-    assert np.all(np.isinf(sensitivities(*free, dK=[[1.0]])))
-    assert sensitivities(*free, dK=[[0.0]]).tolist() == [0, 0]
-    assert np.all(np.abs(sensitivities(*coupled(0.75), dK=[[0, 1], [0, 0]])) > 1e6)
+    one, none = np.eye(1), np.zeros((1, 1))
+    assert np.all(np.isinf(slopes_of((one, None, none), None, None, one)))
+    assert slopes_of((one, None, none), None, None, none).tolist() == [0, 0]
+    own = coupled(0.75)
+    change = np.array([[0.0, 1.0], [0.0, 0.0]])
+    assert np.all(np.isinf(slopes_of(own, None, None, change)))
+    assert np.all(np.isinf(sensitivities(own, {}, complex_eigenvalues(*own).eigenvalues)[1]))
