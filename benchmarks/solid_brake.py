@@ -2,21 +2,23 @@
 
 A disc clamped at its inner edge and a pad on part of its upper face, linear hexahedra on matching
 meshes. Normal springs join the faces over the whole contact; friction mu times their force acts
-along the disc's motion. `python -m benchmarks.solid_brake FOLDER [ROWS]` writes
-matrices, coordinates and a system file.
+along the disc's motion. `python -m benchmarks.solid_brake FOLDER [ROWS] [--format abaqus]` writes
+matrices, as that program would, coordinates and a system file that reads them.
 """
 
+import argparse
 import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 from numpy.typing import NDArray
 
 from squeal.analysis.systems.matrices import write_system
 from squeal.errors import ComputationError, InputError
-from squeal.io.writing import write_csv
+from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 
@@ -181,9 +183,112 @@ def _areas(radii: NDArray, angles: NDArray) -> NDArray:
     return np.asarray((np.outer(ends[0] * radii, ends[1]) * step[0] * step[1]).ravel())
 
 
-def write_brake(folder: Path, brake: SolidBrake) -> None:
-    """Matrices (.npz), coordinates and the system file in a folder."""
-    write_system(folder, brake.system, "npz", coordinates={"file": "nodes.csv"})
+# the files of mass, damping, stiffness, contact and friction in each program's form
+FILES = {
+    "abaqus": ("brake_MASS1.mtx", "brake_DMPV1.mtx", "brake_STIF1.mtx")
+    + ("contact_STIF1.mtx", "friction_STIF1.mtx"),
+    "nastran": ("brake.pch",) * 5,
+    "ansys": ("MASS.hb", "DAMP.hb", "STIFF.hb", "CONTACT.hb", "FRICTION.hb"),
+    "calculix": ("brake.mas", "damping.sti", "brake.sti", "contact.sti", "friction.sti"),
+    "matlab": ("brake.mat",) * 5,
+}
+KEYS = ("MAAX", "BAAX", "KAAX", "KCONTACT", "KFRIC")  # in a file that holds several
+
+
+def _entries(matrix: Any) -> tuple[bool, list[tuple[int, int, float]]]:
+    """Whether a matrix is symmetric, and its entries (row, column, value), its lower half if so."""
+    from scipy.sparse import tril
+
+    symmetric = bool(abs(matrix - matrix.T).max() <= 1e-14 * abs(matrix).max())
+    entries = (tril(matrix) if symmetric else matrix).tocsc().tocoo()
+    return symmetric, list(zip(*(x.tolist() for x in (*entries.coords, entries.data)), strict=True))
+
+
+def _as_hbmat(matrix: Any) -> str:
+    """Harwell-Boeing text in the fields of Ansys' HBMAT."""
+    symmetric, entries = _entries(matrix)
+    n, count = matrix.shape[0], len(entries)
+    starts = np.searchsorted([column for _, column, _ in entries], np.arange(n + 1)) + 1
+    parts = [
+        "".join("".join(fields[k : k + each]) + "\n" for k in range(0, len(fields), each))
+        for each, fields in (
+            (8, [f"{x:10d}" for x in starts]),
+            (8, [f"{row + 1:10d}" for row, _, _ in entries]),
+            (3, [f"{value:25.16E}".replace("E", "D") for _, _, value in entries]),
+        )
+    ]
+    cards = [part.count("\n") for part in parts]
+    head = f"{'brake':72}{'brake':8}\n" + "".join(f"{x:14d}" for x in (sum(cards), *cards, 0))
+    head += f"\n{'RSA' if symmetric else 'RUA':14}{n:14d}{n:14d}{count:14d}{0:14d}\n"
+    return f"{head}{'(8I10)':16}{'(8I10)':16}{'(1P,3D25.16)':20}{'':20}\n" + "".join(parts)
+
+
+def _as_dmig(name: str, matrix: Any, rows: list[tuple[int, int]]) -> str:
+    """Cards DMIG of a punch file in large fields, with the ten digits that these hold."""
+    symmetric, entries = _entries(matrix)
+    lines, last = [f"DMIG    {name:8}{0:8d}{6 if symmetric else 1:8d}{2:8d}{0:8d}"], -1
+    for row, column, value in entries:
+        if column != last:
+            lines.append("DMIG*   {:16}{:16d}{:16d}".format(name, *rows[column]))
+        number = f"{value:16.9E}".replace("E", "D")
+        lines.append("*       {:16d}{:16d}".format(*rows[row]) + number)
+        last = column
+    return "\n".join(lines) + "\n"
+
+
+def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]:
+    """Write the matrices as a program would; the document of a system file that reads them."""
+    from scipy.io import savemat
+
+    system = brake.system
+    rows = list(zip((brake.nodes + 1).tolist(), (brake.directions + 1).tolist(), strict=True))
+    own = {"parameters": dict(system.parameters), "parameter": system.parameter}
+    document: dict[str, Any] = {"name": system.name} | own
+    of = [part for part, terms in zip("MCK", system.parts, strict=True) for _ in terms]
+    punched, labels = "", "".join(f"{node}.{way}\n" for node, way in rows)
+    mapping = ("UX", "UY", "UZ")
+    for part, name, key, term in zip(of, FILES[form], KEYS, system.terms, strict=True):
+        path = folder / name
+        reading: dict[str, Any] = {"file": name, "factor": term.factor.text}
+        symmetric, entries = _entries(term.matrix)
+        if form in ("nastran", "matlab"):
+            reading["key"] = key
+        elif form != "ansys":
+            reading["symmetric"] = symmetric
+        if form == "abaqus":
+            lines = ("{},{}, {},{}, {:.16e}\n".format(*rows[i], *rows[j], x) for i, j, x in entries)
+            path.write_text("".join(lines), encoding="ascii")
+        elif form == "calculix":
+            lines = (f"{i + 1} {j + 1} {x:.16e}\n" for i, j, x in entries)
+            path.write_text("".join(lines), encoding="ascii")
+            path.with_suffix(".dof").write_text(labels, encoding="ascii")
+        elif form == "ansys":
+            path.write_text(_as_hbmat(term.matrix), encoding="ascii")
+            names = (
+                f"{k:8d} {node:8d} {mapping[way - 1]}\n" for k, (node, way) in enumerate(rows, 1)
+            )
+            beside = "Matrix Eqn     Node DOF\n" + "".join(names)
+            path.with_suffix(".mapping").write_text(beside, encoding="ascii")
+        elif form == "nastran":
+            punched += _as_dmig(key, term.matrix, rows)
+        document.setdefault(part, []).append(reading)
+    if form == "nastran":
+        (folder / FILES[form][0]).write_text(punched, encoding="ascii")
+    elif form == "matlab":
+        each = zip(KEYS, system.terms, strict=True)
+        savemat(folder / FILES[form][0], {key: term.matrix for key, term in each})
+    return document
+
+
+def write_brake(folder: Path, brake: SolidBrake, form: str = "npz") -> None:
+    """Matrices in the form of a program, coordinates and the system file in a folder."""
+    beside = {"coordinates": {"file": "nodes.csv"}}
+    if form == "npz":
+        write_system(folder, brake.system, "npz", **beside)
+    else:
+        with whole_folder(folder) as place:
+            document = write_matrices(place, brake, form) | beside
+            write_text(place / "system.yaml", yaml.safe_dump(document, sort_keys=False))
     rows = (
         (int(node) + 1, "xyz"[way], *map(float, brake.places[node]))
         for node, way in zip(brake.nodes, brake.directions, strict=True)
@@ -193,16 +298,18 @@ def write_brake(folder: Path, brake: SolidBrake) -> None:
 
 def main() -> int:
     """Write a brake into the folder that is named."""
-    if len(sys.argv) not in (2, 3):
-        print(f"usage: python -m {__spec__.name} FOLDER [ROWS]", file=sys.stderr)
-        return 2
+    parser = argparse.ArgumentParser(prog=f"python -m {__spec__.name}", description=__doc__)
+    parser.add_argument("folder", type=Path, help="where to write")
+    parser.add_argument("rows", type=int, nargs="?", default=2000, help="at least so many (2000)")
+    parser.add_argument("--format", choices=["npz", *FILES], default="npz", help="whose files")
+    given = parser.parse_args()
     try:
-        brake = solid_brake(int(sys.argv[2]) if len(sys.argv) == 3 else 2000)
-        write_brake(Path(sys.argv[1]), brake)
-    except (InputError, ComputationError, ValueError) as error:
+        brake = solid_brake(given.rows)
+        write_brake(given.folder, brake, given.format)
+    except (InputError, ComputationError) as error:
         print(f"solid brake: {error}", file=sys.stderr)
         return 2
-    print(f"{brake.system.n} degrees of freedom in {sys.argv[1]}")
+    print(f"{brake.system.n} degrees of freedom in {given.folder}")
     return 0
 
 

@@ -11,6 +11,7 @@ from scipy.io import hb_write, mmwrite, savemat
 from scipy.sparse import coo_array, csc_array, random_array, save_npz
 from scipy.sparse.linalg import eigsh
 
+from benchmarks.solid_brake import FILES, solid_brake, write_brake
 from squeal.errors import InputError, InputWarning
 from squeal.io.matrices import aligned, fingerprint, read_matrix, write_matrix
 from squeal.io.system import read_system
@@ -278,6 +279,17 @@ def test_ansys_full_without_its_constrained_rows():
     assert K.shape == (900, 900)
     hertz = np.sqrt(eigsh(K, 4, M, sigma=0)[0]) / (2 * np.pi)
     assert hertz == pytest.approx([1283.200, 1283.200, 5781.975, 6919.399], abs=1e-3)
+
+
+@pytest.mark.parametrize("form", FILES)
+def test_a_brake_written_as_a_program_would_has_the_same_matrices(tmp_path, form):
+    """Halves, labels and all digits; punch files hold ten of them."""
+    brake = solid_brake(500)
+    write_brake(tmp_path / form, brake, form)
+    found = read_system(tmp_path / form / "system.yaml").system  # without a warning
+    for read, own in zip(found.at(), brake.system.at(), strict=True):
+        allowed = 1e-9 if form == "nastran" else 1e-15
+        assert abs(read - own).max() <= allowed * abs(own).max()
 
 
 def lines(head, *body):
