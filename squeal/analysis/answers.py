@@ -6,7 +6,7 @@ import cmath
 import itertools
 import math
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from operator import attrgetter, itemgetter
 from typing import Any
 
@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from squeal.io.writing import Answer, Column, Table, columns, located, number, picked, plain
 from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import Eigenvalue
+from squeal.linear.paths import Loss, mode_numbers
 from squeal.schema import Number, Place, Whole
 
 LISTED = 8  # frequencies in a line of a table
@@ -100,8 +101,30 @@ class Eigenvalues(Answer):
         """The eigenvalues (m,) in rad/s."""
         return np.array([root.value for root in self.eigenvalues], dtype=complex)
 
+    @property
+    def modes(self) -> NDArray[np.intp]:
+        """The number (m,) of each one's mode by rising frequency; of a pair both have the same."""
+        return mode_numbers(self.values)
+
+    def mode_of(self, mode: UnstableMode) -> int | None:
+        """The number of a mode that grows, None if it is not listed."""
+        root = complex(mode.growth_rate, math.tau * mode.frequency_hz)
+        near = np.abs(self.values - root) <= 1e-9 * abs(root)
+        return int(self.modes[near][0]) if near.any() else None
+
+    def with_onsets(self, sweep: Sweep) -> Eigenvalues:
+        """The same with the onset of each mode that grows, as a sweep that holds the value of the
+        parameter tells it, where it is not known."""
+        known = {mode.mode: mode.onset for mode in sweep.modes if self.value == sweep.own}
+        grow = (
+            one if one.onset is not None else replace(one, onset=known.get(self.mode_of(one) or 0))
+            for one in self.unstable
+        )
+        return replace(self, unstable=tuple(grow))
+
     def table(self) -> Table:
-        mode = Column("mode", value=lambda root: 1 + self.eigenvalues.index(root))
+        numbers = dict(zip(map(id, self.eigenvalues), self.modes.tolist(), strict=True))
+        mode = Column("mode", value=lambda root: numbers[id(root)])
         return Table((mode, *ROOT), self.eigenvalues, nothing="no root")
 
     def parts(self) -> Sequence[str | Table]:
@@ -110,7 +133,8 @@ class Eigenvalues(Answer):
         proof = "none is missing (count)" if self.certified else "the list may be incomplete"
         verdict = f"verdict{where}: {self.criterion}\n{len(self.eigenvalues)} roots, {proof}"
         rate, onset = Column("growth_rate", "1/s"), f"onset, {self.parameter}"
-        table = (*columns("kind frequency_hz"), rate, Column("damping_ratio"))
+        table = (Column("mode", value=self.mode_of), *columns("kind frequency_hz"), rate)
+        table += (Column("damping_ratio"),)
         table += (Column(onset, value=attrgetter("onset")),)
         unstable = Table(table, self.unstable, "unstable modes", "no unstable mode is listed")
         return [head, *self.notes[:1], self.table(), verdict, unstable, *self.notes[1:]]
@@ -120,7 +144,7 @@ class Eigenvalues(Answer):
         return head | {
             "eigenvalues": Table(ROOT, self.eigenvalues).records(),
             **picked(self, "verdict criterion certified count"),
-            "unstable": [asdict(mode) for mode in self.unstable],
+            "unstable": [{"mode": self.mode_of(one)} | asdict(one) for one in self.unstable],
             "mode_shapes": self.shapes,
         }
 
@@ -130,7 +154,8 @@ class Step:
     """Roots (m,) at one value of the parameter, the verdict on them, their backward errors and how
     far rounding may move them.
 
-    Of a pad `contact` names the contact state; roots are None where its branch does not reach.
+    `modes` (m,) numbers the mode of each root, 0 where it is not known. Of a pad
+    `contact` names the contact state; roots are None where its branch does not reach.
     """
 
     value: float
@@ -141,6 +166,13 @@ class Step:
     admissible: bool | None = None
     spurious: int = 0
     rounding: NDArray[np.float64] | None = field(default=None, repr=False)
+    modes: NDArray[np.intp] | None = field(default=None, repr=False)
+
+    @property
+    def numbers(self) -> list[int | None]:
+        """The numbers of the modes as a table has them, None where one is not known."""
+        count = 0 if self.roots is None else len(self.roots)
+        return [None] * count if self.modes is None else [k or None for k in self.modes.tolist()]
 
     @property
     def eigenvalues(self) -> tuple[Eigenvalue, ...]:
@@ -154,19 +186,67 @@ class Step:
 
     def to_dict(self, parameter: str) -> dict[str, Any]:
         records = Table(ROOT, self.eigenvalues).records()
-        rows = [{name: v for name, v in row.items() if v is not None} for row in records]
+        pairs = zip(self.numbers, records, strict=True)
+        rows = [{k: v for k, v in ({"mode": n} | row).items() if v is not None} for n, row in pairs]
         row = valued(parameter, self.value) | {"eigenvalues": None if self.roots is None else rows}
         row |= picked(self, "verdict spurious")
         return row if self.admissible is None else row | picked(self, "contact admissible")
 
 
+def numbered(
+    steps: Sequence[Step], ids: Sequence[NDArray[np.intp]], losses: Sequence[Loss], own: float
+) -> tuple[list[Step], tuple[Loss, ...], float]:
+    """Rows of a sweep whose modes (m,) have their numbers: those by frequency at the value `own`,
+    else at the first one, then others as they appear; ids: which root is which. And the losses,
+    and the value."""
+    first = next((k for k, step in enumerate(steps) if step.value == own), 0)
+    number: dict[int, int] = {}
+    for k in (first, *range(len(steps))):
+        roots, rank = steps[k].roots, max(number.values(), default=0)
+        at_own = [] if roots is None else mode_numbers(roots).tolist()
+        for one, at in zip(ids[k].tolist(), at_own, strict=True):
+            if one and one not in number:
+                number[one] = at if k == first else (rank := rank + 1)
+    rows = [
+        replace(step, modes=np.array([number.get(i, 0) for i in each.tolist()], dtype=int))
+        for step, each in zip(steps, ids, strict=True)
+    ]
+    named = (
+        one._replace(modes=tuple(sorted(number[i] for i in one.modes if i in number)))
+        for one in losses
+    )
+    kept = tuple(one for one in named if len(one.modes) > (one.kind == "meet"))
+    return rows, kept, steps[first].value
+
+
+@dataclass(frozen=True)
+class SweptMode:
+    """A mode over a sweep: frequencies (Hz) at the first and last value that have it, its fastest
+    growth (1/s) and the value of that; where its growth begins, between which values (None where it
+    never grows, or from the first value on)."""
+
+    mode: int
+    first_hz: float
+    last_hz: float
+    growth_rate: float
+    at: float
+    onset: float | None = None
+    interval: tuple[float, float] | None = None
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Sweep(Answer):
-    """Eigenvalues at values of the parameter; `basis` tells of a reduced system that served."""
+    """Eigenvalues at values of the parameter.
+
+    A mode keeps its number, which it has by frequency at the value `own`, or at the first one;
+    losses: where that is in doubt; basis tells of a reduced system that served.
+    """
 
     name: str
     parameter: str
     steps: tuple[Step, ...]
+    losses: tuple[Loss, ...] = ()
+    own: float = math.nan
     basis: Mapping[str, Any] | None = None
     source: Any = None
 
@@ -178,16 +258,33 @@ class Sweep(Answer):
         words = "have no equilibrium that the model means"
         return tuple(f"sweep: {count}{value:.6g}, {words}" for value in lost[:1])
 
+    @property
+    def modes(self) -> tuple[SweptMode, ...]:
+        """Each mode by its number."""
+        each: dict[int, list[tuple[float, Eigenvalue]]] = {}
+        for step in sorted(self.steps, key=attrgetter("value")):
+            at: dict[int, Eigenvalue] = {}  # of two real ones that which grows faster
+            for e, k in zip(step.eigenvalues, step.numbers, strict=True):
+                if k and e.value.imag >= 0.0 and (k not in at or e.growth_rate > at[k].growth_rate):
+                    at[k] = e
+            for k, e in at.items():
+                each.setdefault(k, []).append((step.value, e))
+        return tuple(_swept(k, path) for k, path in sorted(each.items()))
+
     def table(self) -> Table:
         """A row for each root at each value; one without numbers where there is none."""
         others = [Column("contact", value=lambda row: row[0].contact)]
+        others.append(Column("mode", value=itemgetter(2)))
         others += [
             Column(c.name, c.unit, lambda row, of=c.of: row[1] and of(row[1]))  # type: ignore[misc]
             for c in ROOT
             if c.name not in ("damping_ratio", "condition")
         ]
         others.append(Column("verdict", value=lambda row: row[0].verdict))
-        rows = [(step, root) for step in self.steps for root in step.eigenvalues or [None]]
+        rows: list[Any] = []
+        for step in self.steps:
+            pairs = zip(step.eigenvalues, step.numbers, strict=True)
+            rows += [(step, *pair) for pair in pairs] or [(step, None, None)]
         name = _led(self.parameter, [column.name for column in others])
         return Table([Column(name, value=lambda row: row[0].value), *others], rows)
 
@@ -208,12 +305,57 @@ class Sweep(Answer):
             Column("largest real, 1/s", value=largest),
             Column("verdict", value=verdict),
         )
+
+        def began(mode: SweptMode) -> str:
+            return "-" if mode.onset is None else located(mode.onset, *mode.interval)  # type: ignore[misc]
+
+        each = (
+            Column("mode"),
+            Column("first_hz"),
+            Column("last_hz"),
+            Column("growth_rate", "1/s", words="largest real, 1/s"),
+            Column("at", words=f"at {self.parameter}"),
+            Column("onset", shown=began, words=f"grows from {self.parameter}"),
+        )
         basis = [] if self.basis is None else [basis_text(self.basis)]
-        return [Table(table, self.steps, f"sweep of {self.parameter}"), *basis]
+        first = Table(table, self.steps, f"sweep of {self.parameter}")
+        return [first, Table(each, self.modes, "modes"), "\n".join(self.lost()), *basis]
+
+    def lost(self) -> list[str]:
+        """A sentence for each place where it is not known which mode is which."""
+        words = {
+            "meet": "meet: which is which from there on is not known",
+            "end": "not followed further: they leave what is looked at or are not recognised",
+            "begin": "seen first: they enter what is looked at or are not recognised",
+        }
+        return [
+            f"between {self.parameter} = {number(loss.low)} and {number(loss.high)} "
+            f"modes {', '.join(map(str, loss.modes))} {words[loss.kind]}"
+            for loss in self.losses
+        ]
 
     def to_dict(self) -> dict[str, Any]:
         rows = [step.to_dict(self.parameter) for step in self.steps]
-        return {"parameter": self.parameter, "sweep": rows, "basis": self.basis}
+        modes = [asdict(mode) for mode in self.modes]
+        return {
+            "parameter": self.parameter,
+            "sweep": rows,
+            "modes": modes,
+            "lost": [loss._asdict() for loss in self.losses],
+            "basis": self.basis,
+        }
+
+
+def _swept(mode: int, path: list[tuple[float, Eigenvalue]]) -> SweptMode:
+    """A mode from its roots by rising value; growth begins between two values."""
+    at, fastest = max(path, key=lambda pair: pair[1].growth_rate)
+    onset, interval = None, None
+    for (low, before), (high, after) in itertools.pairwise(path):
+        if interval is None and after.kind in GROWING and before.kind not in GROWING:
+            rates, interval = (min(before.growth_rate, 0.0), after.growth_rate), (low, high)
+            onset = low + (high - low) * rates[0] / (rates[0] - rates[1])
+    hertz = path[0][1].frequency_hz, path[-1][1].frequency_hz
+    return SweptMode(mode, *hertz, fastest.growth_rate, at, onset, interval)
 
 
 def _hertz(step: Step, growing: bool) -> str:

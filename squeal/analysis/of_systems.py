@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,6 @@ from squeal.analysis.answers import (
     Eigenvalues,
     Map,
     Sensitivity,
-    Step,
     Sweep,
     Thresholds,
     basis_text,
@@ -22,7 +21,6 @@ from squeal.analysis.answers import (
 from squeal.analysis.pads import mode_shapes
 from squeal.analysis.systems.matrices import matrix_list, system_checks
 from squeal.analysis.systems.roots import (
-    NO_BAND,
     NO_ROOT,
     SystemRoots,
     Wanted,
@@ -41,12 +39,12 @@ from squeal.analysis.systems.sensitivity import (
     threshold_sensitivity,
     with_matrices,
 )
+from squeal.analysis.systems.sweeps import followed
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
 from squeal.io.system import SystemFile
-from squeal.linear import GROWING, VERDICTS, Spectrum, UnstableMode, unstable_modes
+from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
-from squeal.linear.eigen import ordered
 from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.paths import growing
 from squeal.linear.system import TermSystem
@@ -174,9 +172,9 @@ class Question:
             raise InputError(f"method: {method} is not allowed; {allowed}")
         if method in ("reduced", "modal") or (method is None and not is_small(system)):
             reduction, _ = self.reduced(values, method or "reduced", CHECKED)
-        steps = tuple(_steps(system, self.wanted, values, reduction))
+        modes = followed(system, self.wanted, values, reduction)
         basis = basis_of(reduction, self.wanted)
-        return Sweep(system.name, system.parameter, steps, basis, self.file)
+        return Sweep(system.name, system.parameter, *modes, basis, self.file)
 
     def thresholds(self, high: float, low: float | None = None) -> Thresholds:
         """Every threshold of the wanted roots from low to high."""
@@ -246,39 +244,6 @@ class Question:
         return root_sensitivity(system, known or self.eigenvalues())
 
 
-def _steps(
-    system: TermSystem, wanted: Wanted, values: Sequence[float], reduction: Reduction | None
-) -> Iterator[Step]:
-    """A sweep on a reduced system or, without one, on the system itself."""
-    small, whole = is_small(system), wanted.rectangle is None and reduction is None
-    if whole and not small and wanted.modes is None:
-        raise InputError(NO_BAND)
-    for value in values:
-        at, rounding, spurious = {system.parameter: value}, None, 0
-        if reduction is not None:
-            modes, residuals, spurious = reduction.modes(at)
-            roots = modes.values
-        elif small:
-            roots = roots_of_all(system, wanted, at)
-            residuals = np.full(len(roots), np.nan)
-        else:
-            PROGRESS.get()(f"{system.parameter} = {value:g}")
-            every = system_roots(system, wanted, at).every
-            roots = np.array([e.value for e in every], dtype=complex)
-            residuals = np.array([e.residual for e in every])
-            rounding = np.array([e.rounding for e in every])
-        # on all of them, however few are listed; some roots prove none but growth
-        rounding = rounding_of(system, roots) if rounding is None else rounding
-        verdict: str | None = verdict_of(roots, rounding)
-        if not (small and whole) and verdict not in GROWING:
-            verdict = None
-        order = ordered(roots)
-        if wanted.modes is not None:
-            order = order[roots[order].imag >= 0.0][: wanted.modes]
-        each = roots[order], residuals[order], verdict
-        yield Step(value, *each, spurious=spurious, rounding=rounding[order])
-
-
 def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]:
     """What grows among the roots; of a small system with the onset of each."""
     at = system.parameters[system.parameter]
@@ -304,5 +269,4 @@ def along(answer: Thresholds) -> Sweep:
     """The eigenvalue paths over the range of thresholds, for a figure."""
     values = np.linspace(answer.low, answer.high, SHOWN).tolist()
     system, wanted, reduction = answer.source
-    steps = tuple(_steps(system, wanted, values, reduction))
-    return Sweep(answer.name, answer.parameter, steps)
+    return Sweep(answer.name, answer.parameter, *followed(system, wanted, values, reduction))

@@ -9,7 +9,15 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squeal.analysis.answers import Eigenvalues, ModeShape, Step, Sweep, Thresholds, shape_rows
+from squeal.analysis.answers import (
+    Eigenvalues,
+    ModeShape,
+    Step,
+    Sweep,
+    Thresholds,
+    numbered,
+    shape_rows,
+)
 from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
 from squeal.equilibrium.find import damped_model
 from squeal.equilibrium.statics import excursion
@@ -32,6 +40,7 @@ from squeal.linear import (
 from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.eigen import STIFF, decide, hidden, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce
+from squeal.linear.paths import Loss, continued, follow, numbers_at
 from squeal.model.contact import State, contact_law
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
 from squeal.schema import NOT_NEGATIVE, Number, Place, Several
@@ -209,7 +218,7 @@ def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
     """The eigenvalues at each mu along the branch from mu = 0."""
     values = MUS.read(values, Place("sweep", "values"))
     model, steps = damped_model(scene), []
-    path = None if model.linear else Path.of(model, max(values))
+    system, path = branch_system(scene, max(values))
     for mu in values:
         if path is None:
             at = _about_origin(model.replace(mu=mu))
@@ -222,7 +231,17 @@ def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
         errors = np.array([root.residual for root in known.eigenvalues])
         last = at.contact, at.admissible, 0, known.rounding
         steps.append(Step(mu, known.values, errors, verdict, *last))
-    return Sweep(scene.model, "mu", tuple(steps), source=scene)
+    reached = {step.value: step for step in steps if step.roots is not None}
+    losses, own, every = tuple[Loss, ...](), math.nan, sorted(reached)
+    if every:
+        states, rows = continued(system, every), [reached[mu] for mu in every]
+        ids, lost = follow(states.at, every)
+        pairs = zip(rows, ids, strict=True)
+        ids = [numbers_at(states.at(one.value), i, np.asarray(one.roots)) for one, i in pairs]
+        rows, losses, own = numbered(rows, ids, lost, scene.pad.mu)
+        reached = dict(zip(every, rows, strict=True))
+    steps = [reached.get(step.value, step) for step in steps]
+    return Sweep(scene.model, "mu", tuple(steps), losses, own, source=scene)
 
 
 def critical_friction(scene: Scene, high: float = 2.0) -> Thresholds:

@@ -1,6 +1,7 @@
 """`squeal eigenvalues`: complex eigenvalue analysis of a pad or of a system from matrices."""
 
 import argparse
+from dataclasses import replace
 from typing import Any
 
 import squeal
@@ -39,7 +40,11 @@ def run(given: argparse.Namespace) -> Reply:
     spectrum = squeal.eigenvalues(subject, given.at, **asked)
     answers: list[Any] = [spectrum]
     if given.values:
+        if given.at is not None:
+            changed = subject.system.replace({subject.system.parameter: given.at})
+            subject = replace(subject, system=changed)
         answers.append(squeal.sweep(subject, given.values, method=given.method, **asked))
+        answers[0] = spectrum = spectrum.with_onsets(answers[-1])
     drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
     write_files(given, answers[-1], **drawn)
     if given.sensitivity or given.change:

@@ -69,6 +69,8 @@ class ContinuationOptions:
     budget: int = 1500  # values in all, of systems of up to 60 rows; larger ones take fewer
     doubt: float = 0.25  # of its way: how far the slopes may miss a root that counts as matched
     near: float = 1e-3  # of |z|: ... or this; of a frequency: how far roots that are one differ
+    alike: float = 0.8  # how alike the vectors of one mode are at both ends of a step
+    likely: float = 0.5  # ... where slopes agree too
     difference: float = 1e-6  # of the range: step of a difference that stands for a derivative
     # of the range: events closer than this are at one place; of its value: an interval narrower
     # than this has converged
@@ -451,7 +453,8 @@ class Step:
         mean, bend = a.slopes[:, None] + b.slopes, a.slopes[:, None] - b.slopes
         missed = np.abs(b.roots - a.roots[:, None] - h / 2 * mean)
         # of two that cross in the middle those that turn back would fit as well
-        k = self.order = assigned(missed + 0.01 * np.abs(h * bend))
+        self.missed = missed + 0.01 * np.abs(h * bend)
+        k = self.order = assigned(self.missed)
         za, da, zb, db = self.ends = a.roots, h * a.slopes, b.roots[k], h * b.slopes[k]
         self.off = zb - za - (da + db) / 2
         self.rounding = np.maximum(a.rounding, b.rounding[k])
@@ -461,6 +464,24 @@ class Step:
         t = np.linspace(0.0, 1.0, 17)[:, None]
         values = c[0] + t * (c[1] + t * (c[2] + t * c[3]))
         self.least, self.most = values.min(axis=0), values.max(axis=0)
+
+    @cached_property
+    def links(self) -> Bools:
+        """Which roots (m, m') of a and of b are one mode by their vectors, slopes considered.
+
+        |left^H right| of both ends is near 1 of one mode, near 0 of any other; in a row its
+        products with what it is the other way round add up to 1.
+        """
+        a, b, options = self.a, self.b, self.options
+        with np.errstate(all="ignore"):
+            there, back, *own = (
+                np.abs(x.left.conj().T @ y.right) for x, y in ((a, b), (b, a), (a, a), (b, b))
+            )
+            alike = there * back.T / np.multiply.outer(*(X.diagonal() for X in own))
+        allowed = options.doubt * np.abs(b.roots - a.roots[:, None])
+        allowed = np.maximum(allowed, options.near * np.abs(a.roots)[:, None])
+        same = (alike > options.alike) | ((alike > options.likely) & (self.missed <= allowed))
+        return np.asarray(same & (same.sum(axis=0) == 1) & (same.sum(axis=1) == 1)[:, None])
 
     def vectors(self, t: float, roots: Sequence[int]) -> tuple[ComplexArray, ComplexArray]:
         """Right and left vectors of roots (indices at a) at the nearer end of the step."""

@@ -41,11 +41,12 @@ def draw(answer: Answer, path: Path | None = None, name: str = "", **more: Any) 
 def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Drawing:
     subject, analysis = answer.source
     if shape is not None:  # one of these modes on the nodes of a system
-        count = len(answer.eigenvalues)
+        numbers = answer.modes.tolist()
+        count = max(numbers, default=0)
         if not 1 <= shape <= count:
             allowed = f"a whole number from 1 to {count}" if count else "left out without a root"
             raise InputError(f"shape: {shape} is not allowed; it must be {allowed}")
-        root = answer.eigenvalues[shape - 1]
+        root = answer.eigenvalues[numbers.index(shape)]
         growth = f"growth rate {number(root.growth_rate)} 1/s"
         words = f"mode {shape}, {number(root.frequency_hz)} Hz, {growth}"
         return modes.shape_drawing(name, words, subject.coordinates, root.right)

@@ -194,9 +194,9 @@ def coupling_drawing(name: str, sweep: ModeSweep, own: float | None = None) -> D
 
 
 def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
-    """Roots at some values of a parameter as dots, which need not be followed.
+    """Roots at some values of a parameter, a line for each mode; as dots without numbers.
 
-    Those that grow are red; the frequencies that grow anywhere are named where they grow most.
+    Those that grow are red; modes that grow anywhere are named where they grow most.
     """
     steps = [(row.value, row.roots, row.verdict or "") for row in rows if row.roots is not None]
     x = np.array([value for value, *_ in steps])
@@ -207,7 +207,14 @@ def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
     with style():
         figure, (upper, lower) = _panels(parameter, at, values, (float(x[0]), float(x[-1])))
         above = values.imag >= -1e-9 * np.abs(values)
-        at, values, grows = at[above], values[above], grows[above]
+        numbers = np.array([k or 0 for row in rows for k in row.numbers], dtype=int)
+        at, values, grows, numbers = (part[above] for part in (at, values, grows, numbers))
+        for k in sorted({*numbers.tolist()} - {0}):
+            own = np.flatnonzero(numbers == k)
+            line: Any = {"color": "0.25", "lw": 0.7, "gid": f"mode {k}"}
+            own = own[np.argsort(at[own])]
+            upper.plot(at[own], values.imag[own] / math.tau, **line)
+            lower.plot(at[own], values.real[own], **line)
         for some, colour, size in ((~grows, "0.25", 1.5), (grows, RED, 4.0)):
             look: Any = {"s": size, "color": colour, "linewidth": 0}
             upper.scatter(at[some], values.imag[some] / math.tau, **look)
@@ -215,7 +222,7 @@ def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
         lower.axhline(0.0, color="0.5", linewidth=0.6)
         spans = zip(edges, edges[1:], [verdict for *_, verdict in steps], strict=False)
         _legend(figure, _shaded((upper, lower), spans))
-        _name_growing(upper, at[grows], values[grows])
+        _name_growing(upper, at[grows], values[grows], numbers[grows])
     verdicts = ", ".join(dict.fromkeys(row.verdict or "-" for row in rows))
     text = (
         f"Frequencies and growth rates of the roots of {name} over {parameter} from "
@@ -224,8 +231,8 @@ def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
     return Drawing(figure, text, f"Sweep of {name}", origin(__name__))
 
 
-def _name_growing(axes: Axes, at: np.ndarray, values: np.ndarray) -> None:
-    """Six frequencies that grow, each where it grows most; names stay within the frame."""
+def _name_growing(axes: Axes, at: np.ndarray, values: np.ndarray, numbers: np.ndarray) -> None:
+    """Six modes that grow, each where it grows most; names stay within the frame."""
     taken: list[float] = []
     (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
     for k in np.argsort(-values.real):
@@ -236,4 +243,5 @@ def _name_growing(axes: Axes, at: np.ndarray, values: np.ndarray) -> None:
             below = place[1] - bottom > 0.8 * (top - bottom)
             side = "left" if share < 0.1 else "right" if share > 0.9 else "center"
             look: Any = {"ha": side, "va": "top" if below else "bottom"}
-            axes.annotate(hertz(one), place, (0, -4 if below else 4), **look, **NAME)
+            words = f"mode {numbers[k]}, {hertz(one)}" if numbers[k] else hertz(one)
+            axes.annotate(words, place, (0, -4 if below else 4), **look, **NAME)

@@ -25,9 +25,10 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import State, hermite_cubic, near_coalescences, zeros_between
 from squeal.linear.eigen import assumed_rounding
 from squeal.linear.events import Event
-from squeal.linear.matrices import EPS
+from squeal.linear.matrices import EPS, norm_of
 from squeal.linear.sensitivity import applied, inertia
-from squeal.sparse.quadratic import ComplexArray, ScaledSystem, factorise_at
+from squeal.linear.system import TermSystem
+from squeal.sparse.quadratic import ComplexArray, Roots, ScaledSystem, factorise_at
 from squeal.sparse.reduction import Reduction
 
 
@@ -50,6 +51,24 @@ Guess = tuple[float, float, ComplexArray, ComplexArray]
 """A crossing nearby: parameter, rad/s (0 for a real root), right and left vectors (n,), scaled."""
 
 
+def state_of(
+    system: TermSystem, name: str, value: float, roots: Roots, lifted: bool = False
+) -> State:
+    """The state of some roots (rad/s) at a value of the parameter, their vectors (n, m); lifted:
+    these are of first order (2n, m), so that left^H right of two roots vanishes."""
+    z, X, Y, at = roots.values, roots.right, roots.left, {name: value}
+    M, C, _ = matrices = system.at(at)
+    change = Y.conj().T @ applied(system.derivative(name, at), z, X)
+    weight = np.sum(Y.conj() * inertia(matrices, z, X), axis=0)
+    # a double root at zero leaves it as a square root, if at all
+    single = (z != 0) | (np.abs(weight) > assumed_rounding(0.0 if C is None else norm_of(C)))
+    coupling = np.asarray(-change / np.where(single, weight, np.inf)[:, None])
+    if lifted:
+        mass, damping = M.conj().T @ Y, 0.0 if C is None else C.conj().T @ Y
+        X, Y = np.vstack([X, z * X]), np.vstack([z.conj() * mass + damping, mass])
+    return State(value, z, X, Y, coupling, assumed_rounding(z))
+
+
 class Along:
     """A reduced system along one parameter."""
 
@@ -67,18 +86,9 @@ class Along:
     def at(self, value: float) -> State:
         """The roots (rad/s) at a value of the parameter, of pairs the upper ones."""
         if value not in self._states:
-            system, at = self.reduction.system, {self.name: value}
-            roots = self.reduction.roots(at, left=True)
+            roots = self.reduction.roots({self.name: value}, left=True)
             roots = roots.picked(self.region.contains(roots.values))
-            z, X, Y = roots.values, roots.right, roots.left.conj().T
-            _, C, _ = matrices = system.at(at)
-            change = Y @ applied(system.derivative(self.name, at), z, X)
-            weight = np.sum(Y.T * inertia(matrices, z, X), axis=0)
-            # a double root at zero leaves it as a square root, if at all
-            damping = 0.0 if C is None else float(np.linalg.norm(C))
-            single = (z != 0) | (np.abs(weight) > assumed_rounding(damping))
-            coupling = np.asarray(-change / np.where(single, weight, np.inf)[:, None])
-            self._states[value] = State(value, z, X, roots.left, coupling, assumed_rounding(z))
+            self._states[value] = state_of(self.reduction.system, self.name, value, roots)
         return self._states[value]
 
     def crossings(self, a: float, b: float, least: float) -> Iterator[Guess]:

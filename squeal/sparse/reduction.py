@@ -104,11 +104,11 @@ class Reduction:
         return np.asarray(np.linalg.norm(rest, axis=0) / bounds)
 
     def modes(
-        self, changes: Changes, values: ComplexArray | None = None
+        self, changes: Changes, values: ComplexArray | None = None, left: bool = False
     ) -> tuple[Roots, Array, int]:
         """The roots in the region, or of these `values`, with their `residuals`, without those that
-        are none of the full problem; and how many these were."""
-        roots = self.roots(changes, values=values)
+        are none of the full problem; and how many these were. Left vectors if wanted."""
+        roots = self.roots(changes, left, values)
         errors = self.residuals(roots, changes)
         good = errors <= (np.inf if self.method == "modal" else SPURIOUS)
         return roots.picked(good), errors[good], int(np.sum(~good))

@@ -1,0 +1,107 @@
+"""The wanted roots of a system over its parameter, and which of them is which mode."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import cast
+
+import numpy as np
+
+from squeal.analysis.answers import Step, numbered
+from squeal.analysis.systems.roots import (
+    NO_BAND,
+    Wanted,
+    is_small,
+    roots_of_all,
+    rounding_of,
+    system_roots,
+    verdict_of,
+)
+from squeal.errors import InputError
+from squeal.linear import GROWING
+from squeal.linear.continuation import ContinuationOptions, State
+from squeal.linear.eigen import ordered
+from squeal.linear.paths import Loss, continued, follow, numbers_at
+from squeal.linear.system import TermSystem
+from squeal.sparse.crossings import state_of
+from squeal.sparse.dense import roots_at
+from squeal.sparse.quadratic import PROGRESS, Roots, ScaledSystem
+from squeal.sparse.reduction import Reduction
+
+
+def followed(
+    system: TermSystem, wanted: Wanted, values: Sequence[float], reduction: Reduction | None
+) -> tuple[tuple[Step, ...], tuple[Loss, ...], float]:
+    """A sweep on a reduced system or, without one, on the system itself.
+
+    Its modes are numbered as those at the system's own value where the sweep holds it, else as at
+    the lowest one, which is returned too. Between the values as many more may be looked at, but for
+    full solutions.
+    """
+    small, whole = is_small(system), wanted.rectangle is None and reduction is None
+    if whole and not small and wanted.modes is None:
+        raise InputError(NO_BAND)
+    name, reduced = system.parameter, system if reduction is None else reduction.system
+    own, dear = system.parameters[name], reduction is None and not small
+    scaled = ScaledSystem(system) if small and reduction is None else None
+
+    @functools.cache
+    def row(value: float) -> tuple[Step, Roots]:
+        return _row(system, wanted, value, reduction, scaled)
+
+    @functools.cache
+    def at(value: float) -> State:
+        return state_of(reduced, name, value, row(value)[1], lifted=True)
+
+    every = sorted({*values, *([own] if min(values) < own < max(values) and not dear else [])})
+    rows, states = [row(value)[0] for value in every], cast(Callable[[float], State], at)
+    if scaled is not None and system.real and whole and system.n <= ContinuationOptions.small:
+        with suppress(InputError):  # where M is singular
+            states = continued(system, every).at
+    ids, lost = follow(states, every, 0 if dear else len(every))
+    both = zip(rows, ids, strict=True)
+    ids = [numbers_at(states(step.value), i, np.asarray(step.roots)) for step, i in both]
+    rows, losses, own = numbered(rows, ids, lost, own)
+    return tuple(rows[every.index(value)] for value in values), losses, own
+
+
+def _row(
+    system: TermSystem,
+    wanted: Wanted,
+    value: float,
+    reduction: Reduction | None,
+    scaled: ScaledSystem | None,
+) -> tuple[Step, Roots]:
+    """The roots at a value of the parameter, and those that are followed, with vectors."""
+    small, whole = is_small(system), wanted.rectangle is None and reduction is None
+    at, rounding, spurious = {system.parameter: value}, None, 0
+    if reduction is not None:
+        found, residuals, spurious = reduction.modes(at, left=True)
+        roots = found.values
+    elif scaled is not None:
+        roots = roots_of_all(system, wanted, at)
+        residuals, problem = np.full(len(roots), np.nan), scaled.at(at)
+        M, C, K = (X.toarray() for X in (problem.M, problem.C, problem.K))
+        found = roots_at(M, C, K, roots[roots.imag >= 0.0], left=True)
+        size = scaled.scale[:, None]
+        found = Roots(found.values, size * found.right, size * found.left)
+    else:
+        PROGRESS.get()(f"{system.parameter} = {value:g}")
+        every = system_roots(system, wanted, at).every
+        roots = np.array([e.value for e in every], dtype=complex)
+        residuals = np.array([e.residual for e in every])
+        rounding = np.array([e.rounding for e in every])
+        sides = (np.array([getattr(e, side) for e in every]) for side in ("right", "left"))
+        found = Roots(roots, *(np.reshape(X, (-1, system.n)).T for X in sides))
+    # on all of them, however few are listed; some roots prove none but growth
+    rounding = rounding_of(system, roots) if rounding is None else rounding
+    verdict: str | None = verdict_of(roots, rounding)
+    if not (small and whole) and verdict not in GROWING:
+        verdict = None
+    order = ordered(roots)
+    if wanted.modes is not None:
+        order = order[roots[order].imag >= 0.0][: wanted.modes]
+    each = roots[order], residuals[order], verdict
+    return Step(value, *each, spurious=spurious, rounding=rounding[order]), found

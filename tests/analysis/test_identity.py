@@ -1,0 +1,80 @@
+"""Modes keep their numbers over a sweep: closed forms of crossing, veering and coalescing ones."""
+
+import numpy as np
+import pytest
+
+import squeal
+
+COUPLED = {"1": [[2.0, -1.0], [-1.0, 2.0]], "mu": [[0.0, 4 / 3], [0.0, 0.0]]}  # flutter from 3/4
+RISES, FALLS = (lambda p: 1 + p), (lambda p: 3 - p)
+
+
+def two(coupling, others, at=0.0, damping=0.0):
+    """Squares 1 + p and 3 - p beside others, coupled, seen in other coordinates."""
+    n = 2 + others
+    T = np.linalg.qr(np.random.default_rng(n).normal(size=(n, n)))[0]
+    K0 = np.diag([1.0, 3.0, *(50.0 + np.arange(others))])
+    K0[0, 1] = K0[1, 0] = coupling
+    K = {"1": T @ K0 @ T.T, "p": T @ np.diag([1.0, -1.0] + [0.0] * others) @ T.T}
+    C = damping * T @ np.diag(np.arange(n)) @ T.T if damping else None
+    return squeal.System(np.eye(n), C, K, {"p": at}, "p")
+
+
+def squares(sweep, number):
+    at = [
+        (s.roots[(s.modes == number) & (s.roots.imag > 0)].imag ** 2).tolist() for s in sweep.steps
+    ]
+    return np.ravel(at)
+
+
+@pytest.mark.parametrize("others", [0, 60])
+@pytest.mark.parametrize("method", [None, "reduced"])
+@pytest.mark.parametrize("count", [4, 12])
+def test_modes_that_cross_go_on_and_modes_that_veer_keep_their_branch(others, method, count):
+    values = np.linspace(0.0, 2.0, count)
+    for gap in (0.0, 0.4):
+        found = squeal.sweep(two(gap, others), values.tolist(), band=(0.05, 0.5), method=method)
+        split = np.hypot(values - 1, gap)
+        expected = (2 - split, 2 + split) if gap else (RISES(values), FALLS(values))
+        for number, exact in enumerate(expected, 1):
+            assert squares(found, number) == pytest.approx(exact, rel=1e-6)
+        assert not found.losses
+
+
+def test_numbers_are_those_of_the_eigenvalues_at_the_own_value():
+    system = two(0.0, 3, at=1.6, damping=1e-3)  # by frequency there the falling mode is the first
+    found, here = squeal.sweep(system, [0.0, 1.0, 2.0]), squeal.eigenvalues(system)
+    assert squares(found, 1)[[0, 2]] == pytest.approx([3.0, 1.0], rel=1e-4)
+    assert here.modes.tolist() == [k for k in range(1, 6) for _ in range(2)]
+    assert here.values[0].imag ** 2 == pytest.approx(1.4, rel=1e-4)
+    rows = {(row["p"], row["mode"]) for row in found.to_records()}
+    assert rows == {(p, k) for p in (0.0, 1.0, 2.0) for k in range(1, 6)}
+
+
+def test_a_coalescence_is_told_and_growth_begins_there():
+    system = squeal.System(np.eye(2), K=COUPLED, parameters={"mu": 1.2})
+    found = squeal.sweep(system, np.linspace(0.1, 1.5, 10).tolist())
+    assert {loss.modes for loss in found.losses} == {(1, 2)}
+    assert {loss.kind for loss in found.losses} == {"meet"}
+    assert all(low < 0.75 < high for low, high, *_ in found.losses)
+    (grows,) = (mode for mode in found.modes if mode.onset is not None)
+    assert grows.interval[0] < 0.75 < grows.interval[1]
+    assert grows.growth_rate == pytest.approx(squeal.eigenvalues(system, 1.5).values.real.max())
+
+
+def test_a_large_system_learns_onsets_from_a_sweep():
+    coupled = {k: np.pad(np.array(X, float), (0, 60)) for k, X in COUPLED.items()}
+    coupled["1"] += np.diag([0.0, 0.0, *(50.0 + np.arange(60))])
+    system = squeal.System(np.eye(62), K=coupled, parameters={"mu": 1.2})
+    here = squeal.eigenvalues(system)
+    assert [mode.onset for mode in here.unstable] == [None]
+    sweep = squeal.sweep(system, np.linspace(0.1, 1.5, 29).tolist())
+    (mode,) = here.with_onsets(sweep).unstable
+    assert mode.onset == pytest.approx(0.75, abs=0.05)
+
+
+def test_what_leaves_the_band_ends_and_what_enters_begins():
+    system = two(0.0, 60)
+    found = squeal.sweep(system, np.linspace(0.0, 2.0, 21).tolist(), band=(0.0, 0.2251))
+    kinds = {(loss.kind, loss.modes) for loss in found.losses}  # the band ends above p = 1
+    assert kinds == {("end", (1,)), ("begin", (2,))}
