@@ -152,9 +152,10 @@ class Eigenvalues(Answer):
 @dataclass(frozen=True, eq=False)
 class Step:
     """Roots (m,) at one value of the parameter, the verdict on them, their backward errors and how
-    far rounding may move them.
+    far rounding, and what a first look leaves out, may move them (rad/s).
 
-    `modes` (m,) numbers the mode of each root, 0 where it is not known. Of a pad
+    `modes` (m,) numbers the mode of each root, 0 where it is not known; `corrected` (m,) tells of a
+    first look which roots solve the full problem, the others are estimated. Of a pad
     `contact` names the contact state; roots are None where its branch does not reach.
     """
 
@@ -167,6 +168,7 @@ class Step:
     spurious: int = 0
     rounding: NDArray[np.float64] | None = field(default=None, repr=False)
     modes: NDArray[np.intp] | None = field(default=None, repr=False)
+    corrected: NDArray[np.bool_] | None = field(default=None, repr=False)
 
     @property
     def numbers(self) -> list[int | None]:
@@ -188,6 +190,9 @@ class Step:
         records = Table(ROOT, self.eigenvalues).records()
         pairs = zip(self.numbers, records, strict=True)
         rows = [{k: v for k, v in ({"mode": n} | row).items() if v is not None} for n, row in pairs]
+        if self.corrected is not None:
+            known = zip(rows, self.eigenvalues, self.corrected.tolist(), strict=True)
+            rows = [row | {"error": root.rounding, "corrected": how} for row, root, how in known]
         row = valued(parameter, self.value) | {"eigenvalues": None if self.roots is None else rows}
         row |= picked(self, "verdict spurious")
         return row if self.admissible is None else row | picked(self, "contact admissible")
@@ -271,6 +276,11 @@ class Sweep(Answer):
                 each.setdefault(k, []).append((step.value, e))
         return tuple(_swept(k, path) for k, path in sorted(each.items()))
 
+    @property
+    def looked(self) -> bool:
+        """True of a first look, whose roots are estimated or corrected."""
+        return any(step.corrected is not None for step in self.steps)
+
     def table(self) -> Table:
         """A row for each root at each value; one without numbers where there is none."""
         others = [Column("contact", value=lambda row: row[0].contact)]
@@ -280,6 +290,9 @@ class Sweep(Answer):
             for c in ROOT
             if c.name not in ("damping_ratio", "condition")
         ]
+        if self.looked:
+            others.append(Column("error", "1/s", lambda row: row[1] and row[1].rounding))
+            others.append(Column("how", value=lambda row: row[1] and _how(row[0], row[1])))
         others.append(Column("verdict", value=lambda row: row[0].verdict))
         rows: list[Any] = []
         for step in self.steps:
@@ -296,13 +309,22 @@ class Sweep(Answer):
         def largest(step: Step) -> float | None:
             return max((root.growth_rate for root in step.eigenvalues), default=None)
 
+        def error(step: Step) -> float | None:
+            each = [(root.growth_rate, root.rounding) for root in step.eigenvalues]
+            return max(each)[1] if each else None
+
         contact = (Column("contact"),) * any(step.contact is not None for step in self.steps)
+        look = (
+            Column("error, 1/s", value=error, shown=lambda step: number(error(step) or 0.0, 2)),
+            Column("corrected", value=lambda step: int(np.sum(step.corrected))),
+        ) * self.looked
         table = (
             Column(self.parameter, value=attrgetter("value")),
             *contact,
             Column("frequencies, Hz", value=lambda step: _hertz(step, growing=False)),
             Column("growing, Hz", value=lambda step: _hertz(step, growing=True)),
             Column("largest real, 1/s", value=largest),
+            *look,
             Column("verdict", value=verdict),
         )
 
@@ -358,6 +380,12 @@ def _swept(mode: int, path: list[tuple[float, Eigenvalue]]) -> SweptMode:
     return SweptMode(mode, *hertz, fastest.growth_rate, at, onset, interval)
 
 
+def _how(step: Step, root: Eigenvalue) -> str:
+    """Whether a root of a first look is corrected or estimated."""
+    done = step.corrected is not None and step.corrected[step.roots == root.value].any()
+    return "corrected" if done else "estimated"
+
+
 def _hertz(step: Step, growing: bool) -> str:
     """Frequencies of the upper roots, or of those that grow, in a line."""
     roots = [e for e in step.eigenvalues if e.value.imag >= 0.0]
@@ -369,10 +397,16 @@ def _hertz(step: Step, growing: bool) -> str:
 
 def basis_text(basis: Mapping[str, Any]) -> str:
     """A reduced system for people."""
-    text = (
-        f"basis of {basis['size']} vectors ({basis['method']}), {len(basis['samples'])} full "
-        f"solutions; worst residual in the full problem {basis['residual']:.2g}"
-    )
+    if basis["method"] == "modal":
+        text = (
+            f"first look: real modes up to {basis['real_modes_hz']:.4g} Hz and their corrections, "
+            f"{basis['size']} vectors"
+        )
+    else:
+        text = (
+            f"basis of {basis['size']} vectors ({basis['method']}), {len(basis['samples'])} full "
+            f"solutions; worst residual in the full problem {basis['residual']:.2g}"
+        )
     if basis["spurious"]:
         text += f"; {basis['spurious']} roots that the full problem has not are left out"
     if basis["growth_limit"] is not None:

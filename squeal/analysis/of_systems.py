@@ -42,6 +42,7 @@ from squeal.analysis.systems.sensitivity import (
 from squeal.analysis.systems.sweeps import followed
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
+from squeal.io.processes import counted, mapped, processes
 from squeal.io.system import SystemFile
 from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
@@ -50,6 +51,7 @@ from squeal.linear.paths import growing
 from squeal.linear.system import TermSystem
 from squeal.schema import shown
 from squeal.sparse.argument_principle import Disc, Rectangle
+from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import Reduction
 
@@ -164,23 +166,27 @@ class Question:
             source=(file, roots),
         )
 
-    def sweep(self, values: Sequence[float], method: str | None = None) -> Sweep:
+    def sweep(
+        self, values: Sequence[float], method: str | None = None, workers: int | None = None
+    ) -> Sweep:
         """The roots at values of the parameter, on the system itself or on a reduced one."""
         system, reduction = self.system, None
         if method not in (None, *METHODS):
             allowed = f"it must be one of {', '.join(METHODS)}"
             raise InputError(f"method: {method} is not allowed; {allowed}")
         if method in ("reduced", "modal") or (method is None and not is_small(system)):
-            reduction, _ = self.reduced(values, method or "reduced", CHECKED)
-        modes = followed(system, self.wanted, values, reduction)
+            reduction, _ = self.reduced(values, method or "modal", CHECKED)
+        modes = followed(system, self.wanted, values, reduction, processes(workers))
         basis = basis_of(reduction, self.wanted)
         return Sweep(system.name, system.parameter, *modes, basis, self.file)
 
-    def thresholds(self, high: float, low: float | None = None) -> Thresholds:
+    def thresholds(
+        self, high: float, low: float | None = None, workers: int | None = None
+    ) -> Thresholds:
         """Every threshold of the wanted roots from low to high."""
-        return system_thresholds(self.system, high, low, self.wanted)
+        return system_thresholds(self.system, high, low, self.wanted, processes(workers))
 
-    def map(self, axes: tuple[Axis, Axis] | None) -> Map:
+    def map(self, axes: tuple[Axis, Axis] | None, workers: int | None = None) -> Map:
         """The verdict on the wanted roots over two named parameters."""
         system, wanted, reduction = self.system, self.wanted, None
         if axes is None or axes[0].name == axes[1].name:
@@ -194,16 +200,14 @@ class Question:
         if not is_small(system):
             first, second = (np.linspace(a.low, a.high, CORNERS).tolist() for a in axes)
             corners = [{names[0]: a, names[1]: b} for a in first for b in second]
-            reduction = reduced_for(system, wanted, corners)
-        codes = np.zeros((axes[0].n, axes[1].n), dtype=np.int8)
-        growth = np.full(codes.shape, np.nan)
-        for i, a in enumerate(axes[0].values.tolist()):
-            PROGRESS.get()(f"{names[0]} = {a:.6g}")
-            for j, b in enumerate(axes[1].values.tolist()):
-                at = {names[0]: a, names[1]: b}
-                roots = reduction.values(at) if reduction else roots_of_all(system, wanted, at)
-                codes[i, j] = NAMES.index(verdict_of(roots, rounding_of(system, roots)))
-                growth[i, j] = roots.real.max() if len(roots) else np.nan
+            reduction = reduced_for(system, wanted, corners, "modal")
+        grid = np.meshgrid(*(axis.values for axis in axes), indexing="ij")
+        pairs = zip(*(part.ravel().tolist() for part in grid), strict=True)
+        points = [dict(zip(names, pair, strict=True)) for pair in pairs]
+        parts = mapped(_cell, points, processes(workers), (system, wanted, reduction))
+        cells = np.array(list(counted(parts, len(points), PROGRESS.get(), "points")))
+        codes = cells[:, 0].astype(np.int8).reshape(grid[0].shape)
+        growth = cells[:, 1].reshape(codes.shape)
         basis = basis_of(reduction, wanted)
         return Map(
             system.name,
@@ -242,6 +246,21 @@ class Question:
         if of == "threshold":
             return threshold_sensitivity(system, known or self.thresholds(high, low))
         return root_sensitivity(system, known or self.eigenvalues())
+
+
+Common = tuple[TermSystem, Wanted, Reduction | None]
+
+
+def _cell(common: Common, at: dict[str, float]) -> tuple[int, float]:
+    """The verdict, by its index, and the largest growth at one point of a chart."""
+    system, wanted, reduction = common
+    if isinstance(reduction, FirstLook):
+        roots, _, errors, *_ = reduction.judged(at, deciding=True)
+    else:
+        roots, errors = roots_of_all(system, wanted, at), np.zeros(1)
+    errors = np.fmax(errors, rounding_of(system, roots))
+    growth = float(roots.real.max()) if len(roots) else np.nan
+    return NAMES.index(verdict_of(roots, errors)), growth
 
 
 def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]:

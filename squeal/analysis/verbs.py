@@ -27,7 +27,7 @@ Band = tuple[float, float]
 Region = tuple[float, float, float, float]
 VALUES = Several(Number(), "a sequence of finite numbers")
 QUESTION = ("band", "region", "modes", "memory", "progress")
-OF_SYSTEMS = (*QUESTION[:-1], "method", "low", "matrices")
+OF_SYSTEMS = (*QUESTION[:-1], "method", "low", "matrices", "workers")
 OF_SCENES = ("quantity", "curves")
 PADS: dict[str, Callable[..., Any]] = {
     "eigenvalues": pads.eigenvalues,
@@ -160,6 +160,7 @@ def sweep(
     method: str | None = None,
     memory: float | None = None,
     progress: Progress | None = None,
+    workers: int | None = None,
 ) -> Sweep:
     """Compute eigenvalues at values of the friction or of the free parameter.
 
@@ -170,8 +171,12 @@ def sweep(
     values : sequence of float
         The values.
     method : {"full", "reduced", "modal"}, optional
-        Of systems: every value on the system itself, or on a reduced one of complex or of real
-        modes; left out, full up to 400 rows.
+        Of systems: every value on the system itself, on a reduced one that solves the full problem,
+        or a first look: real modes with corrections, and an error of each root. Left out, full up
+        to 400 rows, else modal.
+    workers : int, optional
+        Processes for systems, 1 if left out; any number gives the same answer. They start by
+        import: a script must guard its main part.
 
     Returns
     -------
@@ -198,12 +203,13 @@ def thresholds(
     region: Region | None = None,
     memory: float | None = None,
     progress: Progress | None = None,
+    workers: int | None = None,
 ) -> Thresholds:
     """Find every change of stability over a range of the friction or of the free parameter.
 
     Parameters
     ----------
-    subject, band, region, memory, progress
+    subject, band, region, memory, progress, workers
         As `sweep` takes them. A system of more than 400 rows needs a band or a region.
     high : float
         Upper end of the range.
@@ -235,12 +241,13 @@ def map(
     band: Band | None = None,
     memory: float | None = None,
     progress: Progress | None = None,
+    workers: int | None = None,
 ) -> Map:
     """Compute the verdict over two parameters.
 
     Parameters
     ----------
-    subject, band, memory, progress
+    subject, band, memory, progress, workers
         As `sweep` takes them.
     axes : (Axis, Axis), optional
         The parameters with their ranges; left out, both spring angles of a scene from 0 to pi.

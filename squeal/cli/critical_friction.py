@@ -29,10 +29,10 @@ def run(given: argparse.Namespace) -> Reply:
     if given.scatter is not None:
         refuse(given, "sensitivity change low band", "--scatter; one of both is allowed")
         return scattered(given, "threshold")
-    refuse(given, "workers journal", "no --scatter, whose samples they serve")
+    refuse(given, "journal", "no --scatter, whose samples it keeps")
     subject = source.subject(swept=True)
     scene = isinstance(subject, Scene)
-    asked = picked(given, "high low band memory") | {"progress": steps()}
+    asked = picked(given, "high low band memory workers") | {"progress": steps()}
     thresholds = squeal.thresholds(subject, **asked)
     answers: list[Any] = [thresholds]
     if given.sensitivity or given.change:

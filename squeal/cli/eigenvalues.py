@@ -15,7 +15,7 @@ from squeal.io.writing import picked
 
 def options(parser: Parser) -> None:
     """Options of `squeal eigenvalues`."""
-    take(parser, "values band")
+    take(parser, "values workers band")
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
     take(parser, "at modes region method memory shape")
@@ -33,6 +33,8 @@ def run(given: argparse.Namespace) -> Reply:
         refuse(given, "at method shape", f"{source.name}, a scene")
     elif given.at is not None and f"parameters.{subject.system.parameter}" in source.changes:
         raise InputError(f"{said(given, 'at')}: --set gives it too; one of both is allowed")
+    if not given.values:
+        refuse(given, "workers", "no --sweep, whose values they share")
     if given.shape and (given.figure is None or subject.coordinates is None):
         needed = "--png FILE beside it, and `coordinates: {file: nodes.csv}` in the system file"
         raise InputError(f"{said(given, 'shape')}: needs {needed}")
@@ -43,7 +45,8 @@ def run(given: argparse.Namespace) -> Reply:
         if given.at is not None:
             changed = subject.system.replace({subject.system.parameter: given.at})
             subject = replace(subject, system=changed)
-        answers.append(squeal.sweep(subject, given.values, method=given.method, **asked))
+        how = picked(given, "method workers")
+        answers.append(squeal.sweep(subject, given.values, **how, **asked))
         answers[0] = spectrum = spectrum.with_onsets(answers[-1])
     drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
     write_files(given, answers[-1], **drawn)

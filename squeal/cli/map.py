@@ -20,7 +20,7 @@ def options(parser: Parser) -> None:
     take(parser, "n first second", first=first, second=second)
     words = "contours beside the verdicts: critical-friction, growth, frequency"
     parser.add_argument("--quantity", metavar="NAME", help=words)
-    take(parser, "band memory")
+    take(parser, "workers band memory")
     curves = "the curves on which stability is lost"
     take_files(parser, table="the verdicts", figure="the map", curves=curves)
 
@@ -36,7 +36,7 @@ def run(given: argparse.Namespace) -> Reply:
             axes.append(squeal.Axis(name, low, high, given.n or (200 if scene else 41), log))
         if scene and name in PARAMETERS and PARAMETERS[name].angle:
             warn_of_degrees(high, at)
-    asked: dict[str, Any] = picked(given, "quantity band memory") | {"progress": steps()}
+    asked: dict[str, Any] = picked(given, "quantity band memory workers") | {"progress": steps()}
     answer = squeal.map(subject, (axes[0], axes[1]), curves=given.curves is not None, **asked)
     write_files(given, answer)
     if given.curves is not None:

@@ -75,7 +75,7 @@ OPTIONS: dict[str, tuple[str, str, str, Read | tuple[str, ...]]] = {
     "first": ("--first", "NAME:LOW:HIGH[:log]", "first parameter and range (alpha1:0:pi)", axis),
     "second": ("--second", "NAME:LOW:HIGH[:log]", "second parameter and range (alpha2:0:pi)", axis),
     "scatter": ("--scatter", "FILE", "distribution of the first loss, by tolerances in it", Path),
-    "workers": ("--workers", "N", "processes for the samples (1)", whole(1, 256)),
+    "workers": ("--workers", "N", "processes; any number gives the same answer (1)", whole(1, 256)),
     "journal": ("--journal", "FILE", "keep computed samples there, to go on after a stop", Path),
     "band": ("--band", "LOW:HIGH", "frequencies in Hz", BAND),
     "modes": ("--modes", "N", "the N lowest modes", whole(1, MOST)),
@@ -83,7 +83,7 @@ OPTIONS: dict[str, tuple[str, str, str, Read | tuple[str, ...]]] = {
     "at": ("--at", "VALUE", "of the free parameter", NUMBER),
     "low": ("--min", "VALUE", "lower end of the range (0)", NUMBER),
     "method": (
-        "--method", "NAME", "full, reduced (complex modes, certified) or modal (real modes)",
+        "--method", "NAME", "full, reduced (complex modes) or modal (a first look with errors)",
         ("full", "reduced", "modal"),
     ),
     "memory": ("--memory", "GB", "memory that may be used (what is free)", MEMORY),

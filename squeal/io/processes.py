@@ -11,6 +11,7 @@ from multiprocessing import get_context, parent_process
 from typing import Any
 
 from squeal.io.writing import remaining
+from squeal.schema import Place, Whole
 
 _COMMON: list[Any] = []  # in a process of a pool: what its tasks share
 
@@ -51,6 +52,11 @@ def mapped(
         raise
     if common is not None:
         pool.shutdown()
+
+
+def processes(workers: int | None) -> int:
+    """How many processes are wanted, one if that is left out. Raises InputError."""
+    return 1 if workers is None else int(Whole(1, 256).read(workers, Place("workers")))
 
 
 def counted(

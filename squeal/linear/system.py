@@ -403,13 +403,16 @@ def structure_stiffness(
     return (K + K.T) / 2, tuple(i for i, _ in parts)
 
 
-def frictionless(system: TermSystem) -> dict[str, float]:
-    """The nominal parameters without friction, at which a structure's stiffness is taken."""
+def frictionless(
+    system: TermSystem, changes: Mapping[str, float] | None = None
+) -> dict[str, float]:
+    """The nominal parameters, some of them changed, without friction, at which a structure's
+    stiffness is taken."""
     name = "mu" if "mu" in system.parameters else system.parameter
     own = [t.matrix for t in system.K if name in t.factor.names]
     symmetric = (abs(X - X.T).max() <= SKEW * abs(X).max() for X in own)
     held = name != "mu" and (not own or any(symmetric))
-    return system.values({} if held else {name: 0.0})
+    return system.values({**(changes or {}), **({} if held else {name: 0.0})})
 
 
 class Damped(NamedTuple):

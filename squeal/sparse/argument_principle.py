@@ -65,6 +65,12 @@ class Rectangle:
         across = (real > self.low_real) & (real < self.high_real)
         return np.asarray(across & (imag > self.low_imag) & (imag < self.high_imag))
 
+    def distance(self, values: NDArray) -> NDArray[np.float64]:
+        """How far values lie beyond the nearest side, negative inside."""
+        a, b, c, d = astuple(self)
+        real, imag = np.real(values), np.imag(values)
+        return np.asarray(np.max([a - real, real - b, c - imag, imag - d], axis=0))
+
     def widened(self, share: float) -> Rectangle:
         """The region with a share of its size more on each side."""
         a, b, c, d = astuple(self)

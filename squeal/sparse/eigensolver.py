@@ -87,7 +87,7 @@ def near_roots(
     Q = np.zeros((2 * n, most + block), kind, order="F")
     H = np.zeros((most + block, most + block), kind)
     start = np.random.default_rng(seed).standard_normal((2 * n, block)).astype(kind)
-    first, _ = _added(Q[:, :0], applied(start))
+    first, _ = orthogonal(Q[:, :0], applied(start))
     done, size = 0, first.shape[1]  # columns to which the operator has been applied, and all
     Q[:, :size] = first
 
@@ -102,7 +102,7 @@ def near_roots(
 
     look = 2 * block
     while done < size <= most:
-        new, column = _added(Q[:, :size], applied(Q[:, done:size]))
+        new, column = orthogonal(Q[:, :size], applied(Q[:, done:size]))
         H[: len(column), done:size] = column
         done, size = size, size + new.shape[1]
         Q[:, done:size] = new
@@ -119,7 +119,7 @@ def near_roots(
     return Near(shift + radius / theta, shapes / np.linalg.norm(shapes, axis=0), reach), factor
 
 
-def _added(basis: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
+def orthogonal(basis: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
     """What columns x add to an orthonormal basis, orthonormal, and their coordinates in both."""
     from scipy.linalg import qr
 

@@ -10,9 +10,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError
 from squeal.linear.matrices import norm_of
-from squeal.linear.system import Term, TermSystem, frictionless
+from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.eigensolver import OPTIONS, enlarged, modes_in
@@ -33,13 +33,14 @@ class Reduction:
     `vectors` (n, d) are orthonormal, `system` is dense (d, d) with the parameters of the full one;
     `samples` are where the full problem was solved, `worst` is the largest backward error in the
     full problem of a root, over all values; `spurious` counts the roots of the reduced system alone
-    at the samples, over all of them. `method` is reduced (complex modes) or modal (real modes).
+    at the samples, over all of them.
     """
 
     system: TermSystem
+    method = "reduced"
 
-    def __init__(self, scaled: ScaledSystem, region: Rectangle, method: str = "reduced") -> None:
-        self.scaled, self.region, self.method = scaled, region, method
+    def __init__(self, scaled: ScaledSystem, region: Rectangle) -> None:
+        self.scaled, self.region = scaled, region
         self.vectors: Array = np.zeros((scaled.n, 0))
         self.samples: tuple[Changes, ...] = ()
         self.worst, self.spurious = np.inf, 0
@@ -49,9 +50,10 @@ class Reduction:
         probes = np.random.default_rng(48).standard_normal((scaled.n, SKETCH)) / np.sqrt(SKETCH)
         self._probed = [A.T @ probes for terms in self._terms for _, A in terms]
 
-    def extend(self, snapshots: ComplexArray) -> None:
-        """Add what the real and imaginary parts of columns (n, m) bring."""
-        self.vectors = V = enlarged(self.vectors, snapshots, TOLERANCE / 10)
+    def extend(self, snapshots: ComplexArray, dropped: float = TOLERANCE / 10) -> None:
+        """Add what the real and imaginary parts of columns (n, m) bring, of unit vectors what
+        exceeds `dropped`."""
+        self.vectors = V = enlarged(self.vectors, snapshots, dropped)
         if not V.size:
             return
         M, C, K = (
@@ -110,7 +112,7 @@ class Reduction:
         are none of the full problem; and how many these were. Left vectors if wanted."""
         roots = self.roots(changes, left, values)
         errors = self.residuals(roots, changes)
-        good = errors <= (np.inf if self.method == "modal" else SPURIOUS)
+        good = errors <= SPURIOUS
         return roots.picked(good), errors[good], int(np.sum(~good))
 
     def values(self, changes: Changes) -> ComplexArray:
@@ -121,7 +123,7 @@ class Reduction:
         values = dense_values(*self.system.at(changes), self._stiffness(changes))
         values = values[self.region.contains(values)]
         doubtful = (values.real > 1e-6 * np.abs(values)) | (self.spurious > 0)
-        if self.method == "modal" or not np.any(doubtful):
+        if not np.any(doubtful):
             return values
         genuine = self.modes(changes, values[doubtful])[0].values
         return np.concatenate([values[~doubtful], genuine])
@@ -172,33 +174,4 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
             break
     found.samples = tuple(values[k] for k in samples)
     found.worst, found.spurious = max(worst), sum(spurious.values())
-    return found
-
-
-def reduce_to_real_modes(
-    scaled: ScaledSystem, region: Rectangle, values: Sequence[Changes], modes: int
-) -> Reduction:
-    """Projection onto the lowest real modes of the structure, as commercial programs do it.
-
-    The modes are those of M and the symmetric part of K at the nominal parameters without friction
-    and damping; of as many modes as rows, or one less, all directions are kept. Raises InputError
-    and ComputationError.
-    """
-    from scipy.sparse.linalg import ArpackError, eigsh
-
-    own = scaled.at(frictionless(scaled.system))
-    if not abs(own.K).max():
-        raise InputError("K: is zero without friction; real modes need a structure")
-    shift = -1e-6 * own.rate**2  # below all squares, so that rigid bodies pass
-    try:
-        if modes > scaled.n - 2:
-            vectors = np.eye(scaled.n)
-        else:
-            _, vectors = eigsh((own.K + own.K.T).real / 2, k=modes, M=own.M, sigma=shift)
-    except (ArpackError, RuntimeError, ValueError) as error:
-        raise ComputationError(f"the real modes were not found: {error}") from None
-    found = Reduction(scaled, region, "modal")
-    found.extend(vectors.astype(complex))
-    errors = [found.residuals(found.roots(p), p) for p in values]
-    found.worst = max(float(np.max(e, initial=0.0)) for e in errors)
     return found

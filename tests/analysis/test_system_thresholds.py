@@ -11,9 +11,9 @@ import squeal
 from squeal.analysis.answers import Axis
 from squeal.analysis.systems import roots
 from squeal.analysis.systems import thresholds as critical
-from squeal.analysis.systems.roots import Wanted, reduced_for, system_roots
+from squeal.analysis.systems.roots import Wanted
 from squeal.analysis.systems.thresholds import system_thresholds
-from squeal.errors import InputError, InputWarning
+from squeal.errors import InputError
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.sparse import eigensolver
@@ -160,18 +160,6 @@ def test_a_contact_with_a_factor_keeps_its_stiffness_in_a_modal_sweep():
     full = np.sqrt(np.linalg.eigvalsh(K.toarray()))
     inside = full[(full > 2 * np.pi) & (full < 80 * np.pi)]
     assert named[0].roots.imag == pytest.approx(inside, rel=1e-6)
-
-
-def test_roots_that_real_modes_lose_are_told(monkeypatch):
-    """Four real modes of the lowest frequencies reach no band above."""
-    monkeypatch.setattr(roots, "REAL_MODES", 4)
-    wanted = Wanted(band=(1.0, 40.0))
-    every = system_roots(disc_and_pad("plain"), wanted).eigenvalues
-    with pytest.warns(InputWarning, match="real modes lose") as told:
-        reduction = reduced_for(disc_and_pad("plain"), wanted, [{"mu": 0.0}], "modal")
-    lost = len(every) - len(reduction.values({}))
-    assert lost > 1
-    assert f"lose {lost} of {len(every)} roots" in str(told[0].message)
 
 
 def test_a_chart_over_a_parameter_that_no_matrix_uses_is_refused():

@@ -13,7 +13,7 @@ from squeal.sparse.argument_principle import Rectangle, band
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.quadratic import ScaledSystem
-from squeal.sparse.reduction import TOLERANCE, reduce_system, reduce_to_real_modes
+from squeal.sparse.reduction import TOLERANCE, reduce_system
 from tests import large
 
 BRAKE = large.disc_and_pad(3)
@@ -54,15 +54,8 @@ def test_residuals_are_those_of_the_full_problem(scaled, reduction):
     assert np.allclose(np.sort(values.imag), np.sort(found.values.imag), rtol=1e-12)
 
 
-def test_the_tolerance_is_met_or_the_error_told(scaled, reduction):
+def test_the_tolerance_is_met(reduction):
     assert reduction.worst <= TOLERANCE
-    modal = reduce_to_real_modes(scaled, REGION, VALUES, 40)
-    assert modal.method == "modal"
-    assert modal.worst > 100 * reduction.worst  # friction sits on the interface
-    found = modal.modes({"mu": 0.0})[0]
-    full = modes_in(scaled.at({"mu": 0.0}), REGION, certify=False)
-    assert len(found.values) == len(full.eigenvalues)
-    assert np.allclose(np.sort(found.values.imag), np.sort(full.values.imag), rtol=1e-2)
 
 
 def test_a_region_without_roots_has_the_basis_of_those_around(scaled):

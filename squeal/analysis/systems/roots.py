@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from squeal.analysis.systems.matrices import ALL_ROWS
 from squeal.errors import ComputationError, InputError, InputWarning
+from squeal.io.processes import one_thread
 from squeal.linear import GROWING
 from squeal.linear.eigen import (
     ACCEPTED,
@@ -41,11 +42,11 @@ from squeal.sparse.argument_principle import (
 )
 from squeal.sparse.dense import dense_spectrum, dense_values
 from squeal.sparse.eigensolver import OPTIONS, Modes, lowest_modes, modes_in
+from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
-from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system, reduce_to_real_modes
+from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 
 MODES = 20  # of a larger system where nothing else is wanted
-REAL_MODES = 200  # of a modal reduction
 NO_ROOT = "no root"  # the verdict on a band or region without one
 NO_BAND = (
     "band: is missing; a sweep of a large system, or one by the method reduced or modal, needs "
@@ -294,20 +295,21 @@ def reduced_for(
 ) -> Reduction:
     """The reduced system that serves some values of the parameters.
 
-    Warns if the full problem is not met to the tolerance, or if real modes lose roots that the
-    system has at its own parameters.
+    Warns if the full problem is not met to the tolerance, or if real modes may lose roots, so that
+    the full problem is solved at each value.
     """
     scaled, text = ScaledSystem(system), ""
+    reduction: Reduction
     region = _sweep_region(scaled, wanted, values[len(values) // 2])
     if method == "modal":
-        reduction = reduce_to_real_modes(scaled, region, values, min(REAL_MODES, system.n))
-        if reduction.size < system.n:  # real modes know nothing of friction and damping
-            every = modes_in(scaled.at(), region, False, exact=OPTIONS.accepted).values
-            if (lost := len(every) - len(reduction.values({}))) > 0:
-                text = (
-                    f"the real modes lose {lost} of {len(every)} roots that the system has in the "
-                    "band at its own parameters; the method reduced has all of them"
-                )
+        with one_thread():
+            reduction = look = FirstLook(scaled, region, values).made()
+        if not look.holds:
+            text = (
+                f"real modes up to {look.reach / math.tau:.4g} Hz and their corrections may "
+                f"lose roots of the band (what they lack contracts by {look.contraction:.2g} "
+                "only); each value is solved on the full system"
+            )
     else:
         reduction = reduce_system(scaled, region, values)
         if not reduction.converged:
@@ -332,6 +334,8 @@ def basis_of(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | No
         "residual": reduction.worst,
         "converged": reduction.converged,
         "spurious": reduction.spurious,
+        "contraction": getattr(reduction, "contraction", None),
+        "real_modes_hz": getattr(reduction, "reach", 0.0) / math.tau or None,
         "growth_limit": None if wanted.band is None else reduction.region.high_real,
     }
 

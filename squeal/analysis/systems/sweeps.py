@@ -20,6 +20,7 @@ from squeal.analysis.systems.roots import (
     verdict_of,
 )
 from squeal.errors import InputError
+from squeal.io.processes import counted, mapped
 from squeal.linear import GROWING
 from squeal.linear.continuation import ContinuationOptions, State
 from squeal.linear.eigen import ordered
@@ -27,12 +28,17 @@ from squeal.linear.paths import Loss, continued, follow, numbers_at
 from squeal.linear.system import TermSystem
 from squeal.sparse.crossings import state_of
 from squeal.sparse.dense import roots_at
+from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS, Roots, ScaledSystem
 from squeal.sparse.reduction import Reduction
 
 
 def followed(
-    system: TermSystem, wanted: Wanted, values: Sequence[float], reduction: Reduction | None
+    system: TermSystem,
+    wanted: Wanted,
+    values: Sequence[float],
+    reduction: Reduction | None,
+    workers: int = 1,
 ) -> tuple[tuple[Step, ...], tuple[Loss, ...], float]:
     """A sweep on a reduced system or, without one, on the system itself.
 
@@ -47,16 +53,22 @@ def followed(
     own, dear = system.parameters[name], reduction is None and not small
     scaled = ScaledSystem(system) if small and reduction is None else None
 
-    @functools.cache
-    def row(value: float) -> tuple[Step, Roots]:
-        return _row(system, wanted, value, reduction, scaled)
+    every = sorted({*values, *([own] if min(values) < own < max(values) and not dear else [])})
+    common = system, wanted, reduction, scaled
+    each = counted(mapped(_row, every, workers, common), len(every), PROGRESS.get())
+    known = dict(zip(every, each, strict=True))
 
     @functools.cache
     def at(value: float) -> State:
-        return state_of(reduced, name, value, row(value)[1], lifted=True)
+        if value in known:
+            roots = known[value][1]
+        elif reduction is not None:
+            roots = reduction.roots({name: value}, left=True)
+        else:
+            roots = _row(common, value)[1]
+        return state_of(reduced, name, value, roots, lifted=True)
 
-    every = sorted({*values, *([own] if min(values) < own < max(values) and not dear else [])})
-    rows, states = [row(value)[0] for value in every], cast(Callable[[float], State], at)
+    rows, states = [known[value][0] for value in every], cast(Callable[[float], State], at)
     if scaled is not None and system.real and whole and system.n <= ContinuationOptions.small:
         with suppress(InputError):  # where M is singular
             states = continued(system, every).at
@@ -67,17 +79,18 @@ def followed(
     return tuple(rows[every.index(value)] for value in values), losses, own
 
 
-def _row(
-    system: TermSystem,
-    wanted: Wanted,
-    value: float,
-    reduction: Reduction | None,
-    scaled: ScaledSystem | None,
-) -> tuple[Step, Roots]:
+Common = tuple[TermSystem, Wanted, Reduction | None, ScaledSystem | None]
+
+
+def _row(common: Common, value: float) -> tuple[Step, Roots]:
     """The roots at a value of the parameter, and those that are followed, with vectors."""
+    system, wanted, reduction, scaled = common
     small, whole = is_small(system), wanted.rectangle is None and reduction is None
-    at, rounding, spurious = {system.parameter: value}, None, 0
-    if reduction is not None:
+    at, rounding, corrected, spurious = {system.parameter: value}, None, None, 0
+    if isinstance(reduction, FirstLook):
+        roots, residuals, errors, corrected, spurious, found = reduction.judged(at)
+        rounding = np.maximum(errors, rounding_of(system, roots))
+    elif reduction is not None:
         found, residuals, spurious = reduction.modes(at, left=True)
         roots = found.values
     elif scaled is not None:
@@ -103,5 +116,7 @@ def _row(
     order = ordered(roots)
     if wanted.modes is not None:
         order = order[roots[order].imag >= 0.0][: wanted.modes]
+    how = None if corrected is None else corrected[order]
     each = roots[order], residuals[order], verdict
-    return Step(value, *each, spurious=spurious, rounding=rounding[order]), found
+    step = Step(value, *each, spurious=spurious, rounding=rounding[order], corrected=how)
+    return step, found

@@ -21,6 +21,7 @@ from squeal.analysis.systems.roots import (
     verdict_of,
 )
 from squeal.errors import ComputationError, InputError
+from squeal.io.processes import counted, mapped
 from squeal.linear import thresholds
 from squeal.linear.continuation import Continuation, ContinuationOptions, State
 from squeal.linear.eigen import ComplexArray
@@ -40,7 +41,11 @@ COUNTED_ROWS = 20_000  # larger systems are not counted again between their thre
 
 
 def system_thresholds(
-    system: TermSystem, high: float, low: float | None = None, wanted: Wanted | None = None
+    system: TermSystem,
+    high: float,
+    low: float | None = None,
+    wanted: Wanted | None = None,
+    workers: int = 1,
 ) -> Thresholds:
     """Every threshold of a system in low <= p <= high, of the band if one is wanted.
 
@@ -109,8 +114,10 @@ def system_thresholds(
         if whole:
             certified = bool(certified) and not unconfirmed
         elif reduction is not None and system.n <= COUNTED_ROWS:
-            counts = (_counted(reduction, p, line.at(p).growth.roots) for p in between)
-            certified = not unconfirmed and all(counts)
+            tasks = [] if unconfirmed else [(p, line.at(p).growth.roots) for p in between]
+            agrees = mapped(_counted, tasks, workers, reduction)
+            told = counted(agrees, len(tasks), PROGRESS.get(), "counts")
+            certified = not unconfirmed and all(told)
     notes = [f"not confirmed on the full system: {words}" for words in unconfirmed] + left_out
     if outside:
         notes.append(f"crossings outside {wanted.words()}: {outside}")
@@ -142,8 +149,9 @@ def system_thresholds(
     )
 
 
-def _counted(reduction: Reduction, value: float, expected: int) -> bool:
-    """True if as many roots of the full system in the region grow as are expected."""
+def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
+    """True if as many roots of the full system in the region grow at a value as are expected."""
+    value, expected = task
     name = reduction.system.parameter
     PROGRESS.get()(f"counting growing roots at {name} = {value:.6g}")
     problem = reduction.scaled.at({name: value})
