@@ -18,6 +18,7 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from squeal.analysis.answers import Axis, Eigenvalues, Map, Sensitivity, Sweep, Thresholds
+    from squeal.analysis.check import Check, check
     from squeal.analysis.cycles import Cycles, cycles
     from squeal.analysis.scatter import Scatter, read_spreads, scatter
     from squeal.analysis.state_space import state_space
@@ -42,6 +43,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "analysis.answers": "Axis Eigenvalues Map Sensitivity Sweep Thresholds",
+    "analysis.check": "Check check",
     "analysis.cycles": "Cycles cycles",
     "analysis.state_space": "state_space",
     "analysis.scatter": "Scatter read_spreads scatter",
@@ -59,11 +61,11 @@ _HOMES = {
 _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
-    "Advice", "Answer", "Axis", "Column", "ComputationError", "Cycles", "Damping", "Eigenvalues",
-    "Formulation", "InputError", "Map", "Pad", "Scatter", "Scene", "Sensitivity", "Simulation",
-    "Sweep", "System", "SystemFile", "Table", "Term", "TermSystem", "Thresholds", "advise",
-    "cycles", "eigenvalues", "map", "read_scene", "read_spreads", "read_system", "reduce",
-    "scatter", "sensitivity", "simulate", "state_space", "sweep", "thresholds",
+    "Advice", "Answer", "Axis", "Check", "Column", "ComputationError", "Cycles", "Damping",
+    "Eigenvalues", "Formulation", "InputError", "Map", "Pad", "Scatter", "Scene", "Sensitivity",
+    "Simulation", "Sweep", "System", "SystemFile", "Table", "Term", "TermSystem", "Thresholds",
+    "advise", "check", "cycles", "eigenvalues", "map", "read_scene", "read_spreads", "read_system",
+    "reduce", "scatter", "sensitivity", "simulate", "state_space", "sweep", "thresholds",
 ]
 # fmt: on
 

@@ -1,8 +1,8 @@
 """```{run}: commands of squeal with what they print when the site is built.
 
 The content is one command a line. They run in a folder that holds the README's pad.yaml, the
-article's scenes and the systems of the literature. `:head: N` shows the first N lines of each
-output, `:code: N` is the exit code that is expected.
+article's scenes, the systems of the literature and a brake of solids as Abaqus writes it.
+`:head: N` shows the first N lines of each output, `:code: N` is the exit code that is expected.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
+from benchmarks.solid_brake import solid_brake, write_brake
 from squeal.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,6 +43,7 @@ def prepare(app: Sphinx) -> None:
     assert pad is not None
     (folder / "pad.yaml").write_text(pad[1], encoding="utf-8")
     (folder / "samples.yaml").write_text(SAMPLES, encoding="utf-8")
+    write_brake(folder / "brake", solid_brake(500), "abaqus")
     systems = ROOT / "squeal" / "article" / "literature" / "systems"
     for scene in (*(ROOT / "workflow" / "scenes").glob("*.yaml"), *systems.glob("*.yaml")):
         shutil.copy(scene, folder)

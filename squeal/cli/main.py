@@ -13,6 +13,7 @@ from squeal.errors import InputError
 
 GROUPS = {
     "pads and systems from matrices": {
+        "check": "what files of matrices hold: mass, real modes, what looks like wrong units",
         "eigenvalues": "complex eigenvalues and verdict",
         "critical-friction": "every threshold of stability in a range of mu",
         "map": "verdict over alpha1 and alpha2, or over any two parameters",

@@ -38,13 +38,14 @@ class MatrixFile:
     `labels` are the (node, degree of freedom) of its rows, if they are named so; `open_ended` is
     true if the file does not say how many rows there are (the last may be empty). `symmetric` says
     whether entries on one side of the diagonal stand for those on the other too, None if the file
-    does not say.
+    does not say. `form` names the format that the file was read as.
     """
 
     matrix: Any = field(repr=False)
     labels: tuple[tuple[int, int], ...] | None = field(default=None, repr=False)
     open_ended: bool = False
     symmetric: bool | None = False
+    form: str = ""
 
 
 def _numbers(lines: Any, places: int, values: int) -> tuple[NDArray, NDArray]:
@@ -434,7 +435,10 @@ def _picked(found: MatrixFile | dict[str, Any], key: str | None) -> MatrixFile:
 
 
 def read_matrix(
-    path: Path | str, key: str | None = None, symmetric: bool | None = None
+    path: Path | str,
+    key: str | None = None,
+    symmetric: bool | None = None,
+    opened: dict[Path, Any] | None = None,
 ) -> MatrixFile:
     """The square matrix in a file, as a SciPy CSC array (n, n) without explicit zeros.
 
@@ -443,9 +447,10 @@ def read_matrix(
     `key` names it in a file that holds several. `symmetric` says whether entries on one side of
     the diagonal alone stand for the other side too; where neither it nor the file does, a matrix
     that looks as Abaqus writes a symmetric one is completed with an `InputWarning`, and any other
-    is refused. Raises InputError for anything that is no finite, square matrix.
+    is refused. `opened` holds what was read before of files that hold several, and gains what is.
+    Raises InputError for anything that is no finite, square matrix.
     """
-    path = Path(path)
+    path, opened = Path(path), {} if opened is None else opened
     at, name = Place(str(path)), path.suffix
     try:
         if path.exists() and not path.is_file():  # a pipe would wait for ever
@@ -458,9 +463,11 @@ def read_matrix(
             known = ", ".join(f"{one.name} ({', '.join(one.suffixes)})" for one in FORMATS)
             raise InputError(f"neither content nor suffix is of a format that is read: {known}")
         name = fitting[0].name
-        file = _picked(fitting[0].read(path), key)
-        matrix = _checked(file.matrix)
-        return replace(file, matrix=_complete(at, matrix, file, symmetric), symmetric=False)
+        if path not in opened:
+            opened[path] = fitting[0].read(path)
+        file = _picked(opened[path], key)
+        matrix = _complete(at, _checked(file.matrix), file, symmetric)
+        return replace(file, matrix=matrix, symmetric=False, form=name)
     except InputError as error:
         words = str(error)
     except ImportError as error:
@@ -551,7 +558,7 @@ def aligned(files: Sequence[MatrixFile]) -> list[Any]:
         return result
     if not all(file.labels for file in files):
         raise InputError("matrices with (node, dof) labels and without cannot be combined")
-    every = sorted({label for file in files for label in file.labels or ()})
+    every = all_labels(files)
     place, shape = {label: i for i, label in enumerate(every)}, (len(every), len(every))
     placed = []
     for file in files:
@@ -559,6 +566,11 @@ def aligned(files: Sequence[MatrixFile]) -> list[Any]:
         where = (rows[entries.row], rows[entries.col])
         placed.append(coo_array((entries.data, where), shape=shape).tocsc())
     return placed
+
+
+def all_labels(files: Sequence[MatrixFile]) -> list[tuple[int, int]]:
+    """The (node, degree of freedom) of the common rows, none if they are not named so."""
+    return sorted({label for file in files for label in file.labels or ()})
 
 
 def fingerprint(matrix: Any) -> str:

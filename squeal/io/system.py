@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from squeal import schema
-from squeal.io.matrices import FORMATS, MatrixFile, aligned, read_matrix
+from squeal.io.matrices import FORMATS, MatrixFile, aligned, all_labels, read_matrix
 from squeal.linear.matrices import dense, reduce
 from squeal.linear.moduli import Modulus, Table
 from squeal.linear.system import Damped, Term, TermSystem, damped, without_supports
@@ -54,8 +54,8 @@ TERM = Group({
         f"matrix file beside this one ({SUFFIXES})", TEXT, required=True, unless="matrix",
         default="refused, unless matrix gives it"),
     "key": Key(
-        "which matrix of a .mat, .npz or .op4 file", TEXT, default="the only one",
-        needs=("file",)),
+        "which matrix of a file that may hold several (.mat, .npz, .op4, .op2, .pch, .full)", TEXT,
+        default="the only one", needs=("file",)),
     "matrix": Key("the rows themselves", Square(most=MOST_ROWS), instead="file"),
     "symmetric": Key(
         "whether entries on one side of the diagonal stand for the other side too",
@@ -132,7 +132,8 @@ SYSTEM = Group({
     "damping": Key(
         "of the structure: M and the symmetric K without friction", DAMPING, default="none"),
     "coordinates": Key(
-        "a table with the columns node, dof, x, y, z, a line for each row; for mode shapes",
+        "a table with the columns node, dof, x, y, z, a line for each row, or node, x, y, z where "
+        "the matrices name their rows; for mode shapes and the mass",
         Group({"file": Key("a .csv file", TEXT, required=True)}, owner="coordinates"),
         default="none"),
 }, owner="every system")
@@ -209,38 +210,50 @@ def _read_numbers(path: Path, names: Sequence[str], more: str = "") -> list[list
     return [list(column) for column in zip(*rows, strict=True)]
 
 
-def _read_coordinates(path: Path, rows: int) -> Coordinates:
+def _read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = ()) -> Coordinates:
     """The table of a .csv file with the columns node, dof, x, y, z, one line a row of the system.
 
     dof is 1 to 3 or x, y, z for displacements, 4 to 6 or rx, ry, rz for rotations, - for what does
-    not move a node in space. Raises InputError.
+    not move a node in space. Where matrices have `labels`, these name the rows: a line for each
+    node suffices, in any order, and internal nodes, below zero, need none. Raises InputError.
     """
-    at, lines = _read_table(path, COLUMNS)
-    if len(lines) != rows:
+    at, lines = _read_table(path, [name for name in COLUMNS if name != "dof" or not labels])
+    if len(lines) != rows and not labels:
         raise at.refuse(f"{len(lines)} lines; the system's {rows} rows need one each")
-    table = []
+    names, directions, places = [], [], []
     for here, line in lines:
-        cells = [line[name].strip() for name in COLUMNS]
-        direction = DOF.read(cells[1].lower(), here / "dof")
+        cells = [line[name].strip() for name in ("node", "x", "y", "z")]
+        if not labels:
+            directions.append(DIRECTIONS[DOF.read(line["dof"].strip().lower(), here / "dof")])
         try:
-            place = [ANY.convert(float(cell)) for cell in cells[2:]]
+            place = [ANY.convert(float(cell)) for cell in cells[1:]]
         except ValueError:
             place = [None]
         if not cells[0] or None in place:
             raise here.refuse("a node and three finite coordinates are needed")
-        table.append((cells[0], DIRECTIONS[direction], place))
-    names, directions, places = zip(*table, strict=True)
-    _, first, nodes = np.unique(names, return_index=True, return_inverse=True)
+        names.append(cells[0])
+        places.append(place)
+    each, first, nodes = np.unique(names, return_index=True, return_inverse=True)
+    if labels:
+        index = {name: i for i, name in enumerate(each.tolist())}
+        if missing := sorted({node for node, _ in labels if node > 0 and str(node) not in index}):
+            words = f"no line for {len(missing)} nodes of the matrices, the first is {missing[0]}"
+            raise at.refuse(words)
+        nodes = np.array([index.get(str(node), 0) for node, _ in labels])
+        directions = [way - 1 if node > 0 and 1 <= way <= 3 else -1 for node, way in labels]
     return Coordinates(nodes, np.array(directions), np.array(places)[first])
 
 
 class Origin(NamedTuple):
-    """Where a matrix came from: the key of its part, its file (empty if in the system file)."""
+    """Where a matrix came from: the key of its part, its file (empty if in the system file), the
+    format that was read, and whether it names its rows."""
 
     part: str
     file: str
     factor: str
     matrix: Any
+    form: str
+    labelled: bool
 
 
 @dataclass(frozen=True, eq=False)
@@ -270,6 +283,7 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     given = SYSTEM.read(document, at)
     parameter, terms = _terms(given, at)
     read: dict[Any, MatrixFile] = {}  # by file, key and symmetry, since terms may share one
+    opened: dict[Path, Any] = {}  # files that hold several
     matrices = []
     for part, here, term in terms:
         if "matrix" in term:
@@ -278,7 +292,7 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
         wanted = folder / term["file"], term.get("key"), term.get("symmetric")
         if wanted not in read:
             with (here / "file").named():
-                read[wanted] = read_matrix(*wanted)
+                read[wanted] = read_matrix(*wanted, opened)
         if part in ("M", "K4") and np.iscomplexobj(read[wanted].matrix):
             words = "is complex and not allowed; M and K4 must be real, K and C may be complex"
             raise (here / "file").refuse(f"{term['file']} {words}")
@@ -291,7 +305,7 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     full = rows <= MOST_ROWS and (full or any(m.nnz > FULL * rows * rows for m in common))
     parts: dict[str, list[Term]] = {part: [] for part in PARTS}
     origins, own, inputs = [], _Own(), list(dict.fromkeys(path for path, *_ in read))
-    for (part, here, term), matrix in zip(terms, common, strict=True):
+    for (part, here, term), matrix, known in zip(terms, common, matrices, strict=True):
         if matrix.shape[0] != rows:
             name = f"file {term['file']}" if "file" in term else "the matrix"
             raise here.refuse(
@@ -305,7 +319,8 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
             _modulus(part, term, formula, here, folder),
             matrix.toarray() if full else matrix,
         )
-        origins.append(Origin(part, term.get("file", ""), factor.text, csc_array(matrix)))
+        source = part, term.get("file", ""), factor.text
+        origins.append(Origin(*source, csc_array(matrix), known.form, bool(known.labels)))
         own.add(part, term, len(parts[part[0]]), matrix, formula)
         parts[part[0]].append(Term(matrix, factor))
         if "modulus" in term:
@@ -314,7 +329,7 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     coordinates = None
     if "coordinates" in given:
         inputs.append(folder / given["coordinates"]["file"])
-        coordinates = _read_coordinates(inputs[-1], rows)
+        coordinates = _read_coordinates(inputs[-1], rows, all_labels(matrices))
     with at.named():
         M, C, K = (tuple(parts[part]) for part in PARTS)
         name = given.get("name") or Path(at.source).stem
@@ -429,12 +444,13 @@ def _terms(given: dict[str, Any], at: Place) -> tuple[str, list[tuple[str, Place
 
 
 def _compare_labels(at: Place, parts: Sequence[str], matrices: Sequence[MatrixFile]) -> None:
-    """Warn of rows (node, dof) that M or K alone have."""
+    """Warn of rows (node, dof) that M or K alone have, or C besides; internal nodes, below zero,
+    have no mass."""
     labels = {part: set[tuple[int, int]]() for part in PARTS}
     for part, matrix in zip(parts, matrices, strict=True):
         labels[part[0]].update(matrix.labels or ())
-    for part, other in ("MK", "KM"):
-        alone = sorted(labels[part] - labels[other])
+    for part, other in ("MK", "KM", "CK"):
+        alone = sorted(one for one in labels[part] - labels[other] if one[0] >= 0)
         if alone and labels[other]:
             node, dof = alone[0]
             at.warn(

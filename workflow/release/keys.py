@@ -52,10 +52,12 @@ damping: {rayleigh: [2.0, 1.0e-7]}
 ```
 
 A file stands beside the system file. Its format is read from its content, and the suffix is a hint
-where that does not tell: Matrix Market, MATLAB, NumPy, Harwell-Boeing, Nastran OP4 (pyyeti) and
-the text that Abaqus and CalculiX write, `node,dof,node,dof,value` or `row column value`. Where all
-entries of such text stand on one side of the diagonal, a line that begins with `*` may say
-TYPE=SYMMETRIC or TYPE=UNSYMMETRIC, or the key `symmetric` beside the file; otherwise it is refused.
+where that does not tell: Matrix Market, MATLAB, NumPy, Harwell-Boeing (HBMAT of Ansys), Ansys
+`.full`, Nastran OP4, OP2 and DMIG, and the text that Abaqus and CalculiX write. [](files.md) shows
+how to get them from each program. Where no entry of such text has another one on the other side of
+the diagonal, a line that begins with `*` may say TYPE=SYMMETRIC or TYPE=UNSYMMETRIC, or the key
+`symmetric` beside the file. Without either, what can only be a stiffness or mass is completed with
+a warning, and anything else is refused.
 
 Rows whose diagonal stands decades above all others are supports, as finite-element programs write
 them: they are left out, with a warning. Entries that stand twice are summed and rows that M or K

@@ -50,11 +50,14 @@ def system_checks(system: TermSystem) -> dict[str, str]:
 
 
 def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
-    """Each matrix of a system file: its part, file, factor, size, symmetry and fingerprint."""
+    """Each matrix of a system file: its part, file and how that was read, factor, size, symmetry
+    and fingerprint."""
     return [
         {
             "part": o.part,
             "file": o.file or None,
+            "format": o.form or None,
+            "labels": o.labelled,
             "factor": o.factor,
             "rows": int(o.matrix.shape[0]),
             "nonzeros": int(o.matrix.nnz),

@@ -1,0 +1,195 @@
+"""What files of matrices hold, before anything is solved that costs: `squeal check`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.analysis.of_systems import Question
+from squeal.analysis.systems.matrices import ALL_ROWS, matrix_list, system_checks
+from squeal.errors import ComputationError, InputError
+from squeal.io.scene import Scene
+from squeal.io.system import Coordinates, SystemFile
+from squeal.io.writing import Answer, Column, Table, number, picked
+from squeal.linear.matrices import EPS, dense
+from squeal.linear.system import TermSystem, frictionless
+from squeal.sparse.quadratic import ScaledSystem, factorise
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Check(Answer):
+    """What a system of matrices is: its files, mass and lowest real modes.
+
+    matrices: each with its part, file, format, rows and symmetry; checks: what is to be said of M,
+    C and K; mass: total, None without coordinates, and its centre (3,); size: of the box around all
+    nodes (3,); frequencies_hz: the lowest real modes that are no free motions, without friction and
+    damping; free: how many motions no stiffness holds; negative: how many have a negative one;
+    hints: what looks like an error of units.
+    """
+
+    name: str
+    rows: int
+    matrices: tuple[Mapping[str, Any], ...] = field(repr=False)
+    checks: Mapping[str, str]
+    mass: float | None
+    centre: tuple[float, ...] | None
+    size: tuple[float, ...] | None
+    frequencies_hz: tuple[float, ...]
+    free: int
+    negative: int
+    hints: tuple[str, ...]
+
+    def table(self) -> Table:
+        heads = (Column("mode", value=itemgetter(0)), Column("frequency_hz", value=itemgetter(1)))
+        rows = list(enumerate(self.frequencies_hz, 1))
+        return Table(heads, rows, "lowest real modes, without friction and damping", "no real mode")
+
+    def parts(self) -> list[str | Table]:
+        read = [
+            Column(name, value=itemgetter(name))
+            for name in ("part", "file", "format", "labels", "factor", "nonzeros", "symmetric")
+        ]
+        lines = [f"{name}: {text}" for name, text in self.checks.items()]
+        if self.mass is not None and self.centre and self.size:
+            centre, box = (
+                ", ".join(number(x, 4) for x in each) for each in (self.centre, self.size)
+            )
+            lines.append(f"mass of the rows that move: {number(self.mass)}, centre at ({centre})")
+            lines.append(f"nodes in a box of {box}")
+        else:
+            lines.append("mass: unknown without coordinates (coordinates: {file: nodes.csv})")
+        lines.append(f"free motions: {self.free}")
+        if self.negative:
+            lines.append(f"motions of negative stiffness: {self.negative}")
+        files = Table(read, self.matrices)
+        head = f"{self.name}: {self.rows} rows"
+        return [head, files, "\n".join(lines), self.table(), "\n".join(self.hints)]
+
+    def to_dict(self) -> dict[str, Any]:
+        names = "name rows matrices checks mass centre size frequencies_hz free negative hints"
+        return picked(self, names)
+
+
+def check(subject: SystemFile | TermSystem, modes: int = 10) -> Check:
+    """Say what a system of matrices is, before it is analysed.
+
+    Parameters
+    ----------
+    subject : SystemFile or TermSystem
+        What `read_system` or `System` gives.
+    modes : int
+        How many real modes, at the nominal parameters without friction and damping.
+
+    Returns
+    -------
+    Check
+        Mass in the unit of M, places in that of the coordinates, frequencies in Hz if M and K have
+        consistent units with seconds.
+
+    Raises
+    ------
+    InputError
+        For another subject, or a number of modes that is not 1 to 1000.
+    ComputationError
+        If the modes cannot be computed.
+
+    Examples
+    --------
+    Two masses of 2 kg on a spring of 4 N/m move freely together:
+
+    >>> import numpy as np, squeal
+    >>> found = squeal.check(squeal.System(2 * np.eye(2), K=4.0 * np.array([[1, -1], [-1, 1]])))
+    >>> found.free, round(2 * np.pi * found.frequencies_hz[0], 6)
+    (1, 2.0)
+    """
+    if isinstance(subject, Scene):
+        raise InputError("check: a scene is not allowed; a system from matrices is")
+    if not 1 <= modes <= 1000:
+        raise InputError(f"modes: {modes} is not allowed; it must be 1 to 1000")
+    file = Question.of(subject).file
+    system = file.system.frozen()
+    squares, noise = _real_modes(system, modes)
+    elastic = squares[squares > noise][:modes]
+    hertz = tuple((np.sqrt(elastic) / (2 * np.pi)).tolist())
+    mass = centre = size = None
+    if file.coordinates is not None:
+        mass, centre = _mass(system.at()[0], file.coordinates)
+        size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
+    free, negative = int(np.sum(np.abs(squares) <= noise)), int(np.sum(squares < -noise))
+    hints = tuple(_units(mass, max(size) if size else None, hertz[0] if hertz else None))
+    listed, checks = tuple(matrix_list(file)), system_checks(system)
+    what = system.name or "system", system.n, listed, checks
+    return Check(*what, mass, centre, size, hertz, free, negative, hints)
+
+
+def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], float]:
+    """The lowest squares of angular frequencies, rising, and up to where they are rounding.
+
+    Of large systems at least `count` of those that stiffness holds, unless more than count + 24
+    motions are free. Raises ComputationError.
+    """
+    from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+
+    own = ScaledSystem(system).at(frictionless(system))
+    K, noise = (own.K + own.K.T).real / 2, 1e3 * EPS * own.rate**2
+    shift = -1e-6 * own.rate**2  # below all squares, so that free motions pass
+    squares, wanted = np.empty(0), count
+    try:
+        if system.n <= ALL_ROWS:
+            theta = np.linalg.eigvals(np.linalg.solve(dense(K - shift * own.M), dense(own.M))).real
+            light = EPS * np.abs(theta).max()  # and what has no mass
+            return np.sort(shift + 1 / theta[np.abs(theta) > light]), noise
+        factor = factorise((K - shift * own.M).tocsc())
+        inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
+        while np.sum(squares > noise) < count and wanted < count + 25:
+            wanted += 6
+            squares = eigsh(K, wanted, own.M, shift, OPinv=inverse, return_eigenvectors=False)
+    except (ArpackError, ArithmeticError, RuntimeError, ValueError) as error:
+        raise ComputationError(f"the real modes were not found: {error}") from None
+    return np.sort(squares), noise
+
+
+def _mass(M: Any, at: Coordinates) -> tuple[float, tuple[float, ...]]:
+    """The mass that translations move, and its centre (3,), averaged over the directions."""
+    masses, moments = [], []
+    for way in range(3):
+        moved = (at.directions == way).astype(float)
+        share = moved * (M @ moved)  # of each row
+        masses.append(float(share.sum()))
+        moments.append(share @ at.places[at.nodes])
+    total = sum(masses)
+    centre = np.sum(moments, axis=0) / total if total else np.full(3, np.nan)
+    return total / 3, tuple(centre.tolist())
+
+
+def _units(mass: float | None, size: float | None, hertz: float | None) -> list[str]:
+    """What looks like an error of units, for a brake or its parts.
+
+    Sizes tell metres from millimetres, and mass over size^3, 10 to 10,000 kg/m^3, kilograms from
+    tonnes; the lowest frequency times the size, of brakes and of their parts 50 to 500 m/s, tells
+    whether stiffness fits to mass.
+    """
+    hints, length = [], 1.0
+    if size is not None and mass is not None and size > 0.0 and mass > 0.0:
+        if size > 5.0:
+            length = 1e-3
+            hints.append(f"nodes {size:.4g} apart: looks like mm")
+        density = mass / (size * length) ** 3
+        if density < 2.0:
+            hints.append(
+                f"a mass of {mass:.4g} in a box of {size:.4g}: looks like t, which goes with mm, N "
+                "and s; stiffnesses and factors are then in N/mm"
+            )
+        elif density > 3e4:
+            hints.append(f"a mass of {mass:.4g} in a box of {size:.4g}: looks like g")
+    if hertz is not None:
+        speed = hertz * size * length if size else 0.3 * hertz
+        if not 10.0 <= speed <= 2500.0:
+            words = "N/mm beside kg, or times in ms" if speed < 10.0 else "N/m beside t"
+            hints.append(f"a lowest mode of {hertz:.4g} Hz: looks like {words}")
+    return hints
