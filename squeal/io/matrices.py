@@ -215,6 +215,8 @@ def _fixed(lines: list[str], form: str, count: int) -> tuple[NDArray, list[str]]
         raise ValueError(f"the format {form.strip()} is not read; (8I10) and (3D24.16) are")
     each, width = int(found[1] or 1), int(found[2])
     used = -(-count // each)
+    if not 0 < used <= len(lines):
+        raise ValueError(f"fewer numbers than the {count} of the header")
     fields: Any = " ".join(lines[:used]).upper().replace("D", "E").split()
     if len(fields) != count:  # they touch each other
         text = "".join(line[: each * width].ljust(each * width) for line in lines[:used])
@@ -302,7 +304,11 @@ def _dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
     ]
     text = " ".join(word or "0" for entry in each for word in entry).replace("D", "E")
     words = re.sub(r"([\d.])([+-])", r"\1E\2", text).split()
+    if len(words) != 6 * len(each):
+        raise ValueError(f"a field of {name} is no number")
     table = np.array(words, dtype=float).reshape(-1, 6)
+    if np.any(table[:, :4] != np.round(table[:, :4])):
+        raise ValueError(f"nodes and degrees of freedom of {name} must be whole numbers")
     values = table[:, 4]
     if polar not in ("", "0"):
         values = values * np.exp(1j * np.radians(table[:, 5]))
