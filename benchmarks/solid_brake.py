@@ -25,6 +25,7 @@ from squeal.numerics.differentiation import Formula
 ROWS = (500, 1_000_000)
 ROUND = 24  # elements around the disc for each level of refinement
 PAD = 4  # elements along the pad
+VTK = [0, 3, 6, 2, 1, 5, 7, 4]  # corners of a cell in the order of VTK
 
 
 @dataclass(frozen=True)
@@ -47,13 +48,15 @@ class Geometry:
 class SolidBrake:
     """The system with its parameters mu and contact (a factor of the contact's stiffness).
 
-    `nodes`, `directions` (n,) tell what each row is, `places` (nodes, 3) where in m.
+    `nodes`, `directions` (n,) tell what each row is, `places` (nodes, 3) where in m; `cells`
+    (elements, 8) the nodes of each hexahedron in the order of VTK.
     """
 
     system: TermSystem = field(repr=False)
     nodes: NDArray[np.intp] = field(repr=False)
     directions: NDArray[np.intp] = field(repr=False)
     places: NDArray[np.float64] = field(repr=False)
+    cells: NDArray[np.intp] = field(repr=False)
 
 
 def _block(counts: tuple[int, int, int], closed: bool) -> tuple[NDArray, NDArray]:
@@ -171,7 +174,8 @@ def solid_brake(rows: int = 2000, geometry: Geometry | None = None) -> SolidBrak
     terms = (Term(K), Term(contact, Formula("contact")), Term(friction, Formula("mu*contact")))
     own = {"mu": 0.4, "contact": 1.0}
     system = TermSystem((Term(M),), damping, terms, own, "mu", "solid brake")
-    return SolidBrake(system, kept // 3, kept % 3, places.T)
+    cells = np.hstack([disc_cells, pad_cells + disc.shape[1]])[VTK].T
+    return SolidBrake(system, kept // 3, kept % 3, places.T, cells)
 
 
 def _areas(radii: NDArray, angles: NDArray) -> NDArray:
@@ -281,19 +285,21 @@ def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]
 
 
 def write_brake(folder: Path, brake: SolidBrake, form: str = "npz") -> None:
-    """Matrices in the form of a program, coordinates and the system file in a folder."""
-    beside = {"coordinates": {"file": "nodes.csv"}}
+    """Matrices in the form of a program, coordinates, elements and the system file in a folder."""
+    beside = {"coordinates": {"file": "nodes.csv"}, "elements": {"file": "elements.csv"}}
     if form == "npz":
         write_system(folder, brake.system, "npz", **beside)
     else:
         with whole_folder(folder) as place:
             document = write_matrices(place, brake, form) | beside
             write_text(place / "system.yaml", yaml.safe_dump(document, sort_keys=False))
-    rows = (
-        (int(node) + 1, "xyz"[way], *map(float, brake.places[node]))
-        for node, way in zip(brake.nodes, brake.directions, strict=True)
-    )
+    ways = [(node, "xyz"[way]) for node, way in zip(brake.nodes, brake.directions, strict=True)]
+    ways += [(node, "fixed") for node in np.setdiff1d(np.arange(len(brake.places)), brake.nodes)]
+    rows = ((int(node) + 1, way, *map(float, brake.places[node])) for node, way in ways)
     write_csv(folder / "nodes.csv", ["node", "dof", "x", "y", "z"], rows)
+    heads = ["element", "type", *(f"node{k}" for k in range(1, 9))]
+    cells = ((k, "hexahedron", *row) for k, row in enumerate((brake.cells + 1).tolist(), 1))
+    write_csv(folder / "elements.csv", heads, cells)
 
 
 def main() -> int:

@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import cmath
+import importlib
 import itertools
 import math
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from operator import attrgetter, itemgetter
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.errors import InputError
 from squeal.io.writing import Answer, Column, Table, columns, located, number, picked, plain
 from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import Eigenvalue
@@ -111,6 +114,17 @@ class Eigenvalues(Answer):
         root = complex(mode.growth_rate, math.tau * mode.frequency_hz)
         near = np.abs(self.values - root) <= 1e-9 * abs(root)
         return int(self.modes[near][0]) if near.any() else None
+
+    def save_shapes(self, path: Path | str) -> None:
+        """Write the shapes of the modes on the nodes of a system with coordinates, as VTK (.vtk)
+        or a universal file (.unv), by the end of the name. Raises InputError."""
+        where = getattr(self.source[0], "coordinates", None)
+        if where is None:
+            words = "save_shapes: needs `coordinates: {file: nodes.csv}` in the system file"
+            raise InputError(words)
+        modes = dict(zip(self.modes.tolist()[::-1], self.eigenvalues[::-1], strict=True))
+        room = importlib.import_module("squeal.io.shapes")
+        room.write_shapes(Path(path), where, sorted(modes.items()))
 
     def with_onsets(self, sweep: Sweep) -> Eigenvalues:
         """The same with the onset of each mode that grows, as a sweep that holds the value of the

@@ -21,7 +21,8 @@ def options(parser: Parser) -> None:
     take(parser, "at modes region method memory shape")
     take_changes(parser)
     table = "the eigenvalues, or those of the sweep,"
-    take_files(parser, table=table, figure="a picture of them, or of --shape,")
+    shapes = "the mode shapes on the nodes of a system"
+    take_files(parser, table=table, figure="a picture of them, or of --shape,", shapes=shapes)
 
 
 def run(given: argparse.Namespace) -> Reply:
@@ -48,6 +49,8 @@ def run(given: argparse.Namespace) -> Reply:
         how = picked(given, "method workers")
         answers.append(squeal.sweep(subject, given.values, **how, **asked))
         answers[0] = spectrum = spectrum.with_onsets(answers[-1])
+    if given.shapes is not None:
+        spectrum.save_shapes(given.shapes)
     drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
     write_files(given, answers[-1], **drawn)
     if given.sensitivity or given.change:

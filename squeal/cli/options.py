@@ -98,6 +98,7 @@ FILE_OPTIONS = {
     "table": ("--table --csv", _TABLE),
     "curves": ("--curve --threshold-curve", _TABLE),
     "figure": ("--figure --pdf --svg --png", _FIGURE),
+    "shapes": ("--shapes", {".vtk": rb"# vtk", ".unv": rb"\s*-1\s"}),
 }
 
 

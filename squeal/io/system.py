@@ -6,7 +6,7 @@ K0 + K1 mu + K2 mu^2 + ...; C likewise.
 
 import csv
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from keyword import iskeyword
 from pathlib import Path
@@ -45,7 +45,30 @@ COLUMNS = ("node", "dof", "x", "y", "z")
 DIRECTIONS = {"1": 0, "2": 1, "3": 2, "x": 0, "y": 1, "z": 2}
 # rotations, and what has no place in space
 DIRECTIONS |= dict.fromkeys(("4", "5", "6", "rx", "ry", "rz", "-"), -1)
+FIXED = -2  # of a node that no row moves
+DIRECTIONS["fixed"] = FIXED
 DOF = schema.Word(tuple(DIRECTIONS))
+
+
+class Cell(NamedTuple):
+    """A kind of element: its corners, its numbers in VTK and UNV files, corners of its faces."""
+
+    corners: int
+    vtk: int
+    unv: int
+    faces: tuple[tuple[int, ...], ...]
+
+
+_PRISM = ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
+_BRICK = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+CELLS = {
+    "triangle": Cell(3, 5, 91, ((0, 1, 2),)),
+    "quad": Cell(4, 9, 94, ((0, 1, 2, 3),)),
+    "tetra": Cell(4, 10, 111, ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))),
+    "wedge": Cell(6, 13, 112, _PRISM),
+    "hexahedron": Cell(8, 12, 115, _BRICK),
+}
+CELL = schema.Word(tuple(CELLS))
 
 FACTOR = Kind("text or a number", lambda v: TEXT.convert(repr(v) if type(v) in (int, float) else v))
 # fmt: off
@@ -136,6 +159,11 @@ SYSTEM = Group({
         "the matrices name their rows; for mode shapes and the mass",
         Group({"file": Key("a .csv file", TEXT, required=True)}, owner="coordinates"),
         default="none"),
+    "elements": Key(
+        "a table with the columns element, type (triangle, quad, tetra, wedge, hexahedron) and "
+        "nodes in the order of VTK, corners first; for pictures and files of mode shapes",
+        Group({"file": Key("a .csv file", TEXT, required=True)}, owner="elements"),
+        default="none", needs=("coordinates",)),
 }, owner="every system")
 # fmt: on
 
@@ -145,23 +173,26 @@ class Coordinates:
     """Node and direction of each row of a system, and the places (m) of the nodes.
 
     `nodes` (n,) indices into `places` (nodes, 3); `directions` (n,) 0 to 2 for x, y, z, -1 for
-    rotations and other degrees of freedom, which move nothing.
+    rotations and other degrees of freedom, which move nothing. `names` (nodes,) of the nodes;
+    `cells` kind and corners (indices of nodes) of each element.
     """
 
     nodes: NDArray[np.intp] = field(repr=False)
     directions: NDArray[np.intp] = field(repr=False)
     places: NDArray[np.float64] = field(repr=False)
+    names: tuple[str, ...] = ()
+    cells: tuple[tuple[str, tuple[int, ...]], ...] = field(default=(), repr=False)
 
     def without(self, rows: NDArray[np.intp]) -> "Coordinates":
         """The same nodes without some rows of the system."""
         nodes, directions = np.delete(self.nodes, rows), np.delete(self.directions, rows)
-        return Coordinates(nodes, directions, self.places)
+        return replace(self, nodes=nodes, directions=directions)
 
     def followed(self, count: int) -> "Coordinates":
         """The same with so many rows more that move nothing."""
         nodes, directions = np.zeros(count, self.nodes.dtype), np.full(count, -1)
         both = np.concatenate([self.nodes, nodes]), np.concatenate([self.directions, directions])
-        return Coordinates(*both, self.places)
+        return replace(self, nodes=both[0], directions=both[1])
 
     def displacements(self, shape: NDArray) -> NDArray:
         """Displacements (nodes, 3) of the nodes from a mode shape (n,)."""
@@ -214,12 +245,11 @@ def _read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] =
     """The table of a .csv file with the columns node, dof, x, y, z, one line a row of the system.
 
     dof is 1 to 3 or x, y, z for displacements, 4 to 6 or rx, ry, rz for rotations, - for what does
-    not move a node in space. Where matrices have `labels`, these name the rows: a line for each
-    node suffices, in any order, and internal nodes, below zero, need none. Raises InputError.
+    not move a node in space; a line with fixed, which is none of a row, gives a node that nothing
+    moves its place. Where matrices have `labels`, these name the rows: a line for each node
+    suffices, in any order, and internal nodes, below zero, need none. Raises InputError.
     """
     at, lines = _read_table(path, [name for name in COLUMNS if name != "dof" or not labels])
-    if len(lines) != rows and not labels:
-        raise at.refuse(f"{len(lines)} lines; the system's {rows} rows need one each")
     names, directions, places = [], [], []
     for here, line in lines:
         cells = [line[name].strip() for name in ("node", "x", "y", "z")]
@@ -241,7 +271,30 @@ def _read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] =
             raise at.refuse(words)
         nodes = np.array([index.get(str(node), 0) for node, _ in labels])
         directions = [way - 1 if node > 0 and 1 <= way <= 3 else -1 for node, way in labels]
-    return Coordinates(nodes, np.array(directions), np.array(places)[first])
+    moves = np.array(directions)
+    if len(moved := np.flatnonzero(moves > FIXED)) != rows:
+        raise at.refuse(f"{len(moved)} lines; the system's {rows} rows need one each")
+    own = np.array(places)[first], tuple(each.tolist())
+    return Coordinates(nodes[moved], moves[moved], *own)
+
+
+def _read_elements(path: Path, where: Coordinates) -> Coordinates:
+    """The same with the elements of a .csv file: element, type, and nodes of which the corners
+    count. Raises InputError."""
+    _, lines = _read_table(path, ("element", "type"))
+    index, cells = {name: k for k, name in enumerate(where.names)}, dict[str, Any]()
+    for here, line in lines:
+        own = line.pop("element").strip()
+        kind = CELL.read(line.pop("type").strip().lower(), here / "type")
+        corners = [name.strip() for name in line.values()][: CELLS[kind].corners]
+        if missing := [name for name in corners if name not in index]:
+            allowed = "a node with a line in the table of coordinates"
+            raise here.must_be(missing[0], allowed)
+        if len({*corners}) < CELLS[kind].corners or not own or own in cells:
+            words = f"an element named once and {CELLS[kind].corners} different nodes are needed"
+            raise here.refuse(words)
+        cells[own] = kind, tuple(index[name] for name in corners)
+    return replace(where, cells=tuple(cells.values()))
 
 
 class Origin(NamedTuple):
@@ -330,6 +383,9 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
     if "coordinates" in given:
         inputs.append(folder / given["coordinates"]["file"])
         coordinates = _read_coordinates(inputs[-1], rows, all_labels(matrices))
+        if "elements" in given:
+            inputs.append(folder / given["elements"]["file"])
+            coordinates = _read_elements(inputs[-1], coordinates)
     with at.named():
         M, C, K = (tuple(parts[part]) for part in PARTS)
         name = given.get("name") or Path(at.source).stem

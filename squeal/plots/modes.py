@@ -9,9 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Rectangle
+from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
 from squeal.analysis.answers import ModeShape
+from squeal.io.shapes import displacements, outer_faces
 from squeal.io.system import Coordinates
 from squeal.linear import GROWING, Eigenvalue
 from squeal.model.pad import Pad
@@ -28,6 +30,7 @@ from squeal.plots.style import (
 
 LARGEST = 0.35  # drawn size of the largest of x, y, w theta, in half lengths
 LARGEST_OF_NODES = 0.08  # of the body's size: the largest displacement of nodes as drawn
+SHARP = 0.77  # cosine of the least angle between faces whose edge is drawn
 RING, RED = "#3498DB", "#C8380E"
 NAME: Any = {"textcoords": "offset points", "fontsize": 7, "color": RED}
 PHASES: dict[str, dict[str, Any]] = {
@@ -159,27 +162,36 @@ def modes_drawing(name: str, roots: Sequence[Eigenvalue], figure: Figure | None 
     return Drawing(figure, text, f"Eigenvalues of {name}", origin(__name__))
 
 
-def displacements(where: Coordinates, shape: NDArray) -> NDArray[np.complex128]:
-    """Displacements (nodes, 3) of the nodes that move, turned so that the real parts are largest,
-    and scaled to a largest length of one."""
-    u = where.displacements(np.asarray(shape, dtype=complex))
-    u = u * np.exp(-0.5j * np.angle(np.sum(u * u)))
-    largest = float(np.sqrt(np.max(np.sum(np.abs(u) ** 2, axis=1))))
-    return np.asarray(u / largest if largest > 0 else u)
+def outline(where: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[NDArray]:
+    """Edges (2, 3) of a body: those of one face alone, or of faces that meet at an angle."""
+    at: dict[frozenset[int], list[NDArray]] = {}
+    for face in faces:
+        a, b, c = where.places[list(face[:3])]
+        normal = np.cross(b - a, c - b)
+        normal = normal / (np.linalg.norm(normal) or 1.0)
+        for edge in zip(face, (*face[1:], face[0]), strict=True):
+            at.setdefault(frozenset(edge), []).append(normal)
+    sharp = (e for e, n in at.items() if len(n) != 2 or abs(float(n[0] @ n[1])) < SHARP)
+    return [where.places[sorted(edge)] for edge in sharp]
 
 
 def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> Drawing:
-    """The nodes at the phase of largest motion and a quarter of a period later.
+    """The nodes, or the faces of elements over the outline at rest, at the phase of largest motion
+    and a quarter of a period later.
 
     words: frequency and growth of the mode of what is called `name`.
     """
-    some = slice(None, None, 1 + len(where.places) // 15_000)  # points that show a shape
+    faces = outer_faces(where)
+    edges = outline(where, faces)
+    # points that show a shape
+    some = slice(None, None, 1 if faces else 1 + len(where.places) // 15_000)
     u, rest = displacements(where, shape)[some], where.places[some]
     low, high = where.places.min(axis=0), where.places.max(axis=0)
     size = float((high - low).max()) or 1.0
     # a box that holds the nodes at every phase, and is no plate
     half = np.maximum(high - low, 0.08 * size) / 2 + LARGEST_OF_NODES * size
-    look: Any = {"c": np.linalg.norm(u, axis=1), "vmin": 0.0, "vmax": 1.0, "lw": 0}
+    amplitude = np.linalg.norm(u, axis=1)
+    look: Any = {"c": amplitude, "vmin": 0.0, "vmax": 1.0, "lw": 0}
     look |= {"s": float(np.clip(6e3 / len(rest), 0.3, 12.0)), "clip_on": False}
     with style():
         figure = Figure(figsize=(DOUBLE, 2.5))
@@ -189,7 +201,15 @@ def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> 
             axes: Any = figure.add_axes((left, 0.0, 0.45, 0.85), projection="3d")
             axes.set_box_aspect(tuple(half), zoom=1.5)
             axes.set_axis_off()
-            dots = axes.scatter(*(rest + LARGEST_OF_NODES * size * (u * turn).real).T, **look)
+            moved = rest + LARGEST_OF_NODES * size * (u * turn).real
+            if faces:
+                axes.add_collection3d(Line3DCollection(edges, colors="0.55", linewidths=0.4))
+                dots: Any = Poly3DCollection([moved[list(face)] for face in faces], linewidths=0.1)
+                dots.set(array=np.array([amplitude[list(face)].mean() for face in faces]))
+                dots.set(clim=(0.0, 1.0), edgecolor=(0.0, 0.0, 0.0, 0.25))
+                axes.add_collection3d(dots)
+            else:
+                dots = axes.scatter(*moved.T, **look)
             for k, axis in enumerate("xyz"):
                 middle = (low[k] + high[k]) / 2
                 axes.set(**{f"{axis}lim": (middle - half[k], middle + half[k])})

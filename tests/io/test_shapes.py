@@ -1,0 +1,140 @@
+"""Mode shapes on nodes and elements: what other programs read is what was computed."""
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.cli.main import main
+from squeal.errors import InputError
+from squeal.io.shapes import displacements, outer_faces
+from squeal.io.system import read_system
+
+CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+PLACES = [(*xy, z) for z in (0.0, 0.5, 1.0) for *xy, _ in CORNERS]  # two cubes, one on the other
+NODES = ["node,dof,x,y,z"] + [
+    f"{10 * k + 5},{dof},{x},{y},{z}"
+    for k, (x, y, z) in enumerate(PLACES)
+    for dof in (("x", "y", "z") if z else ("fixed",))
+]
+CELLS = ["element,type," + ",".join(f"node{k}" for k in range(1, 9))] + [
+    f"{e},hexahedron,{','.join(str(10 * k + 5) for k in range(4 * e, 4 * e + 8))}" for e in (0, 1)
+]
+
+
+@pytest.fixture
+def cubes(tmp_path):
+    """A system of 24 rows on two cubes of which one face is held, damped unevenly."""
+    rng, n = np.random.default_rng(3), 24
+    A = rng.normal(size=(n, n))
+    np.savez(tmp_path / "K.npz", A @ A.T + n * np.eye(n))
+    np.savez(tmp_path / "C.npz", np.diag(rng.uniform(size=n)))
+    np.savez(tmp_path / "M.npz", np.eye(n))
+    parts = "".join(f"{X}: {{file: {X}.npz}}\n" for X in "MCK")
+    tables = "coordinates: {file: nodes.csv}\nelements: {file: cells.csv}\n"
+    (tmp_path / "system.yaml").write_text(parts + tables)
+    (tmp_path / "nodes.csv").write_text("\n".join(NODES))
+    (tmp_path / "cells.csv").write_text("\n".join(CELLS))
+    return tmp_path / "system.yaml"
+
+
+def expected(file, mode):
+    u = displacements(file.coordinates, mode.right)
+    assert np.linalg.norm(u, axis=1).max() == pytest.approx(1.0)
+    return dict(zip(file.coordinates.names, u, strict=True))
+
+
+def test_vtk_holds_points_cells_and_complex_shapes(cubes, tmp_path, capsys):
+    out = tmp_path / "modes.vtk"
+    assert main(["eigenvalues", str(cubes), "--modes", "3", "--shapes", str(out)]) == 0
+    file = read_system(cubes)
+    words = iter(out.read_text().split("ASCII")[1].split())
+    fields = {}
+    for key in words:
+        if key == "POINTS":
+            count = int(next(words))
+            next(words)
+            fields[key] = np.array([float(next(words)) for _ in range(3 * count)]).reshape(-1, 3)
+        elif key == "CELLS":
+            rows, size = int(next(words)), int(next(words))
+            cells = np.array([int(next(words)) for _ in range(size)]).reshape(rows, -1)
+        elif key == "VECTORS":
+            name = next(words)
+            next(words)
+            fields[name] = np.array([float(next(words)) for _ in range(3 * count)]).reshape(-1, 3)
+    names = file.coordinates.names
+    places = dict(zip(names, fields["POINTS"].tolist(), strict=True))
+    assert places == {str(10 * k + 5): list(p) for k, p in enumerate(PLACES)}
+    read = [[names[k] for k in row[1:]] for row in cells.tolist()]
+    assert read == [line.split(",")[2:] for line in CELLS[1:]]
+    modes = squeal.eigenvalues(file, modes=3).eigenvalues
+    for k, mode in enumerate(modes, 1):
+        name = f"mode_{k}_{mode.frequency_hz:.6g}_Hz_"
+        u = np.array(list(expected(file, mode).values()))
+        assert fields[f"{name}real"] + 1j * fields[f"{name}imag"] == pytest.approx(u, abs=1e-8)
+        assert fields[f"{name}phase"] == pytest.approx(np.degrees(np.angle(u)), abs=1e-6)
+
+
+@pytest.mark.parametrize("damped", [True, False])
+def test_universal_files_hold_nodes_elements_and_shapes(cubes, tmp_path, damped):
+    if not damped:
+        cubes.write_text(cubes.read_text().replace("C: {file: C.npz}\n", ""))
+    file, out = read_system(cubes), tmp_path / "modes.unv"
+    found = squeal.eigenvalues(file, modes=2)
+    found.save_shapes(out)
+    lines = out.read_text().splitlines()
+    ends = [k for k, line in enumerate(lines) if line == "    -1"]
+    pairs = zip(ends[::2], ends[1::2], strict=True)
+    sets = [(int(lines[a + 1]), lines[a + 2 : b]) for a, b in pairs]
+    assert [kind for kind, _ in sets] == [2411, 2412, 55, 55]
+    nodes, elements, *shapes = (body for _, body in sets)
+    places = {
+        int(a[:10]): [float(x.replace("D", "e")) for x in b.split()]
+        for a, b in zip(nodes[::2], nodes[1::2], strict=True)
+    }
+    assert places == {10 * k + 5: list(p) for k, p in enumerate(PLACES)}
+    assert [line.split() for line in elements[1::2]] == [c.split(",")[2:] for c in CELLS[1:]]
+    assert {line.split()[1] for line in elements[::2]} == {"115"}  # solid linear brick
+    for mode, body in zip(found.eigenvalues, shapes, strict=True):
+        kind, numbers = [int(x) for x in body[5].split()], [float(x) for x in body[7].split()]
+        assert kind == ([1, 3, 2, 8, 5, 3] if damped else [1, 2, 2, 8, 2, 3])
+        value = complex(*numbers[:2]) if damped else 2j * np.pi * numbers[0]
+        assert value == pytest.approx(mode.value, rel=1e-4)
+        for label, row in zip(body[8::2], body[9::2], strict=True):
+            u = np.array([float(row[k : k + 13]) for k in range(0, len(row), 13)])
+            u = u[::2] + 1j * u[1::2] if damped else u
+            assert u == pytest.approx(expected(file, mode)[label.strip()], abs=1e-5)
+
+
+def test_faces_between_elements_are_no_outer_ones(cubes):
+    where = read_system(cubes).coordinates
+    assert len(outer_faces(where)) == 10
+    found = squeal.eigenvalues(read_system(cubes), modes=1)
+    still, moved = found.plot(shape=1).axes[0].collections
+    assert len(still._segments3d) == 16  # edges of a box, upright ones in two parts
+    assert len(moved.get_array()) == 10
+
+
+WRONG = [
+    (CELLS, CELLS[:2] + [CELLS[1]], "named once"),
+    (CELLS, [CELLS[0], CELLS[1].replace(",5,", ",7,")], "7"),
+    (CELLS, [CELLS[0], CELLS[1].replace(",5,", ",15,")], "8 different nodes"),
+    (CELLS, [CELLS[0], CELLS[1].replace("hexahedron", "brick")], "hexahedron"),
+    (NODES, NODES[1:], "no column"),
+    (NODES, [line.replace("fixed", "x") for line in NODES], "28 lines"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("table", "wrong", "words"), WRONG)
+def test_wrong_tables_are_refused(cubes, table, wrong, words):
+    name = "cells.csv" if table is CELLS else "nodes.csv"
+    (cubes.parent / name).write_text("\n".join(wrong))
+    with pytest.raises(InputError, match=words) as caught:
+        read_system(cubes)
+    assert name in str(caught.value)
+
+
+def test_files_of_shapes_need_coordinates_and_a_known_suffix(cubes, tmp_path):
+    with pytest.raises(InputError, match=r"\.vtk or \.unv"):
+        squeal.eigenvalues(read_system(cubes)).save_shapes(tmp_path / "modes.stl")
+    with pytest.raises(InputError, match="coordinates"):
+        squeal.eigenvalues(squeal.System([[1.0]], K=[[1.0]])).save_shapes(tmp_path / "modes.vtk")
