@@ -258,7 +258,8 @@ class Sweep(Answer):
     """Eigenvalues at values of the parameter.
 
     A mode keeps its number, which it has by frequency at the value `own`, or at the first one;
-    losses: where that is in doubt; basis tells of a reduced system that served.
+    losses: where that is in doubt; names: of modes by number; basis tells of a reduced system that
+    served.
     """
 
     name: str
@@ -266,6 +267,7 @@ class Sweep(Answer):
     steps: tuple[Step, ...]
     losses: tuple[Loss, ...] = ()
     own: float = math.nan
+    names: Mapping[int, str] = field(default_factory=dict)
     basis: Mapping[str, Any] | None = None
     source: Any = None
 
@@ -276,6 +278,10 @@ class Sweep(Answer):
         count = f"{len(lost)} of {len(self.steps)} values of {self.parameter}, the first of them "
         words = "have no equilibrium that the model means"
         return tuple(f"sweep: {count}{value:.6g}, {words}" for value in lost[:1])
+
+    def named(self, names: Mapping[int, str]) -> Sweep:
+        """The same with names of modes by their numbers."""
+        return replace(self, names={**self.names, **names})
 
     @property
     def modes(self) -> tuple[SweptMode, ...]:
@@ -299,6 +305,8 @@ class Sweep(Answer):
         """A row for each root at each value; one without numbers where there is none."""
         others = [Column("contact", value=lambda row: row[0].contact)]
         others.append(Column("mode", value=itemgetter(2)))
+        if self.names:
+            others.append(Column("name", value=lambda row: self.names.get(row[2])))
         others += [
             Column(c.name, c.unit, lambda row, of=c.of: row[1] and of(row[1]))  # type: ignore[misc]
             for c in ROOT
@@ -347,6 +355,7 @@ class Sweep(Answer):
 
         each = (
             Column("mode"),
+            *(Column("name", value=lambda mode: self.names.get(mode.mode)),) * bool(self.names),
             Column("first_hz"),
             Column("last_hz"),
             Column("growth_rate", "1/s", words="largest real, 1/s"),
@@ -372,7 +381,7 @@ class Sweep(Answer):
 
     def to_dict(self) -> dict[str, Any]:
         rows = [step.to_dict(self.parameter) for step in self.steps]
-        modes = [asdict(mode) for mode in self.modes]
+        modes = [asdict(mode) | {"name": self.names.get(mode.mode)} for mode in self.modes]
         return {
             "parameter": self.parameter,
             "sweep": rows,

@@ -178,7 +178,7 @@ class Question:
             reduction, _ = self.reduced(values, method or "modal", CHECKED)
         modes = followed(system, self.wanted, values, reduction, processes(workers))
         basis = basis_of(reduction, self.wanted)
-        return Sweep(system.name, system.parameter, *modes, basis, self.file)
+        return Sweep(system.name, system.parameter, *modes, basis=basis, source=self.file)
 
     def thresholds(
         self, high: float, low: float | None = None, workers: int | None = None

@@ -173,7 +173,8 @@ def _reply(module: Any, given: argparse.Namespace) -> Reply:
     """The answer of a command about a scene or system. Raises InputError."""
     source = given.source = Source(given.scene, given.set)
     named = [source.folder / name for name in named_files(source.document)]
-    check_outputs(given, [given.scene, vars(given).get("scatter") or given.scene, *named])
+    more = [vars(given).get(key) or given.scene for key in ("scatter", "test")]
+    check_outputs(given, [given.scene, *more, *named])
     try:
         reply: Reply = module.run(given)
     except MatrixError as error:

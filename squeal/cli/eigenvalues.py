@@ -18,7 +18,7 @@ def options(parser: Parser) -> None:
     take(parser, "values workers band")
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
-    take(parser, "at modes region method memory shape")
+    take(parser, "at modes region method memory shape test")
     take_changes(parser)
     table = "the eigenvalues, or those of the sweep,"
     shapes = "the mode shapes on the nodes of a system"
@@ -31,23 +31,28 @@ def run(given: argparse.Namespace) -> Reply:
     subject = source.subject(swept=given.values is not None)
     scene = isinstance(subject, Scene)
     if scene:
-        refuse(given, "at method shape", f"{source.name}, a scene")
+        refuse(given, "at method shape shapes test", f"{source.name}, a scene")
     elif given.at is not None and f"parameters.{subject.system.parameter}" in source.changes:
         raise InputError(f"{said(given, 'at')}: --set gives it too; one of both is allowed")
+    elif (given.shape or given.shapes) and subject.coordinates is None:
+        option = said(given, "shape" if given.shape else "shapes")
+        raise InputError(f"{option}: needs `coordinates: {{file: nodes.csv}}` in the system file")
+    if given.shape and given.figure is None:
+        raise InputError(f"{said(given, 'shape')}: needs --png FILE beside it")
     if not given.values:
         refuse(given, "workers", "no --sweep, whose values they share")
-    if given.shape and (given.figure is None or subject.coordinates is None):
-        needed = "--png FILE beside it, and `coordinates: {file: nodes.csv}` in the system file"
-        raise InputError(f"{said(given, 'shape')}: needs {needed}")
     asked: dict[str, Any] = picked(given, "band region modes memory") | {"progress": steps()}
     spectrum = squeal.eigenvalues(subject, given.at, **asked)
     answers: list[Any] = [spectrum]
+    pairs = [squeal.compare(spectrum, given.test)] if given.test else []
+    source.inputs += [given.test] * len(pairs)
     if given.values:
         if given.at is not None:
             changed = subject.system.replace({subject.system.parameter: given.at})
             subject = replace(subject, system=changed)
         how = picked(given, "method workers")
-        answers.append(squeal.sweep(subject, given.values, **how, **asked))
+        swept = squeal.sweep(subject, given.values, **how, **asked)
+        answers.append(swept.named(pairs[0].names if pairs else {}))
         answers[0] = spectrum = spectrum.with_onsets(answers[-1])
     if given.shapes is not None:
         spectrum.save_shapes(given.shapes)
@@ -56,4 +61,5 @@ def run(given: argparse.Namespace) -> Reply:
     if given.sensitivity or given.change:
         matrices = changes(given)
         answers.append(squeal.sensitivity(subject, known=spectrum, matrices=matrices))
+    answers[1:1] = pairs
     return Reply.of(*answers, judged=scene)

@@ -87,9 +87,10 @@ OPTIONS: dict[str, tuple[str, str, str, Read | tuple[str, ...]]] = {
         ("full", "reduced", "modal"),
     ),
     "memory": ("--memory", "GB", "memory that may be used (what is free)", MEMORY),
+    "test": ("--test", "FILE", "pair the modes with test frequencies (name, frequency_hz)", Path),
     "shape": ("--shape", "N", "draw this mode on the nodes", whole(1, MOST)),
 }  # fmt: skip
-_OF_SYSTEMS = ("modes", "region", "at", "low", "method", "memory", "shape")
+_OF_SYSTEMS = ("modes", "region", "at", "low", "method", "memory", "shape", "test")
 
 # names of an option, and how a file of each format that its name may end in begins
 _TABLE = {".csv": rb"(?!%PDF|[{<])[^\0\n]*,[^\0]*\Z", ".json": rb"\s*[{\[]"}

@@ -202,7 +202,7 @@ class Coordinates:
         return moved
 
 
-def _read_table(
+def read_table(
     path: Path, names: Sequence[str], more: str = ""
 ) -> tuple[Place, list[tuple[Place, dict[str, str]]]]:
     """The lines of a .csv file that has some columns, perhaps one `more`. Raises InputError."""
@@ -220,7 +220,7 @@ def _read_table(
 def _read_numbers(path: Path, names: Sequence[str], more: str = "") -> list[list[float]]:
     """Columns of numbers, the first of rising frequencies, the others of at least 0; of zeros for
     the one `more` if it is missing. Raises InputError."""
-    at, lines = _read_table(path, names, more)
+    at, lines = read_table(path, names, more)
     rows: list[list[float]] = []
     for here, line in lines:
         try:
@@ -249,7 +249,7 @@ def _read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] =
     moves its place. Where matrices have `labels`, these name the rows: a line for each node
     suffices, in any order, and internal nodes, below zero, need none. Raises InputError.
     """
-    at, lines = _read_table(path, [name for name in COLUMNS if name != "dof" or not labels])
+    at, lines = read_table(path, [name for name in COLUMNS if name != "dof" or not labels])
     names, directions, places = [], [], []
     for here, line in lines:
         cells = [line[name].strip() for name in ("node", "x", "y", "z")]
@@ -281,7 +281,7 @@ def _read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] =
 def _read_elements(path: Path, where: Coordinates) -> Coordinates:
     """The same with the elements of a .csv file: element, type, and nodes of which the corners
     count. Raises InputError."""
-    _, lines = _read_table(path, ("element", "type"))
+    _, lines = read_table(path, ("element", "type"))
     index, cells = {name: k for k, name in enumerate(where.names)}, dict[str, Any]()
     for here, line in lines:
         own = line.pop("element").strip()

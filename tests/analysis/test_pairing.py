@@ -1,0 +1,108 @@
+"""Modes paired by frequency and MAC: known vectors, shuffled frequencies, wrong tables."""
+
+import json
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.cli.main import main
+from squeal.errors import InputError
+
+N = 6
+SYSTEM = "M: {M}\nK: {K}\nparameters: {{p: 0.0}}\nparameter: p\ncoordinates: {{file: nodes.csv}}\n"
+
+
+@pytest.fixture
+def chain(tmp_path):
+    """Equal masses between equal springs, along x: f_k = sin(k pi / 2 (N + 1)) / pi."""
+    K = (2 * np.eye(N) - np.eye(N, k=1) - np.eye(N, k=-1)).tolist()
+    (tmp_path / "chain.yaml").write_text(SYSTEM.format(M=np.eye(N).tolist(), K=K))
+    nodes = "".join(f"N{k},x,{k},0,0\n" for k in range(1, N + 1))
+    (tmp_path / "nodes.csv").write_text(f"node,dof,x,y,z\n{nodes}")
+    return tmp_path / "chain.yaml"
+
+
+K = np.arange(1, N + 1)
+HERTZ = np.sin(K * np.pi / (2 * (N + 1))) / np.pi
+SINES = np.sin(np.outer(K, K) * np.pi / (N + 1))  # symmetric
+
+
+def table(path, order, scale=1.0, shapes=True, more=""):
+    head = "name,frequency_hz" + "".join(f",n{k}:X" for k in K) * shapes
+    rows = [
+        f"T{k},{float(scale * HERTZ[k])!r}"
+        + "".join(f",{2 * x!r}" for x in SINES[k].tolist()) * shapes
+        for k in order
+    ]
+    path.with_name("test.csv").write_text("\n".join([head, *rows]) + more)
+    return path.with_name("test.csv")
+
+
+def test_mac_of_known_vectors():
+    X = np.array([[1, 1], [0, 1j]])
+    assert squeal.mac(X, X) == pytest.approx(np.array([[1, 0.5], [0.5, 1]]))
+    assert squeal.mac(X, -3j * X) == pytest.approx(squeal.mac(X, X))
+    assert squeal.mac(SINES, SINES) == pytest.approx(np.eye(N), abs=1e-12)
+
+
+def test_shuffled_frequencies_find_their_modes_and_leave_the_others(chain):
+    order = [4, 0, 3, 2]
+    answer = squeal.eigenvalues(squeal.read_system(chain))
+    found = squeal.compare(answer, table(chain, order, 1 / 1.02, False, "\nfar,9.0\n"), 0.03)
+    pairs = {pair.reference: pair for pair in found.pairs}
+    assert {k + 1: f"T{k}" for k in order} == found.names
+    for k in order:
+        assert pairs[f"T{k}"].difference == pytest.approx(2.0, rel=1e-9)
+        assert pairs[f"T{k}"].mac is None
+    assert pairs["far"].mode is None
+    assert [pair.mode for pair in found.pairs if pair.reference is None] == [2, 6]
+
+
+def test_shapes_decide_where_frequencies_lie_between(chain, capsys):
+    test = table(chain, [5, 4])
+    text = test.read_text()
+    for k, hertz in ((4, "0.306"), (5, "0.300")):
+        text = text.replace(repr(float(HERTZ[k])), hertz)
+    test.write_text(text)  # in the wrong order: T5 lies nearer to the fifth mode
+    assert main(["eigenvalues", str(chain), "--test", str(test), "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    pairs = {row["reference"]: row for row in found["pairs"] if row["reference"]}
+    assert (pairs["T4"]["mode"], pairs["T5"]["mode"]) == (5, 6)
+    assert pairs["T4"]["mac"] == pytest.approx(1.0)
+    assert "test.csv" in [file["name"] for file in found["provenance"]["inputs"]]
+
+
+def test_two_answers_are_paired_by_mac_and_names_reach_a_sweep(chain):
+    K = {"1": np.diag([1.0, 3.0, 9.0]), "p": np.diag([1.0, -1.0, 0.0])}
+    system = squeal.System(np.eye(3), K=K, parameter="p")
+    here, there = squeal.eigenvalues(system, 0.8), squeal.eigenvalues(system, 1.2)  # they cross
+    assert [(p.reference, p.mode) for p in squeal.compare(there, here, 0.5).pairs[:2]] == [
+        ("1", 2), ("2", 1)
+    ]  # fmt: skip
+    named = squeal.sweep(system, [0.0, 2.0]).named({2: "bending"})
+    rows = {(row["p"], row["name"]): row["frequency_hz"] for row in named.to_records()}
+    assert rows[2.0, "bending"] == pytest.approx(1 / (2 * np.pi))
+    with pytest.raises(InputError, match="6 and 3 rows"):
+        squeal.compare(here, squeal.eigenvalues(squeal.read_system(chain)))
+
+
+WRONG = [
+    ("a,1\na,2", "name"), (",1", "name"), ("a,-1", "frequency_hz"), ("a,0", "frequency_hz"),
+    ("a,x", "frequency_hz"), ("a,nan", "frequency_hz"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [(f"name,frequency_hz\n{rows}", words) for rows, words in WRONG]
+    + [("name,hertz\na,1", "no column frequency_hz")]
+    + [(f"name,frequency_hz,{head}\na,1,{x}", head) for head, x in
+       (("n9:x", 1), ("n1:y", 1), ("n1", 1), ("n1:x", "inf"), ("damping_ratio", "high"))],
+)  # fmt: skip
+def test_wrong_tables_are_refused(chain, text, words):
+    path = chain.with_name("test.csv")
+    path.write_text(text)
+    with pytest.raises(InputError, match=words) as caught:
+        squeal.compare(squeal.eigenvalues(squeal.read_system(chain)), path)
+    assert str(path) in str(caught.value)
