@@ -52,8 +52,9 @@ class Check(Answer):
     def parts(self) -> list[str | Table]:
         read = [
             Column(name, value=itemgetter(name))
-            for name in ("part", "file", "format", "labels", "factor", "nonzeros", "symmetric")
+            for name in ("part", "file", "key", "format", "labels", "factor", "nonzeros")
         ]
+        read.append(Column("symmetric", value=itemgetter("symmetric")))
         lines = [f"{name}: {text}" for name, text in self.checks.items()]
         if self.mass is not None and self.centre and self.size:
             centre, box = (

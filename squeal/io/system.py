@@ -299,7 +299,7 @@ def _read_elements(path: Path, where: Coordinates) -> Coordinates:
 
 class Origin(NamedTuple):
     """Where a matrix came from: the key of its part, its file (empty if in the system file), the
-    format that was read, and whether it names its rows."""
+    format that was read, whether it names its rows, and its key in a file of several."""
 
     part: str
     file: str
@@ -307,6 +307,7 @@ class Origin(NamedTuple):
     matrix: Any
     form: str
     labelled: bool
+    key: str
 
 
 @dataclass(frozen=True, eq=False)
@@ -372,8 +373,8 @@ def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile
             _modulus(part, term, formula, here, folder),
             matrix.toarray() if full else matrix,
         )
-        source = part, term.get("file", ""), factor.text
-        origins.append(Origin(*source, csc_array(matrix), known.form, bool(known.labels)))
+        source, how = (part, term.get("file", ""), factor.text), (known.form, bool(known.labels))
+        origins.append(Origin(*source, csc_array(matrix), *how, term.get("key", "")))
         own.add(part, term, len(parts[part[0]]), matrix, formula)
         parts[part[0]].append(Term(matrix, factor))
         if "modulus" in term:

@@ -56,6 +56,7 @@ def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
         {
             "part": o.part,
             "file": o.file or None,
+            "key": o.key or None,
             "format": o.form or None,
             "labels": o.labelled,
             "factor": o.factor,
