@@ -19,10 +19,18 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.linear.matrices import norm_of
-from squeal.sparse.quadratic import PROGRESS, ComplexArray, Quadratic, definite, factorise_at
+from squeal.sparse.quadratic import (
+    PROGRESS,
+    ComplexArray,
+    Factor,
+    Quadratic,
+    definite,
+    factorise_at,
+)
 
 DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
-NODES = (6, 12, 24, 48)  # on a circle, until two numbers of them foresee the same phases
+NODES = (8, 16, 32)  # on a circle, until they resolve what is left of the determinant
+NEGATIVE = 0.05  # largest share of the first negative powers in a function that is analytic
 BOUND_ROWS = 20_000  # of larger systems no bound is computed: it costs as much as the roots
 ROUNDING = 1e-13  # of a matrix: a semidefinite one passes, and a mass that is nearly symmetric
 
@@ -108,44 +116,55 @@ def band(low_hz: float, high_hz: float) -> Rectangle:
     return Rectangle(-DAMPED * high, DAMPED * high, low, high)
 
 
-def count_roots(problem: Quadratic, disc: Disc, known: ComplexArray) -> int | None:
-    """The number of roots of P inside a disc, multiple ones counted as often; None if 48
+def count_roots(
+    problem: Quadratic, disc: Disc, known: ComplexArray, like: Factor | None = None
+) -> int | None:
+    """The number of roots of P inside a disc, multiple ones counted as often; None if 32
     determinants do not settle it.
 
-    `known` (m,) are roots in and around it, of real matrices with their conjugates. A root that is
-    left out is counted all the same; one outside the disc and near it costs determinants, and one
-    on its outline makes the number depend on rounding. Raises ComputationError if P is singular
-    everywhere.
+    `known` (m,) are roots in and around it, of real matrices with their conjugates; those outside
+    may be rough. A root that is left out is counted all the same; one outside the disc and near it
+    costs determinants, and one on its outline makes the number depend on rounding. `like` is a
+    factor that is no longer needed. Raises ComputationError if P is singular everywhere.
     """
     half = problem.real and disc.centre.imag == 0.0  # the lower half mirrors the upper one
-    most = NODES[-1]
-    logs = np.full(most, np.nan, dtype=complex)
-    before, factor = None, None
-    for nodes in NODES:
-        every = most // nodes
-        for k in range(0, most // 2 + 1 if half else most, every):
-            if np.isnan(logs[k]):
-                PROGRESS.get()(f"counting the roots: determinant of {nodes}")
-                place = disc.centre + disc.radius * cmath.exp(2j * math.pi * k / most)
-                place, factor = factorise_at(problem, place, like=factor)
-                logs[k] = factor.logarithm() - np.sum(np.log(place - known))
-                if half and 0 < 2 * k < most:
-                    logs[most - k] = logs[k].conjugate()
-        sampled = logs[::every]
-        # the harmonic conjugate of the real part
-        turn = -1j * np.sign(np.fft.fftfreq(nodes))
-        turn[nodes // 2] = 0.0
-        foreseen = np.fft.ifft(turn * np.fft.fft(sampled.real)).real
-        # what half the nodes foresee otherwise; the error of all of them is its square
-        if before is not None and np.max(np.abs(foreseen[::2] - before)) < 0.75:
-            rest = sampled.imag - foreseen
-            off = np.diff(np.append(rest, rest[0]))
-            off -= 2 * math.pi * np.round(off / (2 * math.pi))
-            if np.max(np.abs(off)) < math.pi / 2:
-                missing = round(float(np.sum(off)) / (2 * math.pi))
+    most, factor = NODES[-1], like
+    for single in (True, False):  # what rounding of single precision spoils does not fit
+        logs = np.full(most, np.nan, dtype=complex)
+        for nodes in NODES:
+            every = most // nodes
+            for k in range(0, most // 2 + 1 if half else most, every):
+                if np.isnan(logs[k]):
+                    PROGRESS.get()(f"counting the roots: determinant of {nodes}")
+                    place = disc.centre + disc.radius * cmath.exp(2j * math.pi * k / most)
+                    place, factor = factorise_at(problem, place, single, factor)
+                    logs[k] = factor.logarithm() - np.sum(np.log(place - known))
+                    if half and 0 < 2 * k < most:
+                        logs[most - k] = logs[k].conjugate()
+            missing = _winding(logs[::every])
+            if missing is not None:
                 return missing + int(np.sum(disc.contains(known)))
-        before = foreseen
     return None
+
+
+def _winding(logs: ComplexArray) -> int | None:
+    """How often exp(logs) winds around zero, of values (N,) on a circle; None if too few."""
+    nodes = len(logs)
+    turn = -1j * np.sign(np.fft.fftfreq(nodes))
+    turn[nodes // 2] = 0.0
+    foreseen = np.fft.ifft(turn * np.fft.fft(logs.real)).real  # harmonic conjugate of the size
+    rest = logs.imag - foreseen
+    off = np.diff(np.append(rest, rest[0]))
+    off -= 2 * math.pi * np.round(off / (2 * math.pi))
+    if not np.max(np.abs(off)) < math.pi / 2:
+        return None
+    missing = round(float(np.sum(off)) / (2 * math.pi))
+    if missing:  # foreseen well enough only where the steps are short
+        return missing if np.max(np.abs(off)) < math.pi / 3 else None
+    # an analytic function has no negative powers; those of a root near the outline are slow
+    phase = foreseen + np.cumsum(np.append(0.0, off[:-1]))
+    powers = np.fft.fft(logs.real + 1j * phase)[-2:] / nodes
+    return 0 if np.max(np.abs(powers)) < NEGATIVE else None
 
 
 def disc_around(region: Rectangle, known: ComplexArray, reach: float) -> Disc:

@@ -43,7 +43,8 @@ class SolverOptions:
     steps: int = 180  # columns of a subspace; what it does not reach is left to other shifts
     block: int = 3  # vectors of a step: roots of that multiplicity converge at once
     rough: float = 1e-4  # residual of a Ritz value that has converged
-    exact: float = 1e-13  # backward error of right and left vectors with which corrections end
+    exact: float = 1e-13  # backward error of right vectors with which corrections end
+    counted: float = 1e-6  # ... of roots that are counted, not wanted
     accepted: float = 2e-9  # the same that suffices where they gain no more
     rounds: int = 12  # corrections
     beyond: float = 1.6  # reach around a region, relative: the count then needs few determinants
@@ -155,10 +156,16 @@ class Modes:
 
 
 def corrected(
-    problem: Quadratic, factor: Factor, V: Array, region: Region, options: SolverOptions
+    problem: Quadratic,
+    factor: Factor,
+    V: Array,
+    region: Region,
+    options: SolverOptions,
+    wanted: Region | None = None,
 ) -> Roots | None:
     """The roots in a region from an orthonormal basis (n, d) that nearly holds their right vectors,
-    and a factor of P near them; None if they do not come to be good."""
+    and a factor of P near them; None if they do not come to be good. Those outside what is `wanted`
+    are only as good as a count needs."""
     if not V.size:
         return Roots(np.zeros(0, dtype=complex), V.astype(complex), V.astype(complex))
     other, before = problem.transposed(), np.inf
@@ -172,6 +179,9 @@ def corrected(
         x, y = combined(V, ritz.right), combined(V, ritz.left.conj())
         rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
         errors = np.linalg.norm(rests, axis=1) / problem.size(ritz.values)
+        if wanted is not None:
+            aside = ~wanted.contains(ritz.values)
+            errors[:, aside] *= options.exact / options.counted
         worst = float(np.max(errors, initial=0.0))
         if worst <= options.exact or (before / 2 < worst <= options.accepted):
             roots = Roots(ritz.values, x, y.conj())
@@ -286,10 +296,10 @@ def _around(
             continue  # single precision may be what hides them
         V = enlarged(V, near.vectors, 1e-6)
         around = disc_around(region, near.values, reach) if certify else region.widened(1e-6)
-        roots = corrected(problem, factor, V, around, options)
+        roots = corrected(problem, factor, V, around, options, region.widened(1e-6))
         if roots is None:
             continue
-        best = roots, _missing(problem, around, roots, near)
+        best = roots, _missing(problem, around, roots, near, factor)
         # those close to the border may lie on its other side
         inner = np.sum(region.widened(-0.01).contains(near.values))
         if best[1] == 0 or (not certify and inner <= len(roots.values)):
@@ -301,13 +311,20 @@ def _around(
     return best
 
 
-def _missing(problem: Quadratic, region: Region, roots: Roots, near: Near) -> int | None:
+def _missing(
+    problem: Quadratic, region: Region, roots: Roots, near: Near, factor: Factor
+) -> int | None:
     """How many more roots lie in a disc than these, with others around it that are known; None if
     that is not settled, and for a rectangle."""
     if not isinstance(region, Disc):
         return None
     outside = near.values[~region.contains(near.values)]
-    count = count_roots(problem, region, np.concatenate([roots.values, outside]))
+    if problem.real and region.centre.imag:  # the conjugates of all that are not among them
+        every = np.concatenate([roots.values, outside])
+        other = every.conj()[~region.contains(every.conj())]
+        apart = np.abs(other[:, None] - every).min(axis=1, initial=np.inf)
+        outside = np.append(outside, other[apart > 1e-3 * np.abs(other)])
+    count = count_roots(problem, region, np.append(roots.values, outside), factor)
     return None if count is None else count - len(roots.values)
 
 
@@ -350,7 +367,7 @@ def lowest_modes(
         roots = corrected(problem, factor, V, region, options)
         if roots is None:
             continue
-        missing = _missing(problem, region, roots, near) if certify else None
+        missing = _missing(problem, region, roots, near, factor) if certify else None
         if missing is None or missing <= 0:
             count = None if missing is None else len(roots.values) + missing
             return Modes(listed(problem, roots), region, count, roots)

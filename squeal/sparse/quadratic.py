@@ -25,7 +25,7 @@ ComplexArray = NDArray[np.complex128]
 Array = NDArray[np.float64]
 ROUNDING = 8 * EPS  # backward error that a computed root has at least
 PIVOT = 0.01  # a diagonal entry this large beside its column stays the pivot: far less fill
-MUMPS_ROWS = 10_000  # below, SuperLU is as fast
+MUMPS_ROWS = 4_000  # below, SuperLU is as fast
 
 Progress = Callable[[str], None]
 PROGRESS: ContextVar[Progress] = ContextVar("progress", default=lambda _: None)
