@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from squeal.analysis.answers import Axis, Eigenvalues, Map, Sensitivity, Sweep, Thresholds
     from squeal.analysis.check import Check, check
     from squeal.analysis.cycles import Cycles, cycles
+    from squeal.analysis.optimisation import Optimum, optimise
     from squeal.analysis.pairing import Pairs, compare, mac
     from squeal.analysis.scatter import Scatter, read_spreads, scatter
     from squeal.analysis.state_space import state_space
@@ -46,6 +47,7 @@ _HOMES = {
     "analysis.answers": "Axis Eigenvalues Map Sensitivity Sweep Thresholds",
     "analysis.check": "Check check",
     "analysis.cycles": "Cycles cycles",
+    "analysis.optimisation": "Optimum optimise",
     "analysis.state_space": "state_space",
     "analysis.pairing": "Pairs compare mac",
     "analysis.scatter": "Scatter read_spreads scatter",
@@ -64,11 +66,11 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
     "Advice", "Answer", "Axis", "Check", "Column", "ComputationError", "Cycles", "Damping",
-    "Eigenvalues", "Formulation", "InputError", "Map", "Pad", "Pairs", "Scatter", "Scene",
-    "Sensitivity", "Simulation", "Sweep", "System", "SystemFile", "Table", "Term", "TermSystem",
-    "Thresholds", "advise", "check", "compare", "cycles", "eigenvalues", "mac", "map", "read_scene",
-    "read_spreads", "read_system", "reduce", "scatter", "sensitivity", "simulate", "state_space",
-    "sweep", "thresholds",
+    "Eigenvalues", "Formulation", "InputError", "Map", "Optimum", "Pad", "Pairs", "Scatter",
+    "Scene", "Sensitivity", "Simulation", "Sweep", "System", "SystemFile", "Table", "Term",
+    "TermSystem", "Thresholds", "advise", "check", "compare", "cycles", "eigenvalues", "mac", "map",
+    "optimise", "read_scene", "read_spreads", "read_system", "reduce", "scatter", "sensitivity",
+    "simulate", "state_space", "sweep", "thresholds",
 ]
 # fmt: on
 

@@ -673,7 +673,12 @@ class Sensitivity(Answer):
         if loss:
             at = f"{self.kind} at {self.parameter} = {self.at or 0:.6g}"
             title = f"what moves the first loss ({at})"
-        nothing = "stability is not lost, so nothing moves its loss" if loss else "no root"
+        nothing = "no root" if self.values else "no parameter is named"
+        if loss:
+            lost = self.at is not None
+            nothing = (
+                "no other parameter" if lost else "stability is not lost: nothing moves its loss"
+            )
         table = [Column(*head, itemgetter(k)) for k, head in enumerate(heads)]
         return Table(table, self._rows(), title, nothing)
 

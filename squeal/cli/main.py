@@ -18,6 +18,7 @@ GROUPS = {
         "critical-friction": "every threshold of stability in a range of mu",
         "map": "verdict over alpha1 and alpha2, or over any two parameters",
         "advise": "which parameter moves the critical friction most",
+        "optimise": "parameters within bounds at which growth is least",
         "scatter": "what tolerances or ranges of many parameters make of stability",
         "export": "matrices of a pad or a reduced system as files with a system file",
     },
