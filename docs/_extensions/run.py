@@ -1,7 +1,8 @@
 """```{run}: commands of squeal with what they print when the site is built.
 
 The content is one command a line. They run in a folder that holds the README's pad.yaml, the
-article's scenes, the systems of the literature and a brake of solids as Abaqus writes it.
+article's scenes, the systems of the literature, a table of a test and a brake of solids as Abaqus
+writes it.
 `:head: N` shows the first N lines of each output, `:code: N` is the exit code that is expected.
 """
 
@@ -31,6 +32,12 @@ spreads:
   mu: {between: [0.2, 0.5]}
   k1: {relative: 0.05}
 """
+TEST = """name,frequency_hz,damping_ratio
+bending 3,3562,0.001
+bending 4,4885,
+bending 5,6710,0.002
+lining,9000,
+"""
 
 
 def prepare(app: Sphinx) -> None:
@@ -43,6 +50,7 @@ def prepare(app: Sphinx) -> None:
     assert pad is not None
     (folder / "pad.yaml").write_text(pad[1], encoding="utf-8")
     (folder / "samples.yaml").write_text(SAMPLES, encoding="utf-8")
+    (folder / "test.csv").write_text(TEST, encoding="utf-8")
     write_brake(folder / "brake", solid_brake(500), "abaqus")
     systems = ROOT / "squeal" / "article" / "literature" / "systems"
     for scene in (*(ROOT / "workflow" / "scenes").glob("*.yaml"), *systems.glob("*.yaml")):

@@ -129,7 +129,11 @@ class Eigenvalues(Answer):
     def with_onsets(self, sweep: Sweep) -> Eigenvalues:
         """The same with the onset of each mode that grows, as a sweep that holds the value of the
         parameter tells it, where it is not known."""
-        known = {mode.mode: mode.onset for mode in sweep.modes if self.value == sweep.own}
+        known = {
+            mode.mode: float(located(mode.onset, *mode.interval))
+            for mode in sweep.modes
+            if mode.onset is not None and mode.interval and self.value == sweep.own
+        }
         grow = (
             one if one.onset is not None else replace(one, onset=known.get(self.mode_of(one) or 0))
             for one in self.unstable

@@ -143,7 +143,7 @@ def compare(
             counts = f"{len(other[0].shape)} and {size} rows"
             raise InputError(f"compare: {counts} are not allowed; they must be the same")
     else:
-        other = _read_test(Path(reference), where, size)
+        other = read_test(Path(reference), where, size)
     f, g = (np.array([mode.frequency_hz for mode in each]) for each in (other, own))
     apart = (g - f[:, None]) / f[:, None]
     alike = np.full(apart.shape, np.nan)
@@ -177,7 +177,7 @@ def _modes(answer: Eigenvalues, where: Coordinates | None) -> Iterator[Mode]:
             yield Mode(str(number), root.frequency_hz, root.damping_ratio, shape)
 
 
-def _read_test(path: Path, where: Coordinates | None, size: int) -> list[Mode]:
+def read_test(path: Path, where: Coordinates | None, size: int = 0) -> list[Mode]:
     """The modes of a table, with shapes (size,) on the rows that move nodes. Raises InputError."""
     _, lines = read_table(path, ("name", "frequency_hz"))
     rows: dict[tuple[str, int], int] = {}
@@ -192,7 +192,7 @@ def _read_test(path: Path, where: Coordinates | None, size: int) -> list[Mode]:
             raise (here / "name").must_be(name, "a name that no other line has")
         frequency = POSITIVE.read(_number(texts[0]), here / "frequency_hz")
         damping = ANY.read(_number(texts[1]), here / DAMPING) if texts[1].strip() else None
-        shape = np.full(size, np.nan, dtype=complex)
+        shape = np.full(size or len(rows), np.nan, dtype=complex)
         for head, cell in line.items():
             node, _, dof = str(head).rpartition(":")
             row = rows.get((node.strip(), DIRECTIONS.get(dof.strip(), -1)))

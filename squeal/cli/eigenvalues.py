@@ -1,6 +1,7 @@
 """`squeal eigenvalues`: complex eigenvalue analysis of a pad or of a system from matrices."""
 
 import argparse
+import importlib
 from dataclasses import replace
 from typing import Any
 
@@ -41,6 +42,10 @@ def run(given: argparse.Namespace) -> Reply:
         raise InputError(f"{said(given, 'shape')}: needs --png FILE beside it")
     if not given.values:
         refuse(given, "workers", "no --sweep, whose values they share")
+    if given.test:  # refused before anything is solved
+        importlib.import_module("squeal.analysis.pairing").read_test(
+            given.test, subject.coordinates
+        )
     asked: dict[str, Any] = picked(given, "band region modes memory") | {"progress": steps()}
     spectrum = squeal.eigenvalues(subject, given.at, **asked)
     answers: list[Any] = [spectrum]
