@@ -144,6 +144,7 @@ class Question:
             each = (f"{one.of} by {one.by} {shown(one.value)}" for one in file.damped)
             lines.append(f"  damped terms: {', '.join(each)}")
         notes = ["\n".join(lines + [f"  {name}: {text}" for name, text in checks.items()])]
+        notes += roots.notes
         if roots.growing_outside:
             notes.append(f"{roots.growing_outside} modes grow outside of the band or region")
         words = "" if region is None else self.wanted.words()

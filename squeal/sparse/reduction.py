@@ -6,6 +6,7 @@ random vectors estimate.
 """
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,7 @@ from squeal.linear.matrices import norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
+from squeal.sparse.dispersive import settled, vectors
 from squeal.sparse.eigensolver import OPTIONS, enlarged, modes_in
 from squeal.sparse.quadratic import PROGRESS, Array, ComplexArray, Roots, ScaledSystem
 
@@ -72,6 +74,16 @@ class Reduction:
         """True if all roots at all values meet the full problem to the tolerance."""
         return self.worst <= TOLERANCE
 
+    def _own(self, changes: Changes) -> bool:
+        """True if the frequency is that of each root."""
+        return not changes.keys() >= set(self.system.follows)
+
+    def frozen(self, omega: float) -> "Reduction":
+        """The same at one frequency (rad/s), for roots near it."""
+        other = copy(self)
+        other.system = self.system.frozen(omega)
+        return other
+
     def _stiffness(self, changes: Changes) -> float:
         """A bound of the norm of the full K, whose rounding the reduced one carries."""
         p = self.system.values(changes)
@@ -94,6 +106,10 @@ class Reduction:
 
         They are relative to the sum of the norms of the terms, a bound of that of their sum.
         """
+        if self._own(changes):  # each at its own frequency
+            each = enumerate(self.system.frequency(abs(z.imag)) for z in roots.values)
+            picked = [(roots.picked(np.array([k])), {**changes, **at}) for k, at in each]
+            return np.array([float(self.residuals(*one)[0]) for one in picked])
         p, size = self.system.values(changes), np.abs(roots.values)
         weights, bounds = [], np.zeros(len(size))
         for terms, norms, power in zip(self._terms, self._norms, (2, 1, 0), strict=True):
@@ -110,7 +126,11 @@ class Reduction:
     ) -> tuple[Roots, Array, int]:
         """The roots in the region, or of these `values`, with their `residuals`, without those that
         are none of the full problem; and how many these were. Left vectors if wanted."""
-        roots = self.roots(changes, left, values)
+        if self._own(changes):
+            found = settled(self, changes).roots if values is None else [(z, 1) for z in values]
+            roots = vectors(self, changes, found)
+        else:
+            roots = self.roots(changes, left, values)
         errors = self.residuals(roots, changes)
         good = errors <= SPURIOUS
         return roots.picked(good), errors[good], int(np.sum(~good))
@@ -120,8 +140,12 @@ class Reduction:
 
         Those that grow are held against the full problem in any case.
         """
-        values = dense_values(*self.system.at(changes), self._stiffness(changes))
-        values = values[self.region.contains(values)]
+        if self._own(changes):
+            found = settled(self, changes).roots
+            values = np.array([z for z, count in found for _ in range(count)], dtype=complex)
+        else:
+            values = dense_values(*self.system.at(changes), self._stiffness(changes))
+            values = values[self.region.contains(values)]
         doubtful = (values.real > 1e-6 * np.abs(values)) | (self.spurious > 0)
         if not np.any(doubtful):
             return values

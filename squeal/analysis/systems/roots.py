@@ -41,6 +41,7 @@ from squeal.sparse.argument_principle import (
     growth_bound,
 )
 from squeal.sparse.dense import dense_spectrum, dense_values
+from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
 from squeal.sparse.eigensolver import OPTIONS, Modes, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
@@ -100,7 +101,7 @@ class Wanted:
 
 def is_small(system: TermSystem) -> bool:
     """True if all roots of a system are computed."""
-    return system.n <= ALL_ROWS
+    return system.n <= ALL_ROWS and not system.follows
 
 
 def check_memory(system: TermSystem, limit: float | None = None) -> None:
@@ -140,6 +141,7 @@ class SystemRoots:
     others: Known = field(default=(), repr=False)  # found, counted and judged beside the lowest
     growth_limit: float | None = None  # 1/s: of a band faster growth was not looked for
     growing_outside: int | None = None  # pairs and real roots outside the region, if known
+    notes: tuple[str, ...] = ()
 
     @property
     def every(self) -> Known:
@@ -170,6 +172,8 @@ def system_roots(
     if is_small(system):
         roots = _of_all(system.arrays(changes), wanted)
         return roots if wanted.modes is None else roots.lowest(wanted.modes)
+    if system.follows:
+        return _at_own_frequencies(system, wanted, changes or {})
     problem, limit, modes = ScaledSystem(system).at(changes), None, wanted.modes
     if wanted.rectangle is None:
         modes = modes or MODES
@@ -196,6 +200,21 @@ def _band_modes(problem: Quadratic, region: Rectangle) -> tuple[Modes, float | N
             if bound == least or modes.count is not None:
                 return modes, None
     return modes_in(problem, region), least
+
+
+def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) -> SystemRoots:
+    """The roots of a band of matrices that depend on the frequency of each; nothing counts them."""
+    reduction = reduced_for(system, wanted, [changes])
+    values, unsure = modes_at_own_frequencies(reduction, changes)
+    frozen = len(frequencies(system, reduction.region))
+    note = f"each root at its own frequency, found from matrices frozen at {frozen} frequencies"
+    if unsure:
+        note += f"; {unsure} of {len(values)} roots were met from one side only"
+    limit = None if wanted.band is None else reduction.region.high_real
+    words = judged(values, complete=False)
+    region = wanted.rectangle
+    roots = SystemRoots(values, region, None, *words, growth_limit=limit, notes=(note,))
+    return roots if wanted.modes is None else roots.lowest(wanted.modes)
 
 
 def judged(values: Known, complete: bool = True) -> tuple[str | None, str]:
@@ -278,6 +297,10 @@ def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rec
     """The region of a sweep: what is wanted, or that of the lowest modes at one value."""
     if wanted.rectangle is not None:
         return wanted.rectangle
+    if scaled.system.follows:
+        name = scaled.system.follows[0]
+        words = f"matrices that depend on the {name} of each root need a band or region"
+        raise InputError(f"band: is missing; {words}")
     if wanted.modes is None:
         raise InputError(NO_BAND)
     if is_small(scaled.system):
@@ -301,6 +324,9 @@ def reduced_for(
     scaled, text = ScaledSystem(system), ""
     reduction: Reduction
     region = _sweep_region(scaled, wanted, values[len(values) // 2])
+    if system.follows:
+        each = frequencies(system, region).tolist()
+        values = [{**at, **system.frequency(omega)} for at in values for omega in each]
     if method == "modal":
         with one_thread():
             reduction = look = FirstLook(scaled, region, values).made()
