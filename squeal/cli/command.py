@@ -22,6 +22,7 @@ from squeal.errors import BEYOND, InputError, InputWarning, MatrixError
 from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import SCENE, Scene
 from squeal.io.writing import Answer, to_json
+from squeal.linear.moduli import FREQUENCY
 from squeal.schema import ANY, Group, Key, Place, named_files, parse_document, read_content, scalar
 
 _ARGUMENT = re.compile(r"(?:\w+: )?(\w+)[.\d]*: ")  # with which the library begins a refusal
@@ -96,7 +97,7 @@ def _keys_of(document: dict[str, Any]) -> Group:
         return SCENE
     room: Any = importlib.import_module("squeal.io.system")
     own = document.get("parameters")
-    names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu")]
+    names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu"), *FREQUENCY]
     numbers = Group({str(name): Key("a parameter", ANY) for name in names})
     return Group(room.SYSTEM.keys | {"parameters": Key("named numbers", numbers)})
 

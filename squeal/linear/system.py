@@ -180,8 +180,9 @@ class TermSystem:
         """
         if not (changes or {}).keys() >= set(self.follows):
             raise InputError(
-                f"{self.name}: matrices depend on the frequency of each root; eigenvalues, sweep, "
-                "thresholds and map take that, and all takes `parameters: {frequency: ...}`"
+                f"{self.name}: matrices depend on the {self.follows[0]} of each root, which only "
+                "eigenvalues, sweeps, thresholds and maps take; as one of the parameters it is "
+                "the same for all roots"
             )
         p = self.values(changes)
         M, C, K = (self._sum(X, [t.factor.value(p) for t in X]) for X in self.parts)

@@ -28,6 +28,7 @@ from squeal.linear.events import Event
 from squeal.linear.matrices import EPS, norm_of
 from squeal.linear.sensitivity import applied, inertia
 from squeal.linear.system import TermSystem
+from squeal.sparse.dispersive import frozen_parts
 from squeal.sparse.quadratic import ComplexArray, Roots, ScaledSystem, factorise_at
 from squeal.sparse.reduction import Reduction
 
@@ -188,21 +189,25 @@ def crossings_along(
 
     The reduced system must be good at the values (rising), which set the first steps. Each
     crossing is located on the full system; a sentence names each one that it does not confirm.
-    Raises InputError for a region without the axis.
+    Where matrices depend on the frequency of each root they are frozen at some, and what crosses
+    near one of these is located with its own. Raises InputError for a region without the axis.
     """
-    along, low, high = Along(reduction, name), values[0], values[-1]
+    low, high = values[0], values[-1]
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
-    for a, b in itertools.pairwise(values):
-        for value, omega, *vectors in along.crossings(a, b, OPTIONS.least * (high - low)):
-            both = reduction.vectors @ (along.scaled.scale[:, None] * np.array(vectors).T)
-            try:
-                one = axis_crossing(reduction.scaled, name, value, omega, *both.T)
-            except ComputationError as error:
-                unconfirmed.append(str(error))
-                continue
-            if not any(_same(one, other) for other in crossings):
-                crossings.append(one)
+    for part, middle, wide in frozen_parts(reduction):
+        along = Along(part, name)
+        for a, b in itertools.pairwise(values):
+            for value, omega, *vectors in along.crossings(a, b, OPTIONS.least * (high - low)):
+                both = reduction.vectors @ (along.scaled.scale[:, None] * np.array(vectors).T)
+                try:
+                    one = axis_crossing(reduction.scaled, name, value, omega, *both.T)
+                except ComputationError as error:
+                    if abs(omega - middle) <= wide / 2:  # else it is another part's to find
+                        unconfirmed.append(str(error))
+                    continue
+                if not any(_same(one, other) for other in crossings):
+                    crossings.append(one)
     inside = [c for one in crossings for c in _in_range(one, low, high)]
     return sorted(inside, key=lambda c: (c.value, -abs(c.slope))), unconfirmed
 
@@ -235,19 +240,23 @@ def axis_crossing(
     Raises ComputationError if Newton's method does not converge (no crossing is near, or two
     coincide).
     """
-    p, w, real = float(value), float(omega), omega == 0.0
+    p, w, real, system = float(value), float(omega), omega == 0.0, scaled.system
+    least, most = (2 * math.pi * hertz for hertz in system.covered)
     x, y = right / np.linalg.norm(right), left / np.linalg.norm(left)
     unit = abs(p) or 1.0
     for _ in range(OPTIONS.steps):
-        problem, root = scaled.at({name: p}), complex(0.0, w)
+        at = {name: p, **system.frequency(w)}
+        problem, root = scaled.at(at), complex(0.0, w)
         place, factor = factorise_at(problem, root)
         v, u = factor.solve(y), factor.solve(x.conj(), transposed=True)
         g = 1.0 / complex(x.conj() @ v)
         v, u = g * v, g * u
         g -= complex(u @ (problem.slope(place) @ v)) * (place - root)
         slope_root = u @ (problem.slope(root) @ v)
-        slope_p = u @ (scaled.slope(name, {name: p}, root) @ v)
-        columns, goal = [1j * slope_root, slope_p], g
+        slope_p = u @ (scaled.slope(name, at, root) @ v)
+        shares = system.frequency(1.0).items()
+        slope_w = sum(x * (u @ (scaled.slope(own, at, root) @ v)) for own, x in shares)
+        columns, goal = [1j * slope_root + slope_w, slope_p], g
         if real:  # omega stays zero
             columns, goal = [1.0, 1j * slope_p.real], complex(0.0, g.real)
         jacobian = np.array([np.real(columns), np.imag(columns)])
@@ -259,12 +268,13 @@ def axis_crossing(
         # by rounding of P x
         noise = 2 * EPS * problem.size(np.array(root)) * np.linalg.norm(u) * np.linalg.norm(v)
         uncertain = float(noise * np.abs(inverse[1]).sum())
-        w, p = w + turn, p + move
+        w, p = min(max(w + turn, least), most), p + move
         small = abs(move) <= OPTIONS.converged * max(abs(p), unit)
         small &= abs(turn) <= OPTIONS.converged * max(abs(w), 1.0)
         x, y = v / np.linalg.norm(v), u.conj() / np.linalg.norm(u)
         if small or abs(move) <= uncertain:
-            slope = -float((slope_p / slope_root).real)
+            rate, turned = -slope_p / slope_root, slope_w / slope_root
+            slope = float((rate - turned * (rate.imag / (1.0 + turned.imag))).real)
             residual = float(problem.backward_errors(np.array([root]), x[:, None])[0])
             half = uncertain + abs(move) + 2 * EPS * abs(p)
             way, ends = 1 if slope > 0 else -1, (p - half, p + half)

@@ -14,8 +14,9 @@ counted as `unsure`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -71,6 +72,22 @@ def frequencies(system: TermSystem, region: Rectangle) -> Array:
             f"{ends[0]:g} to {ends[1]:g} Hz are needed"
         )
     return np.clip(np.linspace(low, high, OPTIONS.frozen), 2 * np.pi * least, 2 * np.pi * most)
+
+
+def frozen_parts(reduction: Reduction) -> Iterator[tuple[Reduction, float, float]]:
+    """A reduced system frozen at each of some frequencies, in a region around it, with the
+    frequency and the distance of the next; or the system itself if its matrices are constant."""
+    system, region = reduction.system, reduction.region
+    if not system.follows:
+        yield reduction, 0.0, math.inf
+        return
+    grid = frequencies(system, region)
+    wide = float(grid[1] - grid[0])
+    reach = (OPTIONS.near + 0.5) * wide
+    for omega in grid.tolist():
+        low, high = max(region.low_imag, omega - reach), min(region.high_imag, omega + reach)
+        around = replace(region, low_imag=low, high_imag=high)
+        yield reduction.frozen(omega, around), omega, wide
 
 
 def settled(reduction: Reduction, changes: Changes) -> Settled:

@@ -78,10 +78,10 @@ class Reduction:
         """True if the frequency is that of each root."""
         return not changes.keys() >= set(self.system.follows)
 
-    def frozen(self, omega: float) -> "Reduction":
-        """The same at one frequency (rad/s), for roots near it."""
+    def frozen(self, omega: float, region: Rectangle) -> "Reduction":
+        """The same at one frequency (rad/s), in a region around it."""
         other = copy(self)
-        other.system = self.system.frozen(omega)
+        other.system, other.region = self.system.frozen(omega), region
         return other
 
     def _stiffness(self, changes: Changes) -> float:

@@ -70,7 +70,7 @@ def system_thresholds(
     if low is None:
         try:
             system.derivative(name, {name: 0.0})
-            system(low := 0.0)
+            system.frozen()(low := 0.0)
         except InputError:
             low = high / 1000
     if not low < high:
@@ -113,12 +113,14 @@ def system_thresholds(
         unconfirmed = [*unconfirmed, *unexplained]
         if whole:
             certified = bool(certified) and not unconfirmed
-        elif reduction is not None and system.n <= COUNTED_ROWS:
+        elif reduction is not None and system.n <= COUNTED_ROWS and not system.follows:
             tasks = [] if unconfirmed else [(p, line.at(p).growth.roots) for p in between]
             agrees = mapped(_counted, tasks, workers, reduction)
             told = counted(agrees, len(tasks), PROGRESS.get(), "counts")
             certified = not unconfirmed and all(told)
     notes = [f"not confirmed on the full system: {words}" for words in unconfirmed] + left_out
+    if system.follows:
+        notes.append("each root at its own frequency: thresholds are located, nothing is counted")
     if outside:
         notes.append(f"crossings outside {wanted.words()}: {outside}")
     if certified is not None:

@@ -1,0 +1,135 @@
+"""Matrices that depend on the frequency of each root: closed forms and larger linear systems."""
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array
+
+import squeal
+from squeal import Term, TermSystem
+from squeal.errors import InputError
+from squeal.linear.moduli import Modulus, Table
+from squeal.numerics.differentiation import Formula
+
+RATE = 2 * np.pi * 1000.0
+LATE = 1 / (0.9 * RATE)  # s, relaxation
+BAND = (300.0, 3000.0)
+K0 = RATE**2 * np.array([[1.0, -0.3, 0.0], [-0.3, 1.1, -0.2], [0.0, -0.2, 1.6]])
+C0 = 1e-3 / RATE * K0
+b = np.array([1.0, 0.5, -0.2])
+B = 0.2 * RATE**2 * np.outer(b, b)
+FRICTION = np.zeros((3, 3))
+FRICTION[:2, :2] = 0.5 * RATE**2 * np.array([[0.0, 1.0], [-1.0, 0.0]])
+STORAGE, LOSS = f"(omega*{LATE!r})**2/(1 + (omega*{LATE!r})**2)", f"1/(omega*{LATE!r})"
+
+
+def _brake(modulus, kind=np.asarray, mu=0.1):
+    K = (Term(kind(K0)), Term(kind(B), modulus), Term(kind(FRICTION), Formula("mu")))
+    return TermSystem((Term(kind(np.eye(3))),), (Term(kind(C0)),), K, {"mu": mu})
+
+
+def _with_internal_coordinate():
+    """The same Maxwell branch, k s T/(1 + s T), as a linear system of one row more."""
+    M, C, K, F = (np.zeros((4, 4)) for _ in range(4))
+    M[:3, :3], C[:3, :3], F[:3, :3] = np.eye(3), C0, FRICTION
+    K[:3, :3], K[3, 3] = K0 + B, 0.2 * RATE**2
+    K[:3, 3] = K[3, :3] = -K[3, 3] * b
+    C[3, 3] = LATE * K[3, 3]
+    return squeal.System(M, C, {"1": K, "mu": F}, {"mu": 0.1})
+
+
+@pytest.mark.parametrize("kind", [np.asarray, csc_array])
+def test_thresholds_of_a_maxwell_branch_are_those_of_its_internal_coordinate(kind):
+    """On the imaginary axis the modulus at omega = |Im lambda| is that at s = lambda."""
+    brake = _brake(Modulus(Formula(STORAGE), Formula(LOSS)), kind)
+    found, exact = (
+        squeal.thresholds(s, 2.0, band=BAND) for s in (brake, _with_internal_coordinate())
+    )
+    assert len(found.crossings) == len(exact.crossings) == 1
+    assert found.certified is None
+    for name in ("mu", "frequency_hz", "direction", "kind"):
+        one, other = (getattr(answer.crossings[0], name) for answer in (found, exact))
+        assert one == (other if isinstance(other, str) else pytest.approx(other, rel=1e-12))
+    # eigenvalues cross there, and the sweep and the map say so
+    at = [exact.crossings[0].mu * x for x in (0.999, 1.001)]
+    verdicts = [step.verdict for step in squeal.sweep(brake, at, band=BAND).steps]
+    assert verdicts == [squeal.eigenvalues(brake, x, band=BAND).verdict for x in at]
+    assert verdicts == [None, "flutter"]
+
+
+def test_one_degree_of_freedom_is_the_root_of_its_cubic():
+    """lambda^2 + w^2 (1 + i eta) (a + b omega) = 0 with omega = Im lambda."""
+    for eta, slope in ((0.0, 0.3), (0.04, 0.3), (0.04, -0.1)):
+        K = {f"1 + {slope}*omega/{RATE!r}": [[RATE**2 * (1 + 1j * eta)]]}
+        (root,) = squeal.eigenvalues(squeal.System([[1.0]], K=K), band=BAND).values / RATE
+        # lambda = omega (i - t), where t is the share that the angle of 1 + i eta makes
+        t = np.tan(np.arctan(eta) / 2)
+        size = np.sqrt((1 + eta**2) ** 0.5) * np.cos(np.arctan(eta) / 2)
+        omega = max(np.roots([1.0, -slope * size**2, -(size**2)]).real)
+        assert root == pytest.approx(omega * (1j - t), rel=1e-13)
+
+
+def test_a_table_of_a_formula_is_the_formula():
+    hertz = np.linspace(200.0, 3100.0, 400)
+    x = (2 * np.pi * hertz * LATE) ** 2
+    table = Table("t.csv", *map(np.ndarray.tolist, (hertz, x / (1 + x), 1 / np.sqrt(x))))
+    given = Modulus(table=table), Modulus(Formula(STORAGE), Formula(LOSS))
+    one, other = (squeal.eigenvalues(_brake(m), 0.6, band=BAND) for m in given)
+    assert len(one.values) == 3
+    assert one.values == pytest.approx(other.values, rel=1e-6)
+    assert max(e.residual for e in one.eigenvalues) < 1e-14
+    slope = (given[0].value({"frequency": 700.001}) - given[0].value({"frequency": 699.999})) / 2e-3
+    assert given[0].slope({"frequency": 700.0}, "frequency") == pytest.approx(slope, rel=1e-7)
+
+
+def test_every_root_is_found_where_frequencies_are_double_and_moduli_strong():
+    """Each root solves the system frozen at its frequency, and as many lie below any frequency as
+    with the matrices frozen there: roots move with it by less than it does."""
+    random = np.random.default_rng(1)
+    Q, _ = np.linalg.qr(random.standard_normal((40, 40)))
+    own = 2 * np.pi * np.repeat(np.linspace(600.0, 3000.0, 20), 2)
+    half = Q[:, :12] * 200.0
+    K, change = Q * own**2 @ Q.T, half @ half.T
+    system = squeal.System(np.eye(40), K={"1": (1 + 0.01j) * K, "omega / 9": (1 + 0.3j) * change})
+
+    def frozen(omega):
+        roots = np.sqrt(-np.linalg.eigvals(system.frozen(omega).at()[2]))
+        return np.where(roots.imag > 0, roots, -roots)
+
+    found = squeal.eigenvalues(system, band=(500.0, 4500.0)).values
+    assert len(found) == 40
+    for z in found:
+        assert np.min(np.abs(frozen(z.imag) - z)) < 1e-7 * abs(z)
+    for omega in np.linspace(600.0, 4400.0, 12) * 2 * np.pi:
+        assert np.sum(found.imag < omega) == np.sum(frozen(omega).imag < omega)
+
+
+def test_structural_damping_is_viscous_damping_at_the_frequency():
+    """eta K of one root is C = eta K / omega there."""
+    for eta in (0.02, 0.3):
+        structural = Term(np.array([[RATE**2]]), Modulus(loss=Formula(repr(eta))))
+        viscous = Term(np.array([[RATE**2]]), Formula(f"{eta} / omega"))
+        mass, spring = (Term(np.eye(1)),), Term(np.array([[RATE**2]]))
+        pair = TermSystem(mass, (), (structural,)), TermSystem(mass, (viscous,), (spring,))
+        one, other = (squeal.eigenvalues(s, band=BAND).values[0] for s in pair)
+        z = 1j * RATE * np.sqrt(1 + 1j * eta)
+        assert one == pytest.approx(z, rel=1e-13)
+        w = other.imag
+        assert other**2 + other * eta * RATE**2 / w + RATE**2 == pytest.approx(0, abs=1e-6)
+        assert other.real == pytest.approx(one.real, rel=eta)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [
+        lambda s: squeal.eigenvalues(s),
+        lambda s: squeal.eigenvalues(s, band=(100.0, 3000.0)),
+        lambda s: squeal.thresholds(s, band=(300.0, 4000.0)),
+        lambda s: squeal.eigenvalues(s, region=(-1.0, 1.0, -5.0, -1.0)),
+        lambda s: squeal.advise(s),
+        lambda s: squeal.sensitivity(s, known=squeal.eigenvalues(s, band=BAND)),
+    ],
+)
+def test_refusals(ask):
+    table = Table("t.csv", (200.0, 3100.0), (1.0, 1.2), (0.1, 0.1))
+    with pytest.raises(InputError):
+        ask(_brake(Modulus(table=table)))
