@@ -241,7 +241,9 @@ def axis_crossing(
     coincide).
     """
     p, w, real, system = float(value), float(omega), omega == 0.0, scaled.system
-    least, most = (2 * math.pi * hertz for hertz in system.covered)
+    least, most = -math.inf, math.inf
+    if system.follows:
+        least, most = (2 * math.pi * hertz for hertz in system.covered)
     x, y = right / np.linalg.norm(right), left / np.linalg.norm(left)
     unit = abs(p) or 1.0
     for _ in range(OPTIONS.steps):

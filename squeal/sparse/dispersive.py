@@ -17,20 +17,19 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from squeal.errors import InputError
 from squeal.linear.eigen import Eigenvalue
+from squeal.linear.system import TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.eigensolver import OPTIONS as SOLVER
 from squeal.sparse.quadratic import PROGRESS, Array, Roots, combined, factorise_at, listed
 
-if TYPE_CHECKING:
-    from squeal.linear.system import TermSystem
-    from squeal.sparse.reduction import Reduction
-
+Reduction = Any
+"""A `Reduction` of squeal.sparse.reduction, whose roots are solved for here."""
 Changes = Mapping[str, float]
 
 

@@ -327,6 +327,7 @@ def reduced_for(
     if system.follows:
         each = frequencies(system, region).tolist()
         values = [{**at, **system.frequency(omega)} for at in values for omega in each]
+        method = "reduced"  # a first look corrects the roots of constant matrices
     if method == "modal":
         with one_thread():
             reduction = look = FirstLook(scaled, region, values).made()

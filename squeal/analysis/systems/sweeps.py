@@ -62,11 +62,13 @@ def followed(
     def at(value: float) -> State:
         if value in known:
             roots = known[value][1]
+        elif system.follows and reduction is not None:
+            roots = reduction.modes({name: value}, left=True)[0]
         elif reduction is not None:
             roots = reduction.roots({name: value}, left=True)
         else:
             roots = _row(common, value)[1]
-        return state_of(reduced, name, value, roots, lifted=True)
+        return state_of(reduced.frozen(), name, value, roots, lifted=True)
 
     rows, states = [known[value][0] for value in every], cast(Callable[[float], State], at)
     if scaled is not None and system.real and whole and system.n <= ContinuationOptions.small:
