@@ -27,6 +27,7 @@ from squeal.analysis.systems.roots import (
     basis_of,
     check_memory,
     is_small,
+    looked_at,
     reduced_for,
     roots_of_all,
     rounding_of,
@@ -102,13 +103,17 @@ class Question:
         """The system that is analysed."""
         return self.file.system
 
-    def eigenvalues(self, at: float | None = None) -> Eigenvalues:
-        """The roots that are wanted, with what proves them complete."""
+    def eigenvalues(self, at: float | None = None, look: Sweep | None = None) -> Eigenvalues:
+        """The roots that are wanted, with what proves them complete, or from the basis of a first
+        look."""
         file, free = self.file, self.system.parameter
         if at is not None:
             file = replace(file, system=self.system.replace({free: at}))
         system = file.system
-        roots = system_roots(system, self.wanted)
+        if look is not None and isinstance(look.source[1], FirstLook):
+            roots = looked_at(look.source[1], self.wanted, {free: system.parameters[free]})
+        else:
+            roots = system_roots(system, self.wanted)
         matrices, checks, region = matrix_list(file), system_checks(system), roots.region
         extent = {"radius": region.radius} if isinstance(region, Disc) else region and vars(region)
         details: dict[str, Any] = {
@@ -179,7 +184,9 @@ class Question:
             reduction, _ = self.reduced(values, method or "modal", CHECKED)
         modes = followed(system, self.wanted, values, reduction, processes(workers))
         basis = basis_of(reduction, self.wanted)
-        return Sweep(system.name, system.parameter, *modes, basis=basis, source=self.file)
+        return Sweep(
+            system.name, system.parameter, *modes, basis=basis, source=(self.file, reduction)
+        )
 
     def thresholds(
         self, high: float, low: float | None = None, workers: int | None = None

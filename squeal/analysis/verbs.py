@@ -27,7 +27,7 @@ Band = tuple[float, float]
 Region = tuple[float, float, float, float]
 VALUES = Several(Number(), "a sequence of finite numbers")
 QUESTION = ("band", "region", "modes", "memory", "progress")
-OF_SYSTEMS = (*QUESTION[:-1], "method", "low", "matrices", "workers")
+OF_SYSTEMS = (*QUESTION[:-1], "method", "low", "matrices", "workers", "look")
 OF_SCENES = ("quantity", "curves")
 PADS: dict[str, Callable[..., Any]] = {
     "eigenvalues": pads.eigenvalues,
@@ -109,6 +109,7 @@ def eigenvalues(
     modes: int | None = None,
     memory: float | None = None,
     progress: Progress | None = None,
+    look: Sweep | None = None,
 ) -> Eigenvalues:
     """Compute eigenvalues, and the verdict on them.
 
@@ -128,6 +129,8 @@ def eigenvalues(
         Bytes that may be used; left out, what is free.
     progress : callable, optional
         Called with a line for each step of long work.
+    look : Sweep, optional
+        A first look over the value: its basis answers at once, and nothing is certified.
 
     Returns
     -------

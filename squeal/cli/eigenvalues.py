@@ -47,17 +47,22 @@ def run(given: argparse.Namespace) -> Reply:
             given.test, subject.coordinates
         )
     asked: dict[str, Any] = picked(given, "band region modes memory") | {"progress": steps()}
-    spectrum = squeal.eigenvalues(subject, given.at, **asked)
-    answers: list[Any] = [spectrum]
-    pairs = [squeal.compare(spectrum, given.test)] if given.test else []
-    source.inputs += [given.test] * len(pairs)
+    sweep = None
     if given.values:
+        swept = subject
         if given.at is not None:
             changed = subject.system.replace({subject.system.parameter: given.at})
-            subject = replace(subject, system=changed)
+            swept = replace(subject, system=changed)
         how = picked(given, "method workers")
-        swept = squeal.sweep(subject, given.values, **how, **asked)
-        answers.append(swept.named(pairs[0].names if pairs else {}))
+        sweep = squeal.sweep(swept, given.values, **how, **asked)
+    needed = (given.sensitivity, given.change, given.shape, given.shapes, given.test)
+    look = sweep if sweep and sweep.looked and not any(needed) else None  # it has no vectors
+    spectrum = squeal.eigenvalues(subject, given.at, look=look, **asked)
+    pairs = [squeal.compare(spectrum, given.test)] if given.test else []
+    source.inputs += [given.test] * len(pairs)
+    answers: list[Any] = [spectrum]
+    if sweep:
+        answers.append(sweep.named(pairs[0].names if pairs else {}))
         answers[0] = spectrum = spectrum.with_onsets(answers[-1])
     if given.shapes is not None:
         spectrum.save_shapes(given.shapes)

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
+from squeal.linear.eigen import ACCEPTED
 from squeal.linear.system import frictionless
 from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Rectangle
@@ -275,6 +276,7 @@ class FirstLook(Reduction):
         done = np.zeros(len(values), dtype=bool)
         open_ = inside & ~lack.steady & (errors >= np.abs(z.real))
         doubtful = open_ | (np.abs(self.region.distance(z)) <= errors)
+        doubtful |= inside & (lack.residuals > ACCEPTED)  # which decide nothing
         if not doubtful.any():
             return Judged(values, residuals, bounds, done, 0, projected)
         far = np.maximum(4 * errors, 1e-6 * np.abs(z))[doubtful]

@@ -313,6 +313,18 @@ def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rec
     return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
 
 
+def looked_at(look: FirstLook, wanted: Wanted, changes: Changes) -> SystemRoots:
+    """The wanted roots at some parameters as a first look has them: nothing counts them."""
+    found, none = look.judged(changes), np.empty(0, dtype=complex)
+    each = zip(found.values.tolist(), found.residuals.tolist(), found.errors.tolist(), strict=True)
+    rows = [Eigenvalue(z, none, none, r, math.nan, error) for z, r, error in each]
+    values = tuple(rows[k] for k in ordered(found.values))
+    limit = None if wanted.band is None else look.region.high_real
+    words = judged(values, complete=False)
+    roots = SystemRoots(values, look.region, None, *words, growth_limit=limit)
+    return roots if wanted.modes is None else roots.lowest(wanted.modes)
+
+
 def reduced_for(
     system: TermSystem, wanted: Wanted, values: Sequence[Changes], method: str = "reduced"
 ) -> Reduction:
