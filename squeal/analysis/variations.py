@@ -1,4 +1,4 @@
-"""Parameters varied and everything computed again: what moves the critical friction (advise).
+"""Parameters varied, one at a time: what moves the critical friction (advise).
 
 Variations of a pad are followed together as a stack over values of friction, not by the
 certified search of a query: a window of growth narrower than a step may be missed. One that a stack
@@ -7,6 +7,7 @@ cannot decide is a query of its own, which decides it or says why it cannot.
 
 from __future__ import annotations
 
+import importlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -15,9 +16,10 @@ from typing import Any
 
 import numpy as np
 
+from squeal.analysis.answers import Thresholds
 from squeal.analysis.pads import MU_MAX
 from squeal.analysis.stack import PadStack, parameters
-from squeal.analysis.verbs import thresholds
+from squeal.analysis.verbs import Progress, thresholds
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
@@ -69,7 +71,11 @@ def _lost(mu: float, kind: str, hertz: float = math.nan) -> Outcome:
 
 def critical(subject: Scene | TermSystem, high: float) -> Outcome:
     """What a query says of the critical friction up to `high`. Raises what it raises."""
-    answer = thresholds(subject, high)
+    return _first(thresholds(subject, high), high)
+
+
+def _first(answer: Thresholds, high: float) -> Outcome:
+    """Where stability is lost, or the branch ends below `high`."""
     if answer.verdict in GROWING:
         return _lost(0.0, answer.verdict)
     if answer.first is not None:
@@ -105,7 +111,7 @@ class Varied:
         if not isinstance(subject, TermSystem):
             allowed = "it must be a Scene or a system with named parameters"
             raise at.refuse(f"{type(subject).__name__} is not allowed; {allowed}")
-        if subject.n > LARGEST and what == "threshold":
+        if subject.n > LARGEST and what == "threshold" and verb == "scatter":
             words = f"at most {LARGEST} are for thresholds; `squeal scatter --of growth` takes more"
             raise at.refuse(f"{subject.n} degrees of freedom are not allowed; {words}")
         Number(low=0.0).read(high, at / "mu_max")
@@ -160,6 +166,29 @@ class Varied:
             except (InputError, ComputationError) as error:
                 outcomes[i] = Outcome(reason=str(error))
         return [outcomes[i] for i in range(len(changes))]
+
+
+def _predicted(
+    system: TermSystem, changes: Sequence[dict[str, float]], high: float, **asked: Any
+) -> tuple[Outcome, list[Outcome]]:
+    """The loss of a system, and what becomes of it with each change of a parameter, to first order:
+    each crossing of the axis moves by its derivative, and the first one decides."""
+    answer = thresholds(system, high, **asked)
+    nominal, rising = _first(answer, high), [c for c in answer.crossings if c.direction == "up"]
+    if answer.verdict in GROWING or not rising:
+        return nominal, [nominal] * len(changes)
+    room = importlib.import_module("squeal.analysis.systems.sensitivity")  # no pad needs it
+    slopes = room.threshold_slopes(system, [(c.mu, c.frequency_hz) for c in rising])
+    outcomes = []
+    for change in changes:
+        ((name, value),) = change.items()
+        step, each = value - system.parameters[name], []
+        for c, slope in zip(rising, slopes, strict=True):
+            mu, hertz = (step * d for d in slope[name])
+            each.append((c.mu + mu, c.kind, c.frequency_hz + hertz))
+        first = min(each)
+        outcomes.append(_lost(*first) if first[0] <= high else Outcome())
+    return nominal, outcomes
 
 
 @dataclass(frozen=True)
@@ -247,14 +276,24 @@ class Advice(Answer):
 
 
 def advise(
-    subject: object, tolerances: Mapping[str, float | str] | None = None, mu_max: float = 2.0
+    subject: object,
+    tolerances: Mapping[str, float | str] | None = None,
+    mu_max: float = 2.0,
+    band: tuple[float, float] | None = None,
+    memory: float | None = None,
+    progress: Progress | None = None,
 ) -> Advice:
-    """Lower and raise each parameter by its tolerance, and compute the critical friction again.
+    """Lower and raise each parameter by its tolerance: what becomes of the critical friction.
+
+    Of a scene it is computed again. Of a system all crossings of the imaginary axis move by their
+    exact derivatives, and the first of them decides: that holds to first order.
 
     Parameters
     ----------
     subject : Scene or TermSystem
-        A scene, or a system with named parameters of at most 100 rows.
+        A scene, or a system with named parameters, of any size.
+    band, memory, progress
+        As `thresholds` takes them, of systems. One of more than 400 rows needs a band.
     tolerances : mapping of str to float or str, optional
         In the parameter's unit, or a share of its value such as "5%". Left out, a parameter
         changes by 2 per cent, an angle by 0.02 rad, and what is 0 stays.
@@ -271,7 +310,8 @@ def advise(
     InputError
         For a name that is no parameter.
     ComputationError
-        If the pad as it is has no equilibrium without friction.
+        If the pad as it is has no equilibrium without friction, or several modes of a system cross
+        the imaginary axis at once.
 
     Examples
     --------
@@ -286,11 +326,17 @@ def advise(
     usual = {n: STEP if varied.units[n] == "rad" else f"{100 * STEP}%" for n in varied.values}
     sizes = {n: size for n, size in usual.items() if varied.values[n]} | dict(tolerances or {})
     steps = {name: _tolerance(varied, name, size) for name, size in sizes.items()}
-    nominal, scene = critical(varied.subject, mu_max), varied.subject
+    scene, asked = varied.subject, {"band": band, "memory": memory, "progress": progress}
     changes = [{n: varied.values[n] + way * steps[n]} for n in steps for way in (-1.0, 1.0)]
+    if isinstance(scene, TermSystem):
+        nominal, outcomes = _predicted(scene, changes, mu_max, **asked)
+    else:
+        if band is not None:
+            raise Place("advise").refuse("band: is not allowed with a scene; a system takes it")
+        nominal, outcomes = critical(scene, mu_max), varied.outcomes(changes, mu_max)
     sides = [
         replace(side, value=value, change=_change(nominal, side, mu_max))
-        for side, own in zip(varied.outcomes(changes, mu_max), changes, strict=True)
+        for side, own in zip(outcomes, changes, strict=True)
         for value in own.values()
     ]
     levers = [

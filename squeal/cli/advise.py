@@ -1,14 +1,17 @@
-"""`squeal advise`: each parameter lowered and raised by a tolerance, the critical friction computed
-again, the strongest lever first. Variations of a pad are followed in steps of friction: windows of
-growth narrower than a step may be missed, which `squeal critical-friction` finds."""
+"""`squeal advise`: each parameter lowered and raised by a tolerance, what becomes of the critical
+friction, the strongest lever first. Of a pad it is computed again, in steps of friction: windows of
+growth narrower than a step may be missed, which `squeal critical-friction` finds. Of a system it
+moves by its derivatives."""
 
 import argparse
 
 import squeal
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take, take_files, write_files
+from squeal.cli.streams import steps
 from squeal.errors import InputError
 from squeal.io.scene import Scene
+from squeal.io.writing import picked
 
 
 def options(parser: Parser) -> None:
@@ -18,6 +21,7 @@ def options(parser: Parser) -> None:
     form = "NAME=VALUE"
     parser.add_argument("--tolerance", metavar=form, action="append", default=[], help=words)
     take(parser, "high", high=2.0)
+    take(parser, "band memory")
     take_files(parser, table="the table")
 
 
@@ -30,6 +34,7 @@ def run(given: argparse.Namespace) -> Reply:
         if name in tolerances:
             raise InputError(f"--tolerance {one}: {name} has a tolerance already; one is allowed")
         tolerances[name] = text
-    advice = squeal.advise(subject, tolerances, given.high)
+    asked = picked(given, "band memory") | {"progress": steps()}
+    advice = squeal.advise(subject, tolerances, given.high, **asked)
     write_files(given, advice)
     return Reply.of(advice, judged=isinstance(subject, Scene))
