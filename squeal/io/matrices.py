@@ -10,7 +10,9 @@ import hashlib
 import io
 import math
 import re
+import struct
 import warnings
+import zlib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -27,6 +29,7 @@ from squeal.schema import Place
 HEAD = 4096  # bytes that a format is recognised by
 MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")
+MATRIX, COMPRESSED, SPARSE = 14, 15, 5  # data elements, and a class, of MATLAB's version 5
 # Ansys' names of degrees of freedom, with the numbers of the other programs
 FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6, "PRES": 8, "TEMP": 11}
 
@@ -318,13 +321,50 @@ def _dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
 
 
 def _read_mat(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat
+    from scipy.io import loadmat, whosmat
     from scipy.io.matlab import matfile_version
 
     if matfile_version(path)[0] == 2:
         return _read_hdf5(path)
-    content = loadmat(path, spmatrix=False).items()
-    return {n: v for n, v in content if getattr(v, "ndim", 0) == 2 and v.dtype.kind in "fciub"}
+    if matfile_version(path)[0] == 1:
+        data = path.read_bytes()
+        _elements(data[128:], "<" if data[126:128] == b"IM" else ">")
+    kinds = re.compile("double|single|u?int|logical|sparse")
+    names = [name for name, _, kind in whosmat(path) if kinds.match(kind)]
+    content = loadmat(path, spmatrix=False, variable_names=names)
+    return {name: content[name] for name in names if content[name].ndim == 2}
+
+
+def _elements(data: bytes, order: str) -> list[int]:
+    """The types of the data elements of MATLAB's version 5.
+
+    SciPy trusts types, sizes and numbers of elements, so that a damaged file would end the process:
+    raises ValueError.
+    """
+    at, kinds = 0, []
+    while at < len(data):
+        kind, size = struct.unpack_from(f"{order}II", data.ljust(at + 8, b"\0"), at)
+        at += 8
+        if kind >> 16:  # a small element holds its data in the tag
+            kind, size, after = kind & 0xFFFF, 0, at
+        else:
+            after = at + size + (-size % 8 if kind != COMPRESSED else 0)
+        inside = data[at : at + size]
+        whole = 1 <= kind <= 18 and len(inside) == size
+        if whole and kind == COMPRESSED:
+            _elements(zlib.decompress(inside), order)
+        elif whole and kind == MATRIX and inside:
+            (flags,) = struct.unpack_from(f"{order}I", inside.ljust(12, b"\0"), 8)
+            form, found = flags & 0xFF, _elements(inside, order)
+            if SPARSE <= form <= 15:  # flags, size, name, (rows, columns,) real, imaginary part
+                head = [6, 5, 1, 5, 5] if form == SPARSE else [6, 5, 1]
+                count = len(head) + 1 + (flags >> 11 & 1)
+                whole = found[: len(head)] == head and len(found) == count
+        if not whole:
+            raise ValueError("the file is damaged")
+        kinds.append(kind)
+        at = after
+    return kinds
 
 
 def _read_hdf5(path: Path) -> dict[str, Any]:
