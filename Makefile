@@ -59,6 +59,7 @@ benchmark: $(PEERS)
 	$(BIN)/python -m benchmarks.batch
 	if command -v g++ > /dev/null; then $(BIN)/python -m benchmarks.floor; fi
 	$(BIN)/python benchmarks/map.py
+	$(BIN)/python -m benchmarks.large_peers
 
 brake: $(ENVIRONMENT)
 	@$(BIN)/python -m benchmarks.published_brake $(DATA)

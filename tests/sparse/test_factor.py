@@ -7,13 +7,23 @@ from scipy.sparse import csc_array
 from squeal.sparse import quadratic as factor
 from tests import large
 
-MAKERS = ("superlu", "mumps")
+MAKERS = ("superlu", "mumps", "pardiso")
+
+
+def mkl():
+    """MKL, where it is installed."""
+    try:
+        return factor._mkl()
+    except ImportError:
+        return pytest.skip("mkl is not installed")
 
 
 def made(name, matrix, new=None, like=None):
     """A factorisation by one of the ways."""
     if name == "superlu":
         return factor.Factor(matrix)
+    if name == "pardiso":
+        return factor._Pardiso(matrix, mkl(), like)
     return factor._Mumps(matrix, new or pytest.importorskip("mumps").Context, like)
 
 

@@ -1,0 +1,140 @@
+"""Roots of a brake of solids in a band: certified here, by SLEPc and by SciPy's `eigs`.
+
+`python -m benchmarks.large_peers [ROWS ...]` runs each way in a process of its own on one thread
+and prints CPU seconds, peak memory and the number of roots in the band. SLEPc (complex build with
+MUMPS) is asked where Debian's python3-slepc4py-complex is installed.
+"""
+
+from __future__ import annotations
+
+import glob
+import math
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+BAND, NEAR = (500.0, 5000.0), 20  # Hz; roots around the middle of the band
+WAYS = ("squeal", "thresholds", "slepc", "eigs")
+DEBIAN = "/usr/bin/python3"
+BUILD = "/usr/lib/{}dir/{}*/x86_64-linux-gnu-complex/lib/python3/dist-packages"
+LOW, HIGH = (2 * math.pi * f for f in BAND)
+
+
+def _slepc(parts: Any) -> tuple[float, Any]:
+    """TOAR with shift-invert by MUMPS; Debian's Python has NumPy and no SciPy."""
+    for name in ("slepc", "petsc"):
+        sys.path[:0] = glob.glob(BUILD.format(name, name))
+    from petsc4py import PETSc
+    from slepc4py import SLEPc
+
+    def matrix(name: str) -> Any:
+        rows = parts[name + "p"].astype(np.int32), parts[name + "i"].astype(np.int32)
+        n = len(rows[0]) - 1
+        return PETSc.Mat().createAIJ((n, n), csr=(*rows, parts[name + "x"].astype(complex)))
+
+    operators, start = [matrix(name) for name in "KCM"], time.process_time()
+    solver = SLEPc.PEP().create()
+    solver.setOperators(operators)
+    solver.setType("toar")
+    solver.setScale(SLEPc.PEP.Scale.SCALAR)
+    solver.setWhichEigenpairs(SLEPc.PEP.Which.TARGET_MAGNITUDE)
+    solver.setTarget(0.5j * (LOW + HIGH))
+    solver.setDimensions(NEAR)
+    solver.setTolerances(1e-10, 200)
+    inverse = solver.getST()
+    inverse.setType("sinvert")
+    inverse.getKSP().setType("preonly")
+    inverse.getKSP().getPC().setType("lu")
+    inverse.getKSP().getPC().setFactorSolverType("mumps")
+    solver.solve()
+    values = [solver.getEigenpair(k) for k in range(solver.getConverged())]
+    return time.process_time() - start, np.array(values)
+
+
+def _eigs(parts: Any) -> tuple[float, Any]:
+    """Shift-invert of the companion form by hand, factorised by SuperLU with its best ordering."""
+    from scipy.sparse import csr_array
+    from scipy.sparse.linalg import LinearOperator, eigs, splu
+
+    M, C, K = (csr_array((parts[k + "x"], parts[k + "i"], parts[k + "p"])) for k in "MCK")
+    start, n, shift = time.process_time(), M.shape[0], 0.5j * (LOW + HIGH)
+    P = (shift * (shift * M + C) + K).tocsc()
+    order = {"permc_spec": "MMD_AT_PLUS_A", "options": {"SymmetricMode": True}}
+    lu, slope = splu(P, diag_pivot_thresh=0.01, **order), 2 * shift * M + C
+    size = abs(shift)
+
+    def applied(x: Any) -> Any:
+        top = lu.solve(-size * (slope @ x[:n]) - size**2 * (M @ x[n:]))
+        return np.concatenate([top, x[:n]])
+
+    theta = eigs(LinearOperator((2 * n, 2 * n), applied, dtype=complex), k=NEAR, tol=1e-10)[0]
+    return time.process_time() - start, shift + size / theta
+
+
+def _squeal(folder: Path, way: str) -> tuple[float, Any]:
+    from squeal.analysis.systems.roots import Wanted, system_roots
+    from squeal.analysis.systems.thresholds import system_thresholds
+    from squeal.io.system import read_system
+
+    system, wanted = read_system(folder / "system.yaml").system, Wanted(band=BAND)
+    start = time.process_time()
+    if way == "thresholds":
+        found = system_thresholds(system, 1.0, wanted=wanted)
+        return time.process_time() - start, np.full(len(found.crossings), 0.5j * (LOW + HIGH))
+    roots = system_roots(system, wanted)
+    if not roots.certified:
+        raise SystemExit(f"{system.n} rows: the roots are not certified")
+    return time.process_time() - start, np.array([e.value for e in roots.eigenvalues])
+
+
+def one(way: str, folder: Path) -> str:
+    """What one way takes: CPU seconds, GB, number of roots in the band (of thresholds all)."""
+    if way in ("squeal", "thresholds"):
+        seconds, values = _squeal(folder, way)
+    else:
+        parts = np.load(folder / "parts.npz")
+        seconds, values = (_slepc if way == "slepc" else _eigs)(parts)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6
+    inside = int(np.sum((values.imag > LOW) & (values.imag < HIGH)))
+    return f"{seconds:.2f} s, {memory:.2f} GB, {inside}"
+
+
+def main() -> int:
+    """A line for each size and way."""
+    if sys.argv[1:2] == ["--one"]:
+        print(one(sys.argv[2], Path(sys.argv[3])))
+        return 0
+    from benchmarks.solid_brake import solid_brake, write_brake
+
+    environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
+    for rows in map(int, sys.argv[1:] or ["5000", "20000"]):
+        with tempfile.TemporaryDirectory() as name:
+            folder, brake = Path(name) / "brake", solid_brake(rows)
+            write_brake(folder, brake)
+            parts: dict[str, Any] = {}
+            for key, matrix in zip("MCK", brake.system.at(), strict=True):
+                A = matrix.tocsr()
+                parts |= {key + "p": A.indptr, key + "i": A.indices, key + "x": A.data}
+            np.savez(folder / "parts.npz", **parts)
+            for way in WAYS:
+                python = DEBIAN if way == "slepc" else sys.executable
+                if way == "slepc" and not glob.glob(BUILD.format("slepc", "slepc")):
+                    continue
+                own = [python, str(Path(__file__)), "--one", way, str(folder)]
+                if way != "slepc":
+                    own[1:2] = ["-m", "benchmarks.large_peers"]
+                run = subprocess.run(own, stdout=subprocess.PIPE, env=environment, text=True)
+                answer = run.stdout.strip() or "no answer"
+                print(f"{brake.system.n:>7d} rows  {way:<10s}  {answer}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
