@@ -38,6 +38,15 @@ bending 4,4885,
 bending 5,6710,0.002
 lining,9000,
 """
+LINING = """frequency,storage,loss
+500,0.90,0.12
+2000,1.00,0.10
+8000,1.20,0.08
+"""
+DAMPED = {  # a line of the brake's system file and what follows it in another one
+    "damped": ("  factor: contact\n", "  structural: 0.1\n"),
+    "lining": ("  factor: contact\n", "  modulus: {file: lining.csv}\n"),
+}
 
 
 def prepare(app: Sphinx) -> None:
@@ -52,6 +61,11 @@ def prepare(app: Sphinx) -> None:
     (folder / "samples.yaml").write_text(SAMPLES, encoding="utf-8")
     (folder / "test.csv").write_text(TEST, encoding="utf-8")
     write_brake(folder / "brake", solid_brake(500), "abaqus")
+    (folder / "brake" / "lining.csv").write_text(LINING, encoding="utf-8")
+    system = (folder / "brake" / "system.yaml").read_text(encoding="utf-8")
+    for name, (line, more) in DAMPED.items():
+        text = system.replace(line, line + more) + "damping: {structural: 0.002}\n"
+        (folder / "brake" / f"{name}.yaml").write_text(text, encoding="utf-8")
     systems = ROOT / "squeal" / "article" / "literature" / "systems"
     for scene in (*(ROOT / "workflow" / "scenes").glob("*.yaml"), *systems.glob("*.yaml")):
         shutil.copy(scene, folder)
