@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from squeal.analysis.cycles import Cycles, cycles
     from squeal.analysis.optimisation import Optimum, optimise
     from squeal.analysis.pairing import Pairs, compare, mac
+    from squeal.analysis.report import Report, report
     from squeal.analysis.scatter import Scatter, read_spreads, scatter
     from squeal.analysis.state_space import state_space
     from squeal.analysis.variations import Advice, advise
@@ -50,6 +51,7 @@ _HOMES = {
     "analysis.optimisation": "Optimum optimise",
     "analysis.state_space": "state_space",
     "analysis.pairing": "Pairs compare mac",
+    "analysis.report": "Report report",
     "analysis.scatter": "Scatter read_spreads scatter",
     "analysis.variations": "Advice advise",
     "analysis.verbs": "System eigenvalues map reduce sensitivity sweep thresholds",
@@ -66,11 +68,11 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
     "Advice", "Answer", "Axis", "Check", "Column", "ComputationError", "Cycles", "Damping",
-    "Eigenvalues", "Formulation", "InputError", "Map", "Optimum", "Pad", "Pairs", "Scatter",
-    "Scene", "Sensitivity", "Simulation", "Sweep", "System", "SystemFile", "Table", "Term",
-    "TermSystem", "Thresholds", "advise", "check", "compare", "cycles", "eigenvalues", "mac", "map",
-    "optimise", "read_scene", "read_spreads", "read_system", "reduce", "scatter", "sensitivity",
-    "simulate", "state_space", "sweep", "thresholds",
+    "Eigenvalues", "Formulation", "InputError", "Map", "Optimum", "Pad", "Pairs", "Report",
+    "Scatter", "Scene", "Sensitivity", "Simulation", "Sweep", "System", "SystemFile", "Table",
+    "Term", "TermSystem", "Thresholds", "advise", "check", "compare", "cycles", "eigenvalues",
+    "mac", "map", "optimise", "read_scene", "read_spreads", "read_system", "reduce", "report",
+    "scatter", "sensitivity", "simulate", "state_space", "sweep", "thresholds",
 ]
 # fmt: on
 

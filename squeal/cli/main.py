@@ -20,6 +20,7 @@ GROUPS = {
         "advise": "which parameter moves the critical friction most",
         "optimise": "parameters within bounds at which growth is least",
         "scatter": "what tolerances or ranges of many parameters make of stability",
+        "report": "one page to show: what grows, since when, moved by what, how sure",
         "export": "matrices of a pad or a reduced system as files with a system file",
     },
     "motions": {

@@ -100,6 +100,7 @@ FILE_OPTIONS = {
     "curves": ("--curve --threshold-curve", _TABLE),
     "figure": ("--figure --pdf --svg --png", _FIGURE),
     "shapes": ("--shapes", {".vtk": rb"# vtk", ".unv": rb"\s*-1\s"}),
+    "page": ("--output --html", {".html": rb"\s*<!doctype html>"}),
 }
 
 

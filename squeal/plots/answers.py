@@ -24,17 +24,18 @@ from squeal.simulation.run import Simulation
 
 
 def draw(answer: Answer, path: Path | None = None, name: str = "", **more: Any) -> Figure:
-    """The figure of an answer, also saved if a path is given; `name` says what of.
+    """The figure of an answer, also saved if a path is given; `name` says what of."""
+    made = drawing(answer, name, **more)
+    if path is not None:
+        save(made, path, text=False)
+    return made.figure
 
-    Raises InputError for an answer that has none.
-    """
+
+def drawing(answer: Answer, name: str = "", **more: Any) -> Drawing:
+    """The same, to be saved. Raises InputError for an answer that has no figure."""
     for kind, function in DRAWN.items():
         if isinstance(answer, kind):
-            name = name or getattr(answer, "name", "") or "the scene"
-            drawing: Drawing = function(answer, name, **more)
-            if path is not None:
-                save(drawing, path, text=False)
-            return drawing.figure
+            return function(answer, name or getattr(answer, "name", "") or "the scene", **more)
     raise InputError(f"plot: {type(answer).__name__} has no figure")
 
 

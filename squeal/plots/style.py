@@ -100,16 +100,21 @@ def _metadata(drawing: Drawing, kind: str) -> dict[str, Any]:
     return {"Title": title, "Description": text, "Source": made, **own}
 
 
+def rendered(drawing: Drawing, kind: str, dpi: int = 200) -> bytes:
+    """A drawing as pdf, svg or png."""
+    with style(), matplotlib.rc_context({"svg.hashsalt": "squeal"}):
+        made = BytesIO()
+        drawing.figure.savefig(made, format=kind, dpi=dpi, metadata=_metadata(drawing, kind))
+    return made.getvalue()
+
+
 def save(drawing: Drawing, path: Path, text: bool = True) -> None:
     """Write a PDF, SVG or PNG by the end of the name, equal bytes for equal input.
 
     The alternative text is in the file's metadata and, with `text`, in a file .txt beside it.
     """
-    kind = path.suffix[1:]
-    with style(), matplotlib.rc_context({"svg.hashsalt": "squeal"}):
-        made = BytesIO()  # a disc that fills up leaves Matplotlib in the middle of a file
-        drawing.figure.savefig(made, format=kind, dpi=200, metadata=_metadata(drawing, kind))
-    write_whole(path, lambda stream: stream.write(made.getbuffer()), binary=True)
+    made = rendered(drawing, path.suffix[1:])  # a disc may fill up while a file is written
+    write_whole(path, lambda stream: stream.write(made), binary=True)
     if text:
         write_text(path.with_suffix(".txt"), drawing.alternative + "\n")
 

@@ -1,0 +1,134 @@
+"""One page about a brake: what was read, what grows, since when, moved by what, and how sure."""
+
+from __future__ import annotations
+
+import importlib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from squeal.analysis.answers import Eigenvalues, Sensitivity, Thresholds
+from squeal.analysis.check import Check, check
+from squeal.analysis.verbs import eigenvalues, sensitivity, thresholds
+from squeal.errors import InputError
+from squeal.io.scene import Scene
+from squeal.io.writing import Answer, Table, number, write_text
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Report(Answer):
+    """Eigenvalues at the brake's own parameter, thresholds up to `thresholds.high`, and what moves
+    the eigenvalues; `check` says what matrices are. `save` writes the page."""
+
+    name: str
+    eigenvalues: Eigenvalues
+    thresholds: Thresholds
+    sensitivity: Sensitivity
+    check: Check | None
+    subject: Any = field(repr=False)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
+        """What each answer warns of, once."""
+        return tuple(dict.fromkeys((*self.eigenvalues.warnings, *self.thresholds.warnings)))
+
+    @property
+    def verdict(self) -> str:
+        """The verdict in a line."""
+        found, grow = self.eigenvalues, self.eigenvalues.unstable
+        at = f"at {found.parameter} = {number(found.value, 4)}"
+        if not grow:
+            word = {"stable": "Stable", "marginal": "Marginal: undamped, nothing grows,"}
+            return f"{word.get(found.verdict or '', 'No growing mode was found')} {at}"
+        first = grow[0]
+        words = (
+            f"{number(first.frequency_hz, 4)} Hz, damping ratio {100 * first.damping_ratio:.2g} %"
+        )
+        modes = "1 mode grows" if len(grow) == 1 else f"{len(grow)} modes grow, the fastest at"
+        return f"Unstable {at}: {modes} {'at ' * (len(grow) == 1)}{words}"
+
+    @property
+    def loss(self) -> str:
+        """The first loss of stability in a line."""
+        found, parameter = self.thresholds, self.thresholds.parameter
+        if found.verdict in ("flutter", "divergence"):
+            return f"Unstable from {parameter} = {number(found.low, 4)} on"
+        if found.first is None:
+            return f"No loss of stability up to {parameter} = {number(found.high, 4)}"
+        kind, hertz = found.first.kind, found.first.frequency_hz
+        at = f" at {number(hertz, 4)} Hz" if hertz else ""
+        return f"Stability is first lost at {parameter} = {number(found.first.mu, 4)}: {kind}{at}"
+
+    def table(self) -> Table:
+        """The modes that grow."""
+        return next(part for part in self.eigenvalues.parts()[::-1] if isinstance(part, Table))
+
+    def parts(self) -> Sequence[str | Table]:
+        return [self.name, f"{self.verdict}\n{self.loss}", self.table()]
+
+    def to_dict(self) -> dict[str, Any]:
+        head = {"name": self.name, "verdict_line": self.verdict, "loss_line": self.loss}
+        return head | {
+            "eigenvalues": self.eigenvalues.to_dict(),
+            "thresholds": self.thresholds.to_dict(),
+            **self.sensitivity.to_dict(),
+            "check": self.check and self.check.to_dict(),
+        }
+
+    def save(self, path: Path | str, inputs: Sequence[Any] = ()) -> None:
+        """Write the page as one HTML file without references to others; `inputs` are the files
+        behind it. Raises InputError."""
+        path = Path(path)
+        if path.suffix != ".html":
+            raise InputError(f"{path}: the name must end in .html")
+        page: Any = importlib.import_module("squeal.plots.page")
+        write_text(path, page.page(self, inputs))
+
+
+def report(
+    subject: object,
+    high: float = 2.0,
+    band: tuple[float, float] | None = None,
+    memory: float | None = None,
+    progress: Callable[[str], None] | None = None,
+) -> Report:
+    """Ask a brake all that one page shows.
+
+    Parameters
+    ----------
+    subject : Scene, SystemFile or TermSystem
+        A system of more than 400 rows needs a band.
+    high : float
+        Upper end of the range of the friction or of the free parameter.
+    band : (float, float), optional
+        Lowest and highest frequency in Hz, of systems.
+    memory, progress
+        As `eigenvalues` takes them.
+
+    Returns
+    -------
+    Report
+        Verdict, thresholds and sensitivities; ``save("brake.html")`` writes the page.
+
+    Raises
+    ------
+    InputError
+        For what does not fit the subject.
+    ComputationError
+        If no steady sliding exists, or the system does not fit into the memory.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0})
+    >>> squeal.report(pair).loss
+    'Stability is first lost at mu = 0.75: flutter at 0.2251 Hz'
+    """
+    asked: Any = {"band": band, "memory": memory, "progress": progress}
+    found = eigenvalues(subject, **asked)
+    crossed = thresholds(subject, high, **asked)
+    moved = sensitivity(subject, known=found)
+    read = None if isinstance(subject, Scene) else check(subject)  # type: ignore[arg-type]  # as the verbs before have found
+    return Report(found.name, found, crossed, moved, read, subject)

@@ -1,0 +1,242 @@
+"""The page of a report: one HTML file that needs no other, for a screen or a printer."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from base64 import b64encode
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from squeal import __version__
+from squeal.analysis.answers import Eigenvalues
+from squeal.analysis.report import Report
+from squeal.io.provenance import provenance
+from squeal.io.scene import Scene
+from squeal.io.writing import Column, Table, located, number
+from squeal.linear.eigen import assigned
+from squeal.linear.paths import UnstableMode
+from squeal.plots.answers import drawing
+from squeal.plots.style import Drawing, rendered
+
+SHAPES = 6  # modes whose shapes are drawn
+LEVERS = 3  # parameters that are named beside a mode
+
+STYLE = """
+:root { color-scheme: light dark; --ink: #1b1b1b; --paper: #fff; --rule: #ccc; --soft: #f3f3f3; }
+@media (prefers-color-scheme: dark) {
+  :root { --ink: #e6e6e6; --paper: #161616; --rule: #444; --soft: #222; }
+  figure { background: #fff; color: #000; padding: .5em; }
+}
+body { font: 15px/1.45 system-ui, sans-serif; color: var(--ink); background: var(--paper);
+  max-width: 60em; margin: 1.5em auto; padding: 0 1em; }
+h1 { font-size: 1.5em; margin-bottom: .3em; }
+h2 { font-size: 1.15em; margin-top: 1.8em; border-bottom: 1px solid var(--rule); }
+.verdict { font-size: 1.15em; font-weight: 600; padding: .6em .8em; border-left: .5em solid #777;
+  background: var(--soft); margin: .5em 0; }
+.grows { border-color: #c8380e; }
+.stable { border-color: #2a7a3b; }
+.scroll { overflow-x: auto; }
+table { border-collapse: collapse; margin: .6em 0; }
+th, td { padding: .2em .7em; border-bottom: 1px solid var(--rule); text-align: right; }
+th:first-child, td:first-child { text-align: left; }
+figure { margin: 1em 0; }
+figure img { max-width: 100%; height: auto; }
+figcaption { font-size: .85em; }
+small, footer { font-size: .85em; overflow-wrap: anywhere; }
+pre { white-space: pre-wrap; font-size: .85em; }
+@media print { body { max-width: none; margin: 0; } h2 { break-after: avoid; }
+  figure, table { break-inside: avoid; } }
+"""
+
+
+def page(report: Report, inputs: Sequence[Any] = ()) -> str:
+    """The page as text."""
+    found, crossed = report.eigenvalues, report.thresholds
+    grows = "grows" if found.unstable else "stable" if found.certified else "open"
+    parts = [
+        f"<h1>{escape(report.name)}</h1>",
+        f'<p class="verdict {grows}">{escape(report.verdict)}</p>',
+        f"<p>{escape(report.loss)}</p>",
+        "<h2>Unstable modes</h2>",
+        _table(_unstable(report)),
+        f"<h2>Frequencies and growth rates over {escape(crossed.parameter)}</h2>",
+        _figure(drawing(crossed, report.name, **_range(report))),
+        _table(_crossings(report)),
+    ]
+    if shapes := list(_shapes(report)):
+        parts += ["<h2>Mode shapes</h2>", *shapes]
+    if found.unstable:
+        parts += ["<h2>What moves the growth rates</h2>", _table(_moved(report))]
+    read = found.notes[:1] if report.check is None else report.check.parts()
+    parts += ["<h2>What was read</h2>", *map(_part, read)]
+    parts += ["<h2>How sure this is</h2>", _list(_sure(report))]
+    parts += ["<h2>What was not looked at</h2>", _list(_open(report))]
+    if report.warnings:
+        parts += ["<h2>Warnings</h2>", _list(report.warnings)]
+    made = provenance(inputs, "squeal.analysis.report")
+    files = ", ".join(f"{file.name} (SHA-256 {file.sha256[:16]})" for file in made.inputs)
+    used = ("python", *made.loaded)
+    versions = ", ".join(
+        f"{name} {number}" for name, number in made.versions.items() if name in used
+    )
+    parts.append(f"<footer><p>squeal {__version__}; {files or 'no file'}; {versions}</p></footer>")
+    head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width">'
+    head += f"<title>Stability</title><style>{STYLE}</style>"
+    # a name may hold anything
+    body = "".join(c for c in "\n".join(parts) if c.isprintable() or c == "\n")
+    return f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body>\n{body}\n</body></html>\n'
+
+
+def _table(table: Table) -> str:
+    return f'<div class="scroll">{table.html(len(table.rows) or 1)}</div>'
+
+
+def _part(part: str | Table) -> str:
+    return _table(part) if isinstance(part, Table) else f"<pre>{escape(part)}</pre>"
+
+
+def _list(lines: Iterable[str]) -> str:
+    return "<ul>" + "".join(f"<li>{escape(line)}</li>" for line in lines) + "</ul>"
+
+
+def _figure(made: Drawing) -> str:
+    code = b64encode(rendered(made, "png", 150)).decode()
+    image = f'<img alt="{escape(made.alternative)}" src="data:image/png;base64,{code}">'
+    return f"<figure>{image}</figure>"
+
+
+def _range(report: Report) -> dict[str, Any]:
+    return {"high": report.thresholds.high} if isinstance(report.subject, Scene) else {}
+
+
+def _unstable(report: Report) -> Table:
+    """A row for each mode that grows: since when, moved by what, how sure."""
+    found, onsets = report.eigenvalues, _onsets(report)
+
+    def residual(mode: UnstableMode) -> float | None:
+        return found.eigenvalues[_place(found, mode)].residual
+
+    table = (
+        Column("kind"),
+        Column("frequency_hz"),
+        Column("growth_rate", "1/s", shown=lambda mode: number(mode.growth_rate, 4)),
+        Column("damping_ratio", shown=lambda m: f"{100 * m.damping_ratio:.3g} %"),
+        Column("onset", value=lambda m: onsets.get(m), words=f"grows from {found.parameter} ="),
+        Column("levers", shown=lambda mode: _levers(report, mode), words="moved most by"),
+        Column("residual", value=residual, shown=lambda m: number(residual(m) or 0.0, 2)),
+    )
+    return Table(table, found.unstable, nothing="No mode grows.")
+
+
+def _onsets(report: Report) -> dict[UnstableMode, float]:
+    """Where each mode began to grow: its own onset, or the crossing that is nearest in frequency
+    where as many lead up to here as modes grow; none where that is not so."""
+    found, modes = report.eigenvalues, report.eigenvalues.unstable
+    known = {mode: mode.onset for mode in modes if mode.onset is not None}
+    begun = [c for c in report.thresholds.crossings if c.mu <= found.value]
+    if known or not modes or len(begun) != len(modes) or any(c.direction != "up" for c in begun):
+        return known
+    cost = [[abs((m.frequency_hz or 0) - (c.frequency_hz or 0)) for c in begun] for m in modes]
+    return {m: begun[k].mu for m, k in zip(modes, assigned(np.array(cost)), strict=True)}
+
+
+def _place(found: Eigenvalues, mode: UnstableMode) -> int:
+    """The number of the root that a mode is."""
+    root = complex(mode.growth_rate, math.tau * mode.frequency_hz)
+    return min(range(len(found.values)), key=lambda i: abs(found.values[i] - root))
+
+
+def _change(report: Report, name: str, mode: UnstableMode) -> complex:
+    """What 1 per cent of a parameter does to the root of a mode, NaN where it is not finite."""
+    moved = report.sensitivity
+    slope = complex(moved.slopes[name][_place(report.eigenvalues, mode)])
+    step = 0.01 * moved.values[name]
+    return slope * step if cmath.isfinite(slope) else complex(math.nan, math.nan)
+
+
+def _levers(report: Report, mode: UnstableMode) -> str:
+    """The parameters that move the growth of a mode most."""
+    moved = {name: _change(report, name, mode).real for name in report.sensitivity.slopes}
+    strong = {name: change for name, change in moved.items() if math.isfinite(change) and change}
+    order = sorted(strong, key=lambda name: -abs(strong[name]))[:LEVERS]
+    return ", ".join(f"{name} +1 %: {strong[name]:+.2g} 1/s" for name in order) or "-"
+
+
+def _crossings(report: Report) -> Table:
+    """Where roots cross the imaginary axis."""
+    found = report.thresholds
+    table = (
+        Column("mu", shown=lambda c: located(c.mu, *c.interval), words=found.parameter),
+        Column("kind"),
+        Column("direction"),
+        Column("frequency_hz"),
+        Column("changes_verdict"),
+    )
+    none = f"No root crosses the imaginary axis up to {found.parameter} = {number(found.high)}."
+    return Table(table, found.crossings, "Crossings of the imaginary axis", none)
+
+
+def _moved(report: Report) -> Table:
+    """What 1 per cent of each parameter does to the modes that grow."""
+    moved, modes = report.sensitivity, report.eigenvalues.unstable
+    table = [Column("parameter", value=str), Column("value", value=lambda name: moved.values[name])]
+    for mode in modes:
+        at = f"{number(mode.frequency_hz, 4)} Hz"
+        rate: Any = lambda name, mode=mode: _change(report, name, mode).real  # noqa: E731
+        hertz: Any = lambda name, mode=mode: _change(report, name, mode).imag / math.tau  # noqa: E731
+        table += [Column(f"{at} growth", "1/s", rate), Column(f"{at} frequency", "Hz", hertz)]
+    return Table(table, list(moved.slopes), "Changes by 1 % of each parameter, all others held")
+
+
+def _shapes(report: Report) -> Iterator[str]:
+    """Shapes of the modes that grow, where the places of the rows are known."""
+    found = report.eigenvalues
+    if isinstance(report.subject, Scene):
+        yield _figure(drawing(found, report.name))
+        return
+    if getattr(report.subject, "coordinates", None) is None:
+        return
+    for mode in found.unstable[:SHAPES]:
+        yield _figure(drawing(found, report.name, shape=1 + _place(found, mode)))
+
+
+def _sure(report: Report) -> Iterator[str]:
+    """What proves the answers."""
+    found, crossed = report.eigenvalues, report.thresholds
+    where = f" on {found.extent}" if found.extent else ""
+    if found.certified:
+        yield f"{len(found.eigenvalues)} roots{where}: a count proves that none is missing."
+    else:
+        yield f"{len(found.eigenvalues)} roots{where}: nothing proves that none is missing."
+    worst = max((root.residual for root in found.eigenvalues), default=math.nan)
+    if math.isfinite(worst):
+        yield f"The largest backward error of a listed root is {worst:.2g}."
+    if crossed.certified:
+        yield "Thresholds: a count of growing roots between the crossings agrees with the list."
+    elif crossed.certified is False:
+        yield "Thresholds are not certified: one may be missing, or its interval is wide."
+    yield from (line for note in crossed.notes for line in note.splitlines() if line)
+
+
+def _open(report: Report) -> Iterator[str]:
+    """What the answers do not speak of."""
+    found, crossed = report.eigenvalues, report.thresholds
+    details = found.details
+    if found.extent:
+        yield f"Roots outside of {found.extent}."
+    if (limit := details.get("growth_limit")) is not None:
+        yield f"Roots that grow by more than {number(limit, 4)} 1/s."
+    if outside := details.get("growing_outside"):
+        yield f"{outside} modes grow outside of the band; they are not listed."
+    yield f"Values of {crossed.parameter} above {number(crossed.high)}."
+    if crossed.low > 0.0:
+        yield f"Values of {crossed.parameter} below {number(crossed.low)}."
+    yield "Other values of the other parameters: `squeal scatter` draws them from ranges."
+    yield (
+        "Motion of finite size: this is linear stability of steady sliding. Lost contact, limit "
+        "cycles and loudness need a simulation."
+    )

@@ -1,0 +1,52 @@
+"""The page of a report: what it names, that it needs nothing else, what it refuses."""
+
+import re
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.errors import InputError
+from tests.cli.calls import run
+from tests.conftest import SCENES
+
+
+def pair(mu, name="pair"):
+    """Flutter from mu = 3/4 on, at a circular frequency of sqrt(2)."""
+    K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    return squeal.System(np.eye(2), K=K, parameters={"mu": mu}, name=name)
+
+
+@pytest.mark.parametrize(("mu", "words"), [(1.0, "Unstable at mu = 1"), (0.5, "Marginal")])
+def test_verdict_and_loss_of_stability_are_those_of_the_closed_form(tmp_path, mu, words):
+    report = squeal.report(pair(mu))
+    assert report.verdict.startswith(words)
+    assert report.loss == "Stability is first lost at mu = 0.75: flutter at 0.2251 Hz"
+    report.save(tmp_path / "page.html")
+    text = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert report.verdict in text
+    assert text.count(">0.75<") == 1 + (mu > 0.75)  # the crossing, and the onset of what grows
+    assert "Values of mu above 2" in text
+
+
+def test_the_page_needs_no_other_file_and_holds_no_markup_of_a_name(tmp_path):
+    squeal.report(pair(1.0, "<script>x\x1b</script>")).save(tmp_path / "page.html")
+    text = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert not re.search(r'(?:src|href)="(?!data:)|url\(|@import|<script', text)
+    assert "\x1b" not in text
+
+
+def test_the_command_writes_it_and_refuses_what_it_cannot_write(capsys, tmp_path):
+    scene = SCENES / "b1-a.yaml"
+    code, out, _ = run(capsys, "report", scene, "--output", tmp_path / "a.html")
+    assert code == 0
+    assert "Unstable" in out
+    assert (tmp_path / "a.html").stat().st_size > 10_000
+    (tmp_path / "b.html").write_text("mine")
+    for name in ("a.txt", "b.html"):
+        code, _, err = run(capsys, "report", scene, "--output", tmp_path / name)
+        assert code == 2
+        assert name in err
+    assert (tmp_path / "b.html").read_text() == "mine"
+    with pytest.raises(InputError, match="must end in"):
+        squeal.report(pair(1.0)).save(tmp_path / "a.pdf")
