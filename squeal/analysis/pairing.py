@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linear_sum_assignment
 
 from squeal.analysis.answers import Eigenvalues
 from squeal.errors import InputError
@@ -130,8 +131,6 @@ def compare(
     >>> [(pair.mode, round(pair.mac, 3)) for pair in compare(*both).pairs]
     [(1, 0.999), (2, 0.999)]
     """
-    from scipy.optimize import linear_sum_assignment
-
     POSITIVE.check(tolerance, Place("compare"), "tolerance")
     where = getattr(computed.source[0], "coordinates", None)
     own, name = list(_modes(computed, where)), str(reference)
