@@ -169,3 +169,16 @@ def test_what_is_not_reached_is_divided_and_what_is_not_corrected_is_refused():
         modes_in(problem, REGION, options=replace(OPTIONS, rounds=1))
     with pytest.raises(ComputationError, match="too many roots"):
         modes_in(problem, REGION, options=replace(OPTIONS, steps=24, pieces=2))
+
+
+def test_no_root_left_out_near_the_outline_is_overlooked(rng):
+    """Eight determinants leave wide gaps; a count is right, or none is given."""
+    damping, frequency = rng.uniform(0.1, 0.5, 31), rng.uniform(1.0, 6.0, 31)
+    problem = quadratic(*large.blocks(damping, frequency, rng))
+    roots = np.concatenate([-damping + 1j * frequency, -damping - 1j * frequency])
+    for angle in np.linspace(0.1, 3.0, 9):
+        missing = roots[int(np.argmin(np.abs(roots - 3.5j)))]
+        disc = Disc(2.0, missing - 2.0 * 0.97 * np.exp(1j * angle))
+        inside, known = int(np.sum(disc.contains(roots))), roots[roots != missing]
+        assert count_roots(problem, disc, known) in (inside, None)
+        assert count_roots(problem, disc, roots) in (inside, None)
