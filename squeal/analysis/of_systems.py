@@ -265,7 +265,8 @@ def _cell(common: Common, at: dict[str, float]) -> tuple[int, float]:
     if isinstance(reduction, FirstLook):
         roots, _, errors, *_ = reduction.judged(at, deciding=True)
     else:
-        roots, errors = roots_of_all(system, wanted, at), np.zeros(1)
+        roots = reduction.values(at) if reduction else roots_of_all(system, wanted, at)
+        errors = np.zeros(1)
     errors = np.fmax(errors, rounding_of(system, roots))
     growth = float(roots.real.max()) if len(roots) else np.nan
     return NAMES.index(verdict_of(roots, errors)), growth
