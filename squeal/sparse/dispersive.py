@@ -23,6 +23,7 @@ import numpy as np
 
 from squeal.errors import InputError
 from squeal.linear.eigen import Eigenvalue
+from squeal.linear.moduli import Modulus
 from squeal.linear.system import TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.eigensolver import OPTIONS as SOLVER
@@ -65,9 +66,11 @@ def frequencies(system: TermSystem, region: Rectangle) -> Array:
         raise InputError("region: lies below the real axis, where frequencies mean nothing")
     least, most = system.covered
     ends = low / (2 * np.pi), high / (2 * np.pi)
+    moduli = (t.factor for t in system.terms if isinstance(t.factor, Modulus))
+    names = {modulus.table.source for modulus in moduli if modulus.table}
     if ends[0] < least * (1 - 1e-9) or ends[1] > most * (1 + 1e-9):
         raise InputError(
-            f"{system.name}: the tables of moduli cover {least:g} to {most:g} Hz; "
+            f"{', '.join(sorted(names))}: {least:g} to {most:g} Hz are covered; "
             f"{ends[0]:g} to {ends[1]:g} Hz are needed"
         )
     return np.clip(np.linspace(low, high, OPTIONS.frozen), 2 * np.pi * least, 2 * np.pi * most)
