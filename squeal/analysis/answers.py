@@ -650,7 +650,8 @@ class Sensitivity(Answer):
         of a pair's two, the fastest growing first. A step is 1 per cent, of an angle a degree, and
         1 of what is 0 and has no unit."""
         loss, rows = self.what == "threshold", []
-        at = np.zeros(1) if loss else np.asarray(self.at)
+        at = np.zeros(1, complex) if loss else np.asarray(self.at, complex)
+        numbers = mode_numbers(at)
         for i in sorted(np.flatnonzero(at.imag >= 0.0).tolist(), key=lambda i: -at[i].real):
             own = []
             for name, slopes in self.slopes.items():
@@ -664,7 +665,7 @@ class Sensitivity(Answer):
                 if step:
                     own.append((name, words, *moved.tolist()))
             own.sort(key=lambda row: -abs(row[2]) if math.isfinite(row[2]) else -math.inf)
-            mode = () if loss else (i + 1, at[i].imag / math.tau, at[i].real)
+            mode = () if loss else (int(numbers[i]), at[i].imag / math.tau, at[i].real)
             rows += [(*mode, *row) for row in own]
         return rows
 
@@ -690,10 +691,11 @@ class Sensitivity(Answer):
         """The table, and which modes leave it in doubt."""
         if self.condition is None:
             return [self.table()]
+        numbers = mode_numbers(np.asarray(self.at))
         near = np.flatnonzero((0.01 * self.condition**2 >= 1.0) & (np.imag(self.at) >= 0.0))
         lines = [
-            f"mode {i + 1} nearly coalesces with another one: its derivatives hold for changes far "
-            f"below {number(100 * self.condition[i] ** -2, 2)} %"
+            f"mode {numbers[i]} nearly coalesces with another one: its derivatives hold for "
+            f"changes far below {number(100 * self.condition[i] ** -2, 2)} %"
             for i in near.tolist()
         ]
         return [self.table(), "\n".join(lines)]
