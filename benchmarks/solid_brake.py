@@ -16,11 +16,12 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from squeal.analysis.systems.matrices import write_system
+from squeal.analysis.systems.matrices import write_components, write_system
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.sparse.components import Component, Contact
 
 ROWS = (500, 1_000_000)
 ROUND = 24  # elements around the disc for each level of refinement
@@ -49,7 +50,9 @@ class SolidBrake:
     """The system with its parameters mu and contact (a factor of the contact's stiffness).
 
     `nodes`, `directions` (n,) tell what each row is, `places` (nodes, 3) where in m; `cells`
-    (elements, 8) the nodes of each hexahedron in the order of VTK.
+    (elements, 8) the nodes of each hexahedron in the order of VTK. `pairs` (m, 2) are the nodes of
+    disc and pad in contact with their `area` (m,), `back` (m,) those of the pad behind them, on
+    which the piston acts.
     """
 
     system: TermSystem = field(repr=False)
@@ -57,6 +60,9 @@ class SolidBrake:
     directions: NDArray[np.intp] = field(repr=False)
     places: NDArray[np.float64] = field(repr=False)
     cells: NDArray[np.intp] = field(repr=False)
+    pairs: NDArray[np.intp] = field(repr=False)
+    area: NDArray[np.float64] = field(repr=False)
+    back: NDArray[np.intp] = field(repr=False)
 
 
 def _block(counts: tuple[int, int, int], closed: bool) -> tuple[NDArray, NDArray]:
@@ -175,7 +181,8 @@ def solid_brake(rows: int = 2000, geometry: Geometry | None = None) -> SolidBrak
     own = {"mu": 0.4, "contact": 1.0}
     system = TermSystem((Term(M),), damping, terms, own, "mu", "solid brake")
     cells = np.hstack([disc_cells, pad_cells + disc.shape[1]])[VTK].T
-    return SolidBrake(system, kept // 3, kept % 3, places.T, cells)
+    pairs, back = np.column_stack([below, above]), pads[:, :, -1].ravel()
+    return SolidBrake(system, kept // 3, kept % 3, places.T, cells, pairs, area, back)
 
 
 def _areas(radii: NDArray, angles: NDArray) -> NDArray:
@@ -302,16 +309,63 @@ def write_brake(folder: Path, brake: SolidBrake, form: str = "npz") -> None:
     write_csv(folder / "elements.csv", heads, cells)
 
 
+def parts(brake: SolidBrake, geometry: Geometry | None = None) -> tuple[list[Component], Contact]:
+    """Disc and pad without contact, nodes counted from 1, the pad pressed by 1 Pa; and the contact
+    of the whole brake, whose pairs may open."""
+    own, bodies = brake.system, []
+    for name, rows in (
+        ("disc", np.flatnonzero(brake.nodes < brake.pairs[0, 1])),
+        ("pad", np.flatnonzero(brake.nodes >= brake.pairs[0, 1])),
+    ):
+        M, C, K = (
+            tuple(Term(t.matrix[rows][:, rows], t.factor) for t in terms)
+            for terms in (own.M, own.C, own.K[:1])
+        )
+        nodes, directions = brake.nodes[rows], brake.directions[rows]
+        load = np.zeros(len(rows))
+        for node, area in zip(brake.back, brake.area, strict=True):
+            load[(nodes == node) & (directions == 2)] = -area
+        system = TermSystem(M, C, K, name=name)
+        bodies.append(Component(system, nodes + 1, directions, brake.places[nodes], load))
+    stiffness = (geometry or Geometry()).contact
+    pairs, normal, axis = brake.pairs + 1, (0.0, 0.0, 1.0), (0.0, 0.0, 1.0)
+    return bodies, Contact(("disc", "pad"), pairs, normal, stiffness, brake.area, axis=axis)
+
+
+def write_parts(folder: Path, brake: SolidBrake) -> None:
+    """Disc and pad, a folder each, the pairs of their nodes and the file that joins them."""
+    bodies, contact = parts(brake)
+    write_components(folder, bodies, "npz")
+    table = zip(*contact.pairs.T.tolist(), contact.area.tolist(), strict=True)
+    write_csv(folder / "pairs.csv", ["first", "second", "area"], table)
+    load = {"file": "pad/load.csv", "factor": "pressure"}
+    pads = {"file": "pad/system.yaml", "load": load}
+    between = {"between": ["disc", "pad"], "pairs": {"file": "pairs.csv"}}
+    laws = {"normal": [0, 0, 1], "axis": [0, 0, 1], "stiffness": contact.stiffness, "gap": "wear"}
+    document = {
+        "name": "solid brake",
+        "parameters": {"mu": 0.4, "pressure": 2.0e6, "wear": 0.0},
+        "components": {"disc": {"file": "disc/system.yaml"}, "pad": pads},
+        "contact": [between | laws],
+    }
+    write_text(folder / "assembly.yaml", yaml.safe_dump(document, sort_keys=False))
+
+
 def main() -> int:
     """Write a brake into the folder that is named."""
     parser = argparse.ArgumentParser(prog=f"python -m {__spec__.name}", description=__doc__)
     parser.add_argument("folder", type=Path, help="where to write")
     parser.add_argument("rows", type=int, nargs="?", default=2000, help="at least so many (2000)")
     parser.add_argument("--format", choices=["npz", *FILES], default="npz", help="whose files")
+    parts = "disc and pad by themselves, with the contact between them and the load"
+    parser.add_argument("--components", action="store_true", help=parts)
     given = parser.parse_args()
     try:
         brake = solid_brake(given.rows)
-        write_brake(given.folder, brake, given.format)
+        if given.components:
+            write_parts(given.folder, brake)
+        else:
+            write_brake(given.folder, brake, given.format)
     except (InputError, ComputationError) as error:
         print(f"solid brake: {error}", file=sys.stderr)
         return 2

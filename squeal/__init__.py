@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from squeal.model.contact import Formulation
     from squeal.model.pad import Pad
     from squeal.simulation.run import Simulation, simulate
+    from squeal.sparse.components import Assembly, Component, Contact, assemble
 
 _HOMES = {
     "analysis.answers": "Axis Eigenvalues Map Sensitivity Sweep Thresholds",
@@ -63,16 +64,18 @@ _HOMES = {
     "model.contact": "Formulation",
     "model.pad": "Pad",
     "simulation.run": "Simulation simulate",
+    "sparse.components": "Assembly Component Contact assemble",
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
-    "Advice", "Answer", "Axis", "Check", "Column", "ComputationError", "Cycles", "Damping",
-    "Eigenvalues", "Formulation", "InputError", "Map", "Optimum", "Pad", "Pairs", "Report",
-    "Scatter", "Scene", "Sensitivity", "Simulation", "Sweep", "System", "SystemFile", "Table",
-    "Term", "TermSystem", "Thresholds", "advise", "check", "compare", "cycles", "eigenvalues",
-    "mac", "map", "optimise", "read_scene", "read_spreads", "read_system", "reduce", "report",
-    "scatter", "sensitivity", "simulate", "state_space", "sweep", "thresholds",
+    "Advice", "Answer", "Assembly", "Axis", "Check", "Column", "Component", "ComputationError",
+    "Contact", "Cycles", "Damping", "Eigenvalues", "Formulation", "InputError", "Map", "Optimum",
+    "Pad", "Pairs", "Report", "Scatter", "Scene", "Sensitivity", "Simulation", "Sweep", "System",
+    "SystemFile", "Table", "Term", "TermSystem", "Thresholds", "advise", "assemble", "check",
+    "compare", "cycles", "eigenvalues", "mac", "map", "optimise", "read_scene", "read_spreads",
+    "read_system", "reduce", "report", "scatter", "sensitivity", "simulate", "state_space", "sweep",
+    "thresholds",
 ]
 # fmt: on
 

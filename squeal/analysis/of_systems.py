@@ -148,8 +148,11 @@ class Question:
         if file.damped:
             each = (f"{one.of} by {one.by} {shown(one.value)}" for one in file.damped)
             lines.append(f"  damped terms: {', '.join(each)}")
-        notes = ["\n".join(lines + [f"  {name}: {text}" for name, text in checks.items()])]
-        notes += roots.notes
+        lines += [f"  {name}: {text}" for name, text in checks.items()]
+        if file.assembly is not None:
+            lines += [f"  {seat}" for seat in file.assembly.seats]
+            details["contact"] = [seat.summary() for seat in file.assembly.seats]
+        notes = ["\n".join(lines), *roots.notes]
         if roots.growing_outside:
             notes.append(f"{roots.growing_outside} modes grow outside of the band or region")
         words = "" if region is None else self.wanted.words()

@@ -31,8 +31,10 @@ _ARGUMENT = re.compile(r"(?:\w+: )?(\w+)[.\d]*: ")  # with which the library beg
 class Source:
     """The document of a file, or of standard input for "-", as --set changes it (`changes`).
 
-    inputs: the files behind what was read. Raises InputError.
+    inputs: the files behind what was read; band: that of the question. Raises InputError.
     """
+
+    band: tuple[float, float] | None = None
 
     def __init__(self, given: str, sets: Sequence[str]) -> None:
         self.path = None if given == "-" else Path(given)
@@ -74,15 +76,16 @@ class Source:
 
         swept: warn where nothing depends on the free parameter of a system.
         """
-        if "M" not in self.document:
+        if self.document.keys().isdisjoint(("M", "components")):
             return self.scene()
         room = importlib.import_module("squeal.io.system")  # formats, which no scene needs
-        file = room.system_file(self.document, self.at, self.folder)
+        file = room.system_file(self.document, self.at, self.folder, self.band)
         self.inputs += file.inputs
         system = file.system
         for key, value in self.changes.items():
             name = key.removeprefix("parameters.")
-            if name != key and name not in system.names:
+            seated = file.assembly is not None  # and what presses it has been used
+            if name != key and name not in system.names and not seated:
                 words = f"no matrix of {self.name} depends on {name}"
                 raise InputError(f"--set {name}={value:g}: {words}")
         if swept and system.parameter not in system.names:
@@ -93,13 +96,14 @@ class Source:
 
 def _keys_of(document: dict[str, Any]) -> Group:
     """The keys that --set may name; those of a system's parameters are its own."""
-    if "M" not in document:
+    if document.keys().isdisjoint(("M", "components")):
         return SCENE
-    room: Any = importlib.import_module("squeal.io.system")
+    home, name = ("components", "ASSEMBLY") if "components" in document else ("system", "SYSTEM")
+    known: Any = getattr(importlib.import_module(f"squeal.io.{home}"), name)
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu"), *FREQUENCY]
     numbers = Group({str(name): Key("a parameter", ANY) for name in names})
-    return Group(room.SYSTEM.keys | {"parameters": Key("named numbers", numbers)})
+    return Group(known.keys | {"parameters": Key("named numbers", numbers)})
 
 
 @dataclass(frozen=True)
@@ -173,6 +177,7 @@ class Parser(argparse.ArgumentParser):
 def _reply(module: Any, given: argparse.Namespace) -> Reply:
     """The answer of a command about a scene or system. Raises InputError."""
     source = given.source = Source(given.scene, given.set)
+    source.band = vars(given).get("band")
     named = [source.folder / name for name in named_files(source.document)]
     more = [vars(given).get(key) or given.scene for key in ("scatter", "test")]
     check_outputs(given, [given.scene, *more, *named])

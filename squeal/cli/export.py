@@ -11,7 +11,7 @@ from typing import Any
 import squeal
 from squeal.analysis.of_systems import Question
 from squeal.analysis.pads import analyse
-from squeal.analysis.systems.matrices import write_system
+from squeal.analysis.systems.matrices import write_assembly, write_system
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import refuse, take
 from squeal.cli.streams import steps
@@ -35,12 +35,16 @@ def run(given: argparse.Namespace) -> Reply:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         kind = "not empty" if folder.is_dir() else "no folder"
         raise InputError(f"--output {folder}: is {kind}; a new or empty folder is allowed")
-    subject, basis = given.source.subject(), None
+    subject, basis, rows = given.source.subject(), None, None
     if isinstance(subject, Scene):
         refuse(given, "method band region values", f"{given.source.name}, a scene with six roots")
         (M, C, K), mu = analyse(subject).matrices, {"mu": subject.pad.mu}
         name = Path(given.source.name).stem
         system = squeal.System(M, C if C.any() else None, K, mu, name=name)
+    elif given.method is None and subject.assembly is not None:
+        refuse(given, "region values", "components; --method reduced or modal takes it")
+        system, source = subject.system, given.source
+        rows = write_assembly(folder, subject, source.document, source.folder, given.format)
     elif given.method in (None, "full"):
         refuse(given, "band region values", "a whole system; --method reduced or modal takes it")
         system = subject.system
@@ -51,8 +55,9 @@ def run(given: argparse.Namespace) -> Reply:
             words = f"the reduced system has {reduction.spurious} roots that the full one has not"
             warnings.warn(words, InputWarning, stacklevel=2)
         system = reduction.system
-    rows = write_system(folder, system, given.format)
-    head = f"{system.name}: {system.n} rows, {len(rows)} matrices and system.yaml in {folder}"
+    file = "system.yaml" if rows is None else "assembly.yaml"
+    rows = write_system(folder, system, given.format) if rows is None else rows
+    head = f"{system.name}: {system.n} rows, {len(rows)} matrices and {file} in {folder}"
     cells = [(r["file"], r["part"], r["factor"]) for r in rows]
     return Reply(
         lambda: {"folder": str(folder), "rows": system.n, "files": rows, "basis": basis},

@@ -5,6 +5,7 @@ K0 + K1 mu + K2 mu^2 + ...; C likewise.
 """
 
 import csv
+import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
@@ -174,7 +175,8 @@ class Coordinates:
 
     `nodes` (n,) indices into `places` (nodes, 3); `directions` (n,) 0 to 2 for x, y, z, -1 for
     rotations and other degrees of freedom, which move nothing. `names` (nodes,) of the nodes;
-    `cells` kind and corners (indices of nodes) of each element.
+    `cells` kind and corners (indices of nodes) of each element. `bases` are the diagonal blocks of
+    what gives these rows from those of a reduced system.
     """
 
     nodes: NDArray[np.intp] = field(repr=False)
@@ -182,6 +184,7 @@ class Coordinates:
     places: NDArray[np.float64] = field(repr=False)
     names: tuple[str, ...] = ()
     cells: tuple[tuple[str, tuple[int, ...]], ...] = field(default=(), repr=False)
+    bases: tuple[NDArray[np.float64], ...] = field(default=(), repr=False)
 
     def without(self, rows: NDArray[np.intp]) -> "Coordinates":
         """The same nodes without some rows of the system."""
@@ -196,6 +199,9 @@ class Coordinates:
 
     def displacements(self, shape: NDArray) -> NDArray:
         """Displacements (nodes, 3) of the nodes from a mode shape (n,)."""
+        if self.bases:
+            parts = np.split(shape, np.cumsum([V.shape[1] for V in self.bases])[:-1])
+            shape = np.concatenate([V @ x for V, x in zip(self.bases, parts, strict=True)])
         moved = np.zeros((len(self.places), 3), dtype=np.asarray(shape).dtype)
         moving = self.directions >= 0
         moved[self.nodes[moving], self.directions[moving]] = np.asarray(shape)[moving]
@@ -313,7 +319,7 @@ class Origin(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class SystemFile:
     """A system from a file; `inputs` are the other files that were read, `damped` says what has
-    damping that is not given as a matrix."""
+    damping that is not given as a matrix, `assembly` is what components were joined to."""
 
     system: TermSystem
     reference: str = ""
@@ -321,10 +327,11 @@ class SystemFile:
     inputs: tuple[Path, ...] = field(default=(), repr=False)
     coordinates: Coordinates | None = None
     damped: tuple[Damped, ...] = ()
+    assembly: Any = field(default=None, repr=False)
 
 
 def read_system(path: Path | str) -> SystemFile:
-    """The system that a file describes, its matrices read and checked.
+    """The system that a file describes, its matrices read and checked, or its components joined.
 
     Raises InputError with one sentence that names the file, the key, the value and what is
     allowed.
@@ -332,8 +339,17 @@ def read_system(path: Path | str) -> SystemFile:
     return system_file(*schema.read_document(path), Path(path).parent)
 
 
-def system_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile:
-    """The system in a mapping of a file's form; matrix files are named relative to `folder`."""
+def system_file(
+    document: dict[str, Any], at: Place, folder: Path, band: tuple[float, float] | None = None
+) -> SystemFile:
+    """The system in a mapping of a file's form; matrix files are named relative to `folder`.
+
+    `band` (Hz) is that of the question, which components are reduced for.
+    """
+    if "components" in document:  # each of which is read here
+        room: Any = importlib.import_module("squeal.io.components")
+        joined: SystemFile = room.assembly_file(document, at, folder, band)
+        return joined
     given = SYSTEM.read(document, at)
     parameter, terms = _terms(given, at)
     read: dict[Any, MatrixFile] = {}  # by file, key and symmetry, since terms may share one

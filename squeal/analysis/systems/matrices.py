@@ -1,5 +1,7 @@
 """Matrices of a system before anything is solved: what they are and their files."""
 
+from collections.abc import Sequence
+from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +14,8 @@ from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.matrices import EPS, dense, norm_of, unit_diagonal
 from squeal.linear.moduli import Modulus
 from squeal.linear.system import Matrix, TermSystem
+from squeal.numerics.differentiation import Formula
+from squeal.sparse.components import Component
 
 ALL_ROWS = 400  # up to so many rows all roots are computed
 
@@ -102,4 +106,52 @@ def write_system(
                 group.setdefault(key, []).append(keys)
                 rows.append(row)
         write_text(place / "system.yaml", yaml.safe_dump(document | more, sort_keys=False))
+    return rows
+
+
+def write_components(
+    folder: Path, components: Sequence[Component], suffix: str
+) -> list[dict[str, Any]]:
+    """Write each component into a folder of its name, with the nodes of its rows and its load.
+
+    A row for each matrix. Raises InputError as `write_system` does.
+    """
+    rows = []
+    for body in components:
+        home = folder / body.name
+        written = write_system(home, body.system, suffix, coordinates={"file": "nodes.csv"})
+        rows += [row | {"file": f"{body.name}/{row['file']}"} for row in written]
+        nodes = [node or "-" for node in body.nodes.tolist()]
+        dofs = ["xyz-"[direction] for direction in body.directions]
+        places = np.zeros((len(nodes), 3)) if body.places is None else body.places
+        table = zip(nodes, dofs, *places.T.tolist(), strict=True)
+        write_csv(home / "nodes.csv", ["node", "dof", "x", "y", "z"], table)
+        if body.load is not None:
+            pressed = np.flatnonzero((body.load != 0.0) & (body.directions >= 0))
+            loads = ((nodes[i], dofs[i], float(body.load[i])) for i in pressed)
+            write_csv(home / "load.csv", ["node", "dof", "force"], loads)
+    return rows
+
+
+def write_assembly(
+    folder: Path, file: SystemFile, document: dict[str, Any], home: Path, suffix: str
+) -> list[dict[str, Any]]:
+    """Write the components of an assembly as they were joined, and a file that joins them again.
+
+    `document` is that of the file, in the folder `home`. A row for each matrix.
+    """
+    rows = write_components(folder, file.assembly.components, suffix)
+    joined = {key: deepcopy(value) for key, value in document.items() if key != "cutoff"}
+    for name, one in joined["components"].items():
+        one["file"] = f"{name}/system.yaml"
+        if load := one.get("load"):  # it was written as it is at these parameters
+            factor = Formula(load.get("factor", "1"))
+            text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"
+            one["load"] = {"file": f"{name}/load.csv", "factor": text}
+    for i, one in enumerate(joined["contact"], 1):
+        if "pairs" in one:
+            text = (home / one["pairs"]["file"]).read_text(encoding="utf-8")
+            one["pairs"] = {"file": f"pairs{i}.csv"}
+            write_text(folder / f"pairs{i}.csv", text)
+    write_text(folder / "assembly.yaml", yaml.safe_dump(joined, sort_keys=False))
     return rows

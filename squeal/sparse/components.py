@@ -1,0 +1,589 @@
+"""Components joined by node pairs: Craig-Bampton reduction, contact with friction, seating.
+
+A reduced component keeps the rows of its boundary nodes. Its inside follows these statically
+(constraint modes) and moves by its normal modes with the boundary held, up to a frequency. Those
+above are represented by their static answer to the inertia of the constraint modes. Contact
+acts between nodes of two components, so that it changes without a new reduction. What touches is
+found under the brake load: pairs that would pull open, and carry neither stiffness nor friction.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from squeal.errors import ComputationError, InputError
+from squeal.linear.matrices import EPS, is_sparse, norm_of
+from squeal.linear.system import Matrix, Term, TermSystem, structure_stiffness
+from squeal.numerics.differentiation import Formula
+from squeal.sparse.quadratic import Array, Factor, factorise
+
+SHARE = 1e-4  # of the energy of a boundary motion, below which what it adds inside is left out
+
+
+@dataclass(frozen=True, eq=False)
+class Component:
+    """One body of an assembly: its matrices, and which node and direction each row is.
+
+    Parameters
+    ----------
+    system : TermSystem
+        M, C and K (n, n), dense or sparse; its name is the component's.
+    nodes : array_like (n,)
+        Label of the node of each row; empty where a row belongs to none.
+    directions : array_like (n,)
+        0, 1, 2 for displacements along x, y, z; -1 for rotations and what moves no node.
+    places : array_like (n, 3), optional
+        Where in m the node of each row lies.
+    load : array_like (n,), optional
+        Brake load in N (N m for rotations), under which contact is seated.
+    basis : array (N, n), optional
+        Displacements of the N rows that this component was reduced from.
+
+    Examples
+    --------
+    A chain of three masses that keeps its last node, and all of its modes:
+
+    >>> import numpy as np, squeal
+    >>> K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    >>> chain = Component(squeal.System(np.eye(3), K=K), [1, 2, 3], [0, 0, 0])
+    >>> small = chain.reduced([3], cutoff=1.0)
+    >>> small.nodes.tolist()
+    ['3', '', '']
+    >>> squeal.eigenvalues(small.system).values[::2].imag.round(9)
+    array([0.44504187, 1.2469796 , 1.80193774])
+    """
+
+    system: TermSystem
+    nodes: Any = field(repr=False)
+    directions: Any = field(repr=False)
+    places: Any = field(default=None, repr=False)
+    load: Any = field(default=None, repr=False)
+    basis: Array | None = field(default=None, repr=False)
+
+    def __post_init__(self) -> None:
+        kinds = {"nodes": str, "directions": int, "places": float, "load": float}
+        for name, kind in kinds.items():
+            if getattr(self, name) is not None:
+                value: Any = np.asarray(getattr(self, name)).astype(kind)
+                if len(value) != self.system.n:
+                    words = f"{len(value)} rows are not allowed; the matrices have {self.system.n}"
+                    raise InputError(f"{self.name}: {name}: {words}")
+                object.__setattr__(self, name, value)
+
+    @property
+    def name(self) -> str:
+        """What the component is called."""
+        return self.system.name
+
+    def rows_of(self, nodes: ArrayLike) -> NDArray[np.intp]:
+        """The rows (m, 3) of nodes (m,) along x, y, z; -1 where there is none.
+
+        Raises InputError for an unknown node.
+        """
+        wanted = np.asarray(nodes).astype(str)
+        labels, inverse = np.unique(self.nodes, return_inverse=True)
+        where = np.minimum(np.searchsorted(labels, wanted), len(labels) - 1)
+        unknown = (labels[where] != wanted) | (wanted == "")
+        if unknown.any():
+            raise InputError(f"{wanted[unknown][0]} is no node of {self.name}")
+        table, moving = np.full((len(labels), 3), -1), np.flatnonzero(self.directions >= 0)
+        table[inverse[moving], self.directions[moving]] = moving
+        return table[where]
+
+    def places_of(self, nodes: ArrayLike) -> Array:
+        """Where nodes (m,) lie (m, 3). Raises InputError without coordinates."""
+        if self.places is None:
+            raise InputError(f"{self.name} has no coordinates; they are needed here")
+        return np.asarray(self.places[self.rows_of(nodes).max(axis=1)])
+
+    def reduced(self, nodes: ArrayLike, cutoff: float) -> Component:
+        """Craig-Bampton reduction: all rows of some nodes, and modes up to a frequency.
+
+        Modes above it count by their static answer to the inertia of the constraint modes, where
+        that matters at half the frequency.
+
+        Parameters
+        ----------
+        nodes : array_like
+            Labels of the nodes that stay: those of contact, mounts, and where it is observed.
+        cutoff : float
+            Highest frequency in Hz of the normal modes with these nodes held; twice the highest
+            one of interest.
+
+        Returns
+        -------
+        Component
+            Dense, the rows of the nodes first. Every term is projected and keeps its factor; the
+            basis is that of the component's own parameters.
+
+        Raises
+        ------
+        InputError
+            For an unknown node, or if these nodes do not hold the component.
+        """
+        from scipy.linalg import eigh
+        from scipy.sparse import csc_array
+
+        self.rows_of(nodes)
+        kept = np.isin(self.nodes, np.asarray(nodes).astype(str))
+        b, i = np.flatnonzero(kept), np.flatnonzero(~kept)
+        V = np.zeros((len(kept), len(b)))
+        V[b, np.arange(len(b))] = 1.0
+        if len(i):
+            K, M = map(csc_array, (structure_stiffness(self.system)[0], self.system.at()[0]))
+            inside, mass = csc_array(K[i][:, i]), csc_array(M[i][:, i])
+            words = f"{self.name}: the nodes in contact do not hold it; it needs supports"
+            try:
+                factor = factorise(inside)
+            except ZeroDivisionError:
+                raise InputError(words) from None
+            squares, modes = _modes(inside, mass, factor, cutoff)
+            if np.any(squares <= 4 * EPS * len(i) * norm_of(inside) / norm_of(M)):
+                raise InputError(words)
+            V[i] = -factor.solve(K[i][:, b].toarray())
+            # what modes above the cutoff add at half of it: the static answer to inertia
+            late, rate = factor.solve((M @ V)[i]), np.pi * cutoff
+            late -= modes @ (modes.T @ (mass @ late))
+            own = V.T @ (K @ V) + rate**2 * (V.T @ (M @ V))
+            share, turn = eigh(rate**4 * (late.T @ (inside @ late)), own)
+            late = late @ turn[:, share > SHARE]
+            late /= np.sqrt(np.sum(late * (mass @ late), axis=0))
+            V = np.hstack([V, np.zeros((len(kept), modes.shape[1] + late.shape[1]))])
+            V[i, len(b) :] = np.hstack([modes, late])
+        M, C, K = (
+            tuple(Term(V.T @ (t.matrix @ V), t.factor) for t in terms)
+            for terms in self.system.parts
+        )
+        rest = V.shape[1] - len(b)
+        return Component(
+            replace(self.system, M=M, C=C, K=K),
+            [*self.nodes[b], *[""] * rest],
+            [*self.directions[b], *[-1] * rest],
+            None if self.places is None else np.vstack([self.places[b], np.zeros((rest, 3))]),
+            None if self.load is None else V.T @ self.load,
+            V if self.basis is None else self.basis @ V,
+        )
+
+
+def _modes(K: Any, M: Any, factor: Factor, cutoff: float) -> tuple[Array, Array]:
+    """Squares (rad/s)^2 and modes (n, k) of K (n, n), factorised, and M up to a frequency (Hz)."""
+    from scipy.linalg import eigh
+    from scipy.sparse.linalg import LinearOperator, eigsh
+
+    n, limit, count = K.shape[0], (2 * np.pi * cutoff) ** 2, 24
+    while 4 * count < n:
+        inverse = LinearOperator((n, n), matvec=factor.solve, dtype=float)
+        start = np.random.default_rng(n).standard_normal(n)
+        squares, modes = eigsh(K, count, M, sigma=0.0, OPinv=inverse, v0=start)
+        if squares.max() > limit:
+            return squares[squares <= limit], modes[:, squares <= limit]
+        count *= 2
+    try:  # of 1/squares, since M may be singular
+        values, modes = eigh(M.toarray(), K.toarray(), subset_by_value=(1 / limit, np.inf))
+    except np.linalg.LinAlgError:  # K is not definite
+        return np.zeros(1), np.zeros((n, 1))
+    return 1 / values, modes / np.sqrt(values)
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """Node pairs between two components, and what acts between them.
+
+    A pair is pressed by h, the approach of its nodes along the normal less the gap. Its pressure p
+    grows by dp/dh = stiffness (p / reference)^exponent.
+
+    Parameters
+    ----------
+    between : (str, str)
+        Names of the components.
+    pairs : array_like (m, 2) or float
+        Labels of the nodes of the one and the other; or the distance (m) within which each node of
+        the other is paired with the nearest one of the first.
+    normal : array_like (3,) or (m, 3)
+        From the first to the second, of any length above 0.
+    stiffness : float or array_like (m,)
+        Normal stiffness, N/m^3 of the area; without `area` N/m of a pair.
+    area : float or array_like (m,), optional
+        m^2 of the whole contact, shared evenly, or of each pair.
+    sliding : array_like (3,) or (m, 3), optional
+        Along which the first moves past the second; friction pulls the second there.
+    axis, through : array_like (3,), optional
+        The same as a rotation of the first: axis x (r - through), at each pair.
+    tangential : float or array_like (m,)
+        Stiffness in the two directions across the normal, as `stiffness`.
+    gap : float or array_like (m,)
+        What is between the nodes beside their places, in m: wear and machined height.
+    exponent, reference : float
+        Of the normal stiffness by pressure (Pa; N without `area`); 0 is a constant stiffness.
+    bonded : bool
+        True for a joint, whose pairs cannot open.
+    friction, factor, tangential_factor : str
+        Formulas of the parameters: the coefficient of friction and factors of both stiffnesses.
+    """
+
+    between: tuple[str, str]
+    pairs: Any = field(repr=False)
+    normal: Any = field(repr=False)
+    stiffness: Any
+    area: Any = None
+    sliding: Any = field(default=None, repr=False)
+    axis: Any = None
+    through: Any = (0.0, 0.0, 0.0)
+    tangential: Any = 0.0
+    gap: Any = 0.0
+    exponent: float = 0.0
+    reference: float = 1.0
+    bonded: bool = False
+    friction: str = "mu"
+    factor: str = "contact"
+    tangential_factor: str = "tangential"
+
+    @property
+    def name(self) -> str:
+        """The names of both components."""
+        return " - ".join(self.between)
+
+    def labelled(self, bodies: Mapping[str, Component]) -> Contact:
+        """The same contact with the labels of its pairs (m, 2). Raises InputError."""
+        one, other = (bodies[name] for name in self.between)
+        if np.ndim(self.pairs):
+            pairs = np.asarray(self.pairs).astype(str)
+        else:
+            from scipy.spatial import KDTree
+
+            first, second = (np.unique(x.nodes[x.directions >= 0]) for x in (one, other))
+            near, which = KDTree(one.places_of(first)).query(other.places_of(second))
+            close = near <= self.pairs
+            pairs = np.column_stack([first[which], second])[close]
+        if pairs.ndim != 2 or pairs.shape[1] != 2 or not len(pairs):
+            raise InputError("pairs: there is none; labels (m, 2) or a greater distance are needed")
+        return replace(self, pairs=pairs)
+
+    def each(self, value: ArrayLike) -> Array:
+        """A number of the contact for each pair, once they are known."""
+        return np.broadcast_to(np.asarray(value, dtype=float), len(self.pairs))
+
+
+class _Joint(NamedTuple):
+    """A contact in the rows of the assembly: displacements (m, n) of the second less those of the
+    first along the normal, along the sliding (None without) and in two directions across."""
+
+    contact: Contact
+    area: Array
+    normal: Any
+    sliding: Any
+    across: tuple[Any, Any]
+
+
+def _joint(contact: Contact, bodies: Mapping[str, Component]) -> _Joint:
+    from scipy.sparse import coo_array
+
+    nodes, m = contact.pairs, len(contact.pairs)
+    starts = dict(zip(bodies, np.cumsum([0, *(b.system.n for b in bodies.values())]), strict=False))
+    n = sum(body.system.n for body in bodies.values())
+    each = list(zip([bodies[name] for name in contact.between], nodes.T, strict=True))
+    rows = np.hstack([body.rows_of(labels) for body, labels in each])
+    columns = rows + np.repeat([starts[name] for name in contact.between], 3)
+
+    def require(holds: Any, words: str) -> None:
+        if not np.all(holds):
+            raise InputError(f"{words} at the pair {', '.join(nodes[np.argmin(holds)])}")
+
+    def unit(name: str, given: ArrayLike) -> Array:
+        vectors = np.broadcast_to(np.asarray(given, dtype=float), (m, 3))
+        length = np.linalg.norm(vectors, axis=1)
+        require(length > 0.0, f"{name}: has no length")
+        return np.asarray(vectors / length[:, None])
+
+    def along(vectors: Array) -> Any:
+        data = np.hstack([-vectors, vectors])
+        used = (rows >= 0) & (data != 0.0)
+        where = np.nonzero(used)[0], columns[used]
+        return coo_array((data[used], where), shape=(m, n)).tocsr()
+
+    normal, slides = unit("normal", contact.normal), None
+    require(np.diff(along(normal).indptr) > 0, "pairs: no row moves along the normal")
+    tangent = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), axis=1)])
+    if contact.sliding is not None or contact.axis is not None:
+        given = contact.sliding
+        if given is None:
+            centre = np.mean([body.places_of(labels) for body, labels in each], axis=0)
+            given = np.cross(unit("axis", contact.axis), centre - contact.through)
+        given = unit("sliding", given)
+        tangent = given - np.sum(given * normal, axis=1)[:, None] * normal
+        fine = np.linalg.norm(tangent, axis=1) > np.sqrt(EPS)
+        require(fine, "sliding: is parallel to the normal")
+        slides = along(unit("sliding", tangent))
+    tangent = unit("tangent", tangent)
+    area = contact.each(1.0 if contact.area is None else contact.area)
+    if np.ndim(contact.area) == 0 and contact.area is not None:
+        area = area / m
+    across = along(tangent), along(np.cross(normal, tangent))
+    return _Joint(contact, area, along(normal), slides, across)
+
+
+@dataclass(frozen=True, eq=False)
+class Seat:
+    """A contact under the load.
+
+    `closed` (m,) are the pairs that touch, `forces` (m,) their normal forces in N and `pressures`
+    (m,) these over the areas.
+    """
+
+    name: str
+    closed: NDArray[np.bool_] = field(repr=False)
+    forces: Array = field(repr=False)
+    pressures: Array = field(repr=False)
+
+    def summary(self) -> dict[str, Any]:
+        """What a JSON object says of it: pairs, force in N, largest pressure in Pa."""
+        counts = {"pairs": len(self.closed), "closed": int(np.count_nonzero(self.closed))}
+        sums = {"force": float(self.forces.sum()), "largest_pressure": float(self.pressures.max())}
+        return {"between": self.name} | counts | sums
+
+    def __str__(self) -> str:
+        s = self.summary()
+        touching = f"contact {self.name}: {s['closed']} of {s['pairs']} pairs closed"
+        return f"{touching}, {s['force']:.6g} N, largest pressure {s['largest_pressure']:.4g}"
+
+
+@dataclass(frozen=True, eq=False)
+class Assembly:
+    """Components joined by contact: the `system` of all rows, component after component.
+
+    It holds for small motions about the seat: `seats` are the contacts under the load,
+    `displacements` (n,) those of all rows. `components` are as they were joined, reduced or not,
+    and can be joined again.
+    """
+
+    system: TermSystem
+    components: tuple[Component, ...] = field(repr=False)
+    seats: tuple[Seat, ...]
+    displacements: Array = field(repr=False)
+
+
+def assemble(
+    components: Sequence[Component],
+    contacts: Sequence[Contact],
+    parameters: Mapping[str, float] | None = None,
+    parameter: str = "mu",
+    name: str = "assembly",
+    cutoff: float | None = None,
+) -> Assembly:
+    """Join components by contact, seated under their load, into one system.
+
+    Parameters
+    ----------
+    components : sequence of Component
+        Full or reduced, of different names.
+    contacts : sequence of Contact
+        Between them.
+    parameters : mapping of str to float
+        Named numbers; `mu` is 0, `contact` and `tangential` are 1 if left out. The seat is that at
+        these values, and stays while an answer varies them.
+    parameter, name : str
+        The free parameter; what the system is called.
+    cutoff : float, optional
+        Reduce each component to its nodes in contact and its modes up to this frequency in Hz.
+
+    Returns
+    -------
+    Assembly
+        Dense if all components are.
+
+    Raises
+    ------
+    InputError
+        For what does not fit together, if no component is loaded although pairs may open, or if
+        all pairs open.
+    ComputationError
+        If the contact is not settled.
+
+    Examples
+    --------
+    Two blocks in a row, the second one pressed on the first, which a spring of 3 N/m holds:
+
+    >>> import squeal
+    >>> fixed = squeal.Component(squeal.System([[1.0]], K=[[3.0]], name="one"), [1], [2])
+    >>> free = squeal.System([[1.0]], K=[[0.0]], name="other")
+    >>> pressed = squeal.Component(free, [1], [2], load=[-6.0])
+    >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
+    >>> found = squeal.assemble([fixed, pressed], [touch])
+    >>> found.displacements.tolist(), found.seats[0].forces.tolist()
+    ([-2.0, -5.0], [6.0])
+    >>> squeal.eigenvalues(found.system).values[::2].imag.round(6)
+    array([1.     , 2.44949])
+    """
+    bodies, joints = {body.name: body for body in components}, []
+    if len(bodies) != len(components) or not contacts:
+        raise InputError("an assembly needs contacts, and a name of its own for each component")
+    for contact in contacts:
+        if not set(contact.between) <= bodies.keys() or len(set(contact.between)) != 2:
+            words = f"it must be two of {', '.join(bodies)}"
+            raise InputError(f"contact {contact.name}: is not allowed; {words}")
+    try:
+        contacts = [(contact := each).labelled(bodies) for each in contacts]
+        if cutoff is not None:
+            nodes = {
+                key: [c.pairs[:, c.between.index(key)] for c in contacts if key in c.between]
+                for key in bodies
+            }
+            bodies = {
+                key: body.reduced(np.concatenate([[], *nodes[key]]), cutoff)
+                for key, body in bodies.items()
+            }
+        joints = [_joint(contact := each, bodies) for each in contacts]
+    except InputError as error:
+        raise InputError(f"contact {contact.name}: {error}") from None
+    own: dict[str, float] = {"contact": 1.0, "tangential": 1.0}
+    for body in bodies.values():
+        own |= body.system.parameters
+    M, C, K = (_merged(list(bodies.values()), part) for part in range(3))
+    structure = TermSystem(M, C, K, own | dict(parameters or {}), parameter, name)
+    seats, slopes, displacements = _seated(structure, joints, list(bodies.values()))
+    springs: list[Term] = []
+
+    def join(left: Any, stiffness: Array, right: Any, factor: str) -> None:
+        if stiffness.any():
+            product = left.T @ right.multiply(stiffness[:, None])
+            sparse = is_sparse(M[0].matrix)
+            springs.append(Term(product.tocsc() if sparse else product.toarray(), Formula(factor)))
+
+    for (contact, area, normal, sliding, across), seat, slope in zip(
+        joints, seats, slopes, strict=True
+    ):
+        join(normal, slope, normal, contact.factor)
+        for rows in across:
+            spring = seat.closed * area * contact.tangential
+            join(rows, spring, rows, contact.tangential_factor)
+        if sliding is not None:
+            join(sliding, slope, normal, f"({contact.friction}) * ({contact.factor})")
+    system = replace(structure, K=(*K, *springs))
+    return Assembly(system, tuple(bodies.values()), tuple(seats), displacements)
+
+
+def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
+    """Terms of M, C or K of all components on the rows of all, one for each factor."""
+    from scipy.linalg import block_diag
+    from scipy.sparse import block_diag as sparse_diag
+    from scipy.sparse import csc_array
+
+    sparse = any(is_sparse(term.matrix) for body in bodies for term in body.system.terms)
+    terms: dict[str, tuple[Any, list[Any]]] = {}
+    for k, body in enumerate(bodies):
+        for term in body.system.parts[part]:
+            zeros = [
+                csc_array((b.system.n,) * 2) if sparse else 0.0 * np.eye(b.system.n) for b in bodies
+            ]
+            _, blocks = terms.setdefault(term.factor.text, (term.factor, zeros))
+            blocks[k] = blocks[k] + term.matrix
+    return tuple(
+        Term(sparse_diag(blocks).tocsc() if sparse else block_diag(*blocks), factor)
+        for factor, blocks in terms.values()
+    )
+
+
+# Seating
+
+
+def _seated(
+    structure: TermSystem, joints: Sequence[_Joint], bodies: Sequence[Component]
+) -> tuple[list[Seat], list[Array], Array]:
+    """The contacts under the load; the stiffness (m,) of their pairs there without its factor, zero
+    where they are open; and the displacements.
+
+    Newton's method on the laws of the pairs, which with constant stiffness passes from one set of
+    closed pairs to the next and ends where it does not change. Once a set returns, one pair changes
+    at a time, the first that violates its condition, after which none returns (Murty).
+    """
+    from scipy.sparse import vstack
+
+    at, K = structure.parameters, structure.at()[2].real
+    load = np.concatenate([np.zeros(b.system.n) if b.load is None else b.load for b in bodies])
+    if not load.any() and not all(joint.contact.bonded for joint in joints):
+        raise InputError("load: missing; pairs that may open are seated under the brake load")
+    pushes, columns = [], []
+    for c, area, normal, sliding, _ in joints:
+        stick = Formula(c.tangential_factor).value(at) * area * c.tangential
+        if sliding is not None:  # where it slides friction is all that acts across the normal
+            stick, normal = 0.0, normal + Formula(c.friction).value(at) * sliding
+        pushes.append(normal)
+        exponent, c_factor = 0.0 if c.bonded else c.exponent, Formula(c.factor).value(at)
+        numbers = (
+            c_factor,
+            area * c.stiffness,
+            c.gap,
+            exponent,
+            area * c.reference,
+            c.bonded,
+            stick,
+        )
+        columns.append([c.each(x) for x in numbers])
+    factor, k, gap, exponent, reference, bonded, stick = np.hstack(columns)
+    normal, push = vstack([joint.normal for joint in joints]), vstack(pushes).T
+    across = vstack([joint.across[i] for i in (0, 1) for joint in joints])
+
+    def law(h: Array) -> tuple[Array, Array]:
+        """Forces without their factor at an approach, and their slopes."""
+        pressed = k * np.where(bonded, h, np.maximum(h, 0.0))
+        ratio = np.where(exponent, (1 - exponent) * pressed / reference, 1.0)
+        power = ratio ** (exponent / (1 - exponent))
+        return (1 - exponent) * pressed * power, k * power
+
+    known, closed, h, careful = set[bytes](), np.ones(len(gap), dtype=bool), -gap, False
+    forces, slopes = k * h, k
+    for _ in range(100 + len(gap)):
+        springs, held = closed * factor * slopes, np.tile(closed * stick, 2)
+        A = K + push @ normal.multiply(springs[:, None]) + across.T @ across.multiply(held[:, None])
+        u = _solved(A, load + push @ (closed * factor * (forces - slopes * (h + gap))))
+        before, h = h, -gap - normal @ u
+        now = (h > 0.0) | (bonded > 0.0)
+        if not now.any():
+            raise InputError("all pairs open under the load; it must press the components together")
+        wrong, curved = np.flatnonzero(now != closed), bool(exponent.any())
+        if not len(wrong) and (not curved or np.allclose(h, before, rtol=1e-11, atol=0.0)):
+            break
+        careful = careful or (len(wrong) > 0 and now.tobytes() in known)
+        if careful and not curved:
+            now[wrong[1:]] = closed[wrong[1:]]
+        known.add(closed.tobytes())
+        closed, (forces, slopes) = now, law(h)
+    else:
+        raise ComputationError("the contact is not settled: its set of closed pairs keeps changing")
+    forces, slopes = law(h)
+    ends = np.cumsum([len(joint.area) for joint in joints])[:-1]
+    shut, normal_forces, rates = (
+        np.split(x, ends) for x in (closed, closed * factor * forces, closed * slopes)
+    )
+    seats = [
+        Seat(joint.contact.name, touching, pressing, pressing / joint.area)
+        for joint, touching, pressing in zip(joints, shut, normal_forces, strict=True)
+    ]
+    return seats, rates, u
+
+
+def _solved(A: Matrix, right: Array) -> Array:
+    """A^-1 right. Raises InputError where A is singular."""
+    from scipy.linalg import LinAlgWarning, solve
+
+    try:
+        if is_sparse(A):
+            found = factorise(A.tocsc()).solve(right)
+        else:
+            size = np.sqrt(np.abs(np.diag(A)))
+            size = 1.0 / np.where(size > 0.0, size, 1.0)
+            with warnings.catch_warnings():
+                warnings.simplefilter("error", LinAlgWarning)
+                found = size * solve(A * size[:, None] * size, size * right)
+    except (ZeroDivisionError, np.linalg.LinAlgError, LinAlgWarning):
+        raise InputError(
+            "nothing holds some motion of the components under the load; each needs supports, or "
+            "contact that holds it"
+        ) from None
+    return np.asarray(found)

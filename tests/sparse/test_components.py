@@ -1,0 +1,133 @@
+"""Components: seating against all sets of closed pairs, power laws, balance, the full model."""
+
+import itertools
+from typing import Any
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.errors import InputError
+
+Z = (0, 0, 1)
+
+
+def row(load, gap=0.0, mu=0.0, exponent=0.0):
+    """A rigid plate on springs at four places, with their ground: a body of four free nodes, held
+    along x, joined by stiff links to a mean motion (so it may tilt)."""
+    rng = np.random.default_rng(1)
+    B = rng.standard_normal((4, 4))
+    beam = np.zeros((8, 8))
+    beam[1::2, 1::2] = B.T @ B + 0.1 * np.eye(4)
+    beam[::2, ::2] = 5.0 * np.eye(4) + 1.0
+    beam[::2, 1::2] = 0.2
+    beam[1::2, ::2] = 0.2
+    nodes, ways = np.repeat(range(4), 2), np.tile([0, 2], 4)
+    base = squeal.Component(squeal.System(np.eye(8), K=9.0 * np.eye(8), name="base"), nodes, ways)
+    force = np.zeros(8)
+    force[1::2] = load
+    plate = squeal.Component(
+        squeal.System(np.eye(8), K=beam, name="plate"), nodes, ways, load=force
+    )
+    pairs = [(i, i) for i in range(4)]
+    contact = squeal.Contact(
+        ("base", "plate"), pairs, Z, 3.0, sliding=(1, 0, 0), gap=gap, exponent=exponent
+    )
+    return squeal.assemble([base, plate], [contact], {"mu": mu}), base, plate
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.3])
+def test_the_seat_is_the_one_of_all_sets_that_meets_the_conditions(mu):
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        load, gap = rng.normal(-1.0, 2.0, 4), rng.uniform(0.0, 0.2, 4)
+        K = np.zeros((16, 16))
+        _, base, plate = row(np.full(4, -5.0))
+        K[:8, :8], K[8:, 8:] = base.system.at()[2], plate.system.at()[2]
+        f = np.zeros(16)
+        f[9::2] = load
+        G = np.hstack([-np.eye(8)[1::2], np.eye(8)[1::2]])
+        S = np.hstack([-np.eye(8)[::2], np.eye(8)[::2]])
+        fitting = []
+        for closed in itertools.product([0.0, 1.0], repeat=4):
+            k = 3.0 * np.array(closed)[:, None]
+            push = (G + mu * S).T
+            u = np.linalg.solve(K + push @ (k * G), f - push @ (k[:, 0] * gap))
+            if np.array_equal(-(G @ u) - gap > 0, np.array(closed) > 0):
+                fitting.append((closed, u))
+        assert len(fitting) == 1
+        closed, u = fitting[0]
+        if not any(closed):
+            with pytest.raises(InputError):
+                row(load, gap, mu)
+            continue
+        found = row(load, gap, mu)[0]
+        assert found.seats[0].closed.tolist() == [bool(x) for x in closed]
+        assert np.allclose(found.displacements, u, rtol=1e-10, atol=1e-12)
+
+
+def test_contact_acts_on_both_bodies_alike_and_resists_no_common_motion():
+    system = row(np.full(4, -5.0), mu=0.3)[0].system
+    for term in system.K[1:]:
+        assert np.allclose(term.matrix[:8] + term.matrix[8:], 0.0, atol=1e-14)
+        assert np.allclose(term.matrix @ np.tile([0.7, -0.4], 8), 0.0, atol=1e-14)
+
+
+def test_a_power_law_has_the_stiffness_of_hertz():
+    """F = c h^(3/2), k = 3/2 c h^(1/2): dF/dh = stiffness F^(1/3)."""
+    c, force = 2.0, 5.0
+    ground = squeal.Component(squeal.System([[1.0]], K=[[1e9]], name="a"), [1], [2])
+    ball = squeal.Component(squeal.System([[1.0]], K=[[0.0]], name="b"), [1], [2], load=[-force])
+    law = squeal.Contact(("a", "b"), [(1, 1)], Z, 1.5 * c ** (2 / 3), exponent=1 / 3)
+    found = squeal.assemble([ground, ball], [law])
+    h = (force / c) ** (2 / 3)
+    assert -found.displacements[1] == pytest.approx(h, rel=1e-8)
+    assert found.system.K[-1].matrix[1, 1] == pytest.approx(1.5 * c * h**0.5, rel=1e-8)
+
+
+def test_a_reduced_brake_has_the_roots_of_the_full_one():
+    pytest.importorskip("skfem")
+    from dataclasses import replace
+
+    from benchmarks.solid_brake import parts, solid_brake
+
+    brake = solid_brake(600)
+    bodies, contact = parts(brake)
+    joint = replace(contact, bonded=True)
+    whole = squeal.assemble(bodies, [joint], {"mu": 0.4}).system
+    disc = brake.nodes < brake.pairs[0, 1]
+    order = np.concatenate([np.flatnonzero(disc), np.flatnonzero(~disc)])
+    for one, other in zip(whole.at(), brake.system.at(), strict=True):
+        assert abs(one - other[order][:, order]).max() <= 1e-12 * abs(other).max()
+    exact = squeal.eigenvalues(brake.system, band=(500.0, 4000.0)).values
+    errors = []
+    for cutoff in (8e3, 2.4e4):
+        small = squeal.assemble(bodies, [joint], {"mu": 0.4}, cutoff=cutoff)
+        near = squeal.eigenvalues(small.system, band=(500.0, 4000.0)).values
+        gaps = np.abs(near[:, None] - exact).min(axis=0) / np.abs(exact)
+        errors.append(gaps.max())
+    assert errors[0] < 1e-3
+    assert errors[1] < errors[0] / 5
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"pairs": [(1, 7)]}, "7 is no node of b"),
+        ({"normal": (0, 0, 0)}, "no length"),
+        ({"sliding": (0, 0, 2)}, "parallel"),
+    ],
+)
+def test_what_cannot_be_joined_is_refused(change, words):
+    ground = squeal.Component(squeal.System([[1.0]], K=[[1.0]], name="a"), [1], [2])
+    block = squeal.Component(squeal.System([[1.0]], K=[[1.0]], name="b"), [1], [2])
+    given: dict[str, Any] = {
+        "between": ("a", "b"),
+        "pairs": [(1, 1)],
+        "normal": Z,
+        "stiffness": 1.0,
+    }
+    with pytest.raises(InputError, match=words):
+        squeal.assemble([ground, block], [squeal.Contact(**(given | change))])
+    with pytest.raises(InputError, match="load"):
+        squeal.assemble([ground, block], [squeal.Contact(**given)])
