@@ -1,4 +1,4 @@
-"""Large test systems from formulas, sparse, any size; benchmarks use them too."""
+"""Large test systems from formulas, sparse, any size."""
 
 from __future__ import annotations
 

@@ -125,7 +125,7 @@ function within(engine, { law, own, points, coefficients }, what, contact) {
 /** The law of a model in a formulation, as the exported functions are named. */
 export const lawOf = (model, formulation) => [model, ...Object.values(formulation)].join("_");
 
-/** Units in which a motion is of order one (squeal.model.units; compared with it in the tests). */
+/** Units in which a motion is of order one (Units of squeal.model.equations; compared with it in the tests). */
 export function naturalUnits(pad, initial) {
   const stiffness = ["k1", "k2", "k3", "k4", "k_c"].reduce((sum, k) => sum + (pad[k] ?? 0), 0);
   const time = Math.sqrt(pad.m / stiffness);

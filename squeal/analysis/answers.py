@@ -496,7 +496,7 @@ class Thresholds(Answer):
         lines = list(self.notes)
         if self.certified is not None:
             agrees = "a count of growing roots between the crossings agrees"
-            unsure = "not certified: a crossing may be missing, or its interval is wide"
+            unsure = "not certified: " + "; ".join(self.details.get("doubts", ()))
             lines.append(agrees if self.certified else unsure)
         lines.append(f"followed up to {self.parameter} = {self.high:.9g}: {self.end}")
         head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict}"

@@ -47,6 +47,7 @@ from squeal.io.processes import counted, mapped, processes
 from squeal.io.system import SystemFile
 from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
+from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.paths import growing
 from squeal.linear.system import TermSystem
@@ -192,10 +193,14 @@ class Question:
         )
 
     def thresholds(
-        self, high: float, low: float | None = None, workers: int | None = None
+        self,
+        high: float,
+        low: float | None = None,
+        workers: int | None = None,
+        options: ContinuationOptions | None = None,
     ) -> Thresholds:
         """Every threshold of the wanted roots from low to high."""
-        return system_thresholds(self.system, high, low, self.wanted, processes(workers))
+        return system_thresholds(self.system, high, low, self.wanted, processes(workers), options)
 
     def map(self, axes: tuple[Axis, Axis] | None, workers: int | None = None) -> Map:
         """The verdict on the wanted roots over two named parameters."""

@@ -38,7 +38,7 @@ from squeal.linear import (
     verdict,
 )
 from squeal.linear.continuation import ContinuationOptions
-from squeal.linear.eigen import STIFF, decide, hidden, spectrum_of
+from squeal.linear.eigen import ACCEPTED, STIFF, decide, hidden, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce
 from squeal.linear.paths import Loss, continued, follow, numbers_at
 from squeal.model.contact import State, contact_law
@@ -204,8 +204,8 @@ def eigenvalues(scene: Scene, at: float | None = None) -> Eigenvalues:
     return Eigenvalues(
         *head,
         _growing(scene, analysis),
-        certified=True,
-        count=len(spectrum),
+        certified=all(e.residual <= ACCEPTED for e in spectrum.eigenvalues),
+        count=len(spectrum),  # M is regular: all roots of the characteristic polynomial
         shapes=rows,
         details=details,
         notes=(note,),
@@ -244,7 +244,9 @@ def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
     return Sweep(scene.model, "mu", tuple(steps), losses, own, source=scene)
 
 
-def critical_friction(scene: Scene, high: float = 2.0) -> Thresholds:
+def critical_friction(
+    scene: Scene, high: float = 2.0, options: ContinuationOptions | None = None
+) -> Thresholds:
     """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
 
     The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
@@ -260,7 +262,7 @@ def critical_friction(scene: Scene, high: float = 2.0) -> Thresholds:
     if path is not None and hidden(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
     end = high if path is None else path.mu_end
-    located = thresholds(system, end, () if path is None else path.breakpoints)
+    located = thresholds(system, end, path.breakpoints if path else (), options=options)
     points, crossings = located.points, located.crossings
     words, admissible_to, warnings = f"mu = {high:g} is reached", end, list[str]()
     if path is not None:

@@ -18,6 +18,7 @@ from squeal.analysis.maps import stability_map
 from squeal.analysis.sensitivity import sensitivity as pad_sensitivity
 from squeal.errors import InputError
 from squeal.io.scene import Scene
+from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Number, Place, Several
@@ -45,7 +46,8 @@ def _answer(verb: str, subject: object, **options: Any) -> Any:
     """
     scene = isinstance(subject, Scene)
     for name in OF_SYSTEMS if scene else OF_SCENES:
-        if options.pop(name, None) not in (None, False):
+        value = options.pop(name, None)
+        if value is not None and value is not False:
             kind, other = ("a scene", "a system") if scene else ("a system", "a scene")
             raise InputError(f"{name}: is not allowed with {kind}; {other} takes it")
     if scene:  # a pad is answered at once
@@ -207,6 +209,7 @@ def thresholds(
     memory: float | None = None,
     progress: Progress | None = None,
     workers: int | None = None,
+    options: ContinuationOptions | None = None,
 ) -> Thresholds:
     """Find every change of stability over a range of the friction or of the free parameter.
 
@@ -219,6 +222,8 @@ def thresholds(
     low : float, optional
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
+    options : squeal.linear.continuation.ContinuationOptions, optional
+        Steps and tolerances of the search; a band of a damped system takes the steps alone.
 
     Returns
     -------

@@ -1,5 +1,5 @@
-"""`squeal cycles`: the periodic motion to which a B1 or B2 scene settles, its Floquet multipliers,
-and the branch of such motions over a parameter, also where sliding is stable."""
+"""`squeal cycles`: the periodic motion to which a scene of B1, B2 or BN settles, its Floquet
+multipliers, and the branch of such motions over a parameter, also where sliding is stable."""
 
 import argparse
 

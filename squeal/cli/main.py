@@ -24,7 +24,7 @@ GROUPS = {
         "export": "matrices of a pad or a reduced system as files with a system file",
     },
     "motions": {
-        "simulate": "integrate a B1 or B2 scene through its contact changes",
+        "simulate": "integrate a scene of B1, B2 or BN through its contact changes",
         "cycles": "periodic motions, their stability, and their branch over a parameter",
     },
     "the article": {

@@ -1,4 +1,4 @@
-"""`squeal simulate`: integrate a B1 or B2 scene through its contact changes."""
+"""`squeal simulate`: integrate a scene of B1, B2 or BN through its contact changes."""
 
 import argparse
 import dataclasses

@@ -66,8 +66,8 @@ class Searched:
 
     places: tuple[tuple[Event, ...], ...]
     growths: tuple[UnstableCount, ...]
-    certified: bool | None
     line: Continuation = field(repr=False)
+    doubts: tuple[str, ...] | None = None  # why it is not certified; None where that is not asked
 
     @property
     def edges(self) -> list[float]:
@@ -100,11 +100,12 @@ def search(
     places = walk.places()
     middles = _middles(along, places)
     growths = tuple(along.at(p).growth for p in middles)
-    found = Searched(tuple(places), growths, None, along)
+    found = Searched(tuple(places), growths, along)
     if not isinstance(system, TermSystem):
         return found
     counts = [(counter or sign_count)(along, p) for p in middles]
-    return replace(found, certified=not walk.unresolved and _agrees(found, counts))
+    doubts = ["more values are needed (steps, budget)"] * walk.unresolved
+    return replace(found, doubts=(*doubts, *_doubts(found, counts)))
 
 
 class _Walk:
@@ -326,20 +327,25 @@ def _steady(along: Continuation, low: float, high: float, growth: UnstableCount)
     return all(least <= growth.roots <= most for least, most in inside)
 
 
-def _agrees(found: Searched, counts: Sequence[int | None]) -> bool:
-    """True if counts and states agree with the events, and neither rounding nor a wide interval
-    hides a root."""
+def _doubts(found: Searched, counts: Sequence[int | None]) -> Iterator[str]:
+    """Where counts and states do not agree with the events, and where rounding or a wide interval
+    may hide a root, in words."""
     along, places, growths = found.line, found.places, found.growths
     room = along.options.wide * (along.high - along.low)
-    changes = zip(places, itertools.pairwise(growths), strict=True)
-    ranges = zip(itertools.pairwise(found.edges), growths, counts, strict=True)
-    return (
-        all(n == growth.roots and _steady(along, *ends, growth) for ends, growth, n in ranges)
-        and all(explained(place, *ends) for place, ends in changes)
-        and all(c.width <= room for p in places for c in p)
-        and not _undecided(along, places)
-        and not any(_hides(along, p) for p in (along.low, along.high))
-    )
+    for (a, b), growth, n in zip(itertools.pairwise(found.edges), growths, counts, strict=True):
+        if n != growth.roots:
+            yield f"a second count of what grows disagrees between {a:.9g} and {b:.9g}"
+        if not _steady(along, a, b, growth):
+            yield f"what grows varies between {a:.9g} and {b:.9g} without a crossing"
+    for place, ends in zip(places, itertools.pairwise(growths), strict=True):
+        if not explained(place, *ends):
+            yield f"what grows changes otherwise than by what crosses at {place[0].value:.9g}"
+        for c in (c for c in place if c.width > room):
+            yield f"the crossing at {c.value:.9g} has the wide interval {c.interval}"
+    if _undecided(along, places):
+        yield "rounding does not tell on which side of the axis some root lies"
+    for p in (p for p in (along.low, along.high) if _hides(along, p)):
+        yield f"rounding leaves slow roots too few digits at {p:.9g}"
 
 
 def _undecided(along: Continuation, places: Sequence[Sequence[Event]]) -> bool:

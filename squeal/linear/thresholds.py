@@ -132,8 +132,9 @@ def thresholds(
         found = points_and_crossings(part)
         points, crossings = points + found[0], crossings + found[1]
         parts.append(part)
-    answers = [part.certified for part in parts]
-    certified = None if None in answers else all(answers)
+    certified = None
+    if all(part.doubts is not None for part in parts):
+        certified = not any(part.doubts for part in parts)
     return Thresholds(points, crossings, certified, tuple(parts))
 
 

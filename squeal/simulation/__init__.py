@@ -1,1 +1,1 @@
-"""Simulation of models B1 and B2 with located contact changes."""
+"""Simulation of models B1, B2 and BN with located contact changes."""

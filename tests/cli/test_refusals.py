@@ -49,6 +49,7 @@ eigenvalues pair.yaml --change shim.K=none.mtx | shim.K: none.mtx
 eigenvalues pair.yaml --change shim=none.mtx | --change shim=none.mtx
 eigenvalues pair.yaml --change a.K=x --change a.K=y | --change a.K=y
 critical-friction pair.yaml --max 1 --min 2 | --max 1
+critical-friction b1.yaml --min 0 | --min 0
 critical-friction b1.yaml --workers 2 | --workers 2
 critical-friction pair.yaml --scatter none.yaml | none.yaml
 critical-friction pair.yaml --scatter spreads.yaml --min 1 | --min 1

@@ -20,6 +20,7 @@ from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 
 from squeal.cli.main import main
+from squeal.model.contact import CONTACT_MODELS
 
 TOTAL = int(os.environ.get("TWO_WAYS", "0"))
 FOLDER = tempfile.TemporaryDirectory(prefix="two-ways-")
@@ -94,7 +95,7 @@ def uniform(low, high):
     return SEEDS.map(lambda seed: float(f"{np.random.default_rng(seed).uniform(low, high):.6g}"))
 
 
-def pad_of(seed, models=("B1", "B2", "BN")):
+def pad_of(seed, models=CONTACT_MODELS):
     """A scene: one of three pads at random angles and friction, damped or not."""
     rng = np.random.default_rng(seed)
     model = str(rng.choice(models))
@@ -113,7 +114,7 @@ def pad_of(seed, models=("B1", "B2", "BN")):
     return scene
 
 
-def pads(models=("B1", "B2", "BN")):
+def pads(models=CONTACT_MODELS):
     """Scenes of `pad_of`."""
     return SEEDS.map(lambda seed: pad_of(seed, models))
 

@@ -5,6 +5,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
+from squeal.model.contact import CONTACT_MODELS
 from tests.conftest import needs_heyoka
 from tests.two_ways.asking import PADS, ask, cases, pads, path, rows, run, uniform, written
 
@@ -34,7 +35,7 @@ def test_thresholds_as_json_and_table(scene):
 @st.composite
 def motions(draw):
     """A pad that starts beside its equilibrium and leaves it through changes of contact."""
-    model = draw(st.sampled_from(["B1", "B2", "BN"]))
+    model = draw(st.sampled_from(CONTACT_MODELS))
     angles = {"alpha1": draw(uniform(1.2, 2.0)), "alpha2": draw(uniform(2.2, 2.9))}
     pad = PADS[model] | angles | {"mu": draw(uniform(0.05, 0.5))}
     kick = {"from": "equilibrium", "y_dot": draw(uniform(-0.4, 0.4))}

@@ -46,6 +46,7 @@ def system_thresholds(
     low: float | None = None,
     wanted: Wanted | None = None,
     workers: int = 1,
+    options: ContinuationOptions | None = None,
 ) -> Thresholds:
     """Every threshold of a system in low <= p <= high, of the band if one is wanted.
 
@@ -57,8 +58,9 @@ def system_thresholds(
 
     Without `low` the range begins at 0, or at high / 1000 where a factor divides by the parameter.
     In the details `unconfirmed` names what the full system did not confirm, `left_out` what leaves
-    the band while it grows. Raises InputError for an empty range, and for a large system or complex
-    matrices without a band or region.
+    the band while it grows, `doubts` why the answer is not certified. `options` are those of
+    `linear.thresholds`, of which a damped band takes the `steps`. Raises InputError for an empty
+    range, and for a large system or complex matrices without a band or region.
     """
     wanted, name = wanted or Wanted(), system.parameter
     region = wanted.rectangle
@@ -76,6 +78,7 @@ def system_thresholds(
     if not low < high:
         raise InputError(f"high: {high:g} is not allowed; it must exceed {low:g}")
     unconfirmed: list[str] = []
+    doubts: list[str] = []
     left_out: list[str] = []
     rows: Sequence[Event] = []
     searched: Sequence[Searched] = ()
@@ -86,12 +89,13 @@ def system_thresholds(
     if whole and region is not None:  # M has to be inverted
         whole = ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0
     if whole:
-        every = thresholds(system, high, mu_min=low)
+        every = thresholds(system, high, mu_min=low, options=options)
         searched, certified = every.searched, every.certified
         points, crossings = every.points, every.crossings
     else:
         # inner values that thresholds do not like to lie at
-        inner = [(k + 0.0371 * (1 + k % 3)) / (STEPS - 1) for k in range(1, STEPS - 1)]
+        steps = STEPS - 1 if options is None else options.steps
+        inner = [(k + 0.0371 * (1 + k % 3)) / steps for k in range(1, steps)]
         values[1:1] = [low + x * (high - low) for x in inner]
         reduction = reduced_for(system, wanted, [{name: v} for v in values])
         roots, region = reduction.values, reduction.region
@@ -99,7 +103,8 @@ def system_thresholds(
         if system.C or not system.real:
             rows, unconfirmed = crossings_along(reduction, name, values)
         else:  # coalescences of the reduced system
-            searched = (search(reduction.system, low, high),)
+            searched = (search(reduction.system, low, high, options),)
+    doubts += [words for part in searched for words in part.doubts or ()]
     line = _Band(system, low, high, roots)
     if region is not None:
         for part in searched:
@@ -117,7 +122,9 @@ def system_thresholds(
             tasks = [] if unconfirmed else [(p, line.at(p).growth.roots) for p in between]
             agrees = mapped(_counted, tasks, workers, reduction)
             told = counted(agrees, len(tasks), PROGRESS.get(), "counts")
-            certified = not unconfirmed and all(told)
+            wrong = [p for (p, _), agreed in zip(tasks, told, strict=True) if not agreed]
+            doubts = [f"a count on the full system at {name} = {p:.9g} disagrees" for p in wrong]
+            certified = not unconfirmed and not doubts
     notes = [f"not confirmed on the full system: {words}" for words in unconfirmed] + left_out
     if system.follows:
         notes.append("each root at its own frequency: thresholds are located, nothing is counted")
@@ -131,6 +138,7 @@ def system_thresholds(
         "parameters": dict(system.parameters),
         "admissible_to": high,
         "unconfirmed": unconfirmed,
+        "doubts": [] if certified is None else doubts + unconfirmed,
         "left_out": left_out,
         "crossings_outside": outside,
         "basis": basis,
@@ -223,5 +231,5 @@ def _explained(
         elif seen.verdict != growths[k].verdict and seen.roots < growths[k].roots:
             text = f"what grows at {there} leaves {words} by {here} and is left out there"
             left.setdefault(k, text)
-    found = Searched(tuple(map(tuple, groups)), tuple(growths), None, line)
+    found = Searched(tuple(map(tuple, groups)), tuple(growths), line)
     return found, between, unexplained, list(left.values())
