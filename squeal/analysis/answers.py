@@ -355,7 +355,10 @@ class Sweep(Answer):
         )
 
         def began(mode: SweptMode) -> str:
-            return "-" if mode.onset is None else located(mode.onset, *mode.interval)  # type: ignore[misc]
+            if mode.interval is None:
+                return "-"
+            low, high = map(number, mode.interval)
+            return low if low == high else f"{low} to {high}"
 
         each = (
             Column("mode"),

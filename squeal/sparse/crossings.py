@@ -195,7 +195,8 @@ def crossings_along(
     low, high = values[0], values[-1]
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
-    for part, middle, wide in frozen_parts(reduction):
+    whole = [(reduction, 0.0, math.inf)]
+    for part, middle, wide in frozen_parts(reduction) if reduction.system.follows else whole:
         along = Along(part, name)
         for a, b in itertools.pairwise(values):
             for value, omega, *vectors in along.crossings(a, b, OPTIONS.least * (high - low)):

@@ -14,7 +14,6 @@ counted as `unsure`.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
@@ -78,12 +77,9 @@ def frequencies(system: TermSystem, region: Rectangle) -> Array:
 
 def frozen_parts(reduction: Reduction) -> Iterator[tuple[Reduction, float, float]]:
     """A reduced system frozen at each of some frequencies, in a region around it, with the
-    frequency and the distance of the next; or the system itself if its matrices are constant."""
-    system, region = reduction.system, reduction.region
-    if not system.follows:
-        yield reduction, 0.0, math.inf
-        return
-    grid = frequencies(system, region)
+    frequency and the distance of the next."""
+    region = reduction.region
+    grid = frequencies(reduction.system, region)
     wide = float(grid[1] - grid[0])
     reach = (OPTIONS.near + 0.5) * wide
     for omega in grid.tolist():
