@@ -30,7 +30,8 @@ nitpicky = True
 OTHERS = (*sys.stdlib_module_names, "numpy", "np", "scipy", "matplotlib", "heyoka", "hy")
 nitpick_ignore_regex = [
     (r"py:.*", rf"({'|'.join(OTHERS)})\b.*"),
-    (r"py:class", r"(.*\.)?([A-Z]|Machine|Answer|StateSpace|Subject|string)"),
+    (r"py:class", r"tuple\[.*"),
+    (r"py:class", r"(.*\.)?([A-Z]|Machine|Answer|StateSpace|Subject|string|\w*Array|Reference)"),
 ]
 suppress_warnings = ["ref.python"]  # classes of one name in two modules
 
