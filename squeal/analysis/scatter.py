@@ -11,9 +11,8 @@ import json
 import math
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, astuple, dataclass, field, replace
+from dataclasses import asdict, astuple, dataclass, field
 from hashlib import sha256
-from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -29,7 +28,7 @@ from squeal.analysis.systems.roots import (
     roots_of_all,
     rounding_of,
 )
-from squeal.analysis.variations import NO_PAD, NO_REST, Outcome, Varied, shown_critical
+from squeal.analysis.variations import NO_PAD, NO_REST, Varied, shown_critical
 from squeal.errors import ComputationError, InputError
 from squeal.io.matrices import fingerprint
 from squeal.io.processes import mapped
@@ -186,10 +185,9 @@ class Scatter(Answer):
 
     def table(self) -> Table:
         """A row for each sample, by rising value, with the share up to it."""
-        n = len(self.rows)
-        growth = self.of == "growth"
-        value = Column("growth_rate", "1/s") if growth else Column(self.name)
-        table = [replace(value, value=lambda row: row[1].value)]
+        n, growth = len(self.rows), self.of == "growth"
+        head = ("growth_rate", "1/s") if growth else (self.name, "")
+        table = [Column(*head, lambda row: row[1].value)]
         table += [Column("share", value=lambda row: (row[0] + 1) / n)]
         names = "kind frequency_hz" + " unstable propensity residual" * growth
         for name in names.split():
@@ -200,42 +198,36 @@ class Scatter(Answer):
         return Table(table, list(enumerate(self.rows)))
 
     def parts(self) -> Sequence[str | Table]:
-        growth = self.of == "growth"
-        own = f"{self.name} = {number(self.mu)}" * (self.name not in self.spreads)
-        band = "" if self.band is None else f" from {self.band[0]:g} to {self.band[1]:g} Hz"
-        what = (
-            f"largest growth rate{band}, 1/s"
-            if growth
-            else f"first loss of stability up to {self.name} = {self.mu_max:g}"
-        )
-        share, head = "share of the samples, %", "growth rate"
-        if not growth:
-            share, head = "share unstable, %", self.name
+        growth, name = self.of == "growth", self.name
+        own = f" at {name} = {number(self.mu)}" * (name not in self.spreads)
+        band = "" if self.band is None else " from {:g} to {:g} Hz".format(*self.band)
+        what, share, head = (
+            f"first loss of stability up to {name} = {self.mu_max:g}", "share unstable, %", name
+        )  # fmt: skip
+        if growth:
+            what, share = f"largest growth rate{band}, 1/s", "share of the samples, %"
+            head = "growth rate"
+
+        def shown(value: float | None) -> str:
+            if growth:
+                return "-" if value is None else number(value)
+            return shown_critical(value, self.mu_max)
+
         table = [Column(share, value=lambda q: 100 * q.level)]
-        for name, words in (("value", head), ("low", "from"), ("high", "to")):
-            value: Any = attrgetter(name)
-
-            def shown(q: Any, value: Any = value) -> str:
-                if growth:
-                    return "-" if value(q) is None else number(value(q))
-                return shown_critical(value(q), self.mu_max)
-
-            table.append(Column(name, "", value, shown, words=words))
+        for key, words in (("value", head), ("low", "from"), ("high", "to")):
+            cell: Any = lambda q, key=key: shown(getattr(q, key))  # noqa: E731
+            table.append(Column(key, shown=cell, words=words))
         title = f"{self.samples} samples, {self.design}, seed {self.seed}: {what}; "
         title += f"intervals of {100 * CONFIDENCE:g} % confidence"
         low, high = (100 * end for end in self.interval)
-        line = (
-            f"stable{' at ' * bool(own)}{own}: {100 * self.stable:.1f} % of the samples "
-            f"({low:.1f} to {high:.1f} %)"
-        )
-        if growth:
-            line += f"; squeal propensity index {number(self.propensity or 0.0, 4)}"
-        else:
-            line += f"; without a threshold {self.beyond}"
+        line = f"stable{own}: {100 * self.stable:.1f} % of the samples ({low:.1f} to {high:.1f} %)"
+        index = f"squeal propensity index {number(self.propensity or 0.0, 4)}"
+        line += f"; {index if growth else f'without a threshold {self.beyond}'}"
         line += f", no pads {self.no_pad}, not computed {self.failed}"
         parts: list[str | Table] = [Table(table, self.quantiles, title), line]
         if self.indices:
-            sobol = [Column("parameter"), *(Column(k, shown=_near(k)) for k in ("first", "total"))]
+            sobol = [Column("parameter"), Column("first", shown=_near("first"))]
+            sobol.append(Column("total", shown=_near("total")))
             parts.append(Table(sobol, self.indices, "Sobol indices: shares of the variance"))
         if self.basis is not None:
             parts.append(
@@ -247,9 +239,10 @@ class Scatter(Answer):
     def to_dict(self) -> dict[str, Any]:
         scatter: dict[str, Any] = {"parameter": self.name, "value": self.mu}
         scatter |= picked(self, "of mu mu_max band samples seed design failed no_pad beyond stable")
-        pairs = [(name, *pair) for name, one in self.spreads.items() for pair in one.items()]
         scatter["spreads"] = [
-            dict(zip(("name", "kind", "size"), one, strict=True)) for one in pairs
+            {"name": name, "kind": kind, "size": size}
+            for name, one in self.spreads.items()
+            for kind, size in one.items()
         ]
         key = "mu" if self.of == "threshold" else "growth_rate"
         scatter["quantiles"] = [
@@ -278,13 +271,12 @@ class Thresholds:
 
     def samples(self, changes: Sequence[dict[str, float]]) -> list[Sample]:
         """What becomes of each change of some parameters."""
-
-        def sample(values: dict[str, float], found: Outcome) -> Sample:
-            value = math.nan if found.critical is None else found.critical
-            return Sample(values, value, found.kind, found.frequency_hz, reason=found.reason)
-
         outcomes = self.varied.outcomes(changes, self.high)
-        return [sample(*pair) for pair in zip(changes, outcomes, strict=True)]
+        return [
+            Sample(values, math.nan if o.critical is None else o.critical, o.kind, o.frequency_hz,
+                   reason=o.reason)
+            for values, o in zip(changes, outcomes, strict=True)
+        ]  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -343,27 +335,25 @@ class Journal:
     """
 
     def __init__(self, path: Path, question: str) -> None:
-        self.path, self.known, head = path, dict[int, list[Sample]](), {"question": question}
-        lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+        self.path, self.known = path, dict[int, list[Sample]]()
+        text = path.read_text(encoding="utf-8") if path.exists() else ""
+        head, *lines = (line for line in (text or f"{question}\n").splitlines())
         try:
-            records = [json.loads(line) for line in lines[:1]]
-            records += [json.loads(line) for line in lines[1:] if line.endswith("}")]
-            if records and records[0] != head:
-                raise ValueError
-            for one in records[1:]:
-                self.known[one["chunk"]] = [Sample(*values) for values in one["samples"]]
+            records = [json.loads(line) for line in lines if line.endswith("}")]
+            self.known = {r["chunk"]: [Sample(*one) for one in r["samples"]] for r in records}
         except (ValueError, TypeError, KeyError):
+            head = ""
+        if head != question:
             words = "holds no samples of this question; the name of another file is allowed"
-            raise Place(str(path)).refuse(words) from None
-        if not records:
-            path.write_text(json.dumps(head) + "\n", encoding="utf-8")
-        elif lines and not lines[-1].endswith("}"):  # it was interrupted while it wrote
-            self._append("\n")
+            raise Place(str(path)).refuse(words)
+        if not text.endswith("\n"):  # it is new, or was killed while it wrote
+            self._append("\n" if text else f"{question}\n")
 
     def keep(self, chunk: int, samples: list[Sample]) -> None:
         """Write a chunk down."""
-        row = {"chunk": chunk, "samples": [list(astuple(one)) for one in samples]}
+        row = {"chunk": chunk, "samples": [astuple(one) for one in samples]}
         self._append(json.dumps(row) + "\n")
+        self.known[chunk] = samples
 
     def _append(self, text: str) -> None:
         with self.path.open("a", encoding="utf-8") as stream:
@@ -478,8 +468,9 @@ def scatter(
     design : {"random", "latin", "sobol"}
         Independent samples, a Latin hypercube, or a Sobol sequence.
     indices : bool
-        Whether Sobol indices are computed [1]_, which takes ``samples`` times the number of
-        parameters more. A threshold that lies beyond ``mu_max`` counts as ``mu_max``.
+        Whether Sobol indices are computed, by the estimators of Saltelli et al., Computer Physics
+        Communications 181 (2010) 259-270, which takes ``samples`` times the number of parameters
+        more. A threshold that lies beyond ``mu_max`` counts as ``mu_max``.
     workers : int
         Processes, which start by import: a script must guard its main part.
     journal : path, optional
@@ -499,11 +490,6 @@ def scatter(
     ComputationError
         If no sample can be computed.
 
-    References
-    ----------
-    .. [1] A. Saltelli et al., Variance based sensitivity analysis of model output, Computer Physics
-       Communications 181 (2010) 259-270.
-
     Examples
     --------
     >>> import squeal
@@ -513,6 +499,8 @@ def scatter(
     >>> [0.45 <= q.value <= 0.55 for q in answer.quantiles if q.level == 0.5]
     [True]
     """
+    from scipy.stats import binomtest
+
     given = {"spreads": spreads, "samples": samples, "seed": seed, "design": design}
     given["indices"] = indices
     samples, seed, design, indices, spreads = SPREADS.read(given, Place("scatter")).values()
@@ -524,27 +512,23 @@ def scatter(
     if of == "threshold" and band is not None:
         raise Place("band").refuse("is not allowed with thresholds; with growth it is")
     unit = _drawn(design, samples, (1 + indices) * count, seed)
-    A = unit[:, :count]
-    blocks = [A]
-    if indices:
-        B = unit[:, count:]
-        blocks += [B, *(np.where(np.arange(count) == i, B, A) for i in range(count))]
-    each = _placed(varied, spreads, np.concatenate(blocks))
+    A, B = unit[:, :count], unit[:, count:]
+    mixed = [np.where(np.arange(count) == i, B, A) for i in range(count if indices else 0)]
+    each = _placed(varied, spreads, np.concatenate([A, B, *mixed] if indices else [A]))
     judge, basis = _judge(varied, of, mu_max, Wanted(band, None, None), each)
     parts = [each[i : i + CHUNK] for i in range(0, len(each), CHUNK)]
-    kept = None
+    kept, known = None, dict[int, list[Sample]]()
     if journal is not None:
         asked = of, mu_max, band, spreads, design, seed, indices, samples
         kept = Journal(Path(journal), _question(own, *asked))
-    known = {} if kept is None else kept.known
+        known = kept.known
     missing = [k for k in range(len(parts)) if k not in known]
     done = sum(map(len, known.values()))
     computed = mapped(_work, [parts[k] for k in missing], workers, judge)
     for k, part in zip(missing, computed, strict=True):
-        known[k] = part
+        known[k], done = part, done + len(part)
         if kept is not None:
             kept.keep(k, part)
-        done += len(part)
         if progress is not None:
             progress(done, len(each))
     every = [one for k in range(len(parts)) for one in known[k]]
@@ -554,7 +538,21 @@ def scatter(
         values = np.where(np.isnan(values), mu_max, values).reshape(count + 2, samples)
         shares = _indices(list(spreads), values, seed)
         every = every[: 2 * samples]  # A and B are the samples, the others repeat their columns
-    return _gathered(varied, of, mu_max, band, spreads, design, seed, every, shares, basis)
+    rows = [one for one in every if one.reason is None]
+    if not rows:
+        reason = next((one.reason for one in every if one.kind != NO_PAD), None) or NO_REST
+        raise ComputationError(f"no sample can be computed: {reason}")
+    no_pad, made = sum(one.kind == NO_PAD for one in every), len(rows)
+    failed = len(every) - made - no_pad
+    rows.sort(key=lambda one: (math.isnan(one.value), one.value))
+    good = sum(not (o.value <= varied.at if of == "threshold" else o.unstable) for o in rows)
+    if basis is not None:
+        basis |= {"residual": max(one.residual or 0.0 for one in rows)}
+    ends = (binomtest(k, made + failed).proportion_ci(CONFIDENCE, "wilson")
+            for k in (good, good + failed))  # fmt: skip
+    interval = float(next(ends).low), float(next(ends).high)
+    head = varied.free, of, varied.at, mu_max, band, spreads, design, seed, len(every)
+    return Scatter(*head, tuple(rows), no_pad, failed, good / made, interval, shares, basis)
 
 
 def _judge(
@@ -564,49 +562,9 @@ def _judge(
     subject = varied.subject
     if of == "threshold":
         return Thresholds(varied, high), None
-    if isinstance(subject, Scene):
-        if wanted.band is not None:
-            raise Place("band").refuse("is not allowed with a scene; a system takes it")
+    if isinstance(subject, Scene) and wanted.band is not None:
+        raise Place("band").refuse("is not allowed with a scene; a system takes it")
+    if isinstance(subject, Scene) or is_small(subject):
         return Growth(subject, wanted), None
-    if is_small(subject):
-        return Growth(subject, wanted), None
-    served = [{}, *each[:: max(1, len(each) // SERVED)]]
-    reduction = reduced_for(subject, wanted, served)
+    reduction = reduced_for(subject, wanted, [{}, *each[:: max(1, len(each) // SERVED)]])
     return Growth(reduction, wanted), basis_of(reduction, wanted)
-
-
-def _gathered(
-    varied: Varied,
-    of: str,
-    mu_max: float,
-    band: tuple[float, float] | None,
-    spreads: Mapping[str, Any],
-    design: str,
-    seed: int,
-    every: Sequence[Sample],
-    indices: tuple[Index, ...],
-    basis: dict[str, Any] | None,
-) -> Scatter:
-    """The answer from all samples. Raises ComputationError."""
-    from scipy.stats import binomtest
-
-    rows = [one for one in every if one.reason is None]
-    if not rows:
-        reason = next((one.reason for one in every if one.kind != NO_PAD), None) or NO_REST
-        raise ComputationError(f"no sample can be computed: {reason}")
-    no_pad = sum(one.kind == NO_PAD for one in every)
-    made, failed = len(rows), len(every) - len(rows) - no_pad
-    rows.sort(key=lambda one: (math.isnan(one.value), one.value))
-    if of == "threshold":
-        good = sum(not one.value <= varied.at for one in rows)
-    else:
-        good = sum(not one.unstable for one in rows)
-        if basis is not None:
-            basis |= {"residual": max(one.residual or 0.0 for one in rows)}
-    least, most = (
-        binomtest(count, made + failed).proportion_ci(CONFIDENCE, "wilson")
-        for count in (good, good + failed)
-    )
-    interval = float(least.low), float(most.high)
-    head = varied.free, of, varied.at, mu_max, band, spreads, design, seed, len(every)
-    return Scatter(*head, tuple(rows), no_pad, failed, good / made, interval, indices, basis)
