@@ -60,7 +60,8 @@ class Check(Answer):
             centre, box = (
                 ", ".join(number(x, 4) for x in each) for each in (self.centre, self.size)
             )
-            lines.append(f"mass of the rows that move: {number(self.mass)}, centre at ({centre})")
+            mass = f"{number(self.mass)} in the unit of M, centre at ({centre})"
+            lines.append(f"mass of the rows that move: {mass}")
             lines.append(f"nodes in a box of {box}")
         else:
             lines.append("mass: unknown without coordinates (coordinates: {file: nodes.csv})")
