@@ -26,9 +26,9 @@ def work(*_):
     Path("marks", f"done {os.getpid()}").touch()
 
 if __name__ == "__main__":
-    from squeal.analysis import variations
+    from squeal.analysis import scatter
     from squeal.cli.main import main
-    variations._work = work
+    scatter._work = work
     sys.exit(main(sys.argv[1:]))
 """
 
@@ -79,6 +79,7 @@ def test_no_process_outlives_its_parent(tmp_path, how):
     script = [sys.executable, "script.py", *command.split()]
     running = subprocess.Popen(script, cwd=tmp_path, start_new_session=True)
     while not list((tmp_path / "marks").glob("works *")):
+        assert running.poll() is None
         time.sleep(0.01)
     running.send_signal(how)
     running.wait()
