@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,9 +13,9 @@ from scipy.optimize import linear_sum_assignment
 
 from squeal.analysis.answers import Eigenvalues
 from squeal.errors import InputError
-from squeal.io.system import DIRECTIONS, Coordinates, read_table
+from squeal.io.system import DIRECTIONS, Coordinates, number_in, read_table
 from squeal.io.writing import Answer, Column, Table, columns
-from squeal.schema import ANY, Number, Place
+from squeal.schema import Number, Place
 
 FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
 POSITIVE = Number(0.0)
@@ -47,17 +46,11 @@ def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
         return np.asarray(np.abs(X.conj().T @ Y) ** 2 / sizes)
 
 
-class Mode(NamedTuple):
-    """Name, frequency (Hz), damping ratio and shape (rows,) of a mode, NaN where not measured."""
-
-    name: str
-    frequency_hz: float
-    damping_ratio: float | None
-    shape: NDArray[np.complex128]
+Mode = tuple[tuple[Any, Any, Any], NDArray[np.complex128]]
+"""Name, frequency (Hz) and damping ratio; displacements (3 nodes,), NaN where not measured."""
 
 
-@dataclass(frozen=True)
-class Pair:
+class Pair(NamedTuple):
     """A mode of the reference and the computed one, None where it has none; the difference in
     frequency (% of the reference) and the MAC, if shapes are known."""
 
@@ -96,7 +89,7 @@ class Pairs(Answer):
         return Table((*names, *more), self.pairs, title, "no mode")
 
     def to_dict(self) -> dict[str, Any]:
-        return {"tolerance": self.tolerance, "pairs": [asdict(pair) for pair in self.pairs]}
+        return {"tolerance": self.tolerance, "pairs": [pair._asdict() for pair in self.pairs]}
 
 
 def compare(
@@ -132,83 +125,71 @@ def compare(
     [(1, 0.999), (2, 0.999)]
     """
     POSITIVE.check(tolerance, Place("compare"), "tolerance")
-    where = getattr(computed.source[0], "coordinates", None)
-    own, name = list(_modes(computed, where)), str(reference)
-    size = len(own[0].shape) if own else 0
+    where, name = getattr(computed.source[0], "coordinates", None), str(reference)
+    own = _modes(computed, where)
     if isinstance(reference, Eigenvalues):
-        other = list(_modes(reference, where))
+        sizes = [{len(root.right) for root in x.eigenvalues} for x in (reference, computed)]
+        if len(set.union(*sizes)) > 1:
+            counts = " and ".join(str(*size) for size in sizes)
+            raise InputError(f"compare: {counts} rows are not allowed; they must be the same")
+        other = [((str(k), *more), x) for (k, *more), x in _modes(reference, where)]
         name = f"{reference.name}, {reference.parameter} = {reference.value:.6g}"
-        if other and own and len(other[0].shape) != size:
-            counts = f"{len(other[0].shape)} and {size} rows"
-            raise InputError(f"compare: {counts} are not allowed; they must be the same")
     else:
-        other = read_test(Path(reference), where, size)
-    f, g = (np.array([mode.frequency_hz for mode in each]) for each in (other, own))
+        other = read_test(Path(reference), where)
+    f, g = (np.array([heads[1] for heads, _ in each], float) for each in (other, own))
     apart = (g - f[:, None]) / f[:, None]
     alike = np.full(apart.shape, np.nan)
-    for i, one in enumerate(other if own else ()):
-        some = ~np.isnan(one.shape)  # where it was measured
-        alike[i] = mac(one.shape[some, None], np.array([mode.shape[some] for mode in own]).T)
+    for i, (_, shape) in enumerate(other if own else ()):
+        if (some := ~np.isnan(shape)).any():  # where it was measured
+            alike[i] = mac(shape[some, None], np.array([x[some] for _, x in own]).T)
     cost = np.abs(apart) / tolerance + np.where(np.isnan(alike), 0.0, 1.0 - alike)
     cost = np.where(np.abs(apart) <= tolerance, cost, FORBIDDEN)
-    rows = []
-    for i, j in zip(*linear_sum_assignment(cost), strict=True):
-        if cost[i, j] < FORBIDDEN:
-            likeness = None if np.isnan(alike[i, j]) else float(alike[i, j])
-            rows.append(_pair(other[i], own[j], 100 * float(apart[i, j]), likeness))
-    paired = {pair.reference for pair in rows}, {pair.mode for pair in rows}
-    rows += [_pair(one, None) for one in other if one.name not in paired[0]]
-    rows += [_pair(None, one) for one in own if int(one.name) not in paired[1]]
-    return Pairs(name, tuple(rows), tolerance, alike)
+    pairs = np.transpose(linear_sum_assignment(cost)).tolist()
+    pairs = [(i, j) for i, j in pairs if cost[i, j] < FORBIDDEN]
+    none, left, right = (None,) * 3, {i for i, _ in pairs}, {j for _, j in pairs}
+    rows: list[Any] = []
+    for i, j in pairs:
+        likeness = None if np.isnan(alike[i, j]) else float(alike[i, j])
+        rows.append((*other[i][0], *own[j][0], 100 * float(apart[i, j]), likeness))
+    rows += [(*heads, *none) for i, (heads, _) in enumerate(other) if i not in left]
+    rows += [(*none, *heads) for j, (heads, _) in enumerate(own) if j not in right]
+    return Pairs(name, tuple(Pair(*row) for row in rows), tolerance, alike)
 
 
-def _pair(a: Mode | None, b: Mode | None, *more: float | None) -> Pair:
-    first: Any = (a.name, a.frequency_hz, a.damping_ratio) if a else (None, None, None)
-    second: Any = (int(b.name), b.frequency_hz, b.damping_ratio) if b else (None, None, None)
-    return Pair(*first, *second, *more)
+def _modes(answer: Eigenvalues, where: Coordinates | None) -> list[Mode]:
+    """The modes that vibrate, with displacements of nodes if these are known, else of all rows."""
+    roots = zip(answer.modes.tolist(), answer.eigenvalues, strict=True)
+    upper = [(k, root, root.right) for k, root in roots if root.value.imag > 0.0]
+    return [
+        ((k, root.frequency_hz, root.damping_ratio), where.displacements(x).ravel() if where else x)
+        for k, root, x in upper
+    ]
 
 
-def _modes(answer: Eigenvalues, where: Coordinates | None) -> Iterator[Mode]:
-    """The modes that vibrate, with what of their shapes moves nodes, of others all rows."""
-    for number, root in zip(answer.modes.tolist(), answer.eigenvalues, strict=True):
-        if root.value.imag > 0.0:
-            shape = root.right if where is None else root.right[where.directions >= 0]
-            yield Mode(str(number), root.frequency_hz, root.damping_ratio, shape)
-
-
-def read_test(path: Path, where: Coordinates | None, size: int = 0) -> list[Mode]:
-    """The modes of a table, with shapes (size,) on the rows that move nodes. Raises InputError."""
-    _, lines = read_table(path, ("name", "frequency_hz"))
+def read_test(path: Path, where: Coordinates | None) -> list[Mode]:
+    """The modes of a table, with shapes as displacements of nodes. Raises InputError."""
     rows: dict[tuple[str, int], int] = {}
     if where is not None:
-        moving = np.flatnonzero(where.directions >= 0)
-        at = zip(where.nodes[moving].tolist(), where.directions[moving].tolist(), strict=True)
-        rows = {(where.names[node].lower(), way): k for k, (node, way) in enumerate(at)}
+        ways = zip(where.nodes.tolist(), where.directions.tolist(), strict=True)
+        rows = {(where.names[k].lower(), way): 3 * k + way for k, way in ways if way >= 0}
     modes: dict[str, Mode] = {}
-    for here, line in lines:
-        name, texts = line.pop("name").strip(), (line.pop("frequency_hz"), line.pop(DAMPING, ""))
+    for here, line in read_table(path, ("name", "frequency_hz"))[1]:
+        name, damping = line.pop("name").strip(), line.pop(DAMPING, "")
         if not name or name in modes:
             raise (here / "name").must_be(name, "a name that no other line has")
-        frequency = POSITIVE.read(_number(texts[0]), here / "frequency_hz")
-        damping = ANY.read(_number(texts[1]), here / DAMPING) if texts[1].strip() else None
-        shape = np.full(size or len(rows), np.nan, dtype=complex)
+        frequency = number_in(line.pop("frequency_hz"), here / "frequency_hz", POSITIVE)
+        ratio = number_in(damping, here / DAMPING) if damping.strip() else None
+        shape = np.full(3 * len(where.places) if where else 0, np.nan, dtype=complex)
         for head, cell in line.items():
             node, _, dof = str(head).rpartition(":")
             row = rows.get((node.strip(), DIRECTIONS.get(dof.strip(), -1)))
             if row is None:
                 allowed = "NODE:DOF of a node with coordinates that x, y or z moves"
                 raise (here / head).must_be(head, allowed)
-            value = _number(cell, complex) if cell.strip() else math.nan
-            if isinstance(value, str) or (cell.strip() and not np.isfinite(value)):
-                raise (here / head).must_be(cell, "a finite number such as 0.3 or 0.3+0.1j")
-            shape[row] = value
-        modes[name] = Mode(name, frequency, damping, shape)
+            if cell.strip():
+                with suppress(ValueError):
+                    shape[row] = complex(cell.strip())
+                if not np.isfinite(shape[row]):
+                    raise (here / head).must_be(cell, "a finite number such as 0.3 or 0.3+0.1j")
+        modes[name] = (name, frequency, ratio), shape
     return list(modes.values())
-
-
-def _number(text: str, kind: Callable[[str], Any] = float) -> Any:
-    """The number that text is, or the text."""
-    try:
-        return kind(text.strip())
-    except ValueError:
-        return text

@@ -72,6 +72,7 @@ CELLS = {
 CELL = schema.Word(tuple(CELLS))
 
 FACTOR = Kind("text or a number", lambda v: TEXT.convert(repr(v) if type(v) in (int, float) else v))
+CSV = Group({"file": Key("a .csv file", TEXT, required=True)}, owner="a table")
 # fmt: off
 TERM = Group({
     "file": Key(
@@ -90,8 +91,7 @@ TERM = Group({
         Kind("a number of at least 0, or a formula", FACTOR.convert), "1"),
     "modulus": Key(
         "table of storage and loss factors over the frequency, which multiply it too",
-        Group({"file": Key("a .csv file", TEXT, required=True)}, owner="modulus"),
-        instead="structural"),
+        CSV, instead="structural"),
     "rayleigh": Key(
         "alpha of a term of M, beta of one of K, in place of those of the whole", NOT_NEGATIVE,
         "1/s, s"),
@@ -113,15 +113,12 @@ class Part(Kind):
 PART = Part("rows of numbers, {file: NAME}, or a list of terms {file: NAME, factor: FORMULA}")
 
 
-RATIO_TABLE = Group({"file": Key("a .csv file", TEXT, required=True)}, owner="ratios")
-
-
 class Ratios(Kind):
     """One damping ratio for all modes, a list of them for the first ones, or a table."""
 
     def read(self, value: Any, at: Place, model: str = "") -> Any:
         if isinstance(value, dict):
-            return RATIO_TABLE.read(value, at)
+            return CSV.read(value, at)
         each = Several(NOT_NEGATIVE, self.named) if isinstance(value, list) else NOT_NEGATIVE
         return each.read(value, at)
 
@@ -157,14 +154,11 @@ SYSTEM = Group({
         "of the structure: M and the symmetric K without friction", DAMPING, default="none"),
     "coordinates": Key(
         "a table with the columns node, dof, x, y, z, a line for each row, or node, x, y, z where "
-        "the matrices name their rows; for mode shapes and the mass",
-        Group({"file": Key("a .csv file", TEXT, required=True)}, owner="coordinates"),
-        default="none"),
+        "the matrices name their rows; for mode shapes and the mass", CSV, default="none"),
     "elements": Key(
         "a table with the columns element, type (triangle, quad, tetra, wedge, hexahedron) and "
         "nodes in the order of VTK, corners first; for pictures and files of mode shapes",
-        Group({"file": Key("a .csv file", TEXT, required=True)}, owner="elements"),
-        default="none", needs=("coordinates",)),
+        CSV, default="none", needs=("coordinates",)),
 }, owner="every system")
 # fmt: on
 
@@ -223,22 +217,24 @@ def read_table(
     return at, [(at / f"line {number}", line) for number, line in enumerate(cells, 2)]
 
 
+def number_in(text: str, at: Place, kind: Kind = ANY) -> float:
+    """The number in a cell of a table. Raises InputError."""
+    try:
+        number = float(text)
+    except ValueError:
+        raise at.must_be(text, kind.named) from None
+    return float(kind.read(number, at))
+
+
 def _read_numbers(path: Path, names: Sequence[str], more: str = "") -> list[list[float]]:
     """Columns of numbers, the first of rising frequencies, the others of at least 0; of zeros for
     the one `more` if it is missing. Raises InputError."""
     at, lines = read_table(path, names, more)
     rows: list[list[float]] = []
     for here, line in lines:
-        try:
-            cells = [
-                float(line.get(name) or (0.0 if name == more else ""))
-                for name in (*names, more)
-                if name
-            ]
-        except ValueError:
-            raise here.refuse(f"a number is needed for each of {', '.join(names)}") from None
-        for name, cell in zip((*names, more), cells, strict=False):
-            NOT_NEGATIVE.read(cell, here / name)
+        cells = [number_in(line[name], here / name, NOT_NEGATIVE) for name in names]
+        if more:
+            cells.append(number_in(line.get(more) or "0", here / more, NOT_NEGATIVE))
         if rows and cells[0] <= rows[-1][0]:
             raise here.refuse(f"frequency {cells[0]:g} is not allowed; frequencies must rise")
         rows.append(cells)
@@ -258,17 +254,12 @@ def _read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] =
     at, lines = read_table(path, [name for name in COLUMNS if name != "dof" or not labels])
     names, directions, places = [], [], []
     for here, line in lines:
-        cells = [line[name].strip() for name in ("node", "x", "y", "z")]
         if not labels:
             directions.append(DIRECTIONS[DOF.read(line["dof"].strip().lower(), here / "dof")])
-        try:
-            place = [ANY.convert(float(cell)) for cell in cells[1:]]
-        except ValueError:
-            place = [None]
-        if not cells[0] or None in place:
-            raise here.refuse("a node and three finite coordinates are needed")
-        names.append(cells[0])
-        places.append(place)
+        names.append(line["node"].strip())
+        if not names[-1]:
+            raise (here / "node").must_be("", "the name of a node")
+        places.append([number_in(line[name], here / name) for name in "xyz"])
     each, first, nodes = np.unique(names, return_index=True, return_inverse=True)
     if labels:
         index = {name: i for i, name in enumerate(each.tolist())}

@@ -21,6 +21,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.matrices import EPS, is_sparse, norm_of
 from squeal.linear.system import Matrix, Term, TermSystem, structure_stiffness
 from squeal.numerics.differentiation import Formula
+from squeal.schema import Place
 from squeal.sparse.quadratic import Array, Factor, factorise
 
 SHARE = 1e-4  # of the energy of a boundary motion, below which what it adds inside is left out
@@ -67,10 +68,9 @@ class Component:
     basis: Array | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        kinds = {"nodes": str, "directions": int, "places": float, "load": float}
-        for name, kind in kinds.items():
-            if getattr(self, name) is not None:
-                value: Any = np.asarray(getattr(self, name)).astype(kind)
+        for name, kind in {"nodes": str, "directions": int, "places": float, "load": float}.items():
+            if (given := getattr(self, name)) is not None:
+                value: Any = np.asarray(given).astype(kind)
                 if len(value) != self.system.n:
                     words = f"{len(value)} rows are not allowed; the matrices have {self.system.n}"
                     raise InputError(f"{self.name}: {name}: {words}")
@@ -82,15 +82,11 @@ class Component:
         return self.system.name
 
     def rows_of(self, nodes: ArrayLike) -> NDArray[np.intp]:
-        """The rows (m, 3) of nodes (m,) along x, y, z; -1 where there is none.
-
-        Raises InputError for an unknown node.
-        """
+        """The rows (m, 3) of nodes (m,), -1 where there is none. Raises InputError if unknown."""
         wanted = np.asarray(nodes).astype(str)
         labels, inverse = np.unique(self.nodes, return_inverse=True)
         where = np.minimum(np.searchsorted(labels, wanted), len(labels) - 1)
-        unknown = (labels[where] != wanted) | (wanted == "")
-        if unknown.any():
+        if np.any(unknown := (labels[where] != wanted) | (wanted == "")):
             raise InputError(f"{wanted[unknown][0]} is no node of {self.name}")
         table, moving = np.full((len(labels), 3), -1), np.flatnonzero(self.directions >= 0)
         table[inverse[moving], self.directions[moving]] = moving
@@ -138,14 +134,14 @@ class Component:
         if len(i):
             K, M = map(csc_array, (structure_stiffness(self.system)[0], self.system.at()[0]))
             inside, mass = csc_array(K[i][:, i]), csc_array(M[i][:, i])
-            words = f"{self.name}: the nodes in contact do not hold it; it needs supports"
             try:
                 factor = factorise(inside)
+                squares, modes = _modes(inside, mass, factor, cutoff)
+                if np.any(squares <= 4 * EPS * len(i) * norm_of(inside) / norm_of(M)):
+                    raise ZeroDivisionError
             except ZeroDivisionError:
-                raise InputError(words) from None
-            squares, modes = _modes(inside, mass, factor, cutoff)
-            if np.any(squares <= 4 * EPS * len(i) * norm_of(inside) / norm_of(M)):
-                raise InputError(words)
+                words = "the nodes in contact do not hold it; it needs supports"
+                raise InputError(f"{self.name}: {words}") from None
             V[i] = -factor.solve(K[i][:, b].toarray())
             # what modes above the cutoff add at half of it: the static answer to inertia
             late, rate = factor.solve((M @ V)[i]), np.pi * cutoff
@@ -172,7 +168,7 @@ class Component:
 
 
 def _modes(K: Any, M: Any, factor: Factor, cutoff: float) -> tuple[Array, Array]:
-    """Squares (rad/s)^2 and modes (n, k) of K (n, n), factorised, and M up to a frequency (Hz)."""
+    """Squares (rad/s)^2 and modes (n, k) up to a frequency (Hz); ZeroDivisionError if not held."""
     from scipy.linalg import eigh
     from scipy.sparse.linalg import LinearOperator, eigsh
 
@@ -187,7 +183,7 @@ def _modes(K: Any, M: Any, factor: Factor, cutoff: float) -> tuple[Array, Array]
     try:  # of 1/squares, since M may be singular
         values, modes = eigh(M.toarray(), K.toarray(), subset_by_value=(1 / limit, np.inf))
     except np.linalg.LinAlgError:  # K is not definite
-        return np.zeros(1), np.zeros((n, 1))
+        raise ZeroDivisionError from None
     return 1 / values, modes / np.sqrt(values)
 
 
@@ -223,8 +219,9 @@ class Contact:
         Of the normal stiffness by pressure (Pa; N without `area`); 0 is a constant stiffness.
     bonded : bool
         True for a joint, whose pairs cannot open.
-    friction, factor, tangential_factor : str
-        Formulas of the parameters: the coefficient of friction and factors of both stiffnesses.
+    friction, factor : str
+        Formulas of the parameters: the coefficient of friction and the factor of the normal
+        stiffness. That of the tangential one is the parameter `tangential`.
     """
 
     between: tuple[str, str]
@@ -242,7 +239,6 @@ class Contact:
     bonded: bool = False
     friction: str = "mu"
     factor: str = "contact"
-    tangential_factor: str = "tangential"
 
     @property
     def name(self) -> str:
@@ -251,28 +247,24 @@ class Contact:
 
     def labelled(self, bodies: Mapping[str, Component]) -> Contact:
         """The same contact with the labels of its pairs (m, 2). Raises InputError."""
-        one, other = (bodies[name] for name in self.between)
-        if np.ndim(self.pairs):
-            pairs = np.asarray(self.pairs).astype(str)
-        else:
+        if len(bodies.keys() & {*self.between}) != 2:
+            raise InputError(f"is not allowed; it must be two of {', '.join(bodies)}")
+        pairs = np.asarray(self.pairs)
+        if not pairs.ndim:
             from scipy.spatial import KDTree
 
+            one, other = (bodies[name] for name in self.between)
             first, second = (np.unique(x.nodes[x.directions >= 0]) for x in (one, other))
             near, which = KDTree(one.places_of(first)).query(other.places_of(second))
-            close = near <= self.pairs
-            pairs = np.column_stack([first[which], second])[close]
+            pairs = np.column_stack([first[which], second])[near <= self.pairs]
         if pairs.ndim != 2 or pairs.shape[1] != 2 or not len(pairs):
             raise InputError("pairs: there is none; labels (m, 2) or a greater distance are needed")
-        return replace(self, pairs=pairs)
-
-    def each(self, value: ArrayLike) -> Array:
-        """A number of the contact for each pair, once they are known."""
-        return np.broadcast_to(np.asarray(value, dtype=float), len(self.pairs))
+        return replace(self, pairs=pairs.astype(str))
 
 
 class _Joint(NamedTuple):
-    """A contact in the rows of the assembly: displacements (m, n) of the second less those of the
-    first along the normal, along the sliding (None without) and in two directions across."""
+    """A contact in the rows of the assembly: areas (m,), and displacements (m, n) of the second
+    less those of the first: normal, sliding (zero without), in two directions across."""
 
     contact: Contact
     area: Array
@@ -285,8 +277,8 @@ def _joint(contact: Contact, bodies: Mapping[str, Component]) -> _Joint:
     from scipy.sparse import coo_array
 
     nodes, m = contact.pairs, len(contact.pairs)
-    starts = dict(zip(bodies, np.cumsum([0, *(b.system.n for b in bodies.values())]), strict=False))
-    n = sum(body.system.n for body in bodies.values())
+    *ends, n = np.cumsum([body.system.n for body in bodies.values()])
+    starts = dict(zip(bodies, [0, *ends], strict=True))
     each = list(zip([bodies[name] for name in contact.between], nodes.T, strict=True))
     rows = np.hstack([body.rows_of(labels) for body, labels in each])
     columns = rows + np.repeat([starts[name] for name in contact.between], 3)
@@ -307,25 +299,20 @@ def _joint(contact: Contact, bodies: Mapping[str, Component]) -> _Joint:
         where = np.nonzero(used)[0], columns[used]
         return coo_array((data[used], where), shape=(m, n)).tocsr()
 
-    normal, slides = unit("normal", contact.normal), None
+    normal, slides = unit("normal", contact.normal), contact.sliding
     require(np.diff(along(normal).indptr) > 0, "pairs: no row moves along the normal")
-    tangent = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal), axis=1)])
-    if contact.sliding is not None or contact.axis is not None:
-        given = contact.sliding
-        if given is None:
-            centre = np.mean([body.places_of(labels) for body, labels in each], axis=0)
-            given = np.cross(unit("axis", contact.axis), centre - contact.through)
-        given = unit("sliding", given)
-        tangent = given - np.sum(given * normal, axis=1)[:, None] * normal
-        fine = np.linalg.norm(tangent, axis=1) > np.sqrt(EPS)
-        require(fine, "sliding: is parallel to the normal")
-        slides = along(unit("sliding", tangent))
-    tangent = unit("tangent", tangent)
-    area = contact.each(1.0 if contact.area is None else contact.area)
-    if np.ndim(contact.area) == 0 and contact.area is not None:
-        area = area / m
+    if slides is None and contact.axis is not None:
+        centre = np.mean([body.places_of(labels) for body, labels in each], axis=0)
+        slides = np.cross(unit("axis", contact.axis), centre - contact.through)
+    none = slides is None
+    given = unit("sliding", np.eye(3)[np.argmin(np.abs(normal), axis=1)] if none else slides)
+    given = given - np.sum(given * normal, axis=1)[:, None] * normal
+    require(np.linalg.norm(given, axis=1) > np.sqrt(EPS), "sliding: is parallel to the normal")
+    tangent = unit("sliding", given)
+    area = m if contact.area is None else contact.area  # a pair's is 1 without
+    area = np.broadcast_to(area, m) / (1 if np.ndim(area) else m)
     across = along(tangent), along(np.cross(normal, tangent))
-    return _Joint(contact, area, along(normal), slides, across)
+    return _Joint(contact, area, along(normal), along(0.0 * tangent) if none else across[0], across)
 
 
 @dataclass(frozen=True, eq=False)
@@ -348,9 +335,8 @@ class Seat:
         return {"between": self.name} | counts | sums
 
     def __str__(self) -> str:
-        s = self.summary()
-        touching = f"contact {self.name}: {s['closed']} of {s['pairs']} pairs closed"
-        return f"{touching}, {s['force']:.6g} N, largest pressure {s['largest_pressure']:.4g}"
+        words = "contact {between}: {closed} of {pairs} pairs closed, {force:.6g} N, largest "
+        return (words + "pressure {largest_pressure:.4g}").format(**self.summary())
 
 
 @dataclass(frozen=True, eq=False)
@@ -420,83 +406,61 @@ def assemble(
     >>> squeal.eigenvalues(found.system).values[::2].imag.round(6)
     array([1.     , 2.44949])
     """
-    bodies, joints = {body.name: body for body in components}, []
+    bodies, known, joints = {body.name: body for body in components}, [], []
     if len(bodies) != len(components) or not contacts:
         raise InputError("an assembly needs contacts, and a name of its own for each component")
     for contact in contacts:
-        if not set(contact.between) <= bodies.keys() or len(set(contact.between)) != 2:
-            words = f"it must be two of {', '.join(bodies)}"
-            raise InputError(f"contact {contact.name}: is not allowed; {words}")
-    try:
-        contacts = [(contact := each).labelled(bodies) for each in contacts]
-        if cutoff is not None:
-            nodes = {
-                key: [c.pairs[:, c.between.index(key)] for c in contacts if key in c.between]
-                for key in bodies
-            }
-            bodies = {
-                key: body.reduced(np.concatenate([[], *nodes[key]]), cutoff)
-                for key, body in bodies.items()
-            }
-        joints = [_joint(contact := each, bodies) for each in contacts]
-    except InputError as error:
-        raise InputError(f"contact {contact.name}: {error}") from None
-    own: dict[str, float] = {"contact": 1.0, "tangential": 1.0}
+        with Place(f"contact {contact.name}").named():
+            known.append(contact.labelled(bodies))
+    if cutoff is not None:
+        for key, body in bodies.items():
+            nodes = [c.pairs[:, c.between.index(key)] for c in known if key in c.between]
+            bodies[key] = body.reduced(np.concatenate([[], *nodes]), cutoff)
+    for contact in known:
+        with Place(f"contact {contact.name}").named():
+            joints.append(_joint(contact, bodies))
+    own = {"mu": 0.0, "contact": 1.0, "tangential": 1.0}
     for body in bodies.values():
         own |= body.system.parameters
     M, C, K = (_merged(list(bodies.values()), part) for part in range(3))
     structure = TermSystem(M, C, K, own | dict(parameters or {}), parameter, name)
     seats, slopes, displacements = _seated(structure, joints, list(bodies.values()))
-    springs: list[Term] = []
-
-    def join(left: Any, stiffness: Array, right: Any, factor: str) -> None:
-        if stiffness.any():
-            product = left.T @ right.multiply(stiffness[:, None])
-            sparse = is_sparse(M[0].matrix)
-            springs.append(Term(product.tocsc() if sparse else product.toarray(), Formula(factor)))
-
-    for (contact, area, normal, sliding, across), seat, slope in zip(
-        joints, seats, slopes, strict=True
-    ):
-        join(normal, slope, normal, contact.factor)
-        for rows in across:
-            spring = seat.closed * area * contact.tangential
-            join(rows, spring, rows, contact.tangential_factor)
-        if sliding is not None:
-            join(sliding, slope, normal, f"({contact.friction}) * ({contact.factor})")
+    springs = []
+    for (c, area, normal, sliding, across), seat, slope in zip(joints, seats, slopes, strict=True):
+        stick = seat.closed * area * c.tangential
+        for left, stiffness, right, factor in (
+            (normal, slope, normal, c.factor),
+            *((rows, stick, rows, "tangential") for rows in across),
+            (sliding, slope, normal, f"({c.friction}) * ({c.factor})"),
+        ):
+            if left.nnz and stiffness.any():
+                product = left.T @ right.multiply(stiffness[:, None])
+                product = product.tocsc() if is_sparse(M[0].matrix) else product.toarray()
+                springs.append(Term(product, Formula(factor)))
     system = replace(structure, K=(*K, *springs))
     return Assembly(system, tuple(bodies.values()), tuple(seats), displacements)
 
 
 def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
     """Terms of M, C or K of all components on the rows of all, one for each factor."""
-    from scipy.linalg import block_diag
-    from scipy.sparse import block_diag as sparse_diag
-    from scipy.sparse import csc_array
+    from scipy.sparse import block_diag, csc_array
 
     sparse = any(is_sparse(term.matrix) for body in bodies for term in body.system.terms)
     terms: dict[str, tuple[Any, list[Any]]] = {}
     for k, body in enumerate(bodies):
         for term in body.system.parts[part]:
-            zeros = [
-                csc_array((b.system.n,) * 2) if sparse else 0.0 * np.eye(b.system.n) for b in bodies
-            ]
+            zeros = [csc_array((b.system.n,) * 2) for b in bodies]
             _, blocks = terms.setdefault(term.factor.text, (term.factor, zeros))
             blocks[k] = blocks[k] + term.matrix
-    return tuple(
-        Term(sparse_diag(blocks).tocsc() if sparse else block_diag(*blocks), factor)
-        for factor, blocks in terms.values()
-    )
-
-
-# Seating
+    whole = [(block_diag(blocks, "csc"), factor) for factor, blocks in terms.values()]
+    return tuple(Term(A if sparse else A.toarray(), factor) for A, factor in whole)
 
 
 def _seated(
     structure: TermSystem, joints: Sequence[_Joint], bodies: Sequence[Component]
 ) -> tuple[list[Seat], list[Array], Array]:
-    """The contacts under the load; the stiffness (m,) of their pairs there without its factor, zero
-    where they are open; and the displacements.
+    """The contacts under the load; the stiffness (m,) of their pairs without its factor, zero where
+    they are open; and the displacements.
 
     Newton's method on the laws of the pairs, which with constant stiffness passes from one set of
     closed pairs to the next and ends where it does not change. Once a set returns, one pair changes
@@ -510,62 +474,43 @@ def _seated(
         raise InputError("load: missing; pairs that may open are seated under the brake load")
     pushes, columns = [], []
     for c, area, normal, sliding, _ in joints:
-        stick = Formula(c.tangential_factor).value(at) * area * c.tangential
-        if sliding is not None:  # where it slides friction is all that acts across the normal
-            stick, normal = 0.0, normal + Formula(c.friction).value(at) * sliding
-        pushes.append(normal)
-        exponent, c_factor = 0.0 if c.bonded else c.exponent, Formula(c.factor).value(at)
-        numbers = (
-            c_factor,
-            area * c.stiffness,
-            c.gap,
-            exponent,
-            area * c.reference,
-            c.bonded,
-            stick,
-        )
-        columns.append([c.each(x) for x in numbers])
-    factor, k, gap, exponent, reference, bonded, stick = np.hstack(columns)
+        # where it slides friction is all that acts across the normal
+        pushes.append(normal + Formula(c.friction).value(at) * sliding)
+        stick = 0.0 if sliding.nnz else at["tangential"] * area * c.tangential
+        law = area * c.stiffness, c.gap, 0.0 if c.bonded else c.exponent, area * c.reference
+        numbers = area, Formula(c.factor).value(at), *law, c.bonded, stick
+        columns.append(np.array(np.broadcast_arrays(*numbers), dtype=float))
+    areas, factor, k, gap, exponent, reference, bonded, stick = np.hstack(columns)
     normal, push = vstack([joint.normal for joint in joints]), vstack(pushes).T
     across = vstack([joint.across[i] for i in (0, 1) for joint in joints])
-
-    def law(h: Array) -> tuple[Array, Array]:
-        """Forces without their factor at an approach, and their slopes."""
-        pressed = k * np.where(bonded, h, np.maximum(h, 0.0))
-        ratio = np.where(exponent, (1 - exponent) * pressed / reference, 1.0)
-        power = ratio ** (exponent / (1 - exponent))
-        return (1 - exponent) * pressed * power, k * power
-
     known, closed, h, careful = set[bytes](), np.ones(len(gap), dtype=bool), -gap, False
-    forces, slopes = k * h, k
+    forces, slopes, curved = k * h, k, exponent.any()  # without their factor
     for _ in range(100 + len(gap)):
         springs, held = closed * factor * slopes, np.tile(closed * stick, 2)
         A = K + push @ normal.multiply(springs[:, None]) + across.T @ across.multiply(held[:, None])
         u = _solved(A, load + push @ (closed * factor * (forces - slopes * (h + gap))))
         before, h = h, -gap - normal @ u
+        pressed = k * np.where(bonded, h, np.maximum(h, 0.0))
+        ratio = np.where(exponent, (1 - exponent) * pressed / reference, 1.0)
+        power = ratio ** (exponent / (1 - exponent))
+        forces, slopes = (1 - exponent) * pressed * power, k * power
         now = (h > 0.0) | (bonded > 0.0)
         if not now.any():
             raise InputError("all pairs open under the load; it must press the components together")
-        wrong, curved = np.flatnonzero(now != closed), bool(exponent.any())
+        wrong = np.flatnonzero(now != closed)
         if not len(wrong) and (not curved or np.allclose(h, before, rtol=1e-11, atol=0.0)):
             break
         careful = careful or (len(wrong) > 0 and now.tobytes() in known)
         if careful and not curved:
             now[wrong[1:]] = closed[wrong[1:]]
         known.add(closed.tobytes())
-        closed, (forces, slopes) = now, law(h)
+        closed = now
     else:
         raise ComputationError("the contact is not settled: its set of closed pairs keeps changing")
-    forces, slopes = law(h)
+    found = closed, closed * factor * forces, closed * factor * forces / areas, closed * slopes
     ends = np.cumsum([len(joint.area) for joint in joints])[:-1]
-    shut, normal_forces, rates = (
-        np.split(x, ends) for x in (closed, closed * factor * forces, closed * slopes)
-    )
-    seats = [
-        Seat(joint.contact.name, touching, pressing, pressing / joint.area)
-        for joint, touching, pressing in zip(joints, shut, normal_forces, strict=True)
-    ]
-    return seats, rates, u
+    *seated, rates = (np.split(x, ends) for x in found)
+    return [Seat(j.contact.name, *one) for j, *one in zip(joints, *seated, strict=True)], rates, u
 
 
 def _solved(A: Matrix, right: Array) -> Array:
@@ -574,16 +519,14 @@ def _solved(A: Matrix, right: Array) -> Array:
 
     try:
         if is_sparse(A):
-            found = factorise(A.tocsc()).solve(right)
-        else:
-            size = np.sqrt(np.abs(np.diag(A)))
-            size = 1.0 / np.where(size > 0.0, size, 1.0)
-            with warnings.catch_warnings():
-                warnings.simplefilter("error", LinAlgWarning)
-                found = size * solve(A * size[:, None] * size, size * right)
+            return np.asarray(factorise(A.tocsc()).solve(right))
+        size = np.sqrt(np.abs(np.diag(A)))
+        size = 1.0 / np.where(size > 0.0, size, 1.0)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", LinAlgWarning)
+            return np.asarray(size * solve(A * size[:, None] * size, size * right))
     except (ZeroDivisionError, np.linalg.LinAlgError, LinAlgWarning):
+        words = "each needs supports, or contact that holds it"
         raise InputError(
-            "nothing holds some motion of the components under the load; each needs supports, or "
-            "contact that holds it"
+            f"nothing holds some motion of the components under the load; {words}"
         ) from None
-    return np.asarray(found)

@@ -1,0 +1,73 @@
+"""The file form of an assembly: what its commands answer is what Python joins."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.cli.main import main
+
+BAND, TOP = (500.0, 4000.0), 8000.0  # Hz; the cut-off is twice the upper end of the band
+
+
+@pytest.fixture(scope="module")
+def brake(tmp_path_factory):
+    """A brake of disc and pad as files, and the same parts in Python."""
+    pytest.importorskip("skfem")
+    from benchmarks.solid_brake import parts, solid_brake, write_parts
+
+    made, folder = solid_brake(500), tmp_path_factory.mktemp("brake")
+    write_parts(folder, made)
+    bodies, contact = parts(made)
+    gap = np.arange(len(contact.pairs)) % 3 * 1e-5  # m, of wear 1
+    heads, *lines = (folder / "pairs.csv").read_text().splitlines()
+    rows = [f"{line},{x}" for line, x in zip(lines, gap.tolist(), strict=True)]
+    (folder / "pairs.csv").write_text("\n".join([f"{heads},gap", *rows]))
+    return folder / "assembly.yaml", bodies, replace(contact, gap=gap)
+
+
+def answer(capsys, *given):
+    assert main(["eigenvalues", *map(str, given), "--json"]) == 0
+    return json.loads(capsys.readouterr().out)
+
+
+@pytest.mark.parametrize("wear", [0.0, 1.0])  # all pairs closed, some of them
+def test_a_file_answers_as_python_and_its_export_do(brake, tmp_path, capsys, wear):
+    path, (disc, pad), contact = brake
+    sets = ["mu=0.3", "pressure=1e6", f"wear={wear}"]
+    varied = ["--band", "500:4000", *(word for one in sets for word in ("--set", one))]
+    read = answer(capsys, path, *varied)
+    pressed = replace(pad, load=1e6 * pad.load)
+    worn = replace(contact, gap=wear * contact.gap)
+    joined = squeal.assemble([disc, pressed], [worn], {"mu": 0.3}, cutoff=TOP)
+    values = squeal.eigenvalues(joined.system, band=BAND).values
+    assert read["contact"] == [seat.summary() for seat in joined.seats]
+    assert (read["contact"][0]["closed"] < len(contact.pairs)) == (wear > 0.0)
+    assert main(["export", str(path), "--band", "500:4000", "--output", str(tmp_path / "s")]) == 0
+    capsys.readouterr()
+    for one in (read, answer(capsys, tmp_path / "s" / "assembly.yaml", *varied)):
+        roots = np.array([complex(e["real"], e["imag"]) for e in one["eigenvalues"]])
+        assert len(roots) == len(values)
+        for z in values:  # a pair of nearly one frequency is sensitive
+            assert np.abs(roots - z).min() <= 1e-6 * abs(z)
+
+
+def test_modes_of_a_reduced_assembly_are_paired_on_all_nodes(brake, tmp_path, capsys):
+    """Shapes of the full model, written as a test of two nodes inside, name the reduced modes."""
+    path, bodies, contact = brake
+    full = squeal.eigenvalues(squeal.read_system(path), band=BAND)
+    where, inside = full.source[0].coordinates, set(bodies[0].nodes) - set(contact.pairs[:, 0])
+    chosen = [where.names.index(f"disc {node}") for node in sorted(inside)[:2]]
+    upper = dict(zip(full.modes.tolist(), full.eigenvalues, strict=True))
+    heads = [f"{where.names[k]}:{way}" for k in chosen for way in "xyz"]
+    lines = [",".join(["name", "frequency_hz", *heads])]
+    for number, mode in upper.items():
+        u = where.displacements(mode.right)[chosen].ravel()
+        u = u if mode.value.imag > 0 else u.conj()
+        lines.append(",".join([f"T{number}", repr(mode.frequency_hz), *map(repr, u.tolist())]))
+    (tmp_path / "test.csv").write_text("\n".join(lines))
+    found = answer(capsys, path, "--band", "500:4000", "--test", tmp_path / "test.csv")["pairs"]
+    assert {pair["reference"]: pair["mode"] for pair in found} == {f"T{k}": k for k in upper}
+    assert min(pair["mac"] for pair in found) > 0.99
