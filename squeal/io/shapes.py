@@ -43,58 +43,57 @@ def write_shapes(path: Path, where: Coordinates, shapes: Shapes) -> None:
     write_text(path, "\n".join(lines) + "\n")
 
 
-def _rows(table: NDArray) -> list[str]:
-    return [" ".join(f"{x:.9g}" for x in row) for row in table.tolist()]
-
-
 def _vtk(where: Coordinates, shapes: Shapes) -> Iterator[str]:
     """Points, cells, and of each mode its real and imaginary parts, and phases in degrees."""
-    count = len(where.places)
     cells = [(CELLS[name].vtk, corners) for name, corners in where.cells]
-    cells = cells or [(1, (k,)) for k in range(count)]
+    cells = cells or [(1, (k,)) for k in range(len(where.places))]
+
+    def rows(head: str, table: NDArray) -> Iterator[str]:
+        yield f"{head} double"
+        yield from (" ".join(f"{x:.9g}" for x in row) for row in table.tolist())
+
     yield "# vtk DataFile Version 3.0\nmode shapes\nASCII\nDATASET UNSTRUCTURED_GRID"
-    yield from (f"POINTS {count} double", *_rows(where.places))
+    yield from rows(f"POINTS {len(where.places)}", where.places)
     yield f"CELLS {len(cells)} {sum(1 + len(c) for _, c in cells)}"
     yield from (" ".join(map(str, (len(corners), *corners))) for _, corners in cells)
     yield f"CELL_TYPES {len(cells)}"
     yield from (str(kind) for kind, _ in cells)
-    yield f"POINT_DATA {count}"
+    yield f"POINT_DATA {len(where.places)}"
     for number, mode in shapes:
         u = displacements(where, mode.right)
         parts = {"real": u.real, "imag": u.imag, "phase": np.degrees(np.angle(u))}
         for part, values in parts.items():
-            yield f"VECTORS mode_{number}_{mode.frequency_hz:.6g}_Hz_{part} double"
-            yield from _rows(values)
+            yield from rows(f"VECTORS mode_{number}_{mode.frequency_hz:.6g}_Hz_{part}", values)
 
 
 def _unv(where: Coordinates, shapes: Shapes) -> Iterator[str]:
     """Datasets 2411 (nodes), 2412 (elements) and, of each mode, 55 (real or complex shape)."""
-    names = where.names if all(n.isdecimal() and int(n) < LABEL for n in where.names) else ()
-    labels = [int(n) for n in names] or list(range(1, len(where.places) + 1))
-    yield f"{-1:6d}\n{2411:6d}"
+    named = all(n.isdecimal() and int(n) < LABEL for n in where.names) and where.names
+    labels = [int(n) for n in where.names] if named else range(1, len(where.places) + 1)
+    edge = f"{-1:6d}"
+
+    def line(*numbers: float, form: str = "10d") -> str:
+        return "".join(f"{x:{form}}" for x in numbers)
+
+    yield f"{edge}\n{2411:6d}"
     for label, place in zip(labels, where.places.tolist(), strict=True):
-        yield f"{label:10d}{1:10d}{1:10d}{11:10d}"
-        yield "".join(f"{x:25.16E}" for x in place).replace("E", "D")
-    yield f"{-1:6d}"
+        yield f"{line(label, 1, 1, 11)}\n{line(*place, form='25.16E').replace('E', 'D')}"
     if where.cells:
-        yield f"{-1:6d}\n{2412:6d}"
-        for k, (name, corners) in enumerate(where.cells, 1):
-            yield "".join(f"{x:10d}" for x in (k, CELLS[name].unv, 1, 1, 7, len(corners)))
-            yield "".join(f"{labels[c]:10d}" for c in corners)
-        yield f"{-1:6d}"
+        yield f"{edge}\n{edge}\n{2412:6d}"
+    for k, (name, corners) in enumerate(where.cells, 1):
+        yield line(k, CELLS[name].unv, 1, 1, 7, len(corners))
+        yield line(*(labels[c] for c in corners))
     for number, mode in shapes:
         u = displacements(where, mode.right)
-        real = bool(np.abs(u.imag).max() < REAL)
         # analysis 2 normal mode, 3 complex eigenvalue; data 2 real, 5 complex
-        heads, growth = ((2, 2) if real else (3, 5)), mode.value
-        numbers = [growth.real, growth.imag, 0.0, 0.0, 0.0, 0.0]
-        if real:
+        analysis, data, values = 3, 5, np.stack([u.real, u.imag], axis=2).reshape(len(u), -1)
+        numbers = [mode.value.real, mode.value.imag, 0.0, 0.0, 0.0, 0.0]
+        if np.abs(u.imag).max() < REAL:
+            analysis, data, values = 2, 2, u.real
             numbers = [mode.frequency_hz, 1.0, mode.damping_ratio, 0.0]
-        yield f"{-1:6d}\n{55:6d}\nmode {number}\n{mode.frequency_hz:.6g} Hz\nNONE\nNONE\nNONE"
-        yield "".join(f"{x:10d}" for x in (1, heads[0], 2, 8, heads[1], 3))
-        yield "".join(f"{x:10d}" for x in (2, len(numbers), 1, number))
-        yield "".join(f"{x:13.5E}" for x in numbers)
-        values = u.real if real else np.stack([u.real, u.imag], axis=2).reshape(len(u), -1)
+        yield f"{edge}\n{edge}\n{55:6d}\nmode {number}\n{mode.frequency_hz:.6g} Hz"
+        yield f"NONE\nNONE\nNONE\n{line(1, analysis, 2, 8, data, 3)}"
+        yield f"{line(2, len(numbers), 1, number)}\n{line(*numbers, form='13.5E')}"
         for label, row in zip(labels, values.tolist(), strict=True):
-            yield f"{label:10d}\n" + "".join(f"{x:13.5E}" for x in row)
-        yield f"{-1:6d}"
+            yield f"{label:10d}\n{line(*row, form='13.5E')}"
+    yield edge

@@ -43,9 +43,7 @@ PHASES: dict[str, dict[str, Any]] = {
 def exaggeration(w: float) -> str:
     """How much larger than a motion of a micrometre shapes of a pad of half length w (m) are drawn,
     in words."""
-    factor = LARGEST * w / 1e-6
-    digits = 10 ** int(np.floor(np.log10(factor)) - 1)
-    return rf"motion of 1 $\mu$m enlarged {round(factor / digits) * digits} times"
+    return rf"motion of 1 $\mu$m enlarged {float(f'{LARGEST * w / 1e-6:.1e}'):.0f} times"
 
 
 def is_real(shape: np.ndarray) -> bool:
@@ -59,11 +57,9 @@ def outlines(slenderness: float, rest: np.ndarray, shape: np.ndarray) -> list[np
     slenderness: h/w; rest: (x/w, y/w, theta); shape: complex (x, y, w theta), its largest part 1.
     The phases are opposite ones, or a quarter turn apart for a complex shape.
     """
-    h = slenderness
-    corners = np.array([[-1.0, -h], [1.0, -h], [1.0, h], [-1.0, h], [-1.0, -h]])
+    corners = np.array([1, slenderness]) * [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]
+    turns, lines = (0.0, 1.0, -1.0 if is_real(shape) else 1j), []
     # in half lengths w theta is the angle itself
-    turns = (0.0, 1.0, -1.0 if is_real(shape) else 1j)
-    lines = []
     for x, y, theta in (rest + LARGEST * (shape * turn).real for turn in turns):
         c, s = np.cos(theta), np.sin(theta)
         lines.append(corners @ np.array([[c, s], [-s, c]]) + [x, y])
@@ -87,10 +83,9 @@ def draw_surface(axes: Axes, height: float, left: float, right: float, bottom: f
 
 def legend_of_phases(shapes: Sequence[np.ndarray]) -> tuple[list[Line2D], list[str]]:
     """Handles and names for a legend of pads at rest and at two phases."""
-    complex_too = any(not is_real(shape) for shape in shapes)
-    second = "a quarter period later" if complex_too else "half a period later"
-    if complex_too and any(map(is_real, shapes)):
-        second = "half a period later (complex shapes: a quarter)"
+    kinds = {is_real(shape) for shape in shapes}
+    second = "a quarter period later" if kinds == {False} else "half a period later"
+    second += " (complex shapes: a quarter)" if len(kinds) == 2 else ""
     handles = [Line2D([], [], **look) for look in PHASES.values()]
     return handles, ["equilibrium", "displaced", second]
 
@@ -101,12 +96,9 @@ def draw_eigenvalues(axes: Axes, roots: Sequence[Eigenvalue]) -> None:
     roots = [e for e in roots if e.value.imag >= -e.rounding]
     upper = np.array([e.value for e in roots], dtype=complex)
     grows = np.array([e.kind in GROWING for e in roots], dtype=bool)
-    sets: list[tuple[np.ndarray, dict[str, Any]]] = [
-        (upper[~grows], {"marker": "o", "fc": "none", "ec": RING}),
-        (upper[grows], {"marker": "s", "fc": "none", "ec": RED}),
-    ]
-    for points, look in sets:
-        axes.scatter(points.real, points.imag / math.tau, s=26, **look)
+    for points, marker, colour in ((upper[~grows], "o", RING), (upper[grows], "s", RED)):
+        look: Any = {"marker": marker, "s": 26, "fc": "none", "ec": colour}
+        axes.scatter(points.real, points.imag / math.tau, **look)
     reach = max(1.0, 1.2 * float(np.abs(upper.real).max(initial=0.0)))
     axes.set(xlim=(-reach, reach), ylim=frequency_limits(upper))
     axes.set(xlabel="growth rate [1/s]", ylabel="frequency [Hz]")
@@ -116,10 +108,7 @@ def draw_eigenvalues(axes: Axes, roots: Sequence[Eigenvalue]) -> None:
 
 
 def pad_figure(
-    pad: Pad,
-    q: Sequence[float],
-    shapes: Sequence[ModeShape],
-    roots: Sequence[Eigenvalue],
+    pad: Pad, q: Sequence[float], shapes: Sequence[ModeShape], roots: Sequence[Eigenvalue]
 ) -> Figure:
     """Eigenvalues of a pad about its equilibrium q (x, y, theta), and the shape of each mode."""
     slender = pad.h / pad.w
@@ -127,8 +116,7 @@ def pad_figure(
     moved = [np.array([1.0, 1.0, pad.w]) * one.shape for one in shapes]
     lines = [outlines(slender, rest, shape) for shape in moved]
     corners = np.concatenate([corner for three in lines for corner in three])
-    left, bottom = corners.min(axis=0) - 0.08
-    right, top = corners.max(axis=0) + 0.08
+    (left, bottom), (right, top) = corners.min(axis=0) - 0.08, corners.max(axis=0) + 0.08
     bottom = min(bottom, -slender - 0.12)
     with style():
         figure = Figure(figsize=(DOUBLE, 0.5 + 1.3 * len(shapes)))
@@ -156,7 +144,7 @@ def modes_drawing(name: str, roots: Sequence[Eigenvalue], figure: Figure | None 
         with style():
             figure = Figure(figsize=(SINGLE, 3.0))
             draw_eigenvalues(figure.add_subplot(), roots)
-    listed = ", ".join(f"{v.real:.4g} {v.imag:+.4g}i" for v in (e.value for e in roots[:100]))
+    listed = ", ".join(f"{e.value.real:.4g} {e.value.imag:+.4g}i" for e in roots[:100])
     more = f", and {len(roots) - 100} more" if len(roots) > 100 else ""
     text = f"Eigenvalues of {name} in the complex plane{shapes}; in rad/s: {listed}{more}."
     return Drawing(figure, text, f"Eigenvalues of {name}", origin(__name__))
@@ -168,9 +156,8 @@ def outline(where: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[NDArra
     for face in faces:
         a, b, c = where.places[list(face[:3])]
         normal = np.cross(b - a, c - b)
-        normal = normal / (np.linalg.norm(normal) or 1.0)
         for edge in zip(face, (*face[1:], face[0]), strict=True):
-            at.setdefault(frozenset(edge), []).append(normal)
+            at.setdefault(frozenset(edge), []).append(normal / (np.linalg.norm(normal) or 1.0))
     sharp = (e for e, n in at.items() if len(n) != 2 or abs(float(n[0] @ n[1])) < SHARP)
     return [where.places[sorted(edge)] for edge in sharp]
 
@@ -186,13 +173,13 @@ def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> 
     # points that show a shape
     some = slice(None, None, 1 if faces else 1 + len(where.places) // 15_000)
     u, rest = displacements(where, shape)[some], where.places[some]
-    low, high = where.places.min(axis=0), where.places.max(axis=0)
-    size = float((high - low).max()) or 1.0
+    ends = np.array([where.places.min(axis=0), where.places.max(axis=0)])
+    size = float(np.ptp(ends, axis=0).max()) or 1.0
     # a box that holds the nodes at every phase, and is no plate
-    half = np.maximum(high - low, 0.08 * size) / 2 + LARGEST_OF_NODES * size
+    half = np.maximum(np.ptp(ends, axis=0), 0.08 * size) / 2 + LARGEST_OF_NODES * size
+    box = np.transpose(ends.mean(axis=0) + np.array([-1.0, 1.0])[:, None] * half)
     amplitude = np.linalg.norm(u, axis=1)
-    look: Any = {"c": amplitude, "vmin": 0.0, "vmax": 1.0, "lw": 0}
-    look |= {"s": float(np.clip(6e3 / len(rest), 0.3, 12.0)), "clip_on": False}
+    dot = {"s": float(np.clip(6e3 / len(rest), 0.3, 12.0)), "lw": 0}
     with style():
         figure = Figure(figsize=(DOUBLE, 2.5))
         figure.set_layout_engine("none")
@@ -204,17 +191,16 @@ def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> 
             moved = rest + LARGEST_OF_NODES * size * (u * turn).real
             if faces:
                 axes.add_collection3d(Line3DCollection(edges, colors="0.55", linewidths=0.4))
-                dots: Any = Poly3DCollection([moved[list(face)] for face in faces], linewidths=0.1)
-                dots.set(array=np.array([amplitude[list(face)].mean() for face in faces]))
-                dots.set(clim=(0.0, 1.0), edgecolor=(0.0, 0.0, 0.0, 0.25))
-                axes.add_collection3d(dots)
+                drawn: Any = Poly3DCollection([moved[list(face)] for face in faces], linewidths=0.1)
+                drawn.set(array=np.array([amplitude[list(face)].mean() for face in faces]))
+                drawn.set(edgecolor=(0.0, 0.0, 0.0, 0.25))
+                axes.add_collection3d(drawn)
             else:
-                dots = axes.scatter(*moved.T, **look)
-            for k, axis in enumerate("xyz"):
-                middle = (low[k] + high[k]) / 2
-                axes.set(**{f"{axis}lim": (middle - half[k], middle + half[k])})
+                drawn = axes.scatter(*moved.T, c=amplitude, clip_on=False, **dot)
+            drawn.set(clim=(0.0, 1.0))
+            axes.set(xlim=box[0], ylim=box[1], zlim=box[2])
             figure.text(left + 0.225, 0.82, title, ha="center")
-        bar = figure.colorbar(dots, cax=figure.add_axes((0.92, 0.15, 0.012, 0.6)))
+        bar = figure.colorbar(drawn, cax=figure.add_axes((0.92, 0.15, 0.012, 0.6)))
         bar.set_label("amplitude [largest]")
         figure.text(0.5, 0.93, literal(words), ha="center")
     text = f"Shape of a mode of {name}: {words}."
