@@ -13,6 +13,7 @@ from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass, field
 from hashlib import sha256
+from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -28,12 +29,12 @@ from squeal.analysis.systems.roots import (
     roots_of_all,
     rounding_of,
 )
-from squeal.analysis.variations import NO_PAD, NO_REST, Varied, shown_critical
+from squeal.analysis.variations import NO_PAD, NO_REST, Varied
 from squeal.errors import ComputationError, InputError
 from squeal.io.matrices import fingerprint
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Column, Table, number, picked
+from squeal.io.writing import Answer, Column, Table, number, picked, write_text
 from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
 from squeal.schema import FLAG, Group, Key, Named, Number, Place, Whole, Word, read_document, row
@@ -185,50 +186,42 @@ class Scatter(Answer):
 
     def table(self) -> Table:
         """A row for each sample, by rising value, with the share up to it."""
-        n, growth = len(self.rows), self.of == "growth"
-        head = ("growth_rate", "1/s") if growth else (self.name, "")
-        table = [Column(*head, lambda row: row[1].value)]
-        table += [Column("share", value=lambda row: (row[0] + 1) / n)]
-        names = "kind frequency_hz" + " unstable propensity residual" * growth
-        for name in names.split():
-            table.append(Column(name, value=lambda row, k=name: getattr(row[1], k)))  # type: ignore[misc]
-        for name in self.spreads:
-            words = f"parameter.{name}" if name == self.name else name
-            table.append(Column(words, value=lambda row, k=name: row[1].parameters[k]))  # type: ignore[misc]
-        return Table(table, list(enumerate(self.rows)))
+        growth = self.of == "growth"
+        names = ["kind", "frequency_hz", *("unstable", "propensity", "residual") * growth]
+        own = [f"parameter.{name}" if name == self.name else name for name in self.spreads]
+        heads = [("growth_rate", "1/s") if growth else (self.name, ""), ("share", "")]
+        heads += [(name, "") for name in (*names, *own)]
+        rows = []
+        for k, one in enumerate(self.rows, 1):
+            changed = (one.parameters[name] for name in self.spreads)
+            rows.append((one.value, k / len(self.rows), *attrgetter(*names)(one), *changed))
+        return Table([Column(*head, itemgetter(k)) for k, head in enumerate(heads)], rows)
 
     def parts(self) -> Sequence[str | Table]:
-        growth, name = self.of == "growth", self.name
-        own = f" at {name} = {number(self.mu)}" * (name not in self.spreads)
-        band = "" if self.band is None else " from {:g} to {:g} Hz".format(*self.band)
-        what, share, head = (
-            f"first loss of stability up to {name} = {self.mu_max:g}", "share unstable, %", name
-        )  # fmt: skip
-        if growth:
-            what, share = f"largest growth rate{band}, 1/s", "share of the samples, %"
-            head = "growth rate"
-
-        def shown(value: float | None) -> str:
-            if growth:
-                return "-" if value is None else number(value)
-            return shown_critical(value, self.mu_max)
-
-        table = [Column(share, value=lambda q: 100 * q.level)]
-        for key, words in (("value", head), ("low", "from"), ("high", "to")):
-            cell: Any = lambda q, key=key: shown(getattr(q, key))  # noqa: E731
-            table.append(Column(key, shown=cell, words=words))
+        name, beyond = self.name, f"> {self.mu_max:g}"
+        what, more = f"first loss of stability up to {name} = {self.mu_max:g}", self.beyond
+        heads, text = ["share unstable, %", name, "from", "to"], f"without a threshold {more}"
+        if self.of == "growth":
+            band = "" if self.band is None else " from {:g} to {:g} Hz".format(*self.band)
+            what, beyond = f"largest growth rate{band}, 1/s", "-"
+            heads[:2] = "share of the samples, %", "growth rate"
+            text = f"squeal propensity index {number(self.propensity or 0.0, 4)}"
+        rows = [(100 * q[0], *(beyond if v is None else v for v in q[1:])) for q in self.quantiles]
         title = f"{self.samples} samples, {self.design}, seed {self.seed}: {what}; "
         title += f"intervals of {100 * CONFIDENCE:g} % confidence"
+        own = f" at {name} = {number(self.mu)}" * (name not in self.spreads)
         low, high = (100 * end for end in self.interval)
         line = f"stable{own}: {100 * self.stable:.1f} % of the samples ({low:.1f} to {high:.1f} %)"
-        index = f"squeal propensity index {number(self.propensity or 0.0, 4)}"
-        line += f"; {index if growth else f'without a threshold {self.beyond}'}"
-        line += f", no pads {self.no_pad}, not computed {self.failed}"
-        parts: list[str | Table] = [Table(table, self.quantiles, title), line]
+        line += f"; {text}, no pads {self.no_pad}, not computed {self.failed}"
+        parts: list[str | Table] = [Table(_in_order(heads), rows, title), line]
         if self.indices:
-            sobol = [Column("parameter"), Column("first", shown=_near("first"))]
-            sobol.append(Column("total", shown=_near("total")))
-            parts.append(Table(sobol, self.indices, "Sobol indices: shares of the variance"))
+            form = "{:.2f} ({:.2f} to {:.2f})".format
+            rows = [
+                (i.parameter, form(i.first, *i.first_interval), form(i.total, *i.total_interval))
+                for i in self.indices
+            ]
+            heads = ["parameter", "first", "total"]
+            parts.append(Table(_in_order(heads), rows, "Sobol indices: shares of the variance"))
         if self.basis is not None:
             parts.append(
                 f"on a reduced system of {self.basis['size']} vectors; worst residual of a root in "
@@ -252,112 +245,75 @@ class Scatter(Answer):
         return {"scatter": scatter | {"indices": [asdict(one) for one in self.indices]}}
 
 
-def _near(name: str) -> Callable[[Index], str]:
-    """An index with its interval, for people."""
-
-    def shown(index: Index) -> str:
-        low, high = getattr(index, f"{name}_interval")
-        return f"{getattr(index, name):.2f} ({low:.2f} to {high:.2f})"
-
-    return shown
+def _in_order(heads: Sequence[str]) -> list[Column]:
+    """Columns of rows that are tuples, for people."""
+    return [Column(head, "", itemgetter(k), words=head) for k, head in enumerate(heads)]
 
 
-@dataclass(frozen=True, eq=False)
-class Thresholds:
-    """Samples judged by their critical friction up to `high`."""
-
-    varied: Varied
-    high: float
-
-    def samples(self, changes: Sequence[dict[str, float]]) -> list[Sample]:
-        """What becomes of each change of some parameters."""
-        outcomes = self.varied.outcomes(changes, self.high)
-        return [
-            Sample(values, math.nan if o.critical is None else o.critical, o.kind, o.frequency_hz,
-                   reason=o.reason)
-            for values, o in zip(changes, outcomes, strict=True)
-        ]  # fmt: skip
+Judge = tuple[Varied, float] | tuple[Scene | TermSystem | Reduction, Wanted]
+"""What judges samples: the critical friction up to a value, or the wanted roots."""
 
 
-@dataclass(frozen=True, eq=False)
-class Growth:
-    """Samples judged by the roots in a band: of a scene, a small system or a reduced one."""
-
-    subject: Scene | TermSystem | Reduction
-    wanted: Wanted
-
-    def samples(self, changes: Sequence[dict[str, float]]) -> list[Sample]:
-        """What becomes of each change of some parameters."""
-        return [self._sample(values) for values in changes]
-
-    def _sample(self, values: dict[str, float]) -> Sample:
-        residual, rounding = None, None
-        try:
-            if isinstance(self.subject, Scene):
-                spectrum = analyse(self.subject.replace(**values)).spectrum
-                roots, rounding = spectrum.values, spectrum.rounding
-            elif isinstance(self.subject, TermSystem):
-                roots = roots_of_all(self.subject, self.wanted, values)
-            else:
-                modes, errors, _ = self.subject.modes(values)
-                roots, residual = modes.values, float(np.max(errors, initial=0.0))
-            if not len(roots):
-                raise ComputationError("no root lies in the band")
-        except InputError as error:
-            return Sample(values, kind=NO_PAD, reason=str(error))
-        except ComputationError as error:
-            return Sample(values, reason=str(error))
-        if rounding is None:
-            own = self.subject
-            rounding = rounding_of(own.system if isinstance(own, Reduction) else own, roots)  # type: ignore[arg-type]
-        grow = roots[(roots.real > rounding) & (roots.imag >= 0.0)]
-        first = roots[np.argmax(roots.real)]
-        ratios = grow.real / np.abs(grow)
-        return Sample(
-            values,
-            float(first.real),
-            decide(roots, rounding).verdict,
-            abs(float(first.imag)) / math.tau,
-            len(grow),
-            math.fsum(ratios.tolist()),
-            residual,
-        )
+def _work(judge: Judge, changes: Sequence[dict[str, float]]) -> list[Sample]:
+    """What becomes of each change of some parameters."""
+    subject, asked = judge
+    if isinstance(subject, Varied):
+        samples = []
+        for values, found in zip(changes, subject.outcomes(changes, asked), strict=True):  # type: ignore[arg-type]
+            value = math.nan if found.critical is None else found.critical
+            more = found.kind, found.frequency_hz
+            samples.append(Sample(values, value, *more, reason=found.reason))
+        return samples
+    return [_grown(subject, asked, values) for values in changes]  # type: ignore[arg-type]
 
 
-def _work(judge: Thresholds | Growth, changes: list[dict[str, float]]) -> list[Sample]:
-    return judge.samples(changes)
+def _grown(
+    subject: Scene | TermSystem | Reduction, wanted: Wanted, values: dict[str, float]
+) -> Sample:
+    """A sample judged by the wanted roots of a scene, a small system or a reduced one."""
+    residual = None
+    try:
+        if isinstance(subject, Scene):
+            spectrum = analyse(subject.replace(**values)).spectrum
+            roots, rounding = spectrum.values, spectrum.rounding
+        elif isinstance(subject, TermSystem):
+            roots = roots_of_all(subject, wanted, values)
+            rounding = rounding_of(subject, roots)
+        else:
+            modes, errors, _ = subject.modes(values)
+            roots, residual = modes.values, float(np.max(errors, initial=0.0))
+            rounding = rounding_of(subject.system, roots)
+        if not len(roots):
+            raise ComputationError("no root lies in the band")
+    except InputError as error:
+        return Sample(values, kind=NO_PAD, reason=str(error))
+    except ComputationError as error:
+        return Sample(values, reason=str(error))
+    grow = roots[(roots.real > rounding) & (roots.imag >= 0.0)]
+    first, propensity = roots[np.argmax(roots.real)], math.fsum(grow.real / np.abs(grow))
+    kind, hertz = decide(roots, rounding).verdict, abs(float(first.imag)) / math.tau
+    return Sample(values, float(first.real), kind, hertz, len(grow), propensity, residual)
 
 
-class Journal:
-    """Chunks of samples in a file, kept as they come: an interrupted run goes on where it ended.
+def _journal(path: Path, question: str) -> dict[int, list[Sample]]:
+    """Chunks of samples that a file keeps, begun if it is new: an interrupted run goes on where it
+    ended.
 
     Raises InputError for a file that holds those of another question.
     """
-
-    def __init__(self, path: Path, question: str) -> None:
-        self.path, self.known = path, dict[int, list[Sample]]()
-        text = path.read_text(encoding="utf-8") if path.exists() else ""
-        head, *lines = (line for line in (text or f"{question}\n").splitlines())
-        try:
-            records = [json.loads(line) for line in lines if line.endswith("}")]
-            self.known = {r["chunk"]: [Sample(*one) for one in r["samples"]] for r in records}
-        except (ValueError, TypeError, KeyError):
-            head = ""
+    text = path.read_text(encoding="utf-8") if path.exists() else ""
+    head, *lines = (text or f"{question}\n").split("\n")
+    try:
         if head != question:
-            words = "holds no samples of this question; the name of another file is allowed"
-            raise Place(str(path)).refuse(words)
-        if not text.endswith("\n"):  # it is new, or was killed while it wrote
-            self._append("\n" if text else f"{question}\n")
-
-    def keep(self, chunk: int, samples: list[Sample]) -> None:
-        """Write a chunk down."""
-        row = {"chunk": chunk, "samples": [astuple(one) for one in samples]}
-        self._append(json.dumps(row) + "\n")
-        self.known[chunk] = samples
-
-    def _append(self, text: str) -> None:
-        with self.path.open("a", encoding="utf-8") as stream:
-            stream.write(text)
+            raise ValueError
+        # what follows the last line end was cut off
+        records = [json.loads(line) for line in lines[:-1]]
+        known = {r["chunk"]: [Sample(*one) for one in r["samples"]] for r in records}
+    except (ValueError, TypeError, KeyError):
+        words = "holds no samples of this question; the name of another file is allowed"
+        raise Place(str(path)).refuse(words) from None
+    write_text(path, "\n".join([head, *lines[:-1], ""]))
+    return known
 
 
 def _question(subject: Scene | TermSystem, *more: object) -> str:
@@ -396,18 +352,17 @@ def _placed(varied: Varied, spreads: Mapping[str, Any], unit: NDArray) -> list[d
     drawn = {}
     for (name, spread), u in zip(spreads.items(), unit.T, strict=True):
         ((kind, size),) = spread.items()
-        at = Place("spreads")
-        if kind == "between":
-            varied.step(name, 1.0, False, at)
+        between = kind == "between"
+        step = varied.step(name, 1.0 if between else size, kind == "relative", Place("spreads"))
+        if between:
             low, high = size
             if not low < high:
                 wrong = Place("scatter", "spreads", name, kind)
                 raise wrong.must_be(list(size), "two numbers, the lower one first")
-            drawn[name] = (low + (high - low) * u).tolist()
-            continue
-        step = varied.step(name, size, kind == "relative", at)
-        way = 2 * u - 1 if kind == "within" else ndtri(u)
-        drawn[name] = (varied.values[name] + step * way).tolist()
+            values = low + (high - low) * u
+        else:
+            values = varied.values[name] + step * (2 * u - 1 if kind == "within" else ndtri(u))
+        drawn[name] = values.tolist()
     return [dict(zip(drawn, values, strict=True)) for values in zip(*drawn.values(), strict=True)]
 
 
@@ -517,18 +472,19 @@ def scatter(
     each = _placed(varied, spreads, np.concatenate([A, B, *mixed] if indices else [A]))
     judge, basis = _judge(varied, of, mu_max, Wanted(band, None, None), each)
     parts = [each[i : i + CHUNK] for i in range(0, len(each), CHUNK)]
-    kept, known = None, dict[int, list[Sample]]()
+    known = dict[int, list[Sample]]()
     if journal is not None:
         asked = of, mu_max, band, spreads, design, seed, indices, samples
-        kept = Journal(Path(journal), _question(own, *asked))
-        known = kept.known
+        known = _journal(Path(journal), _question(own, *asked))
     missing = [k for k in range(len(parts)) if k not in known]
     done = sum(map(len, known.values()))
     computed = mapped(_work, [parts[k] for k in missing], workers, judge)
     for k, part in zip(missing, computed, strict=True):
         known[k], done = part, done + len(part)
-        if kept is not None:
-            kept.keep(k, part)
+        if journal is not None:
+            record = {"chunk": k, "samples": [astuple(one) for one in part]}
+            with Path(journal).open("a", encoding="utf-8") as stream:
+                stream.write(json.dumps(record) + "\n")
         if progress is not None:
             progress(done, len(each))
     every = [one for k in range(len(parts)) for one in known[k]]
@@ -548,23 +504,25 @@ def scatter(
     good = sum(not (o.value <= varied.at if of == "threshold" else o.unstable) for o in rows)
     if basis is not None:
         basis |= {"residual": max(one.residual or 0.0 for one in rows)}
-    ends = (binomtest(k, made + failed).proportion_ci(CONFIDENCE, "wilson")
-            for k in (good, good + failed))  # fmt: skip
-    interval = float(next(ends).low), float(next(ends).high)
+    ends = [
+        binomtest(k, made + failed).proportion_ci(CONFIDENCE, "wilson")
+        for k in (good, good + failed)
+    ]
+    interval = float(ends[0].low), float(ends[1].high)
     head = varied.free, of, varied.at, mu_max, band, spreads, design, seed, len(every)
     return Scatter(*head, tuple(rows), no_pad, failed, good / made, interval, shares, basis)
 
 
 def _judge(
     varied: Varied, of: str, high: float, wanted: Wanted, each: Sequence[dict[str, float]]
-) -> tuple[Thresholds | Growth, dict[str, Any] | None]:
+) -> tuple[Judge, dict[str, Any] | None]:
     """What judges samples, and the reduced system that it has. Raises InputError."""
     subject = varied.subject
     if of == "threshold":
-        return Thresholds(varied, high), None
+        return (varied, high), None
     if isinstance(subject, Scene) and wanted.band is not None:
         raise Place("band").refuse("is not allowed with a scene; a system takes it")
     if isinstance(subject, Scene) or is_small(subject):
-        return Growth(subject, wanted), None
+        return (subject, wanted), None
     reduction = reduced_for(subject, wanted, [{}, *each[:: max(1, len(each) // SERVED)]])
-    return Growth(reduction, wanted), basis_of(reduction, wanted)
+    return (reduction, wanted), basis_of(reduction, wanted)
