@@ -648,14 +648,15 @@ class Sensitivity(Answer):
     units: Mapping[str, str]
     condition: NDArray[np.float64] | None = None
 
-    def _rows(self) -> list[tuple[Any, ...]]:
+    def table(self) -> Table:
         """What a small step of each parameter moves, the strongest first: the loss, or each mode
         of a pair's two, the fastest growing first. A step is 1 per cent, of an angle a degree, and
         1 of what is 0 and has no unit."""
-        loss, rows = self.what == "threshold", []
+        loss, rows = self.what == "threshold", list[tuple[Any, ...]]()
         at = np.zeros(1, complex) if loss else np.asarray(self.at, complex)
         numbers = mode_numbers(at)
         for i in sorted(np.flatnonzero(at.imag >= 0.0).tolist(), key=lambda i: -at[i].real):
+            mode = () if loss else (int(numbers[i]), at[i].imag / math.tau, at[i].real)
             own = []
             for name, slopes in self.slopes.items():
                 step, words = 0.01 * self.values[name], "1 %"
@@ -666,29 +667,21 @@ class Sensitivity(Answer):
                 pair = slopes if loss else np.array([slopes[i].real, slopes[i].imag / math.tau])
                 moved = step * np.where(np.isfinite(pair).all() | loss, pair, np.nan)
                 if step:
-                    own.append((name, words, *moved.tolist()))
-            own.sort(key=lambda row: -abs(row[2]) if math.isfinite(row[2]) else -math.inf)
-            mode = () if loss else (int(numbers[i]), at[i].imag / math.tau, at[i].real)
-            rows += [(*mode, *row) for row in own]
-        return rows
-
-    def table(self) -> Table:
-        loss = self.what == "threshold"
-        heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s")] * (not loss)
-        heads += [("parameter", ""), ("change", "")]
-        heads += [(f"d {self.parameter}", "") if loss else ("dRe", "1/s"), ("df", "Hz")]
-        title = "what a small change of a parameter does to each mode"
-        if loss:
-            at = f"{self.kind} at {self.parameter} = {self.at or 0:.6g}"
-            title = f"what moves the first loss ({at})"
-        nothing = "no root" if self.values else "no parameter is named"
-        if loss:
-            lost = self.at is not None
-            nothing = (
-                "no other parameter" if lost else "stability is not lost: nothing moves its loss"
-            )
+                    own.append((*mode, name, words, *moved.tolist()))
+            rows += sorted(own, key=lambda row: -np.nan_to_num(abs(row[-2]), nan=np.inf))
+        heads = [("parameter", ""), ("change", ""), ("dRe", "1/s"), ("df", "Hz")]
+        if not loss:
+            heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s"), *heads]
+            title = "what a small change of a parameter does to each mode"
+            nothing = "no root" if self.values else "no parameter is named"
+        elif self.at is None:
+            title = nothing = "stability is not lost: nothing moves its loss"
+        else:
+            nothing, place = "no other parameter", f"{self.parameter} = {self.at:.6g}"
+            title = f"what moves the first loss ({self.kind} at {place})"
+            heads[2] = f"d {self.parameter}", ""
         table = [Column(*head, itemgetter(k)) for k, head in enumerate(heads)]
-        return Table(table, self._rows(), title, nothing)
+        return Table(table, rows, title, nothing)
 
     def parts(self) -> Sequence[str | Table]:
         """The table, and which modes leave it in doubt."""

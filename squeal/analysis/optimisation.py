@@ -30,11 +30,10 @@ from squeal.analysis.systems.roots import (
 )
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Column, Table, columns, number
+from squeal.io.writing import Answer, Column, Table, columns, number, picked
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
 from squeal.linear.sensitivity import sensitivities
-from squeal.linear.system import TermSystem
 from squeal.schema import Place, Whole, row
 from squeal.sparse.dense import roots_at
 from squeal.sparse.quadratic import PROGRESS, Progress
@@ -59,10 +58,10 @@ class Bounded:
     @property
     def at(self) -> str | None:
         """The bound that holds it, if one does."""
-        ends = {"low": self.after - self.low, "high": self.high - self.after}
-        return next(
-            (end for end, way in ends.items() if way <= 1e-6 * (self.high - self.low)), None
-        )
+        near = 1e-6 * (self.high - self.low)
+        if self.after - self.low <= near:
+            return "low"
+        return "high" if self.high - self.after <= near else None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -87,11 +86,11 @@ class Optimum(Answer):
     @property
     def growth(self) -> tuple[float, float]:
         """The largest growth rate (1/s) in the full system before and after; NaN without a root."""
-        one, other = (
+        before, after = (
             max((e.growth_rate for e in roots.every), default=math.nan)
             for roots in (self.before, self.after)
         )
-        return one, other
+        return before, after
 
     @property
     def active(self) -> tuple[Eigenvalue, ...]:
@@ -105,47 +104,35 @@ class Optimum(Answer):
         return Table((*names, Column("at", words="at bound")), self.parameters)
 
     def parts(self) -> Sequence[str | Table]:
-        proofs = (
-            "certified" if roots.certified else "not certified: the list may be incomplete"
-            for roots in (self.before, self.after)
-        )
-        lines = [f"{self.name}: largest growth rate{self.extent}"]
-        for words, growth, proof in zip(("before", "after"), self.growth, proofs, strict=True):
-            lines.append(f"  {words}: {number(growth)} 1/s ({proof})")
+        text = f"{self.name}: largest growth rate{self.extent}\n"
+        for words, growth in zip(("before", "after"), self.growth, strict=True):
+            certified = getattr(self, words).certified
+            proof = "certified" if certified else "not certified: the list may be incomplete"
+            text += f"  {words}: {number(growth)} 1/s ({proof})\n"
         found = ", ".join(number(growth, 4) for growth in self.starts)
-        lines.append(f"searches ended at {found} 1/s (seed {self.seed})")
+        text += f"searches ended at {found} 1/s (seed {self.seed})"
         table = columns("frequency_hz growth_rate damping_ratio")
         active = Table(table, self.active, "roots that hold the largest growth rate there")
         basis = [] if self.basis is None else [basis_text(self.basis)]
-        return ["\n".join(lines), self.table(), active, *basis]
+        return [text, self.table(), active, *basis]
 
     def to_dict(self) -> dict[str, Any]:
-        first, last = self.growth
-        each = (("before", self.before, first), ("after", self.after, last))
-        return {
-            "name": self.name,
-            "optimum": {one.parameter: one.after for one in self.parameters},
-            "parameters": self.table().records(),
-            **{
-                key: {"growth_rate": growth, "certified": roots.certified, "verdict": roots.verdict}
-                for key, roots, growth in each
-            },
-            "active": Table(columns("frequency_hz growth_rate"), self.active).records(),
-            "starts": list(self.starts),
-            "seed": self.seed,
-            "evaluations": self.evaluations,
-            "basis": self.basis,
+        sides = {
+            words: {"growth_rate": growth} | picked(getattr(self, words), "certified verdict")
+            for words, growth in zip(("before", "after"), self.growth, strict=True)
         }
+        optimum = {one.parameter: one.after for one in self.parameters}
+        head = {"name": self.name, "optimum": optimum, "parameters": self.table().records()}
+        active = Table(columns("frequency_hz growth_rate"), self.active).records()
+        return head | sides | {"active": active} | picked(self, "starts seed evaluations basis")
 
 
 class _Search:
-    """The largest growth rates over q in [0, 1]^p, shares of the ways between bounds (p,)."""
+    """The largest growth rates of a system, or a reduced one, over q in [0, 1]^p, shares of the
+    ways between bounds (p,)."""
 
-    def __init__(
-        self, model: TermSystem | Reduction, wanted: Wanted, bounds: Mapping[str, Band]
-    ) -> None:
-        self.model: Any = model
-        self.wanted, self.names = wanted, list(bounds)
+    def __init__(self, model: Any, wanted: Wanted, bounds: Mapping[str, Band]) -> None:
+        self.model, self.wanted, self.names = model, wanted, list(bounds)
         self.low, high = np.array(list(bounds.values())).T
         self.wide = high - self.low
         self.seen: list[tuple[float, Array, Array, Array]] = []
@@ -172,8 +159,7 @@ class _Search:
         roots = model.roots(at, True, z) if reduced else roots_at(M, C, K, z, True)
         pairs = zip(roots.values, roots.right.T, roots.left.T, strict=True)
         each = [Eigenvalue(*one, math.nan, math.nan) for one in pairs]
-        derivatives = {name: own.derivative(name) for name in at}
-        slopes, _ = sensitivities((M, C, K), derivatives, each)
+        slopes, _ = sensitivities((M, C, K), {name: own.derivative(name) for name in at}, each)
         by = self.wide * np.array([slopes[name].real for name in at]).T
         order = np.argsort(-roots.values.real)
         rates, by = roots.values.real[order], np.where(np.isfinite(by), by, 0.0)[order]
@@ -314,14 +300,6 @@ def optimise(
     parameters = tuple(
         Bounded(name, *ends[name], system.parameters[name], values[name]) for name in ends
     )
-    return Optimum(
-        system.name,
-        f", {wanted.words()}",
-        parameters,
-        before,
-        after,
-        tuple(growth for growth, _ in found),
-        seed,
-        len(search.seen),
-        basis_of(reduction, wanted),
-    )
+    head = system.name, f", {wanted.words()}", parameters, before, after
+    ended = tuple(growth for growth, _ in found)
+    return Optimum(*head, ended, seed, len(search.seen), basis_of(reduction, wanted))

@@ -11,7 +11,7 @@ import json
 import math
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, astuple, dataclass, field
+from dataclasses import astuple, dataclass, field
 from hashlib import sha256
 from operator import attrgetter, itemgetter
 from pathlib import Path
@@ -38,7 +38,6 @@ from squeal.io.writing import Answer, Column, Table, number, picked, write_text
 from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
 from squeal.schema import FLAG, Group, Key, Named, Number, Place, Whole, Word, read_document, row
-from squeal.sparse.reduction import Reduction
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 CONFIDENCE = 0.95
@@ -100,17 +99,8 @@ class Sample:
     reason: str | None = None
 
 
-@dataclass(frozen=True)
-class Index:
-    """Sobol indices of a parameter: its share of the variance alone, and with all interactions."""
-
-    parameter: str
-    first: float
-    first_interval: tuple[float, float]
-    total: float
-    total_interval: tuple[float, float]
-
-
+Index = namedtuple("Index", "parameter first first_interval total total_interval")
+"""Sobol indices of a parameter: its share of the variance alone, and with all interactions."""
 Quantile = namedtuple("Quantile", "level value low high")
 
 
@@ -217,8 +207,7 @@ class Scatter(Answer):
         if self.indices:
             form = "{:.2f} ({:.2f} to {:.2f})".format
             rows = [
-                (i.parameter, form(i.first, *i.first_interval), form(i.total, *i.total_interval))
-                for i in self.indices
+                (name, form(a, *near), form(b, *wide)) for name, a, near, b, wide in self.indices
             ]
             heads = ["parameter", "first", "total"]
             parts.append(Table(_in_order(heads), rows, "Sobol indices: shares of the variance"))
@@ -232,17 +221,12 @@ class Scatter(Answer):
     def to_dict(self) -> dict[str, Any]:
         scatter: dict[str, Any] = {"parameter": self.name, "value": self.mu}
         scatter |= picked(self, "of mu mu_max band samples seed design failed no_pad beyond stable")
-        scatter["spreads"] = [
-            {"name": name, "kind": kind, "size": size}
-            for name, one in self.spreads.items()
-            for kind, size in one.items()
-        ]
-        key = "mu" if self.of == "threshold" else "growth_rate"
-        scatter["quantiles"] = [
-            {"level": q.level, key: q.value, "low": q.low, "high": q.high} for q in self.quantiles
-        ]
+        each = [(name, *pair) for name, one in self.spreads.items() for pair in one.items()]
+        scatter["spreads"] = [dict(zip(("name", "kind", "size"), one, strict=True)) for one in each]
+        keys = "level", "mu" if self.of == "threshold" else "growth_rate", "low", "high"
+        scatter["quantiles"] = [dict(zip(keys, one, strict=True)) for one in self.quantiles]
         scatter |= picked(self, "interval propensity basis") | {"confidence": CONFIDENCE}
-        return {"scatter": scatter | {"indices": [asdict(one) for one in self.indices]}}
+        return {"scatter": scatter | {"indices": [one._asdict() for one in self.indices]}}
 
 
 def _in_order(heads: Sequence[str]) -> list[Column]:
@@ -250,26 +234,20 @@ def _in_order(heads: Sequence[str]) -> list[Column]:
     return [Column(head, "", itemgetter(k), words=head) for k, head in enumerate(heads)]
 
 
-Judge = tuple[Varied, float] | tuple[Scene | TermSystem | Reduction, Wanted]
-"""What judges samples: the critical friction up to a value, or the wanted roots."""
-
-
-def _work(judge: Judge, changes: Sequence[dict[str, float]]) -> list[Sample]:
-    """What becomes of each change of some parameters."""
+def _work(judge: tuple[Any, Any], changes: Sequence[dict[str, float]]) -> list[Sample]:
+    """What becomes of each change of some parameters, by the critical friction of a `Varied` up to
+    a value, or by the wanted roots of anything else."""
     subject, asked = judge
-    if isinstance(subject, Varied):
-        samples = []
-        for values, found in zip(changes, subject.outcomes(changes, asked), strict=True):  # type: ignore[arg-type]
-            value = math.nan if found.critical is None else found.critical
-            more = found.kind, found.frequency_hz
-            samples.append(Sample(values, value, *more, reason=found.reason))
-        return samples
-    return [_grown(subject, asked, values) for values in changes]  # type: ignore[arg-type]
+    if not isinstance(subject, Varied):
+        return [_grown(subject, asked, values) for values in changes]
+    samples = []
+    for values, found in zip(changes, subject.outcomes(changes, asked), strict=True):
+        value = math.nan if found.critical is None else found.critical
+        samples.append(Sample(values, value, found.kind, found.frequency_hz, reason=found.reason))
+    return samples
 
 
-def _grown(
-    subject: Scene | TermSystem | Reduction, wanted: Wanted, values: dict[str, float]
-) -> Sample:
+def _grown(subject: Any, wanted: Wanted, values: dict[str, float]) -> Sample:
     """A sample judged by the wanted roots of a scene, a small system or a reduced one."""
     residual = None
     try:
@@ -515,7 +493,7 @@ def scatter(
 
 def _judge(
     varied: Varied, of: str, high: float, wanted: Wanted, each: Sequence[dict[str, float]]
-) -> tuple[Judge, dict[str, Any] | None]:
+) -> tuple[tuple[Any, Any], dict[str, Any] | None]:
     """What judges samples, and the reduced system that it has. Raises InputError."""
     subject = varied.subject
     if of == "threshold":

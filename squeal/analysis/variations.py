@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.answers import Thresholds
+from squeal.analysis.answers import Thresholds, valued
 from squeal.analysis.pads import MU_MAX
 from squeal.analysis.stack import PadStack, parameters
 from squeal.analysis.verbs import Progress, thresholds
@@ -53,11 +53,6 @@ class Outcome:
     frequency_hz: float | None = None
     reason: str | None = None
     change: float | None = None
-
-
-def shown_critical(mu: float | None, high: float) -> str:
-    """A critical friction for people, None if it lies above the range."""
-    return f"> {high:g}" if mu is None else number(mu)
 
 
 def _lost(mu: float, kind: str, hertz: float = math.nan) -> Outcome:
@@ -103,28 +98,26 @@ class Varied:
         at = Place(verb)
         if isinstance(subject, Scene):
             MU_MAX.read(high, at / "mu_max")
+            free, own = "mu", subject.pad.mu
             values = picked(subject.pad, " ".join(parameters(subject.pad_model)))
             units = {name: unit_word(PARAMETERS[name].unit) for name in values}
-            if what == "threshold":
-                values.pop("mu", None)
-            return Varied(subject, "mu", subject.pad.mu, values, units)
-        if not isinstance(subject, TermSystem):
+        elif isinstance(subject, TermSystem):
+            if subject.n > LARGEST and what == "threshold" and verb == "scatter":
+                words = f"not allowed; at most {LARGEST} are for thresholds"
+                words += "; `squeal scatter --of growth` takes more"
+                raise at.refuse(f"{subject.n} degrees of freedom are {words}")
+            Number(low=0.0).read(high, at / "mu_max")
+            free, values = subject.parameter, dict(subject.parameters)
+            own, units = float(values[free]), dict.fromkeys(values, "")
+        else:
             allowed = "it must be a Scene or a system with named parameters"
             raise at.refuse(f"{type(subject).__name__} is not allowed; {allowed}")
-        if subject.n > LARGEST and what == "threshold" and verb == "scatter":
-            words = f"at most {LARGEST} are for thresholds; `squeal scatter --of growth` takes more"
-            raise at.refuse(f"{subject.n} degrees of freedom are not allowed; {words}")
-        Number(low=0.0).read(high, at / "mu_max")
-        values = dict(subject.parameters)
-        own = float(values[subject.parameter])
         if what == "threshold":
-            values.pop(subject.parameter)
+            values.pop(free, None)
         if not values:
             words = "it must have one under its key parameters"
-            raise at.refuse(
-                f"{subject.name} has no named parameter but {subject.parameter}; {words}"
-            )
-        return Varied(subject, subject.parameter, own, values, dict.fromkeys(values, ""))
+            raise at.refuse(f"{subject.name} has no named parameter but {free}; {words}")
+        return Varied(subject, free, own, values, units)
 
     def step(self, name: str, size: float, share: bool, at: Place) -> float:
         """A share of a parameter's value, or a number in its unit, as a change in its unit.
@@ -180,13 +173,12 @@ def _predicted(
     room = importlib.import_module("squeal.analysis.systems.sensitivity")  # no pad needs it
     slopes = room.threshold_slopes(system, [(c.mu, c.frequency_hz) for c in rising])
     outcomes = []
-    for change in changes:
-        ((name, value),) = change.items()
-        step, each = value - system.parameters[name], []
-        for c, slope in zip(rising, slopes, strict=True):
-            mu, hertz = (step * d for d in slope[name])
-            each.append((c.mu + mu, c.kind, c.frequency_hz + hertz))
-        first = min(each)
+    for ((name, value),) in map(dict.items, changes):
+        step = value - system.parameters[name]
+        first = min(
+            (c.mu + step * mu, c.kind, c.frequency_hz + step * hertz)
+            for c, (mu, hertz) in zip(rising, (each[name] for each in slopes), strict=True)
+        )
         outcomes.append(_lost(*first) if first[0] <= high else Outcome())
     return nominal, outcomes
 
@@ -213,7 +205,7 @@ class Advice(Answer):
     """Levers by effect, the strongest first, on the critical friction in 0 to mu_max.
 
     name: of the free parameter; nominal: the pad as it is. Where that has no threshold in the
-    range, levers that bring one into it come first.
+    range, levers that bring one into it come first. first_order: whether derivatives moved it.
     """
 
     name: str
@@ -221,6 +213,7 @@ class Advice(Answer):
     mu_max: float
     nominal: Outcome
     levers: tuple[Lever, ...]
+    first_order: bool
     warnings: tuple[str, ...] = ()
 
     @property
@@ -235,24 +228,17 @@ class Advice(Answer):
         return sorted(changes, key=itemgetter(0))
 
     def table(self) -> Table:
-        head, cells = columns("parameter unit value step"), []
+        def shown(outcome: Outcome) -> str:
+            known = "no such pad" if outcome.reason else f"> {self.mu_max:g}"
+            return known if outcome.critical is None else number(outcome.critical)
+
+        table = list(columns("parameter unit value step"))
         for side in SIDES:
-
-            def shown(lever: Lever, side: str = side) -> str:
-                outcome: Outcome = getattr(lever, side)
-                return (
-                    "no such pad"
-                    if outcome.reason
-                    else shown_critical(outcome.critical, self.mu_max)
-                )
-
-            value: Any = attrgetter(f"{side}.critical")
-            cells.append(
-                Column(f"critical_{side}", "", value, shown, words=f"{self.name} if {side}")
-            )
-        changes = (Column(f"change_{k}", value=attrgetter(f"{k}.change")) for k in SIDES)
-        title = "one parameter at a time, strongest first"
-        return Table((*head, *cells, *changes), self.levers, title)
+            value, cell = attrgetter(f"{side}.critical"), lambda one, k=side: shown(getattr(one, k))
+            words = f"{self.name} if {side}"
+            table.append(Column(f"critical_{side}", "", value, cell, words=words))
+        table += [Column(f"change_{k}", value=attrgetter(f"{k}.change")) for k in SIDES]
+        return Table(table, self.levers, "one parameter at a time, strongest first")
 
     def line(self) -> str:
         """Where stability is lost, and the change that moves this most, in a line."""
@@ -264,13 +250,13 @@ class Advice(Answer):
         worst = [("worst", one) for one in self.changes[:1] if one[0] < 0.0]
         for what, (change, lever, word) in best + worst:
             text += f"; {what}: {word} {lever.parameter} ({self.name} {change:+.2g})"
-        return text
+        return text + "; to first order in the change" * self.first_order
 
     def parts(self) -> Sequence[str | Table]:
         return [self.table(), self.line()]
 
     def to_dict(self) -> dict[str, Any]:
-        head = {"parameter": self.name, "value": self.mu, "mu": self.mu, "mu_max": self.mu_max}
+        head = {**valued(self.name, self.mu), "mu_max": self.mu_max}
         head |= picked(self.nominal, "critical kind frequency_hz")
         return head | {"levers": [asdict(one) for one in self.levers], "advice": self.line()}
 
@@ -327,30 +313,29 @@ def advise(
     sizes = {n: size for n, size in usual.items() if varied.values[n]} | dict(tolerances or {})
     steps = {name: _tolerance(varied, name, size) for name, size in sizes.items()}
     scene, asked = varied.subject, {"band": band, "memory": memory, "progress": progress}
-    changes = [{n: varied.values[n] + way * steps[n]} for n in steps for way in (-1.0, 1.0)]
+    moves = [(name, varied.values[name] + way * steps[name]) for name in steps for way in (-1, 1)]
+    changes = [dict([move]) for move in moves]
     if isinstance(scene, TermSystem):
         nominal, outcomes = _predicted(scene, changes, mu_max, **asked)
+    elif band is not None:
+        raise Place("advise").refuse("band: is not allowed with a scene; a system takes it")
     else:
-        if band is not None:
-            raise Place("advise").refuse("band: is not allowed with a scene; a system takes it")
         nominal, outcomes = critical(scene, mu_max), varied.outcomes(changes, mu_max)
     sides = [
         replace(side, value=value, change=_change(nominal, side, mu_max))
-        for side, own in zip(outcomes, changes, strict=True)
-        for value in own.values()
+        for side, (_, value) in zip(outcomes, moves, strict=True)
     ]
     levers = [
-        Lever(name, varied.units[name], varied.values[name], step, lowered, raised)
-        for (name, step), lowered, raised in zip(
-            steps.items(), sides[::2], sides[1::2], strict=True
-        )
+        Lever(name, varied.units[name], varied.values[name], step, *sides[2 * k : 2 * k + 2])
+        for k, (name, step) in enumerate(steps.items())
     ]
     levers.sort(key=lambda one: -max(abs(change or 0.0) for change in one.changes))
     warnings: tuple[str, ...] = ()
     if isinstance(scene, Scene) and not scene.pad_model.linear:
         equilibrium = sliding_equilibrium(scene.pad_model)[0]
         warnings = () if equilibrium is None else equilibrium.warnings
-    return Advice(varied.free, varied.at, mu_max, nominal, tuple(levers), warnings)
+    head = varied.free, varied.at, mu_max, nominal
+    return Advice(*head, tuple(levers), isinstance(scene, TermSystem), warnings)
 
 
 def _tolerance(varied: Varied, name: str, size: float | str) -> float:

@@ -140,25 +140,15 @@ class Singular(NamedTuple):
 def crossing_slopes(
     at: Singular, matrices: Change, by: Change, changes: Mapping[str, Change]
 ) -> dict[str, tuple[float, float]]:
-    """How a crossing of the imaginary axis in a parameter p moves with others, q.
+    """How a crossing of the imaginary axis in a parameter p moves with others, q: dp/dq, and the
+    derivative of its frequency, Hz per unit of q.
 
     A root passes where Re lambda(p, q) = 0, so that dp/dq = -Re lambda_q / Re lambda_p. Where two
     coalesce on the axis, or one meets its mirror image at zero, y^H P' x vanishes and
     dp/dq = -y^H P_q x / y^H P_p x keeps them together; the frequency is that of their mean.
 
-    Parameters
-    ----------
-    at : Singular
-        P at the crossing.
-    matrices, by : tuple of arrays (n, n)
-        M, C and K there, and their derivatives by p.
-    changes : mapping of str to tuple of arrays (n, n)
-        Their derivatives by each other parameter.
-
-    Returns
-    -------
-    dict of str to (float, float)
-        dp/dq, and the derivative of the frequency of the crossing, Hz per unit of q.
+    at: P at the crossing; matrices: M, C and K (n, n) there; by, changes: their derivatives by p
+    and by each q.
 
     Examples
     --------

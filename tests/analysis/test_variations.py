@@ -64,6 +64,7 @@ def test_each_change_is_the_threshold_of_the_pad_made_so_by_hand():
     assert [change for change, *_ in advice.changes] == sorted(changes)
     _, best, word = advice.changes[-1]
     assert f"best: {word} {best.parameter}" in advice.line()
+    assert "first order" not in str(advice)
 
 
 @pytest.mark.parametrize("model", ["B2", "BN", "B3"])
@@ -82,6 +83,7 @@ def test_advice_on_a_system_against_its_closed_form():
     advice = advise(coupled(values), {"b": 0.3}, mu_max=1.5)
     assert advice.nominal.critical == pytest.approx(1.0, rel=1e-10)
     assert advice.nominal.kind == "flutter"
+    assert "to first order" in str(advice)  # derivatives moved it, no other computation
     slopes = {"a": 1.0, "b": -1.0, "k": 0.0}  # (a - b) / 2k, and 1 - (a - b)^2 / 4k^2
     for one in advice.levers:
         change = slopes[one.parameter] * one.step
