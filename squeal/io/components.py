@@ -12,7 +12,7 @@ from squeal.io import system as files
 from squeal.io.system import CSV, FACTOR, SYSTEM, Coordinates, Origin, SystemFile, number_in
 from squeal.numerics.differentiation import Formula
 from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, row
-from squeal.sparse.components import Component, Contact, assemble
+from squeal.sparse.components import OWN, Component, Contact, assemble
 
 BETWEEN = Several(TEXT, "a list of two names of components", 2)
 POSITIVE = Number(low=0.0)
@@ -44,8 +44,8 @@ CONTACT = Group({
     "factor": Key("of the normal stiffness", FACTOR, default="contact"),
     "tangential": Key("stiffness across the normal", FACTOR, "as stiffness", default="0"),
     "gap": Key(
-        "between the nodes beside their places, such as wear; multiplied with the column gap",
-        FACTOR, "m", default="the column gap, or 0"),
+        "between the nodes beside their places, such as wear; the column gap adds to it", FACTOR,
+        "m", default="0"),
     "exponent": Key("normal stiffness times (pressure over reference)^exponent",
                     Number(0.0, 0.99, low_allowed=True), default="0"),
     "reference": Key("pressure at which the stiffness holds", POSITIVE, "Pa", default="1"),
@@ -70,7 +70,7 @@ def assembly_file(
     Raises InputError and ComputationError.
     """
     given = ASSEMBLY.read(document, at)
-    values = {"mu": 0.0, "contact": 1.0, "tangential": 1.0, **given.get("parameters", {})}
+    values = OWN | given.get("parameters", {})
     inputs, origins, bodies, contacts = list[Path](), list[Origin](), list[Component](), []
 
     def value(one: dict[str, Any], key: str, here: Place) -> float:
@@ -99,8 +99,10 @@ def assembly_file(
         if not {"normal"} & (one.keys() | table.keys()):
             raise CONTACT.keys["normal"].missing(here / "normal", "a contact")
         one |= {k: value(one, k, here) for k in ("stiffness", "tangential", "gap") if k in one}
-        if "gap" in one:
-            one["gap"] *= table.get("gap", 1.0)
+        for key in sorted(one.keys() & table.keys()):
+            if key != "gap":  # lengths add
+                raise (here / key).refuse("is not allowed beside columns of pairs that give it")
+            one[key] += table[key]
         contacts.append(Contact(**table | one))
     cutoff, title = given.get("cutoff", band and 2 * band[1]), given.get("name")
     with at.named():
@@ -128,10 +130,15 @@ def _pairs(path: Path) -> dict[str, Any]:
     if not lines:
         raise at.refuse("no pair; at least one line below the heads is needed")
     table: dict[str, Any] = {"pairs": [(line["first"], line["second"]) for _, line in lines]}
+    unused = lines[0][1].keys() - {"first", "second"}
     for name, heads in {"area": ["area"], "gap": ["gap"], "normal": ["nx", "ny", "nz"]}.items():
-        if {*heads} <= lines[0][1].keys():
+        if {*heads} <= unused:
+            unused = unused - {*heads}
             cells = [[number_in(line[x], here / x) for x in heads] for here, line in lines]
             table[name] = np.array(cells) if name == "normal" else np.ravel(cells)
+    if unused:
+        words = "no use is made of them; area, gap and all of nx, ny, nz have one"
+        at.warn(f"columns {', '.join(sorted(unused))}: {words}")
     return table
 
 

@@ -25,6 +25,7 @@ from squeal.schema import Place
 from squeal.sparse.quadratic import Array, Factor, factorise
 
 SHARE = 1e-4  # of the energy of a boundary motion, below which what it adds inside is left out
+OWN = {"mu": 0.0, "contact": 1.0, "tangential": 1.0}  # parameters of every assembly
 
 
 @dataclass(frozen=True, eq=False)
@@ -419,7 +420,7 @@ def assemble(
     for contact in known:
         with Place(f"contact {contact.name}").named():
             joints.append(_joint(contact, bodies))
-    own = {"mu": 0.0, "contact": 1.0, "tangential": 1.0}
+    own = dict(OWN)
     for body in bodies.values():
         own |= body.system.parameters
     M, C, K = (_merged(list(bodies.values()), part) for part in range(3))

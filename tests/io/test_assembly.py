@@ -21,7 +21,7 @@ def brake(tmp_path_factory):
     made, folder = solid_brake(500), tmp_path_factory.mktemp("brake")
     write_parts(folder, made)
     bodies, contact = parts(made)
-    gap = np.arange(len(contact.pairs)) % 3 * 1e-5  # m, of wear 1
+    gap = np.arange(len(contact.pairs)) % 3 * 1e-5  # m
     heads, *lines = (folder / "pairs.csv").read_text().splitlines()
     rows = [f"{line},{x}" for line, x in zip(lines, gap.tolist(), strict=True)]
     (folder / "pairs.csv").write_text("\n".join([f"{heads},gap", *rows]))
@@ -33,18 +33,18 @@ def answer(capsys, *given):
     return json.loads(capsys.readouterr().out)
 
 
-@pytest.mark.parametrize("wear", [0.0, 1.0])  # all pairs closed, some of them
-def test_a_file_answers_as_python_and_its_export_do(brake, tmp_path, capsys, wear):
+@pytest.mark.parametrize("pressure", [1e6, 1e8])  # some pairs closed, all of them
+def test_a_file_answers_as_python_and_its_export_do(brake, tmp_path, capsys, pressure):
     path, (disc, pad), contact = brake
-    sets = ["mu=0.3", "pressure=1e6", f"wear={wear}"]
+    sets = ["mu=0.3", "contact=0.9", "wear=1e-6", f"pressure={pressure}"]
     varied = ["--band", "500:4000", *(word for one in sets for word in ("--set", one))]
     read = answer(capsys, path, *varied)
-    pressed = replace(pad, load=1e6 * pad.load)
-    worn = replace(contact, gap=wear * contact.gap)
-    joined = squeal.assemble([disc, pressed], [worn], {"mu": 0.3}, cutoff=TOP)
+    pressed = replace(pad, load=pressure * pad.load)
+    worn = replace(contact, gap=1e-6 + contact.gap)
+    joined = squeal.assemble([disc, pressed], [worn], {"mu": 0.3, "contact": 0.9}, cutoff=TOP)
     values = squeal.eigenvalues(joined.system, band=BAND).values
     assert read["contact"] == [seat.summary() for seat in joined.seats]
-    assert (read["contact"][0]["closed"] < len(contact.pairs)) == (wear > 0.0)
+    assert (read["contact"][0]["closed"] < len(contact.pairs)) == (pressure == 1e6)
     assert main(["export", str(path), "--band", "500:4000", "--output", str(tmp_path / "s")]) == 0
     capsys.readouterr()
     for one in (read, answer(capsys, tmp_path / "s" / "assembly.yaml", *varied)):
@@ -71,3 +71,15 @@ def test_modes_of_a_reduced_assembly_are_paired_on_all_nodes(brake, tmp_path, ca
     found = answer(capsys, path, "--band", "500:4000", "--test", tmp_path / "test.csv")["pairs"]
     assert {pair["reference"]: pair["mode"] for pair in found} == {f"T{k}": k for k in upper}
     assert min(pair["mac"] for pair in found) > 0.99
+
+
+def test_a_number_given_twice_is_refused_and_a_strange_column_named(brake, tmp_path, capsys):
+    path, *_ = brake
+    text, table = path.read_text(), (path.parent / "pairs.csv").read_text()
+    (path.parent / "more.csv").write_text(table.replace("gap", "wear"))
+    more = path.with_name("more.yaml")
+    more.write_text(text.replace("pairs.csv", "more.csv"))
+    assert "wear" in answer(capsys, more, "--band", "500:900")["warnings"][0]
+    more.write_text(text.replace("  stiffness", "  area: 1.0\n  stiffness"))
+    assert main(["eigenvalues", str(more)]) == 2
+    assert main(["eigenvalues", str(path), "--set", "contact.1.stiffness=3e11"]) == 2
