@@ -426,16 +426,16 @@ class Group(Kind):
         check_needs(self.keys, values, at)
         return values
 
-    def find(self, name: str, at: Place) -> tuple[tuple[str, ...], Key]:
+    def find(self, name: str, at: Place, more: str = "") -> tuple[tuple[str, ...], Key]:
         """The keys that lead to a dotted name, or to a name wherever it stands, and the last Key.
 
-        Raises InputError for an unknown name, listing all.
+        Raises InputError for an unknown name, listing all, with `more` words.
         """
         every = dict(self._paths())
         for keys, key in every.items():
             if name in (".".join(keys), keys[-1]):
                 return keys, key
-        raise at.refuse(f"unknown key; allowed are {', '.join(keys[-1] for keys in every)}")
+        raise at.refuse(f"unknown key; allowed are {', '.join(keys[-1] for keys in every)}{more}")
 
     def _paths(self, before: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Key]]:
         """Every key in the group and the groups in it, with the keys that lead to it."""

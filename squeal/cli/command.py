@@ -23,7 +23,18 @@ from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import SCENE, Scene
 from squeal.io.writing import Answer, to_json
 from squeal.linear.moduli import FREQUENCY
-from squeal.schema import ANY, Group, Key, Place, named_files, parse_document, read_content, scalar
+from squeal.schema import (
+    ANY,
+    Group,
+    Key,
+    Named,
+    Place,
+    Several,
+    named_files,
+    parse_document,
+    read_content,
+    scalar,
+)
 
 _ARGUMENT = re.compile(r"(?:\w+: )?(\w+)[.\d]*: ")  # with which the library begins a refusal
 
@@ -52,7 +63,8 @@ class Source:
         at = Place(f"--set {change}")
         name, _, text = change.partition("=")
         group: Any = _keys_of(self.document)
-        keys, key = group.find(name.strip(), at)
+        words = "; another number is set by a parameter that the file names in its place"
+        keys, key = group.find(name.strip(), at, words * (group is not SCENE))
         value, dotted = scalar(text), ".".join(keys)
         key.kind.read(value, at)
         if before := next((b for b in self.changes if f"{b}.".startswith(f"{dotted}.")), None):
@@ -99,11 +111,15 @@ def _keys_of(document: dict[str, Any]) -> Group:
     if document.keys().isdisjoint(("M", "components")):
         return SCENE
     home, name = ("components", "ASSEMBLY") if "components" in document else ("system", "SYSTEM")
-    known: Any = getattr(importlib.import_module(f"squeal.io.{home}"), name)
+    room: Any = importlib.import_module(f"squeal.io.{home}")
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu"), *FREQUENCY]
+    names += getattr(room, "OWN", ())
     numbers = Group({str(name): Key("a parameter", ANY) for name in names})
-    return Group(known.keys | {"parameters": Key("named numbers", numbers)})
+    known = {
+        k: v for k, v in getattr(room, name).keys.items() if type(v.kind) not in (Several, Named)
+    }
+    return Group(known | {"parameters": Key("named numbers", numbers)})
 
 
 @dataclass(frozen=True)
