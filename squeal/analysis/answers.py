@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from squeal.errors import InputError
 from squeal.io.writing import Answer, Column, Table, columns, located, number, picked, plain
 from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import Eigenvalue, assigned
 from squeal.linear.paths import Loss, mode_numbers
 from squeal.schema import Number, Place, Whole
 
@@ -126,16 +126,12 @@ class Eigenvalues(Answer):
         room = importlib.import_module("squeal.io.shapes")
         room.write_shapes(Path(path), where, sorted(modes.items()))
 
-    def with_onsets(self, sweep: Sweep) -> Eigenvalues:
-        """The same with the onset of each mode that grows, as a sweep that holds the value of the
-        parameter tells it, where it is not known."""
-        known = {
-            mode.mode: float(located(mode.onset, *mode.interval))
-            for mode in sweep.modes
-            if mode.onset is not None and mode.interval and self.value == sweep.own
-        }
+    def with_onsets(self, others: Sweep | Thresholds) -> Eigenvalues:
+        """The same with the onset of each mode that grows, where it is not known, as a sweep or the
+        thresholds tell it."""
+        known = others.onsets(self)
         grow = (
-            one if one.onset is not None else replace(one, onset=known.get(self.mode_of(one) or 0))
+            replace(one, **known[one]) if one.onset is None and one in known else one
             for one in self.unstable
         )
         return replace(self, unstable=tuple(grow))
@@ -150,10 +146,8 @@ class Eigenvalues(Answer):
         where = f" on {self.extent}" if self.extent else ""
         proof = "none is missing (count)" if self.certified else "the list may be incomplete"
         verdict = f"verdict{where}: {self.criterion}\n{len(self.eigenvalues)} roots, {proof}"
-        rate, onset = Column("growth_rate", "1/s"), f"onset, {self.parameter}"
-        table = (Column("mode", value=self.mode_of), *columns("kind frequency_hz"), rate)
-        table += (Column("damping_ratio"),)
-        table += (Column(onset, value=attrgetter("onset")),)
+        table = (Column("mode", value=self.mode_of), *columns("kind frequency_hz"))
+        table += (Column("growth_rate", "1/s"), Column("damping_ratio"), onset_of(self.parameter))
         unstable = Table(table, self.unstable, "unstable modes", "no unstable mode is listed")
         return [head, *self.notes[:1], self.table(), verdict, unstable, *self.notes[1:]]
 
@@ -218,10 +212,10 @@ class Step:
 
 def numbered(
     steps: Sequence[Step], ids: Sequence[NDArray[np.intp]], losses: Sequence[Loss], own: float
-) -> tuple[list[Step], tuple[Loss, ...], float]:
+) -> tuple[list[Step], tuple[Loss, ...], Step]:
     """Rows of a sweep whose modes (m,) have their numbers: those by frequency at the value `own`,
     else at the first one, then others as they appear; ids: which root is which. And the losses,
-    and the value."""
+    and the row of that value."""
     first = next((k for k, step in enumerate(steps) if step.value == own), 0)
     number: dict[int, int] = {}
     for k in (first, *range(len(steps))):
@@ -239,7 +233,7 @@ def numbered(
         for one in losses
     )
     kept = tuple(one for one in named if len(one.modes) > (one.kind == "meet"))
-    return rows, kept, steps[first].value
+    return rows, kept, rows[first]
 
 
 @dataclass(frozen=True)
@@ -261,16 +255,16 @@ class SweptMode:
 class Sweep(Answer):
     """Eigenvalues at values of the parameter.
 
-    A mode keeps its number, which it has by frequency at the value `own`, or at the first one;
-    losses: where that is in doubt; names: of modes by number; basis tells of a reduced system that
-    served.
+    A mode keeps its number, which it has by frequency at the row `own`, that of the subject's own
+    value if this lies between the others, else the first one; losses: where that is in doubt;
+    names: of modes by number; basis tells of a reduced system that served.
     """
 
     name: str
     parameter: str
     steps: tuple[Step, ...]
     losses: tuple[Loss, ...] = ()
-    own: float = math.nan
+    own: Step | None = None
     names: Mapping[int, str] = field(default_factory=dict)
     basis: Mapping[str, Any] | None = None
     source: Any = None
@@ -291,7 +285,8 @@ class Sweep(Answer):
     def modes(self) -> tuple[SweptMode, ...]:
         """Each mode by its number."""
         each: dict[int, list[tuple[float, Eigenvalue]]] = {}
-        for step in sorted(self.steps, key=attrgetter("value")):
+        known = {step.value: step for step in (*self.steps, self.own) if step is not None}
+        for _, step in sorted(known.items()):
             at: dict[int, Eigenvalue] = {}  # of two real ones that which grows faster
             for e, k in zip(step.eigenvalues, step.numbers, strict=True):
                 if k and e.value.imag >= 0.0 and (k not in at or e.growth_rate > at[k].growth_rate):
@@ -299,6 +294,12 @@ class Sweep(Answer):
             for k, e in at.items():
                 each.setdefault(k, []).append((step.value, e))
         return tuple(_swept(k, path) for k, path in sorted(each.items()))
+
+    def onsets(self, found: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
+        """Where modes that grow at the own value began to."""
+        own = self.own is not None and found.value == self.own.value
+        known = {mode.mode: picked(mode, "onset interval") for mode in self.modes if own}
+        return {one: known[k] for one in found.unstable if (k := found.mode_of(one)) in known}
 
     @property
     def looked(self) -> bool:
@@ -354,12 +355,6 @@ class Sweep(Answer):
             Column("verdict", value=verdict),
         )
 
-        def began(mode: SweptMode) -> str:
-            if mode.interval is None:
-                return "-"
-            low, high = map(number, mode.interval)
-            return low if low == high else f"{low} to {high}"
-
         each = (
             Column("mode"),
             *(Column("name", value=lambda mode: self.names.get(mode.mode)),) * bool(self.names),
@@ -367,7 +362,7 @@ class Sweep(Answer):
             Column("last_hz"),
             Column("growth_rate", "1/s", words="largest real, 1/s"),
             Column("at", words=f"at {self.parameter}"),
-            Column("onset", shown=began, words=f"grows from {self.parameter}"),
+            onset_of(self.parameter),
         )
         basis = [] if self.basis is None else [basis_text(self.basis)]
         first = Table(table, self.steps, f"sweep of {self.parameter}")
@@ -396,6 +391,18 @@ class Sweep(Answer):
             "lost": [loss._asdict() for loss in self.losses],
             "basis": self.basis,
         }
+
+
+def onset_of(parameter: str) -> Column:
+    """The column of where modes begin to grow: at a value, or between two of them."""
+
+    def shown(mode: Any) -> str:
+        if mode.onset is None:
+            return "-"
+        low, high = map(number, mode.interval or [mode.onset] * 2)
+        return low if low == high else f"{low} to {high}"
+
+    return Column("onset", shown=shown, words=f"grows from {parameter}")
 
 
 def _swept(mode: int, path: list[tuple[float, Eigenvalue]]) -> SweptMode:
@@ -473,6 +480,16 @@ class Thresholds(Answer):
     def first(self) -> CriticalPoint | None:
         """The first threshold at which stability or the equilibrium is lost."""
         return next((point for point in self.points if point.kind != "restabilised"), None)
+
+    def onsets(self, found: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
+        """Where modes that grow began to: the crossings nearest in frequency, if as many lead up to
+        there as modes grow; none where that is not so."""
+        modes, begun = found.unstable, [c for c in self.crossings if c.mu <= found.value]
+        if not modes or len(begun) != len(modes) or any(c.direction != "up" for c in begun):
+            return {}
+        cost = [[abs((m.frequency_hz or 0) - (c.frequency_hz or 0)) for c in begun] for m in modes]
+        pairs = zip(modes, assigned(np.array(cost)), strict=True)
+        return {m: {"onset": begun[k].mu, "interval": begun[k].interval} for m, k in pairs}
 
     def table(self) -> Table:
         changes = {point.mu: point.kind for point in self.points}

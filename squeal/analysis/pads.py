@@ -232,7 +232,7 @@ def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
         last = at.contact, at.admissible, 0, known.rounding
         steps.append(Step(mu, known.values, errors, verdict, *last))
     reached = {step.value: step for step in steps if step.roots is not None}
-    losses, own, every = tuple[Loss, ...](), math.nan, sorted(reached)
+    losses, own, every = tuple[Loss, ...](), None, sorted(reached)
     if every:
         rows, lost = [reached[mu] for mu in every], list[Loss]()
         ids = [mode_numbers(np.asarray(one.roots)) for one in rows]

@@ -131,4 +131,4 @@ def report(
     crossed = thresholds(subject, high, **asked)
     moved = sensitivity(subject, known=found)
     read = None if isinstance(subject, Scene) else check(subject)  # type: ignore[arg-type]  # as the verbs before have found
-    return Report(found.name, found, crossed, moved, read, subject)
+    return Report(found.name, found.with_onsets(crossed), crossed, moved, read, subject)

@@ -232,7 +232,8 @@ class UnstableMode:
     """A mode that grows: a pair of eigenvalues (flutter) or a real one (divergence).
 
     damping_ratio is negative; onset is the parameter value at which this mode began to grow, None
-    where it is not known or the mode grows from the start of the range on.
+    where it is not known or the mode grows from the start of the range on; interval: where it lies,
+    None to rounding.
     """
 
     kind: str
@@ -240,6 +241,7 @@ class UnstableMode:
     growth_rate: float  # 1/s
     damping_ratio: float
     onset: float | None = None
+    interval: tuple[float, float] | None = None
 
     def __str__(self) -> str:
         at = "" if self.onset is None else f", from {self.onset:.6g} on"

@@ -9,15 +9,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from typing import Any
 
-import numpy as np
-
 from squeal import __version__
-from squeal.analysis.answers import Eigenvalues
+from squeal.analysis.answers import Eigenvalues, onset_of
 from squeal.analysis.report import Report
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Column, Table, located, number
-from squeal.linear.eigen import assigned
 from squeal.linear.paths import UnstableMode
 from squeal.plots.answers import drawing
 from squeal.plots.style import Drawing, rendered
@@ -115,7 +112,7 @@ def _range(report: Report) -> dict[str, Any]:
 
 def _unstable(report: Report) -> Table:
     """A row for each mode that grows: since when, moved by what, how sure."""
-    found, onsets = report.eigenvalues, _onsets(report)
+    found = report.eigenvalues
 
     def residual(mode: UnstableMode) -> float | None:
         return found.eigenvalues[_place(found, mode)].residual
@@ -125,23 +122,11 @@ def _unstable(report: Report) -> Table:
         Column("frequency_hz"),
         Column("growth_rate", "1/s", shown=lambda mode: number(mode.growth_rate, 4)),
         Column("damping_ratio", shown=lambda m: f"{100 * m.damping_ratio:.3g} %"),
-        Column("onset", value=lambda m: onsets.get(m), words=f"grows from {found.parameter} ="),
+        onset_of(found.parameter),
         Column("levers", shown=lambda mode: _levers(report, mode), words="moved most by"),
         Column("residual", value=residual, shown=lambda m: number(residual(m) or 0.0, 2)),
     )
     return Table(table, found.unstable, nothing="No mode grows.")
-
-
-def _onsets(report: Report) -> dict[UnstableMode, float]:
-    """Where each mode began to grow: its own onset, or the crossing that is nearest in frequency
-    where as many lead up to here as modes grow; none where that is not so."""
-    found, modes = report.eigenvalues, report.eigenvalues.unstable
-    known = {mode: mode.onset for mode in modes if mode.onset is not None}
-    begun = [c for c in report.thresholds.crossings if c.mu <= found.value]
-    if known or not modes or len(begun) != len(modes) or any(c.direction != "up" for c in begun):
-        return known
-    cost = [[abs((m.frequency_hz or 0) - (c.frequency_hz or 0)) for c in begun] for m in modes]
-    return {m: begun[k].mu for m, k in zip(modes, assigned(np.array(cost)), strict=True)}
 
 
 def _place(found: Eigenvalues, mode: UnstableMode) -> int:

@@ -62,15 +62,20 @@ def test_a_coalescence_is_told_and_growth_begins_there():
     assert grows.growth_rate == pytest.approx(squeal.eigenvalues(system, 1.5).values.real.max())
 
 
-def test_a_large_system_learns_onsets_from_a_sweep():
+def test_a_large_system_learns_onsets_from_a_sweep_or_from_thresholds():
     coupled = {k: np.pad(np.array(X, float), (0, 60)) for k, X in COUPLED.items()}
     coupled["1"] += np.diag([0.0, 0.0, *(50.0 + np.arange(60))])
-    system = squeal.System(np.eye(62), K=coupled, parameters={"mu": 1.2})
+    system = squeal.System(np.eye(62), K=coupled, parameters={"mu": 0.8})
     here = squeal.eigenvalues(system)
     assert [mode.onset for mode in here.unstable] == [None]
-    sweep = squeal.sweep(system, np.linspace(0.1, 1.5, 29).tolist())
+    sweep = squeal.sweep(
+        system, np.linspace(0.1, 1.5, 8).tolist()
+    )  # which looks at the system's own value too
     (mode,) = here.with_onsets(sweep).unstable
-    assert mode.onset == pytest.approx(0.75, abs=0.05)
+    assert mode.interval == pytest.approx((0.7, 0.8))
+    assert "0.7 to 0.8" in here.with_onsets(sweep).text()
+    (row,) = squeal.report(system).to_records()
+    assert row["onset"] == pytest.approx(0.75, rel=1e-9)
 
 
 def test_what_leaves_the_band_ends_and_what_enters_begins():

@@ -39,12 +39,12 @@ def followed(
     values: Sequence[float],
     reduction: Reduction | None,
     workers: int = 1,
-) -> tuple[tuple[Step, ...], tuple[Loss, ...], float]:
+) -> tuple[tuple[Step, ...], tuple[Loss, ...], Step]:
     """A sweep on a reduced system or, without one, on the system itself.
 
     Its modes are numbered as those at the system's own value where the sweep holds it, else as at
-    the lowest one, which is returned too. Between the values as many more may be looked at, but for
-    full solutions.
+    the lowest one; that row is returned too. Between the values as many more may be looked at, but
+    for full solutions.
     """
     small, whole = is_small(system), wanted.rectangle is None and reduction is None
     if whole and not small and wanted.modes is None:
@@ -77,8 +77,8 @@ def followed(
     ids, lost = follow(states, every, 0 if dear else len(every))
     both = zip(rows, ids, strict=True)
     ids = [numbers_at(states(step.value), i, np.asarray(step.roots)) for step, i in both]
-    rows, losses, own = numbered(rows, ids, lost, own)
-    return tuple(rows[every.index(value)] for value in values), losses, own
+    rows, losses, first = numbered(rows, ids, lost, own)
+    return tuple(rows[every.index(value)] for value in values), losses, first
 
 
 Common = tuple[TermSystem, Wanted, Reduction | None, ScaledSystem | None]
