@@ -14,6 +14,7 @@ from squeal.analysis.systems import thresholds as critical
 from squeal.analysis.systems.roots import Wanted
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
+from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.sparse import eigensolver
@@ -174,3 +175,20 @@ def test_growth_that_no_crossing_explains_is_not_certified(monkeypatch):
     answer = system_thresholds(system, 1.0, wanted=Wanted(band=(0.05, 1.0)))
     assert not answer.certified
     assert "flutter at mu = 0.7" in answer.details["unconfirmed"][0]
+    assert answer.details["doubts"] == answer.details["unconfirmed"]
+
+
+def test_an_answer_of_too_few_values_says_why_it_is_in_doubt():
+    A = np.random.default_rng(1).normal(size=(6, 6)) / 2
+    K = {"1": np.diag(np.arange(1.0, 7.0)), "mu": A}
+    system = squeal.System(np.eye(6), 0.01 * np.eye(6), K, {"mu": 1.0})
+    few, full = (
+        squeal.thresholds(system, options=options)
+        for options in (ContinuationOptions(steps=2, budget=3), None)
+    )
+    assert (full.certified, full.details["doubts"]) == (True, [])
+    assert few.certified is False
+    assert few.details["doubts"]
+    C, K = system(full.first.mu)[1:]
+    grows = np.block([[np.zeros((6, 6)), np.eye(6)], [-K, -C]])
+    assert np.linalg.eigvals(grows).real.max() == pytest.approx(0.0, abs=1e-9)
