@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import time as clock
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
@@ -44,7 +43,7 @@ class Simulation(Answer):
     final: (t, x, y, theta, x_dot, y_dot, theta_dot); shares: share of time in each state;
     extrema: {signal: (min, max) or None}, forces over F_n, delta over w; response: see `Response`;
     history: column name to array. What the scene did not ask for is None. `steps` counts
-    integration steps, `run_time` is the processor time in s.
+    integration steps.
     """
 
     model: str
@@ -53,7 +52,6 @@ class Simulation(Answer):
     tolerance: float
     steps: int
     contact_changes: int
-    run_time: float
     events: tuple[Event, ...] | None = field(default=None, repr=False)
     shares: dict[str, float] | None = None
     extrema: dict[str, tuple[float, float] | None] | None = None
@@ -127,7 +125,7 @@ class Simulation(Answer):
             "model": self.model,
             "final": dict(zip(UNITS, self.final, strict=True)),
             **{name: value for name, value in asked.items() if value is not None},
-            **picked(self, "sliding_holds method tolerance steps contact_changes run_time"),
+            **picked(self, "sliding_holds method tolerance steps contact_changes"),
         }
 
 
@@ -230,7 +228,6 @@ def simulate(
     """
     BACKENDS.read(backend, Place("simulate") / "backend")
     check_simulation(scene)
-    started = clock.process_time()
     units, model, start, stop = in_natural_units(scene)
     wanted: dict[str, Callable[[], Any]] = {
         "events": lambda: Events(model, units),
@@ -254,5 +251,5 @@ def simulate(
         found["sliding_holds"] = sliding.lost is None
         found["sliding_lost_at"] = sliding.lost and sliding.lost * units.time
     final = (t * units.time, *(float(v) for v in units.to_si(state)))
-    how: Any = (integrator.method, integrator.tolerance, *counts, clock.process_time() - started)
+    how: Any = (integrator.method, integrator.tolerance, *counts)
     return Simulation(scene.model, final, *how, **found)

@@ -95,8 +95,6 @@ def test_every_path_comes_near_the_reference(monkeypatch):
     assert [p.path for p in points] == list(accuracy_study.WAYS)
     assert all(p.error < 1e-5 for p in points)
     record = Accuracy(tuple(points), {"c": len(exact.times)}, "quad")
-    assert record.time_at("c", "squeal", 1e-5) == points[0].seconds
-    assert record.time_at("c", "squeal", 0.0) is None
     assert "SciPy Radau" in accuracy_figure.draw(record).alternative
 
 
@@ -117,7 +115,7 @@ def test_a_wrong_answer_and_a_missing_refusal_are_seen():
 
 @pytest.mark.parametrize(("word", "code"), [("passed", 0), ("failed", 1)])
 def test_a_wrong_outcome_is_printed_and_fails(word, code, monkeypatch, capsys):
-    outcome = Outcome("group", "name", word, None, 1, 2, 0.1, "said")
+    outcome = Outcome("group", "name", word, None, 1, 2, "said")
     monkeypatch.setattr(extreme_study, "study", lambda files: Extreme((outcome,), 1e-9, "exact"))
     assert main(["extreme"]) == code
     printed = capsys.readouterr()

@@ -1,17 +1,15 @@
-"""Error against run time: both own paths and SciPy on two of the article's cases and a stiff pad.
+"""Error against tolerance: both own paths and SciPy on two of the article's cases and a stiff pad.
 
 SciPy gets the same equations compiled by heyoka, and locates contact changes by its own events. The
 reference solution is a simulation in quad precision.
 """
 
 import math
-import statistics
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
@@ -37,28 +35,26 @@ from squeal.simulation.run import in_natural_units
 STEMS = ("b1-c", "b2-c")
 STIFF = 1e6  # k3, k4 over k1 of the stiff pad
 TOLERANCES = tuple(10.0**-k for k in range(4, 15, 2))
-PATIENCE = 0.3  # s: a path slower than this gets no tighter tolerances
-SEVERAL = 256  # pads of a batch, whose time is given for each
+PATIENCE = 3_000  # steps: a path that takes more gets no tighter tolerances
+SEVERAL = 256  # pads of a batch
 NEAR = 1e-2  # natural units: a change this near one of the reference is taken for it
 MOST = 100_000  # contact changes
-T = TypeVar("T")
 
 
 class Point(Record):
-    """One run: relative error of the final place (None if infinite), median processor time in s,
-    contact changes that it misses and that it makes up."""
+    """One run: relative error of the final place (None if infinite), contact changes that it misses
+    and that it makes up."""
 
     case: str
     path: str
     tolerance: float
     error: float | None
-    seconds: float
     missed: int
     extra: int
 
 
 class Accuracy(Result):
-    """Work-precision points; changes: of contact by case; truth: the reference in words; stiff:
+    """Points; changes: of contact by case; truth: the reference in words; stiff:
     contact over support stiffness of the stiff pad; left_out: why there is nothing."""
 
     points: tuple[Point, ...]
@@ -66,12 +62,6 @@ class Accuracy(Result):
     truth: str
     stiff: float = STIFF
     left_out: str = ""
-
-    def time_at(self, case: str, path: str, error: float) -> float | None:
-        """The least time of a path for a final error of at most `error` with no change missed."""
-        some = [p for p in self.points if (p.case, p.path) == (case, path)]
-        good = [p for p in some if p.error is not None and p.error <= error]
-        return min((p.seconds for p in good if p.missed == p.extra == 0), default=None)
 
 
 @dataclass(frozen=True)
@@ -204,37 +194,20 @@ def compare_times(times: np.ndarray, exact: np.ndarray) -> tuple[int, int]:
     return missed + len(exact) - j, extra + len(times) - i
 
 
-def timed(task: Callable[[], T], enough: float = 0.02, least: int = 1) -> tuple[T, float]:
-    """What a task returns, and its median processor time in s over repeats of about `enough` s, at
-    least so many; other programs that run beside it take no part in that time."""
-    spent: list[float] = []
-    while True:
-        begun = time.process_time()
-        result = task()
-        spent.append(time.process_time() - begun)
-        if len(spent) == 50 or (sum(spent) > enough and len(spent) >= least):
-            return result, statistics.median(spent)
-
-
 def points_of(
-    case: str, scene: Scene, exact: Reference, name: str, way: Way, patience: float = PATIENCE
+    case: str, scene: Scene, exact: Reference, name: str, way: Way, patience: int = PATIENCE
 ) -> list[Point]:
     """A path over all tolerances, loosest first."""
-    share = 1.0 / SEVERAL if "batch" in name else 1.0
-    # compilation is left out; ours, one contact state at a time, ends with the motion
-    first = scene if name == "squeal" else replace(scene, stop=1e-3 * (scene.stop or 0.0))
     points = []
     for tolerance in TOLERANCES:
         try:
-            way(first, tolerance)
-            run, seconds = timed(partial(way, scene, tolerance), least=3 if name == "squeal" else 1)
+            run = way(scene, tolerance)
         except (ComputationError, ArithmeticError, ValueError, RuntimeError):
             continue  # a path may give up where a peer's step size or tolerance ends
         error = error_against(run.place, exact.place)
         shown = error if math.isfinite(error) else None
-        changes = compare_times(run.times, exact.times)
-        points.append(Point(case, name, tolerance, shown, seconds * share, *changes))
-        if seconds * share > patience:
+        points.append(Point(case, name, tolerance, shown, *compare_times(run.times, exact.times)))
+        if run.steps > patience:
             break
     return points
 

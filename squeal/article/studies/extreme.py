@@ -41,8 +41,8 @@ UPRIGHT: dict[str, Any] = {
 class Outcome(Record):
     """The outcome of a case: `passed`, `rejected` as it must be, else `failed`.
 
-    error: relative, None where there is no number to compare; changes: of contact; run_time:
-    processor time of the simulation in s; against: the reference of the error, or the message.
+    error: relative, None where there is no number to compare; changes: of contact; against:
+    the reference of the error, or the message.
     """
 
     group: str
@@ -51,7 +51,6 @@ class Outcome(Record):
     error: float | None
     steps: int
     changes: int
-    run_time: float
     against: str
 
 
@@ -210,11 +209,11 @@ def outcome(case: Case) -> Outcome:
         expected = bool(case.refusal) and case.refusal in message
         passed = expected and f"t = {case.t:.9g} s" in message
         word: Any = "rejected" if passed else "failed"
-        return Outcome(case.group, case.name, word, None, 0, 0, 0.0, message)
+        return Outcome(case.group, case.name, word, None, 0, 0, message)
     error, against = case.error(case.scene, motion)
     word = "passed" if error <= LIMIT and not case.refusal else "failed"
     shown = error if math.isfinite(error) else None
-    counts = (motion.steps, motion.contact_changes, motion.run_time)
+    counts = (motion.steps, motion.contact_changes)
     return Outcome(case.group, case.name, word, shown, *counts, against)
 
 
