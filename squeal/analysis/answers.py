@@ -504,7 +504,6 @@ class Thresholds(Answer):
             Column("kind"),
             Column("direction", value=lambda row: getattr(row, "direction", None)),
             Column("frequency_hz"),
-            Column("mode", value=lambda row: getattr(row, "mode", None)),
             Column("verdict", value=change),
             Column("low", value=lambda row: row.interval[0], hidden=True),
             Column("high", value=lambda row: row.interval[1], hidden=True),

@@ -248,7 +248,7 @@ class Continuation:
         each = matrices_of(system, inside)
         self._normal: tuple[Array, Array, Array] | None = None  # the last M with L, R
         self._free = _free_motions(each)
-        self.form = _form(each)
+        self.form = form_of(each)
         n = len(each[0][0]) if self._free is None else self._free[0].shape[1]
         self.size = n if self.form == "undamped" else 2 * n  # rows N of A
         self.rate: Any = 1.0 if self.form == "undamped" else None
@@ -323,7 +323,8 @@ class Continuation:
         self._states[p] = State(p, *spectrum, self.form, self.rate)
 
 
-def _form(each: Sequence[tuple[Array, Array, Array]]) -> str:
+def form_of(each: Sequence[tuple[Array, Array, Array]]) -> str:
+    """undamped, gyroscopic or damped, of matrices M, C, K at some values."""
     if not any(C.any() for _, C, _ in each):
         return "undamped"
     symmetric = all(

@@ -125,9 +125,11 @@ class Along:
         most = np.maximum(OPTIONS.doubt * np.abs(y - x), OPTIONS.near * np.abs(x))
         doubtful = bool(np.any(missed > most))
         for state, matched, ahead in ((before, i, h), (after, j, -h)):
-            # one that leaves the region may cross the axis before
+            # one that leaves the region may cross the axis before, or meet its conjugate
             z, way = (np.delete(v, matched) for v in (state.roots, ahead * state.slopes))
-            doubtful |= bool(np.any(self.region.contains(z + way) | _changes_sign(z, z + 2 * way)))
+            meets = (z.imag > 0.0) & ((z + way).imag < 0.0) & (self.region.low_imag < 0.0)
+            meets |= self.region.contains(z + way) | _changes_sign(z, z + 2 * way)
+            doubtful |= bool(np.any(meets))
         if doubtful:
             return middle
         for met in near_coalescences(before, after):

@@ -153,19 +153,24 @@ class Reduction:
         return np.concatenate([values[~doubtful], genuine])
 
 
-def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Changes]) -> Reduction:
+def reduce_system(
+    scaled: ScaledSystem,
+    region: Rectangle,
+    values: Sequence[Changes],
+    sampled: Sequence[Changes] = (),
+) -> Reduction:
     """A reduced system whose roots in a region meet `TOLERANCE` at all values of the parameters.
 
     Right and left modes of the full system at one of the `values` (changes of one to three
     parameters) start the basis; of the other values that where a root's residual in the full
-    problem is worst adds its own, until all are below that (a backward error). Where the
-    full problem was solved, what exceeds it by far is no root of it. `worst` exceeds the tolerance
-    if 20 samples do not suffice. Of a region without a root the basis holds those around it.
-    Raises ComputationError.
+    problem is worst adds its own, until all are below that (a backward error), after those in
+    `sampled`. Where the full problem was solved, what exceeds it by far is no root of it. `worst`
+    exceeds the tolerance if 20 samples do not suffice. Of a region without a root the basis holds
+    those around it. Raises ComputationError.
     """
     found, wide = Reduction(scaled, region), region.widened(0.04)
     samples: dict[int, bool] = {}  # by index of the value; whether its roots were counted
-    where = len(values) // 2
+    where, due = len(values) // 2, sampled
 
     def extend(around: Rectangle, certify: bool) -> None:
         start, exact = (None, None) if certify else (found.vectors, OPTIONS.accepted)
@@ -178,10 +183,11 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
         counted = where in samples  # what the full problem has not stands in doubt
         extend(region if counted else wide, counted)
         samples[where] = counted
+        due = [p for p in due if p != values[where]]
         around = wide
         while found.size == 0:  # what may enter the region at other values lies around it
             around = around.widened(1.0)
-            if around.radius > scaled.at(values[where]).rate:
+            if around.radius > scaled.at(values[where]).rate + abs(region.centre):
                 raise ComputationError("no root lies in the region or around it")
             extend(around, False)
         errors = [found.residuals(found.roots(p), p) for p in values]
@@ -193,6 +199,7 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
         genuine = [e[e <= SPURIOUS] if k in samples else e for k, e in enumerate(errors)]
         worst = [float(np.max(e, initial=0.0)) for e in genuine]
         left = [0.0 if k in samples else w for k, w in enumerate(worst)]
+        left = [np.inf if p in due else w for p, w in zip(values, left, strict=True)]
         where = int(np.argmax(left))
         if left[where] <= TOLERANCE or len(samples) == SAMPLES:
             break

@@ -20,7 +20,7 @@ from squeal.numerics.differentiation import Formula
 from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Rectangle
 from tests import large
-from tests.known import affine, coupled
+from tests.known import affine, coupled, known_system
 
 ROWS = 420
 MU = Formula("mu")
@@ -97,6 +97,28 @@ def test_a_structural_loss_factor(monkeypatch):
     found = system_thresholds(system, 1.4, wanted=region)
     assert found.certified is False
     assert found.points[0].mu == pytest.approx(mu, rel=1e-10)
+
+
+@pytest.mark.parametrize("seed", [3, 6, 15])
+def test_a_band_of_a_dense_system_has_its_known_thresholds(seed):
+    """Roots dense in the band; real ones that come from above it and leave it within a step."""
+    rng, band = np.random.default_rng([seed, 70]), (0.0, 0.8)
+    system, known = known_system(int(rng.integers(41, 71)), rng, damped=bool(seed % 2))
+    found = system_thresholds(system, 2.0, wanted=Wanted(band=band))
+    known = [row for row in known if row[3] <= 2 * math.pi * band[1]]
+    assert [c.mu for c in found.crossings] == pytest.approx([row[0] for row in known], rel=1e-8)
+    ways = [(c.kind, c.direction) for c in found.crossings]
+    assert ways == [row[1:3] for row in known]
+
+
+def test_a_gyroscopic_band_flutters_where_two_frequencies_meet():
+    """q'' + 2 J q' = s q, s = 0.1 + mu: lambda^4 + (4 - 2 s) lambda^2 + s^2 = 0, square at 1."""
+    turn = csc_array(([2.0, -2.0], ([0, 1], [1, 0])), shape=(ROWS, ROWS))
+    system = replace(beside(-0.1 * np.eye(2), -np.eye(2), 0.0), C=(Term(turn),))
+    found = system_thresholds(system, 2.0, wanted=Wanted(band=(0.03, 0.5)))
+    assert found.points[0].mu == pytest.approx(0.9, rel=1e-9)
+    assert [c.frequency_hz for c in found.crossings] == pytest.approx([1 / (2 * math.pi)])
+    assert found.certified
 
 
 HERTZ = np.array([1.0, 2.0, 3.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0])

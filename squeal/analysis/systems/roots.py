@@ -326,9 +326,13 @@ def looked_at(look: FirstLook, wanted: Wanted, changes: Changes) -> SystemRoots:
 
 
 def reduced_for(
-    system: TermSystem, wanted: Wanted, values: Sequence[Changes], method: str = "reduced"
+    system: TermSystem,
+    wanted: Wanted,
+    values: Sequence[Changes],
+    method: str = "reduced",
+    sampled: Sequence[Changes] = (),
 ) -> Reduction:
-    """The reduced system that serves some values of the parameters.
+    """The reduced system that serves some values of the parameters, see `reduce_system`.
 
     Warns if the full problem is not met to the tolerance, or if real modes may lose roots, so that
     the full problem is solved at each value.
@@ -350,7 +354,7 @@ def reduced_for(
                 "only); each value is solved on the full system"
             )
     else:
-        reduction = reduce_system(scaled, region, values)
+        reduction = reduce_system(scaled, region, values, sampled)
         if not reduction.converged:
             text = (
                 f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -23,17 +24,17 @@ from squeal.analysis.systems.roots import (
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import counted, mapped
 from squeal.linear import thresholds
-from squeal.linear.continuation import Continuation, ContinuationOptions, State
+from squeal.linear.continuation import Continuation, ContinuationOptions, State, form_of
 from squeal.linear.eigen import ComplexArray
 from squeal.linear.events import Event
 from squeal.linear.matrices import ILL, dense, unit_diagonal
 from squeal.linear.paths import growing
 from squeal.linear.search import Searched, search, together
-from squeal.linear.system import TermSystem
+from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import OPTIONS, modes_in
-from squeal.sparse.quadratic import PROGRESS
+from squeal.sparse.quadratic import PROGRESS, ScaledSystem, factorise
 from squeal.sparse.reduction import Reduction
 
 STEPS = 13  # values at which a reduced system has to be good
@@ -50,8 +51,9 @@ def system_thresholds(
 ) -> Thresholds:
     """Every threshold of a system in low <= p <= high, of the band if one is wanted.
 
-    Of a small system they are those of `linear.thresholds`. Of a large one, and where M is singular
-    or matrices are complex, they are found on a reduced system and confirmed on the full one. Then
+    Of a small system they are those of `linear.thresholds`. Of a large one, of a band of more than
+    40 rows, and where M is singular or matrices are complex, they are found on a reduced system and
+    confirmed on the full one. Then
     `certified` says that between neighbouring crossings a count of growing roots that needs no
     eigenvalue agrees, at one value each, and so do the roots at all values that were looked at;
     None if it was not made. It does not prove that no window lies between these values.
@@ -86,8 +88,9 @@ def system_thresholds(
     values = [low, high]
     roots: Callable[[Changes], ComplexArray] = partial(roots_of_all, system, wanted)
     whole = is_small(system) and system.real
-    if whole and region is not None:  # M has to be inverted
-        whole = ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0
+    if whole and region is not None:  # all roots cost more than its own, and M has to be inverted
+        whole = system.n <= ContinuationOptions.small
+        whole &= ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0
     if whole:
         every = thresholds(system, high, mu_min=low, options=options)
         searched, certified = every.searched, every.certified
@@ -97,10 +100,13 @@ def system_thresholds(
         steps = STEPS - 1 if options is None else options.steps
         inner = [(k + 0.0371 * (1 + k % 3)) / steps for k in range(1, steps)]
         values[1:1] = [low + x * (high - low) for x in inner]
-        reduction = reduced_for(system, wanted, [{name: v} for v in values])
+        aside = _diverging(system, values) if region and region.low_imag < 0.0 else []
+        values = sorted({*values, *aside})
+        each, sampled = ([{name: v} for v in some] for some in (values, aside))
+        reduction = reduced_for(system, wanted, each, sampled=sampled)
         roots, region = reduction.values, reduction.region
         PROGRESS.get()("following the roots of the reduced system")
-        if system.C or not system.real:
+        if not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
             rows, unconfirmed = crossings_along(reduction, name, values)
         else:  # coalescences of the reduced system
             searched = (search(reduction.system, low, high, options),)
@@ -157,6 +163,24 @@ def system_thresholds(
         details=details,
         source=(system, wanted, reduction),
     )
+
+
+def _diverging(system: TermSystem, values: Sequence[float]) -> list[float]:
+    """Values next to where the determinant of K changes its sign: a real root passes zero there,
+    and may come from far above a band and leave it between two values."""
+    from scipy.optimize import bisect
+
+    scaled, name = ScaledSystem(system), system.parameter
+
+    def sign(p: float) -> float:
+        try:
+            return math.copysign(1.0, math.cos(factorise(scaled.at({name: p}).K).logarithm().imag))
+        except ZeroDivisionError:  # as of rigid bodies
+            return 1.0
+
+    signs = zip(values, map(sign, values), strict=True)
+    changes = ((a, b) for (a, x), (b, y) in itertools.pairwise(signs) if x != y)
+    return [float(bisect(sign, a, b, xtol=(b - a) / 64)) for a, b in changes]
 
 
 def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
