@@ -68,9 +68,7 @@ def test_a_large_system_learns_onsets_from_a_sweep_or_from_thresholds():
     system = squeal.System(np.eye(62), K=coupled, parameters={"mu": 0.8})
     here = squeal.eigenvalues(system)
     assert [mode.onset for mode in here.unstable] == [None]
-    sweep = squeal.sweep(
-        system, np.linspace(0.1, 1.5, 8).tolist()
-    )  # which looks at the system's own value too
+    sweep = squeal.sweep(system, np.linspace(0.1, 1.5, 8).tolist())  # and at the own value
     (mode,) = here.with_onsets(sweep).unstable
     assert mode.interval == pytest.approx((0.7, 0.8))
     assert "0.7 to 0.8" in here.with_onsets(sweep).text()
