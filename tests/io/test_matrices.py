@@ -1,6 +1,7 @@
 """Matrix files: every format gives back every digit, and a wrong file one sentence."""
 
 import os
+import struct
 from typing import Any
 
 import numpy as np
@@ -249,6 +250,40 @@ def test_op4_as_pyyeti_writes_it(tmp_path, matrix, binary):
     op4.write(str(tmp_path / "K.dat"), square, binary=binary)
     for key, one in square.items():
         assert fingerprint(read_matrix(tmp_path / "K.dat", key).matrix) == fingerprint(one)
+
+
+def test_op2_laid_out_by_hand(tmp_path):
+    """A label, then each block by name and trailer; of a column the runs of what is not zero."""
+
+    def record(form, *values):
+        data = struct.pack("<" + form, *values)
+        return struct.pack("<i", len(data)) + data + struct.pack("<i", len(data))
+
+    def keys(*numbers):
+        return b"".join(record("i", number) for number in numbers)
+
+    def block(name, columns, kind):
+        word, size = record("8s", name.encode().ljust(8)), len(columns)
+        body = keys(2) + word + keys(-1, 7) + record("7i", 101, size, size, 6, kind, size, 0)
+        body += keys(-2, 1, 0, 2) + word + keys(-3, 1)
+        for count, runs in enumerate(columns, 4):
+            body += keys(1)
+            for row, *values in runs:
+                body += keys(1 + 2 * len(values)) + record(f"i{len(values)}d", row, *values)
+            body += keys(-count, 1)
+        return body + keys(0, 0)
+
+    head = (
+        keys(3) + record("3i", 11, 24, 26) + keys(7) + record("28s", b"NASTRAN FORT TAPE ID CODE")
+    )
+    head += keys(2) + record("8s", b"LABEL") + keys(-1, 0)
+    K = [[(1, 4.0, -1.0)], [(1, -1.0, 3.0)], [(3, 2.5)]]
+    B = [[(1, 1.0, 0.5)], [], [(1, 2.0, 0.0), (3, 0.0, -1.0)]]
+    (tmp_path / "job.op2").write_bytes(head + block("KAA", K, 2) + block("BAA", B, 4) + keys(0))
+    found = [read_matrix(tmp_path / "job.op2", key) for key in ("KAA", "baa")]
+    assert [one.form for one in found] == ["Nastran OP2"] * 2
+    assert found[0].matrix.toarray().tolist() == [[4, -1, 0], [-1, 3, 0], [0, 0, 2.5]]
+    assert found[1].matrix.toarray().tolist() == [[1 + 0.5j, 0, 2], [0, 0, 0], [0, 0, -1j]]
 
 
 def test_sparse_matrices_of_matlab_7_3(tmp_path, matrix):
