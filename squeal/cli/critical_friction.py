@@ -6,8 +6,7 @@ from typing import Any
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import changes, refuse, take, take_changes, take_files, write_files
-from squeal.cli.scatter import scattered
+from squeal.cli.options import changes, take, take_changes, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.io.scene import Scene
 from squeal.io.writing import picked
@@ -18,19 +17,14 @@ def options(parser: Parser) -> None:
     take(parser, "high", high=2.0)
     words = "how the first loss of stability moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
-    take(parser, "scatter workers journal low band memory")
+    take(parser, "workers low band memory")
     take_changes(parser)
     take_files(parser, table="the thresholds", figure="a picture of the way to them")
 
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and answer."""
-    source = given.source
-    if given.scatter is not None:
-        refuse(given, "sensitivity change low band", "--scatter; one of both is allowed")
-        return scattered(given, "threshold")
-    refuse(given, "journal", "no --scatter, whose samples it keeps")
-    subject = source.subject(swept=True)
+    subject = given.source.subject(swept=True)
     scene = isinstance(subject, Scene)
     asked = picked(given, "high low band memory workers") | {"progress": steps()}
     thresholds = squeal.thresholds(subject, **asked)

@@ -74,7 +74,6 @@ OPTIONS: dict[str, tuple[str, str, str, Read | tuple[str, ...]]] = {
     "n": ("--n", "N", "points a side (200; of a system 41)", whole(2, 4000)),
     "first": ("--first", "NAME:LOW:HIGH[:log]", "first parameter and range (alpha1:0:pi)", axis),
     "second": ("--second", "NAME:LOW:HIGH[:log]", "second parameter and range (alpha2:0:pi)", axis),
-    "scatter": ("--scatter", "FILE", "distribution of the first loss, by tolerances in it", Path),
     "workers": ("--workers", "N", "processes; any number gives the same answer (1)", whole(1, 256)),
     "journal": ("--journal", "FILE", "keep computed samples there, to go on after a stop", Path),
     "band": ("--band", "LOW:HIGH", "frequencies in Hz", BAND),

@@ -23,13 +23,8 @@ def options(parser: Parser) -> None:
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and the spreads, and answer."""
-    return scattered(given, given.of)
-
-
-def scattered(given: argparse.Namespace, of: str) -> Reply:
-    """The answer to a file of spreads, which options of a command name."""
     source = given.source
-    asked = squeal.read_spreads(given.scatter) | {"mu_max": given.high, "of": of}
+    asked = squeal.read_spreads(given.scatter) | {"mu_max": given.high, "of": given.of}
     asked |= {"band": given.band, "journal": given.journal, "workers": given.workers or 1}
     subject = source.subject()
     with Place(str(given.scatter)).named():

@@ -18,7 +18,6 @@ FILES = {
     "pair.yaml": PAIR,
     "t.csv": "",
     "plain.yaml": "M: [[1]]\nK0: [[1]]\nK1: [[1]]\n",
-    "spreads.yaml": "spreads: {gap: {absolute: 0.1}}\n",
     "free.yaml": "spreads: {mu: {absolute: 1}}\n",
 }
 REFUSED = """\
@@ -51,10 +50,9 @@ eigenvalues pair.yaml --change a.K=x --change a.K=y | --change a.K=y
 critical-friction pair.yaml --max 1 --min 2 | --max 1
 critical-friction b1.yaml --min 0 | --min 0
 critical-friction b1.yaml --workers 2 | --workers 2
-critical-friction pair.yaml --scatter none.yaml | none.yaml
-critical-friction pair.yaml --scatter spreads.yaml --min 1 | --min 1
-critical-friction pair.yaml --scatter free.yaml | free.yaml: spreads: mu
-critical-friction pair.yaml --scatter s.json --csv s.json | s.json
+scatter pair.yaml none.yaml | none.yaml
+scatter pair.yaml free.yaml | free.yaml: spreads: mu
+scatter pair.yaml s.json --csv s.json | s.json
 advise b1.yaml --tolerance k1=5% --tolerance k1=6% | --tolerance k1=6%
 optimise pair.yaml --bounds gap:1 | --bounds gap:1
 optimise pair.yaml --bounds gap:0:1 --bounds gap:0:2 | --bounds gap:0:2

@@ -1,4 +1,4 @@
-"""`squeal critical-friction --scatter`: file of tolerances, answer, table, picture, refusals."""
+"""`squeal scatter`: file of tolerances, answer, table, picture, refusals."""
 
 import numpy as np
 import pytest
@@ -29,8 +29,8 @@ def test_the_answer_is_that_of_the_closed_form(capsys, tmp_path):
     system, spreads, table, picture = (tmp_path / name for name in names)
     system.write_text(SYSTEM)
     spreads.write_text(SPREADS)
-    files = ("--scatter", spreads, "--csv", table, "--png", picture)
-    found = answer(capsys, "critical-friction", system, *files)
+    files = ("--csv", table, "--png", picture)
+    found = answer(capsys, "scatter", system, spreads, *files)
     assert {one["name"] for one in found["provenance"]["inputs"]} == {*names[:2]}
     found = found["scatter"]
     assert (found["samples"], found["seed"], found["failed"]) == (60, 7, 0)
