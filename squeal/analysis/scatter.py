@@ -29,7 +29,7 @@ from squeal.analysis.systems.roots import (
     roots_of_all,
     rounding_of,
 )
-from squeal.analysis.variations import NO_PAD, NO_REST, Varied
+from squeal.analysis.variations import NO_PAD, NO_REST, ROUNDING, Varied
 from squeal.errors import ComputationError, InputError
 from squeal.io.matrices import fingerprint
 from squeal.io.processes import mapped
@@ -41,7 +41,7 @@ from squeal.schema import FLAG, Group, Key, Named, Number, Place, Whole, Word, r
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 CONFIDENCE = 0.95
-CHUNK = 64  # samples that are computed together
+CHUNK = 64  # pads that are computed together
 SERVED = 24  # samples for which a reduced system is made
 RESAMPLED = 400  # times, for the intervals of indices
 DESIGNS = ("random", "latin", "sobol")
@@ -197,12 +197,15 @@ class Scatter(Answer):
             heads[:2] = "share of the samples, %", "growth rate"
             text = f"squeal propensity index {number(self.propensity or 0.0, 4)}"
         rows = [(100 * q[0], *(beyond if v is None else v for v in q[1:])) for q in self.quantiles]
-        title = f"{self.samples} samples, {self.design}, seed {self.seed}: {what}; "
+        two = f" (2 x {self.samples // 2} for the indices)" * bool(self.indices)
+        title = f"{self.samples} samples{two}, {self.design}, seed {self.seed}: {what}; "
         title += f"intervals of {100 * CONFIDENCE:g} % confidence"
         own = f" at {name} = {number(self.mu)}" * (name not in self.spreads)
         low, high = (100 * end for end in self.interval)
         line = f"stable{own}: {100 * self.stable:.1f} % of the samples ({low:.1f} to {high:.1f} %)"
-        line += f"; {text}, no pads {self.no_pad}, not computed {self.failed}"
+        line += f"; {text}"
+        line += f"; no possible pad or system: {self.no_pad}" * bool(self.no_pad)
+        line += f"; not computed: {self.failed}" * bool(self.failed)
         parts: list[str | Table] = [Table(_in_order(heads), rows, title), line]
         if self.indices:
             form = "{:.2f} ({:.2f} to {:.2f})".format
@@ -344,23 +347,30 @@ def _placed(varied: Varied, spreads: Mapping[str, Any], unit: NDArray) -> list[d
     return [dict(zip(drawn, values, strict=True)) for values in zip(*drawn.values(), strict=True)]
 
 
-def _indices(names: Sequence[str], values: NDArray, seed: int) -> tuple[Index, ...]:
-    """Sobol indices from values (d + 2, n): of A, of B, and of A with each column of B."""
-    from scipy.stats import sobol_indices
+def _shares(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """First-order and total Sobol indices (2, d) from values (d + 2, n): of A, of B, and of A with
+    each column of B. What sampling leaves below 0 or above 1, where no share can be, is cut."""
+    moved, B = values[2:] - values[0], values[1] - values[:2].mean()
+    both = np.array([moved @ B, (moved**2).sum(axis=1) / 2]) / len(B)
+    return np.clip(both / (np.var(values[:2]) or np.nan), 0.0, 1.0)
 
+
+def _indices(names: Sequence[str], values: NDArray, seed: int) -> tuple[Index, ...]:
+    """Sobol indices from such values with bootstrapped intervals; none where they do not vary."""
     kept = values[:, np.all(np.isfinite(values), axis=0)]
-    if kept.shape[1] < 8 or not np.ptp(kept):
+    n, random = kept.shape[1], np.random.default_rng([seed, RESAMPLED])
+    if n < 8 or np.ptp(kept[:2]) <= ROUNDING * np.abs(kept[:2]).max():
+        words = "no Sobol indices: fewer than 8 samples are known, or all are one to rounding"
+        Place("indices").warn(words)
         return ()
-    kept = kept[:, : 2 ** int(math.log2(kept.shape[1]))]
-    f = {"f_A": kept[:1], "f_B": kept[1:2], "f_AB": kept[2:, None, :]}
-    found = sobol_indices(func=f, n=kept.shape[1], rng=np.random.default_rng(seed))
-    about = found.bootstrap(confidence_level=CONFIDENCE, n_resamples=RESAMPLED)
-    columns = []
-    for order in ("first_order", "total_order"):
-        interval = getattr(about, order).confidence_interval
-        ends = np.ravel(interval.low).tolist(), np.ravel(interval.high).tolist()
-        columns += [np.ravel(getattr(found, order)).tolist(), list(zip(*ends, strict=True))]
-    each = [Index(*one) for one in zip(names, *columns, strict=True)]
+    again = [_shares(kept[:, random.integers(n, size=n)]) for _ in range(RESAMPLED)]
+    ends = np.nanquantile(again, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2], axis=0)
+    each = [
+        Index(name, one, (low, high), whole, (least, most))
+        for name, ((one, low, high), (whole, least, most)) in zip(
+            names, np.array([_shares(kept), *ends]).T.tolist(), strict=True
+        )
+    ]
     return tuple(sorted(each, key=lambda one: -one.total))
 
 
@@ -448,12 +458,12 @@ def scatter(
     A, B = unit[:, :count], unit[:, count:]
     mixed = [np.where(np.arange(count) == i, B, A) for i in range(count if indices else 0)]
     each = _placed(varied, spreads, np.concatenate([A, B, *mixed] if indices else [A]))
-    judge, basis = _judge(varied, of, mu_max, Wanted(band, None, None), each)
-    parts = [each[i : i + CHUNK] for i in range(0, len(each), CHUNK)]
-    known = dict[int, list[Sample]]()
+    known, size = dict[int, list[Sample]](), CHUNK if isinstance(own, Scene) else 1
     if journal is not None:
         asked = of, mu_max, band, spreads, design, seed, indices, samples
         known = _journal(Path(journal), _question(own, *asked))
+    judge, basis = _judge(varied, of, mu_max, Wanted(band, None, None), each)
+    parts = [each[i : i + size] for i in range(0, len(each), size)]
     missing = [k for k in range(len(parts)) if k not in known]
     done = sum(map(len, known.values()))
     computed = mapped(_work, [parts[k] for k in missing], workers, judge)

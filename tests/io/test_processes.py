@@ -12,6 +12,8 @@ import pytest
 from squeal.io.processes import mapped
 from tests.conftest import SCENES
 
+# what a shell runs in the background ignores interrupts
+INTERRUPTED = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
 SCRIPT = """
 import os, sys, time
 from pathlib import Path
@@ -51,14 +53,13 @@ def test_an_interrupt_is_said_once(tmp_path, working, meets):
     script.write_text(SCRIPT)
     marks.mkdir()
     (tmp_path / "spreads.yaml").write_text("spreads: {h: {relative: 0.1}}\n")
-    command = f"critical-friction {SCENES / 'b3.yaml'} --scatter spreads.yaml --workers 2"
+    command = f"scatter {SCENES / 'b3.yaml'} spreads.yaml --workers 2"
     running = subprocess.Popen(
         [sys.executable, script, *command.split()],
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        # what a shell runs in the background ignores interrupts
-        preexec_fn=partial(signal.signal, signal.SIGINT, signal.SIG_DFL),
+        preexec_fn=INTERRUPTED,
         cwd=tmp_path,
     )
     while len(list(marks.iterdir())) < 2 + working and running.poll() is None:
@@ -70,12 +71,35 @@ def test_an_interrupt_is_said_once(tmp_path, working, meets):
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_an_interrupted_run_goes_on_to_the_same_bytes(tmp_path, workers):
+    system = "K: [{matrix: [[1]], factor: a}, {matrix: [[-1]], factor: mu}]\n"
+    (tmp_path / "one.yaml").write_text("parameters: {a: 1.0}\nM: [[1]]\n" + system)
+    (tmp_path / "spreads.yaml").write_text("samples: 2000\nspreads: {a: {within: 0.5}}\n")
+    journal, table = tmp_path / "run.jsonl", tmp_path / "table.csv"
+    command = [sys.executable, "-m", "squeal", "scatter", "one.yaml", "spreads.yaml"]
+    command += ["--of", "growth", "--csv", table.name, "--workers", workers]
+    resumed, here = [*command, "--journal", journal.name], {"cwd": tmp_path, "stderr": -3}
+    running = subprocess.Popen(resumed, preexec_fn=INTERRUPTED, **here)
+    while not journal.exists() or journal.read_text().count("\n") < 4:
+        assert running.poll() is None
+        time.sleep(0.01)
+    running.send_signal(signal.SIGINT)
+    assert running.wait() == 130
+    assert journal.read_text().count("\n") < 2000
+    each = [
+        (subprocess.check_output(one, **here), table.read_bytes()) for one in (resumed, command)
+    ]
+    assert each[0] == each[1]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
 def test_no_process_outlives_its_parent(tmp_path, how):
     (tmp_path / "marks").mkdir()
     (tmp_path / "script.py").write_text(SCRIPT)
     (tmp_path / "spreads.yaml").write_text("spreads: {h: {relative: 0.1}}\n")
-    command = f"critical-friction {SCENES / 'b3.yaml'} --scatter spreads.yaml --workers 2"
+    command = f"scatter {SCENES / 'b3.yaml'} spreads.yaml --workers 2"
     script = [sys.executable, "script.py", *command.split()]
     running = subprocess.Popen(script, cwd=tmp_path, start_new_session=True)
     while not list((tmp_path / "marks").glob("works *")):
