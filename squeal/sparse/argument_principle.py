@@ -10,9 +10,9 @@ Only logarithms of pivots are used, so nothing can overflow.
 from __future__ import annotations
 
 import cmath
-import itertools
 import math
 from dataclasses import astuple, dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -181,36 +181,43 @@ def disc_around(region: Rectangle, known: ComplexArray, reach: float) -> Disc:
 
 
 def growth_bound(problem: Quadratic, region: Rectangle) -> float | None:
-    """A real part (1/s), that of the region's right edge or more, that no root at the region's
-    imaginary parts exceeds; None if none was proved up to 1024 times that of the edge.
+    """A real part (1/s), 4 or 16 times that of the region's right edge, that no root at the
+    region's imaginary parts exceeds; None if none was proved.
 
     x^H (1 - i t) P(lambda) x has the real part x^H T x with T = K_r + t K_i + (a^2 - b^2 + 2 a b t)
     M + (a + b t) C_r - (b - a t) C_i at lambda = a + i b, where A_r and i A_i are the Hermitian and
-    the skew part of A. Where T is positive definite, lambda is no root. T is concave in b, so that
-    it is definite in low <= b <= high if it is at both ends, and it grows with a if
-    2 (a + b t) M + C_r + t C_i is positive: the two ends at one a speak for all to the right.
+    the skew part of A. Where T is positive definite, lambda is no root. If M is, T is concave in b,
+    so that it is definite in low <= b <= high if it is at both ends, and it grows with a if
+    2 (a + b t) M + C_r + t C_i is positive: the two ends at one a speak for all to the right. Where
+    C only dissipates the low end speaks for both.
     """
     from scipy.sparse import eye_array
 
     if problem.n > BOUND_ROWS or region.high_real <= 0.0:
         return None
-    given = problem.M, problem.C, problem.K
-    pairs = [(A, A.conj().T.tocsc()) for A in given]
+    pairs = [(A, A.conj().T.tocsc()) for A in (problem.M, problem.C, problem.K)]
     M, C, K = ((A + B) / 2 for A, B in pairs)
-    skew_M, skew_C, skew_K = ((A - B) / 2j for A, B in pairs)
-    if norm_of(skew_M) > ROUNDING * problem.norms[0]:
+    skew_M, skew_C, skew_K = (
+        (A - B) / 2j if norm_of(A - B) > ROUNDING * norm else 0 * A.real
+        for (A, B), norm in zip(pairs, problem.norms, strict=True)
+    )
+
+    def positive(A: Any) -> bool:  # rows without mass and damping pass
+        size = norm_of(A)
+        return not size or definite(A + ROUNDING * size * eye_array(problem.n))
+
+    if norm_of(skew_M) or not positive(M):
         return None
+    passive = not norm_of(skew_C) and positive(C)
     low, high = region.low_imag, region.high_imag
-    for a in 2.0 ** np.arange(11) * region.high_real:
+    for a in np.array([4.0, 16.0]) * region.high_real:
         t = (high + low) / (2 * a)  # as much of M at both ends
-        slope = 2 * (a + low * t) * M + C + t * skew_C
-        # rows without mass and damping pass
-        slope = slope + ROUNDING * norm_of(slope) * eye_array(problem.n)
         ends = (
             K + t * skew_K + (a * a - b * b + 2 * a * b * t) * M + (a + b * t) * C
             - (b - a * t) * skew_C
-            for b in (high, low)
+            for b in ((low,) if passive else (low, high))
         )  # fmt: skip
-        if all(map(definite, itertools.chain(ends, [slope]))):
+        slope = 2 * (a + low * t) * M + C + t * skew_C
+        if all(map(definite, ends)) and (passive or positive(slope)):
             return float(a)
     return None

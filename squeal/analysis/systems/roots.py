@@ -42,7 +42,7 @@ from squeal.sparse.argument_principle import (
 )
 from squeal.sparse.dense import dense_spectrum, dense_values
 from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
-from squeal.sparse.eigensolver import OPTIONS, Modes, lowest_modes, modes_in
+from squeal.sparse.eigensolver import Modes, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
@@ -193,13 +193,13 @@ def system_roots(
 def _band_modes(problem: Quadratic, region: Rectangle) -> tuple[Modes, float | None]:
     """The roots of a band with all growth rates that it may hold; or those of its region, with
     the growth rate at which that ends."""
-    bound, least = growth_bound(problem, region), region.high_real
-    if bound is not None and (bound <= 16 * least or problem.n <= OPTIONS.steps):
+    bound = growth_bound(problem, region)
+    if bound is not None:
         with suppress(ComputationError):  # too many roots: of the region there are fewer
             modes = modes_in(problem, replace(region, high_real=bound))
-            if bound == least or modes.count is not None:
+            if modes.count is not None:
                 return modes, None
-    return modes_in(problem, region), least
+    return modes_in(problem, region), region.high_real
 
 
 def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) -> SystemRoots:
