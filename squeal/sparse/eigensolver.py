@@ -45,7 +45,7 @@ class SolverOptions:
     rough: float = 1e-4  # residual of a Ritz value that has converged
     exact: float = 1e-13  # backward error of right vectors with which corrections end
     counted: float = 1e-6  # ... of roots that are counted, not wanted
-    accepted: float = 2e-9  # the same that suffices where they gain no more
+    accepted: float = 2e-9  # ... of left vectors, and of right ones where they gain no more
     rounds: int = 12  # corrections
     beyond: float = 1.6  # reach around a region, relative: the count then needs few determinants
     pieces: int = 200  # parts that are tried before a region is refused
@@ -179,6 +179,7 @@ def corrected(
         x, y = combined(V, ritz.right), combined(V, ritz.left.conj())
         rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
         errors = np.linalg.norm(rests, axis=1) / problem.size(ritz.values)
+        errors[1] *= options.exact / options.accepted  # they enter conditions and derivatives
         if wanted is not None:
             aside = ~wanted.contains(ritz.values)
             errors[:, aside] *= options.exact / options.counted
@@ -187,11 +188,13 @@ def corrected(
             roots = Roots(ritz.values, x, y.conj())
             return roots.with_conjugates() if mirrors else roots
         before = worst
-        steps = [
-            factor.solve(rest[:, error > options.exact], transposed)
-            for rest, error, transposed in zip(rests, errors, (False, True), strict=True)
-            if np.any(error > options.exact)
-        ]
+        steps = []
+        for rest, error, transposed in zip(rests, errors, (False, True), strict=True):
+            far = error > options.exact
+            if np.any(far):
+                steps.append(factor.solve(rest[:, far], transposed))
+                if not transposed:  # what these lack in turn saves a round
+                    steps.append(factor.solve(problem.apply(ritz.values[far], steps[0])))
         old, V = V, enlarged(V, np.hstack(steps), 1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
         M, C, K = (_grown(*pair, old, new) for pair in zip((M, C, K), matrices, strict=True))
