@@ -291,7 +291,8 @@ class _Mumps(Factor):
         self._mumps = self._context.mumps_instance
         self._mumps.icntl[33] = 1  # the determinant too
         try:
-            self._context.factor(ordering="metis", pivot_tol=PIVOT, reuse_analysis=lent is not None)
+            pivot = 0.0 if self.kind.char in "fF" else PIVOT
+            self._context.factor(ordering="pord", pivot_tol=pivot, reuse_analysis=lent is not None)
         except RuntimeError as error:
             if self._mumps.infog[1] in (-6, -10):
                 raise ZeroDivisionError from None
@@ -418,7 +419,7 @@ def factorise_at(
     for nudge in (0.0, 1e-9, 1e-6):
         place = value + nudge * (1 + 0.5j) * (abs(value) or problem.rate)
         with suppress(ZeroDivisionError):
-            return place, factorise(problem.at(place), single, like)
+            return place, factorise(problem.at(place), single and not nudge, like)
     raise ComputationError(
         f"lambda^2 M + lambda C + K is singular at and around {value:.6g}: M, C and K share a "
         "null vector, a part that nothing holds and that has no mass"
