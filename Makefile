@@ -2,6 +2,7 @@
 # make two-ways  20,000 questions asked in two ways, for hours
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
+# make verify   is the build the one that was described?  make manifest  describe it anew
 # make site     documentation, docs/_build/html/index.html, its links checked
 # make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
 # make archive  report, page, site, data, scenes and packages as one file for a repository, in dist/
@@ -10,6 +11,8 @@
 # make pythons DIRECTORY=...  install and tests with Python 3.13 and 3.14, in two Debian releases there
 # make platforms  does the lock hold packages for every platform?
 # make page     the live page, page/built/squeal.html   make page-test   its tests
+# make sbom     what is installed, with licences: dist/sbom.json (CycloneDX), dist/licences.txt
+# make audit    known vulnerabilities of what is locked; asks the registry
 # make clean    remove what was built                   make distclean   ... and the environment
 # PYTHON=... chooses the interpreter of a new environment.
 
@@ -17,6 +20,7 @@ BIN := .venv/bin
 ENVIRONMENT := .venv/environment.stamp
 LINTERS := .venv/lint.stamp
 PEERS := .venv/benchmark.stamp
+AUDIT := .venv/audit/stamp
 CITE := .venv/cite/stamp
 CLUSTER := .venv/cluster.stamp
 DOCS := .venv/docs.stamp
@@ -31,8 +35,8 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: report test test-without-heyoka two-ways lint benchmark page page-test site dist archive \
-	cluster cluster-test pythons platforms metadata codecheck cite-check lock clean distclean
+.PHONY: report test verify manifest test-without-heyoka two-ways lint benchmark page page-test site dist archive \
+	cluster cluster-test pythons platforms metadata codecheck cite-check sbom audit lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -87,6 +91,22 @@ archive: $(RELEASE) report site dist
 	.venv/archive/bin/python workflow/release/check_crate.py $(ARCHIVED)
 	$(BIN)/python workflow/release/pack.py $(ARCHIVED)
 
+verify: $(ENVIRONMENT)
+	@$(BIN)/python -m workflow.release.verify
+
+manifest: $(ENVIRONMENT)
+	@$(BIN)/python -m workflow.release.verify --write
+
+sbom: $(AUDIT)
+	mkdir -p dist
+	.venv/audit/bin/cyclonedx-py environment $(BIN)/python --pyproject pyproject.toml \
+		--output-reproducible --output-file dist/sbom.json
+	$(BIN)/python workflow/release/licences.py dist/sbom.json > dist/licences.txt
+
+audit: $(AUDIT)
+	.venv/audit/bin/pip-audit --strict --require-hashes --disable-pip \
+		$(foreach list,$(wildcard requirements/*.txt),-r $(list))
+
 codecheck: $(ENVIRONMENT)
 	$(BIN)/python -m workflow.release.codecheck --check
 
@@ -106,10 +126,12 @@ cite-check: $(CITE) $(ENVIRONMENT)
 	$(BIN)/python -m workflow.release.codecheck | diff codecheck.yml -
 
 lock: $(ENVIRONMENT)
+	$(UV_COMPILE) --group build -o requirements/build.txt
 	$(UV_COMPILE) --group installer -o requirements/installer.txt
 	$(UV_COMPILE) pyproject.toml --group workflow --group test -o requirements/environment.txt
 	$(UV_COMPILE) --group benchmark -c requirements/environment.txt -o requirements/benchmark.txt
 	$(UV_COMPILE) --group archive -o requirements/archive.txt
+	$(UV_COMPILE) --group audit -o requirements/audit.txt
 	$(UV_COMPILE) --group cluster -c requirements/environment.txt -o requirements/cluster.txt
 	$(UV_COMPILE) --group cite -o requirements/cite.txt
 	$(UV_COMPILE) --group docs -c requirements/environment.txt -o requirements/docs.txt
@@ -124,7 +146,7 @@ clean:
 distclean: clean
 	rm -rf .venv
 
-$(ENVIRONMENT): pyproject.toml requirements/installer.txt requirements/environment.txt
+$(ENVIRONMENT): pyproject.toml $(addprefix requirements/,build.txt installer.txt environment.txt)
 	@workflow/setup/environment.sh
 	@touch $@
 

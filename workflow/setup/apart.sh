@@ -11,5 +11,6 @@ pip() {
     "$place/bin/python" -m pip --quiet --disable-pip-version-check "$@"
 }
 
-.venv/bin/uv --quiet pip install --python "$place" --require-hashes -r "requirements/$1.txt" ||
-    pip install --require-hashes -r "requirements/$1.txt"
+pip install --require-hashes --only-binary :all: -r requirements/build.txt
+how=(--require-hashes --no-build-isolation -r "requirements/$1.txt")
+.venv/bin/uv --quiet pip install --python "$place" "${how[@]}" || pip install --use-pep517 "${how[@]}"

@@ -46,15 +46,18 @@ uv() {
 
 if [ -n "${1-}" ]; then
     echo "squeal: installing requirements/$1.txt ..."
-    uv pip install --require-hashes -r "requirements/$1.txt" ||
-        pip install --require-hashes -r "requirements/$1.txt"
+    uv pip install --require-hashes --no-build-isolation -r "requirements/$1.txt" ||
+        pip install --require-hashes --no-build-isolation --use-pep517 -r "requirements/$1.txt"
     exit
 fi
 
 .venv/bin/python -c '' 2>/dev/null || create
 echo "squeal: installing the Python environment ..."
+# what has no wheel is built with these, not with what the registry holds today
+pip install --require-hashes --only-binary :all: -r requirements/build.txt
 pip install --require-hashes -r requirements/installer.txt || true
-uv pip sync --require-hashes --compile-bytecode requirements/installer.txt requirements/environment.txt ||
-    pip install --require-hashes -r requirements/environment.txt
+uv pip sync --require-hashes --no-build-isolation --compile-bytecode \
+    requirements/{build,installer,environment}.txt ||
+    pip install --require-hashes --no-build-isolation --use-pep517 -r requirements/environment.txt
 uv pip install --no-deps --no-build-isolation -e . ||
     pip install --no-deps --no-build-isolation -e .
