@@ -8,7 +8,7 @@
 # make archive  report, page, site, data, scenes and packages as one file for a repository, in dist/
 # make cluster  what profiles/slurm needs               make cluster-test   a try on a node of its own
 # make brake DATA=folder   a published brake of 4669 degrees of freedom (its matrices, see docs/systems.md)
-# make pythons DIRECTORY=...  install and tests with Python 3.13 and 3.14, in two Debian releases there
+# make machines DIRECTORY=...  install, build and test on fresh machines, releases of Debian there
 # make platforms  does the lock hold packages for every platform?
 # make page     the live page, page/built/squeal.html   make page-test   its tests
 # make sbom     what is installed, with licences: dist/sbom.json (CycloneDX), dist/licences.txt
@@ -36,7 +36,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: report test verify manifest test-without-heyoka two-ways lint benchmark page page-test site dist archive \
-	cluster cluster-test pythons platforms metadata codecheck cite-check sbom audit lock clean distclean
+	cluster cluster-test machines platforms metadata codecheck cite-check sbom audit lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -150,8 +150,8 @@ $(ENVIRONMENT): pyproject.toml $(addprefix requirements/,build.txt installer.txt
 	@workflow/setup/environment.sh
 	@touch $@
 
-pythons:
-	@workflow/setup/pythons.sh $(or $(DIRECTORY),$(error DIRECTORY=... is needed, outside the repository))
+machines:
+	@workflow/setup/machines.sh $(or $(DIRECTORY),$(error DIRECTORY=... is needed, outside the repository))
 
 platforms: $(ENVIRONMENT)
 	@workflow/setup/platforms.sh

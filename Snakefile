@@ -10,8 +10,11 @@ sys.path.insert(0, workflow.basedir)
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.contents import FIGURES, RESULTS, STUDIES, TABLES, scene_file
 from squeal.io.provenance import sources
+from workflow.processes import begin
 
 LOCK = "requirements/environment.txt"
+JOB = "python -m workflow.processes"
+RUNNING = begin()
 
 # jobs run the Python that runs Snakemake, on one core each, and write equal bytes whenever they run;
 # the C library keeps the memory of freed arrays for the next, which are many and of like size

@@ -2,6 +2,7 @@
 
 import gc
 import importlib.util
+import sys
 from pathlib import Path
 from typing import Any, Literal
 
@@ -34,6 +35,14 @@ RANGES = {  # of the dimensionless parameters of a plausible pad, in the order o
     "x0": (-0.1, 0.1), "y0": (-0.02, 0.0),
 }
 # fmt: on
+
+
+def _refuse_connections(event: str, arguments: tuple[Any, ...]) -> None:
+    if event == "socket.connect" and not isinstance(arguments[1], (str, bytes)):  # not of a path
+        raise AssertionError(f"a connection to {arguments[1]}; none is allowed")
+
+
+sys.addaudithook(_refuse_connections)
 
 
 def random_pad(seed: int, model: str = "", **fixed: Any) -> Pad:

@@ -36,7 +36,7 @@ def job_in(folder: Path) -> int | None:
     for entry in Path("/proc").glob("[0-9]*"):
         try:
             words = (entry / "cmdline").read_bytes().decode().split("\0")
-            study = words[1:3] == ["-m", "squeal.article.studies"]
+            study = words[1:4] == ["-m", "workflow.processes", "squeal.article.studies"]
             if study and (entry / "cwd").resolve() == folder:
                 return int(entry.name)
         except OSError:  # it has ended

@@ -12,9 +12,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
-from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.contents import FIGURES, RESULTS
-from workflow.release import codecheck
+from workflow.release import verify
 from workflow.release.pack import repack
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,11 +32,7 @@ def built() -> Iterator[tuple[Path, Path]]:
 
     Raises FileNotFoundError with the target that builds what is missing.
     """
-    wanted = [Path(file) for file in RESULTS]
-    wanted += [Path(f"results/{stem}.csv") for stem in HISTORY_FIGURES]
-    wanted += [Path(f"figures/{name}.txt") for name in FIGURES]
-    wanted += [Path(file) for file in codecheck.manifest()]
-    for file in wanted:
+    for file in map(Path, verify.built()):
         if not (ROOT / file).is_file():
             raise FileNotFoundError(f"{file} is missing: make report")
         yield file, file

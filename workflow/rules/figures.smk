@@ -17,5 +17,5 @@ rule figure:
         module=lambda wildcards: FIGURES[wildcards.figure].module,
         arguments=lambda wildcards: FIGURES[wildcards.figure].arguments,
     shell:
-        "python -m squeal.article.figures {params.module} {params.arguments} "
+        "{JOB} squeal.article.figures {params.module} {params.arguments} "
         "--out {output.pdf} 2> {log}"

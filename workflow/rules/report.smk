@@ -19,7 +19,7 @@ rule text:
     log:
         "logs/text.log",
     shell:
-        "python -m squeal.article.report {input.results} --out paper/generated 2> {log}"
+        "{JOB} squeal.article.report {input.results} --out paper/generated 2> {log}"
 
 
 rule everything_but_pdf:

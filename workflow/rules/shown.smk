@@ -29,7 +29,7 @@ rule picture:
         module=lambda wildcards: FIGURES[wildcards.name].module,
         arguments=lambda wildcards: FIGURES[wildcards.name].arguments,
     shell:
-        "python -m squeal.article.figures {params.module} {params.arguments} --out {output} 2> {log}"
+        "{JOB} squeal.article.figures {params.module} {params.arguments} --out {output} 2> {log}"
 
 
 rule shown:

@@ -11,5 +11,5 @@ rule simulate:
     wildcard_constraints:
         scene="|".join(HISTORY_FIGURES),
     shell:
-        "python -m squeal simulate {input.scene} --csv {output.history} --json "
+        "{JOB} squeal simulate {input.scene} --csv {output.history} --json "
         "> {output.summary} 2> {log}"

@@ -12,4 +12,4 @@ rule study:
     wildcard_constraints:
         study="|".join(STUDIES),
     shell:
-        "python -m squeal.article.studies {wildcards.study} {input.files} > {output} 2> {log}"
+        "{JOB} squeal.article.studies {wildcards.study} {input.files} > {output} 2> {log}"

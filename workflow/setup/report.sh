@@ -3,6 +3,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 PATH=$PWD/.venv/bin:$PATH
+export SQUEAL_BUILD=$PPID  # the build ends with make
 
 if workflow/setup/tex.sh; then
     exec snakemake

@@ -1,0 +1,95 @@
+"""Builds that were killed, damaged, or made elsewhere."""
+
+import fcntl
+import os
+import subprocess
+import sys
+import time
+
+import pytest
+
+from tests.conftest import ROOT
+from workflow.processes import BUILD, begin
+from workflow.release import verify
+
+
+def test_a_job_ends_with_its_build():
+    build = subprocess.Popen(["sleep", "100"])
+    job = subprocess.Popen(
+        [sys.executable, "-m", "workflow.processes", "timeit", "-n1", "while True: pass"],
+        cwd=ROOT,
+        env=os.environ | {BUILD: str(build.pid)},
+        stderr=subprocess.DEVNULL,
+    )
+    time.sleep(1.0)
+    assert job.poll() is None
+    build.kill()
+    build.wait()
+    assert job.wait(timeout=30) != 0
+
+
+def test_locks_are_removed_only_where_nobody_is(tmp_path, monkeypatch):
+    monkeypatch.delenv(BUILD, raising=False)
+    monkeypatch.setattr(sys, "argv", ["snakemake"])
+    lock = tmp_path / "locks" / "0.output.lock"
+    lock.parent.mkdir()
+    lock.touch()
+    with (tmp_path / "alive").open("a") as other:
+        fcntl.flock(other, fcntl.LOCK_SH)
+        begin(tmp_path).close()
+        assert lock.exists()
+    begin(tmp_path).close()
+    assert not lock.exists()
+
+
+MADE = b'"provenance": {"inputs": [], "module": "m", "versions": {}}'
+FILES = {
+    "results/a.json": b'{"mu": [0.4, 0.5], "name": "a", %b}' % MADE,
+    "results/b.json": b'{"mu": [0.4, 0.6], "name": "b", %b}' % MADE,
+    "results/a.csv": b"t [s],x [m]\n0.0,1.0\n0.1,2.0\n",
+    "figures/a.txt": b"Two panels.\n",
+    "figures/a.pdf": b"%PDF-1.4\n/Title (A)\n/Keywords (by 38664676)\n\nxref\n0 1\n%%EOF\n",
+}
+
+
+@pytest.fixture
+def build(tmp_path, monkeypatch):
+    for name, content in FILES.items():
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_bytes(content)
+    monkeypatch.setattr(verify, "built", lambda: [*FILES])
+    return tmp_path, verify.manifest(tmp_path)
+
+
+def test_where_a_build_comes_from_takes_no_part(build):
+    place, known = build
+    path = place / "results/a.json"
+    path.write_bytes(FILES["results/a.json"].replace(b"{}", b'{"numpy": "3"}'))
+    path = place / "figures/a.pdf"
+    path.write_bytes(
+        FILES["figures/a.pdf"].replace(b"by 38664676", b"by 0").replace(b"0 1", b"0 2")
+    )
+    assert verify.compared(known, place, alike=True) == ([], [])
+
+
+def test_numbers_of_another_machine_agree(build):
+    place, known = build
+    path = place / "results/a.json"
+    path.write_bytes(FILES["results/a.json"].replace(b"0.5", b"0.5000000001"))
+    assert verify.compared(known, place, alike=False) == (["results/a.json"], [])
+    assert verify.compared(known, place, alike=True)[1]
+    path.write_bytes(FILES["results/a.json"].replace(b"0.5", b"0.50001"))
+    assert verify.compared(known, place, alike=False)[1]
+
+
+@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("alike", [True, False])
+def test_every_damage_is_seen(build, name, alike):
+    place, known = build
+    damaged = [b"", FILES[name][: len(FILES[name]) * 2 // 3]]
+    damaged += [FILES["results/b.json"]] * (name == "results/a.json")
+    for content in damaged:
+        (place / name).write_bytes(content)
+        assert [one.partition(":")[0] for one in verify.compared(known, place, alike)[1]] == [name]
+    (place / name).unlink()
+    assert verify.compared(known, place, alike)[1]

@@ -1,0 +1,73 @@
+"""`python -m workflow.processes MODULE ARGUMENT ...`: runs a module as a job of Snakemake.
+
+Snakemake can be killed without a chance to end its jobs and to remove its lock. Jobs therefore end
+when it has ended, and the next Snakemake removes a lock that is provably nobody's.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import os
+import runpy
+import signal
+import sys
+import threading
+import time
+from pathlib import Path
+from typing import IO
+
+BUILD = "SQUEAL_BUILD"
+"""Names the process with which jobs end, and before it runs that with which Snakemake ends."""
+
+
+def end_with(process: int, *signals: int) -> None:
+    """Send this process signals, one each ten seconds, when another one has ended."""
+
+    def watch() -> None:
+        while _lives(process):
+            time.sleep(0.25)
+        for one in signals:
+            os.kill(os.getpid(), one)
+            time.sleep(10.0)
+
+    threading.Thread(target=watch, daemon=True).start()
+
+
+def _lives(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        pass
+    return True
+
+
+def begin(folder: Path = Path(".snakemake")) -> IO[str] | None:
+    """Prepare a Snakemake: returns what must stay open while it runs.
+
+    Every Snakemake shares a file until it ends, however it does. Who gets the file for itself is
+    alone, so that locks beside it are of one that was killed.
+    """
+    ends = os.environ.get(BUILD)
+    os.environ[BUILD] = str(os.getpid())
+    if "--nolock" in sys.argv:  # a job of another Snakemake, on another computer perhaps
+        return None
+    if ends:
+        end_with(int(ends), signal.SIGTERM)
+    folder.mkdir(exist_ok=True)
+    shared = (folder / "alive").open("a")
+    try:
+        fcntl.flock(shared, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        for lock in (folder / "locks").glob("*"):
+            lock.unlink()
+    except BlockingIOError:
+        pass
+    fcntl.flock(shared, fcntl.LOCK_SH)
+    return shared
+
+
+if __name__ == "__main__":
+    end_with(int(os.environ[BUILD]), signal.SIGINT, signal.SIGKILL)
+    sys.argv = sys.argv[1:]
+    runpy.run_module(sys.argv[0], run_name="__main__", alter_sys=True)
