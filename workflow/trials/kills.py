@@ -28,11 +28,15 @@ AS_MAKE = ["bash", "-c", '"$0" "$@"; exit $?']
 BUILD = ["bash", "-c", 'SQUEAL_BUILD=$PPID exec snakemake "$@"', "-"]
 SQUEAL = ["python", "-m", "squeal"]
 PAD = "tests/scenes/b1-c.yaml"
-MAP = ["map", PAD, "--n", "60", "--quantity", "growth", "--csv", "map.csv", "--workers", "2"]
-SCATTER = ["scatter", PAD, "spreads.yaml", "--csv", "samples.csv", "--workers", "2"]
+AXES = ["--first", "mu:0:0.8", "--second", "contact:0.5:2", "--n", "15", "--band", "500:5000"]
+MAP = ["map", "brake/system.yaml", *AXES, "--csv", "map.csv", "--workers", "2"]
+SCATTER = ["scatter", PAD, "spreads.yaml", "--of", "growth", "--csv", "samples.csv"]
 COMMANDS: dict[str, tuple[list[str], list[str]]] = {
     "part": ([*AS_MAKE, *BUILD, "--quiet", "all", "--", *PART], PART),
-    "scatter": ([*SQUEAL, *SCATTER, "--journal", "journal.jsonl"], ["samples.csv"]),
+    "scatter": (
+        [*SQUEAL, *SCATTER, "--workers", "2", "--journal", "journal.jsonl"],
+        ["samples.csv"],
+    ),
     "map": ([*SQUEAL, *MAP], ["map.csv"]),
     "whole": ([*AS_MAKE, "workflow/setup/report.sh"], built()),
 }
@@ -64,6 +68,9 @@ class Trials:
         self.command, self.wanted = COMMANDS[name]
         self.done, self.wrong = Counter[str](), list[str]()
         self.source = copied(folder / f"{name} source")
+        brake = [sys.executable, "-m", "benchmarks.solid_brake", "brake", "600"]
+        subprocess.run(brake, cwd=self.source, stdout=subprocess.DEVNULL, check=True)
+        (self.source / "spreads.yaml").write_text(SPREADS)
         started = time.monotonic()
         self.exact = self.finished(self.fresh())
         self.span = time.monotonic() - started
@@ -72,7 +79,6 @@ class Trials:
         """A new copy."""
         shutil.rmtree(self.place, ignore_errors=True)
         shutil.copytree(self.source, self.place)
-        (self.place / "spreads.yaml").write_text(SPREADS)
         return self.place
 
     def start(self) -> subprocess.Popen[bytes]:
