@@ -1,9 +1,11 @@
-"""Random mutants of rooms, each against the tests of its room: which does no test notice?
+"""Random mutants of rooms, each against the tests that run its line: which does no test notice?
 
-`python -m benchmarks.mutants [--count 150] [--rooms linear ...] [--seed 0] [--seconds 120]` changes
-one comparison, sign, constant, boolean or return of a copy of the tree, runs tests/ROOM in it with
--x, then the folders of WIDER, and prints the mutants that survive all. A run that takes too much
-CPU time has noticed.
+`python -m benchmarks.mutants [--count 150] [--rooms linear ...] [--seed 0] [--seconds 90]` runs the
+tests once under coverage (kept in .mutants_cache/, `--again` renews it), then changes one
+comparison, sign, constant, boolean or return of a copy of the tree, runs the tests that reach that
+line, the quickest first and no more than `--seconds` of them, with -x, and prints the mutants that
+survive. A line that only set-up reaches is tried by the tests of its room; a run of three times
+its usual CPU time has noticed. It needs the package `coverage`.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ from __future__ import annotations
 import argparse
 import ast
 import functools
+import itertools
 import os
 import random
 import resource
@@ -18,13 +21,14 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections import Counter
+import xml.etree.ElementTree as ET
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 ROOMS = ("linear", "sparse", "equilibrium", "simulation", "io")
-WIDER = ("analysis", "two_ways", "cli")
+SUITES = (*ROOMS, "model", "numerics", "analysis", "two_ways", "cli", "plots", "docs")
 COMPARED: dict[type[ast.cmpop], type[ast.cmpop]] = {
     **{ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq},
     **{ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
@@ -40,13 +44,14 @@ def _set(name: str, value: object) -> Callable[[ast.AST], None]:
 
 
 def changes(tree: ast.AST) -> Iterator[Change]:
-    """Every change of one node; annotations, docstrings and messages are left alone."""
+    """Every change of one node; annotations, docstrings, messages and `strict=` are left alone."""
     quiet: set[ast.AST] = set()
     for node in ast.walk(tree):
         roots = [getattr(node, "annotation", None), getattr(node, "returns", None)]
         roots += [node.exc] if isinstance(node, ast.Raise) else []
         roots += node.decorator_list if isinstance(node, ast.FunctionDef | ast.ClassDef) else []
         roots += [node] if isinstance(node, ast.JoinedStr) else []
+        roots += [node.value] if isinstance(node, ast.keyword) and node.arg == "strict" else []
         quiet.update(inner for root in roots if root is not None for inner in ast.walk(root))
     for node in ast.walk(tree):
         if node in quiet:
@@ -78,29 +83,72 @@ def changes(tree: ast.AST) -> Iterator[Change]:
             yield node, "return", _set("value", ast.Constant(0.0 if none else None))
 
 
-def mutant(file: Path, which: int) -> tuple[str, str]:
-    """The text of a file with one change, and what it is."""
+def mutant(file: Path, which: int) -> tuple[str, str, range]:
+    """The text of a file with one change, what it is, and the lines of its statement."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
     node, kind, apply = list(changes(tree))[which]
-    before, place = ast.unparse(node), f"{file.relative_to(ROOT)}:{getattr(node, 'lineno', 0)}"
+    line = getattr(node, "lineno", 0)
+    holders = [
+        one for one in ast.walk(tree)
+        if isinstance(one, ast.stmt) and one.lineno <= line <= (one.end_lineno or 0)
+    ]  # fmt: skip
+    inner = max(holders, key=lambda one: one.lineno)
+    end = getattr(inner, "body", [inner])[0]
+    last = end.lineno if end is not inner else inner.end_lineno or line
+    before, place = ast.unparse(node), f"{file.relative_to(ROOT)}:{line}"
     apply(node)
-    return ast.unparse(tree), f"{place}: {kind}: {before}  ->  {ast.unparse(node)}"
+    lines = range(min(inner.lineno, line), max(last, line) + 1)
+    return ast.unparse(tree), f"{place}: {kind}: {before}  ->  {ast.unparse(node)}", lines
 
 
-def noticed(folder: Path, tests: list[str], seconds: int) -> bool:
-    """Does a test of the copy fail?"""
-    command = [sys.executable, "-P", "-m", "pytest", "-n0", "-xq", "-pno:cacheprovider"]
+def _node(test: str) -> str:
+    """tests.linear.test_terms.test_sums as pytest takes it."""
+    parts = test.split(".")
+    depth = next(k for k, part in enumerate(parts) if k and part.startswith("test_"))
+    return "/".join(parts[: depth + 1]) + ".py::" + "::".join(parts[depth + 1 :])
+
+
+def _pytest(folder: Path, given: list[str], tests: list[str], seconds: int) -> int:
+    """Run tests of a tree in this many seconds of CPU time; its return code."""
+    command = [sys.executable, "-P", "-m", *given, "-n0", "-q", "-pno:cacheprovider", *tests]
     environment = {**os.environ, "PYTHONPATH": str(folder), "OPENBLAS_NUM_THREADS": "1"}
     limit = functools.partial(resource.setrlimit, resource.RLIMIT_CPU, (seconds, seconds))
-    done = subprocess.run(
-        ["nice", "-n", "10", *command, *tests],
+    return subprocess.run(
+        ["nice", *command],
         cwd=folder,
         env=environment,
         capture_output=True,
         preexec_fn=limit,
         check=False,
-    )
-    return done.returncode != 0
+    ).returncode
+
+
+def reached(again: bool) -> tuple[dict[tuple[str, int], set[str]], dict[str, float]]:
+    """The tests that run each line of the toolkit, and the seconds of each test."""
+    kept = ROOT / ".mutants_cache"
+    data, times = kept / "coverage", kept / "times.xml"
+    if again or not times.exists():
+        kept.mkdir(exist_ok=True)
+        (kept / "rc").write_text(
+            f"[run]\ndynamic_context = test_function\nsource = {ROOT / 'squeal'}\n"
+            f"data_file = {data}\nomit = */article/*\n"
+        )
+        run = ["coverage", "run", f"--rcfile={kept / 'rc'}", "-m", "pytest", f"--junitxml={times}"]
+        _pytest(ROOT, run, [f"tests/{name}" for name in SUITES], 7200)
+    seconds: dict[str, float] = defaultdict(float)
+    for case in ET.parse(times).iter("testcase"):
+        seconds[f"{case.get('classname')}.{str(case.get('name')).split('[')[0]}"] += float(
+            case.get("time", 0)
+        )
+    tests = defaultdict(set)
+    from coverage import CoverageData
+
+    with_lines = CoverageData(str(data))
+    with_lines.read()
+    for file in with_lines.measured_files():
+        for line, names in with_lines.contexts_by_lineno(file).items():
+            tests[str(Path(file).relative_to(ROOT)), line] = set(names) & set(seconds)
+    return tests, seconds
 
 
 def main() -> int:
@@ -108,13 +156,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.mutants", description=__doc__)
     parser.add_argument("--count", type=int, default=150)
     parser.add_argument("--rooms", nargs="+", default=ROOMS)
-    parser.add_argument(
-        "--wider", nargs="*", default=WIDER, help="folders of tests after tests/ROOM"
-    )
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--seconds", type=int, default=200, help="CPU of a run")
+    parser.add_argument("--seconds", type=float, default=90, help="of tests for one mutant")
+    parser.add_argument("--again", action="store_true", help="ask anew which test runs which line")
     given = parser.parse_args()
     choice, killed = random.Random(given.seed), Counter[str]()
+    tests, cost = reached(given.again)
     pools = {}
     for room in given.rooms:
         files = sorted((ROOT / "squeal" / room).rglob("*.py"))
@@ -129,18 +176,29 @@ def main() -> int:
         for i in range(given.count):
             room = given.rooms[i % len(given.rooms)]
             file, which = choice.choice(pools[room])
-            text, what = mutant(file, which)
-            copied = folder / file.relative_to(ROOT)
-            copied.write_text(text, encoding="utf-8")
-            suites = (f"tests/{name}" for name in dict.fromkeys([room, *given.wider]))
-            seen = next((one for one in suites if noticed(folder, [one], given.seconds)), "")
-            shutil.copy(file, copied)
-            killed.update({room: int(bool(seen)), f"{room} of": 1})
-            print(f"{i:4d} {seen or 'SURVIVED':18} {what}", flush=True)
+            text, what, lines = mutant(file, which)
+            of_file = file.relative_to(ROOT)
+            ordered = sorted(
+                {one for line in lines for one in tests.get((str(of_file), line), ())},
+                key=cost.__getitem__,
+            )
+            total = list(itertools.accumulate(cost[one] for one in ordered))
+            chosen = [
+                _node(one)
+                for one, sofar in zip(ordered, total, strict=True)
+                if sofar < given.seconds
+            ]
+            (folder / of_file).write_text(text, encoding="utf-8")
+            limit = 30 + 3 * int(min(total[-1], given.seconds) if total else given.seconds)
+            status = _pytest(folder, ["pytest", "-x"], chosen or [f"tests/{room}"], limit)
+            shutil.copy(file, folder / of_file)
+            killed.update({room: int(status != 0), f"{room} of": 1})
+            seen = "killed" if status else "SURVIVED"
+            print(f"{i:4d} {seen:8} of {len(chosen):3d} {what}", flush=True)
     for room in given.rooms:
         print(f"{room}: {killed[room]} of {killed[room + ' of']}")
-    total = sum(killed[room] for room in given.rooms)
-    print(f"{total} of {given.count} killed, {total / given.count:.0%}")
+    total_killed = sum(killed[room] for room in given.rooms)
+    print(f"{total_killed} of {given.count} killed, {total_killed / max(given.count, 1):.0%}")
     return 0
 
 

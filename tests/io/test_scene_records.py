@@ -96,6 +96,7 @@ def test_the_moment_of_inertia_follows_where_it_was_left_out():
         (lambda: Scene("B1", B1, initial=(0, 0, 1.6, 0, 0, 0)), ("initial.theta", "1.6")),
         (lambda: Scene("B3", B3, initial=(1.0, *(0.0,) * 5)), ("initial", "B3")),
         (lambda: Scene("B1", B1, stop=1.0), ("time.samples",)),
+        (lambda: Scene("B1", B1, damping=0.05), ("Scene: damping", "0.05", "Damping")),  # type: ignore[arg-type]
         (lambda: Scene("B1", B1).replace(kc=1.0), ("kc", "k_c")),
         (lambda: B1.replace(kc=1.0), ("Pad: kc", "allowed are m, w")),
         (lambda: Damping(ratios=(0.1, -0.1, 0.1)), ("ratios", "of at least 0")),

@@ -7,7 +7,8 @@ import squeal
 from squeal.cli.main import main
 from squeal.errors import InputError
 from squeal.io.shapes import displacements, outer_faces
-from squeal.io.system import read_system
+from squeal.io.system import CELLS as SOLIDS
+from squeal.io.system import _read_coordinates, read_system
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 PLACES = [(*xy, z) for z in (0.0, 0.5, 1.0) for *xy, _ in CORNERS]  # two cubes, one on the other
@@ -138,3 +139,23 @@ def test_files_of_shapes_need_coordinates_and_a_known_suffix(cubes, tmp_path):
         squeal.eigenvalues(read_system(cubes)).save_shapes(tmp_path / "modes.stl")
     with pytest.raises(InputError, match="coordinates"):
         squeal.eigenvalues(squeal.System([[1.0]], K=[[1.0]])).save_shapes(tmp_path / "modes.vtk")
+
+
+@pytest.mark.parametrize("name", ["tetra", "wedge", "hexahedron"])
+def test_faces_of_a_solid_close_it(name):
+    """Each edge belongs to two faces, which run through it in opposite ways; all face outwards."""
+    faces = SOLIDS[name].faces
+    edges = [pair for face in faces for pair in zip(face, (*face[1:], face[0]), strict=True)]
+    assert len(set(edges)) == len(edges)
+    assert {(b, a) for a, b in edges} == set(edges)
+    assert {corner for face in faces for corner in face} == set(range(SOLIDS[name].corners))
+    corners = len(edges) // 2 - len(faces) + 2  # Euler
+    assert corners == SOLIDS[name].corners
+
+
+def test_rotations_and_internal_rows_move_no_node(tmp_path):
+    (tmp_path / "nodes.csv").write_text("node,x,y,z\n7,0,0,0\n9,1,0,0\n")
+    labels = [(7, 1), (7, 4), (9, 2), (-3, 1), (9, 6)]
+    found = displacements(_read_coordinates(tmp_path / "nodes.csv", 5, labels), np.arange(1.0, 6))
+    assert (found != 0).sum() == 2
+    assert found[0, 0] / found[1, 1] == pytest.approx(1 / 3)

@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import os
+import re
 from argparse import Namespace
 from operator import itemgetter
 
@@ -53,3 +54,16 @@ def test_every_digit_comes_back(tmp_path):
         head, *rows = csv.reader(stream)
     assert head == ["t [s]", "x [m]", "state", "n"]
     assert [(float(t), float(x) if x else None, s, int(n)) for t, x, s, n in rows] == ROWS
+
+
+@pytest.mark.parametrize("left", [0, 1, 2, 7])
+@pytest.mark.parametrize("form", ["text", "html"])
+def test_a_long_table_shows_some_rows_and_counts_the_others(left, form):
+    """Every value is shown once, or counted in the one number that is no value."""
+    table = Table([Column("n", "", int)], range(1000, 1006 + left), "a title")
+    found = [int(one) for one in re.findall(r"\d+", getattr(table, form)(6))]
+    values, counts = ([n for n in found if (n >= 1000) is large] for large in (True, False))
+    assert sorted(set(values)) == values
+    assert len(values) == 6
+    assert counts == [left] * bool(left)
+    assert "a title" in getattr(table, form)(6)

@@ -37,6 +37,22 @@ def test_veering_modes_keep_their_branch(steps):
     assert modes.values[:, [0, 2]].imag == pytest.approx(expected, rel=1e-12)
 
 
+@pytest.mark.parametrize("steps", [4, 11, 40])
+def test_the_square_root_that_grows_goes_on_from_the_same_motion(steps):
+    """Two modes meet at 1/4 and part again at 3/4, growing between, beside a third."""
+
+    def system(mu):
+        drive = 0.25 + (mu - 0.25) * (0.75 - mu)
+        return np.eye(3), None, block_diag(pair(5.0, drive), 50.0 + mu)
+
+    modes = track(system, np.linspace(0, 1, steps))
+    jumps = np.abs(np.diff(modes.values, axis=0))
+    assert jumps.max() < np.abs(modes.values).max() / 4  # from one root to its opposite is twice
+    for mu, row in zip(modes.mus, modes.values, strict=True):
+        exact = complex_eigenvalues(*system(mu)).values
+        assert np.sort_complex(row.round(7)) == pytest.approx(np.sort_complex(exact.round(7)))
+
+
 def test_free_bodies_and_damped_modes_are_all_listed(rng):
     """Two modes of random damping beside a free motion that nothing acts on."""
     K0, K1 = np.diag([10.0, 30.0]), rng.normal(size=(2, 2))

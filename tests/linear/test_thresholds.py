@@ -189,7 +189,9 @@ def test_jump_at_a_breakpoint():
     points = thresholds(
         lambda mu: coupled(mu if mu < 0.5 else 2 * mu), 2.0, breakpoints=[0.5, 1.2]
     ).points
-    assert [(p.mu, p.kind, p.interval) for p in points] == [(0.5, "flutter", (0.5, 0.5))]
+    assert [(p.mu, p.kind, p.interval, p.converged) for p in points] == [
+        (0.5, "flutter", (0.5, 0.5), True)
+    ]
     growing = abs(np.sqrt(-(2 + 1j / np.sqrt(3))).imag)  # at mu = 1, just above the jump
     assert points[0].frequency_hz == pytest.approx(growing / (2 * np.pi), rel=1e-9)
     assert thresholds(lambda mu: coupled(mu / 4), 2.0, breakpoints=[1.0]).points == []

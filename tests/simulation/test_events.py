@@ -100,7 +100,13 @@ def test_a_collapsing_spring_has_its_time(backend, close):
     size, phase = math.hypot(y0 + sag, speed / rate), math.atan2(speed / rate, y0 + sag)
     exact = (phase - math.acos((sag + pad.L1 * (1 - 1e-6)) / size)) / rate
     scene = Scene("B1", pad, initial=(0, y0, 0, 0, speed, 0), stop=0.01, samples=2)
-    assert limit_of(scene, backend, "collapsed to zero length") == pytest.approx(exact, rel=close)
+    assert limit_of(scene, backend, "spring 1 has collapsed") == pytest.approx(exact, rel=close)
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_the_spring_that_collapses_is_named(backend):
+    long = Scene("B1", upright(L1=50.0), initial=(0, 1e-3, 0, 0, 400.0, 0), stop=0.01, samples=2)
+    limit_of(long, backend, "spring 2 has collapsed")
 
 
 @pytest.mark.parametrize("excess", [-1e-4, -1e-6, 1e-6, 1e-4, 1e-2])

@@ -106,7 +106,7 @@ def test_a_reduced_brake_has_the_roots_of_the_full_one():
         near = squeal.eigenvalues(small.system, band=(500.0, 4000.0)).values
         gaps = np.abs(near[:, None] - exact).min(axis=0) / np.abs(exact)
         errors.append(gaps.max())
-    assert errors[0] < 1e-3
+    assert errors[0] < 1e-5
     assert errors[1] < errors[0] / 5
 
 

@@ -87,6 +87,9 @@ def test_rigid_body_roots_are_among_the_lowest():
     assert found.certified
     exact = 2 * np.sin(np.pi * np.arange(1, 4) / (2 * n))
     assert_same(found.values, [0, 0, *(1j * exact), *(-1j * exact)], relative=1e-5)
+    rounding = np.array([e.rounding for e in found.eigenvalues])
+    assert np.all(rounding[2:] < 1e-9)
+    assert np.all((found.values[:2] != 0) | (rounding[:2] == 0))  # an exact zero is exact
 
 
 def test_a_missing_root_is_noticed(monkeypatch):

@@ -1,0 +1,24 @@
+"""What is observed of a motion against the geometry of the pad."""
+
+import numpy as np
+
+from squeal.io.scene import read_scene
+from squeal.simulation.observers import face_speed
+from squeal.simulation.run import in_natural_units
+from tests.conftest import SCENES
+
+
+def test_speed_of_the_face_is_the_change_of_its_place():
+    """Of the point h below the mass centre, as the pad turns by theta0 + theta."""
+    _, model, _, _ = in_natural_units(read_scene(SCENES / "b1-c.yaml").replace(theta0=0.3))
+    c, h = model.c, model.pad.h
+    states, step = np.random.default_rng(2).normal(size=(6, 5)), 1e-6
+
+    def place(time):
+        x, _, turned = states[:3] + time * states[3:]
+        return x + h * np.sin(0.3 + turned / c.w)
+
+    on = np.array([[1, 0, 1, 0, 1], [0, 1, 1, 0, 1]])
+    expected = (place(step) - place(-step)) / (2 * step)
+    expected[3] = np.nan  # off the surface
+    np.testing.assert_allclose(face_speed(c, states, on), expected, rtol=1e-7)
