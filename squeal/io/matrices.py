@@ -250,7 +250,7 @@ def _read_harwell_boeing(path: Path) -> MatrixFile:
     if kind[0] == "C":
         values = values.view(complex)
     matrix = csc_array((values, indices - 1, pointers - 1), shape=(rows, columns))
-    matrix.check_format(full_check=True)
+    _sound(matrix)
     if kind[1] != "U":
         matrix = _mirrored(matrix, 1 if kind[1] == "S" else -1)
     return MatrixFile(matrix, _labels(path.with_suffix(".mapping"), rows))
@@ -530,7 +530,7 @@ def read_matrix(
 def _checked(given: Any) -> Any:
     """The matrix, canonical, if it is square and finite. Raises InputError."""
     if hasattr(given, "check_format"):
-        given.check_format(full_check=True)  # SciPy trusts the indices of a file
+        _sound(given)
     matrix = csc_array(given)
     rows, columns = matrix.shape
     if rows != columns or not rows:
@@ -538,6 +538,13 @@ def _checked(given: Any) -> Any:
     if not np.all(np.isfinite(matrix.data)):
         raise InputError("all entries must be finite")
     return _canonical(matrix)
+
+
+def _sound(matrix: Any) -> None:
+    """SciPy trusts indices, and checks no pointers whose last one is 0. Raises ValueError."""
+    matrix.check_format(full_check=True)
+    if np.any(np.diff(matrix.indptr) < 0):
+        raise ValueError("index pointers must not decrease")
 
 
 def _canonical(matrix: Any) -> Any:

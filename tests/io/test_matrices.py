@@ -321,6 +321,16 @@ def test_a_damaged_matlab_file_does_not_end_the_process(tmp_path, matrix, place,
         read_matrix(tmp_path / "K.mat")
 
 
+def test_pointers_that_decrease_are_refused_where_the_last_one_is_zero(tmp_path, matrix):
+    """SciPy looks at none of them then, and writes past the end of the entries that there are."""
+    savemat(tmp_path / "K.mat", {"K": matrix})
+    pointers = matrix.indptr.astype("<i4").tobytes()
+    whole = (tmp_path / "K.mat").read_bytes()
+    (tmp_path / "K.mat").write_bytes(whole.replace(pointers, pointers[:-4] + bytes(4)))
+    with pytest.raises(InputError, match="pointers"):
+        read_matrix(tmp_path / "K.mat")
+
+
 def test_ansys_full_without_its_constrained_rows():
     """The cantilever that the package ships has the frequencies that it prints."""
     examples = pytest.importorskip("ansys.mapdl.reader.examples")
