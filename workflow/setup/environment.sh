@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# Makes .venv hold exactly the locked requirements and this project (editable).
+# Makes .venv hold exactly the locked requirements, of groups that it has too, and this project
+# (editable).
 # `environment.sh lint` adds the linters to it, `environment.sh benchmark` the peers.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
@@ -44,6 +45,14 @@ uv() {
     [ -x .venv/bin/uv ] && VIRTUAL_ENV=$PWD/.venv .venv/bin/uv --quiet "$@"
 }
 
+# what is locked of the environment and of the groups that were added to it
+locked() {
+    local stamp
+    for stamp in build installer environment .venv/*.stamp; do
+        ls "requirements/$(basename "$stamp" .stamp).txt" 2>/dev/null || true
+    done | sort -u
+}
+
 if [ -n "${1-}" ]; then
     echo "squeal: installing requirements/$1.txt ..."
     uv pip install --require-hashes --no-build-isolation -r "requirements/$1.txt" ||
@@ -56,8 +65,8 @@ echo "squeal: installing the Python environment ..."
 # what has no wheel is built with these, not with what the registry holds today
 pip install --require-hashes --only-binary :all: -r requirements/build.txt
 pip install --require-hashes -r requirements/installer.txt || true
-uv pip sync --require-hashes --no-build-isolation --compile-bytecode \
-    requirements/{build,installer,environment}.txt ||
+# shellcheck disable=SC2046
+uv pip sync --require-hashes --no-build-isolation --compile-bytecode $(locked) ||
     pip install --require-hashes --no-build-isolation --use-pep517 -r requirements/environment.txt
 uv pip install --no-deps --no-build-isolation -e . ||
     pip install --no-deps --no-build-isolation -e .
