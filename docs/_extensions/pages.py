@@ -1,4 +1,4 @@
-"""Pages that the package writes itself: findings, contents of the report."""
+"""Pages that the package writes itself: findings, contents of the report, lists of names."""
 
 from __future__ import annotations
 
@@ -64,6 +64,13 @@ def api(folder: Path, name: str) -> set[Path]:
     return {folder / f"{name}.rst"}.union(*(api(folder, one) for one in modules))
 
 
+def public() -> str:
+    """What the package offers by itself: functions, then what they take and answer with."""
+    names = sorted(squeal._HOME, key=lambda name: (name[0].isupper(), name.lower()))
+    lines = "".join(f"   ~squeal.{squeal._HOME[name]}.{name}\n" for name in names)
+    return f"```{{eval-rst}}\n.. autosummary::\n   :nosignatures:\n\n{lines}```\n"
+
+
 def _write(place: Path, text: str) -> None:
     """Write a file unless it says the same already, so that Sphinx reads what is new only."""
     if not place.is_file() or place.read_text(encoding="utf-8") != text:
@@ -78,6 +85,7 @@ def write(app: Sphinx) -> None:
     current: set[Path] = set().union(*(api(folder / "api", f"squeal.{name}") for name in PACKAGES))
     for page in {*(folder / "api").glob("*.rst")} - current:  # of a module that is gone
         page.unlink()
+    _write(folder / "public.md", public())
     pages = "\n".join(f"/generated/api/squeal.{name}" for name in PACKAGES)
     _write(folder / "modules.md", f"```{{toctree}}\n:maxdepth: 1\n\n{pages}\n```\n")
     measured, stamp = folder / "findings.md", f"% made from the sources {digest(FINDINGS)}\n"
