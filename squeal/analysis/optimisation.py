@@ -272,6 +272,7 @@ def optimise(
         ends[name] = low, high
     if not ends:
         raise at.refuse("no bounds are given; a range of a parameter is required")
+    system.at()  # refuses matrices at the frequency of each root
     if not is_small(system) and wanted.rectangle is None:
         raise InputError("band: is missing; a large system is optimised in a band or a region")
     search, reduction = _Search(system, wanted, ends), None
@@ -300,6 +301,8 @@ def optimise(
     parameters = tuple(
         Bounded(name, *ends[name], system.parameters[name], values[name]) for name in ends
     )
-    head = system.name, f", {wanted.words()}", parameters, before, after
+    free = system.parameter
+    own_at = f" at {free} = {system.parameters[free]:g}" * (free not in ends)
+    head = system.name, f"{own_at} (not its onset), {wanted.words()}", parameters, before, after
     ended = tuple(growth for growth, _ in found)
     return Optimum(*head, ended, seed, len(search.seen), basis_of(reduction, wanted))

@@ -238,7 +238,8 @@ class Advice(Answer):
             words = f"{self.name} if {side}"
             table.append(Column(f"critical_{side}", "", value, cell, words=words))
         table += [Column(f"change_{k}", value=attrgetter(f"{k}.change")) for k in SIDES]
-        return Table(table, self.levers, "one parameter at a time, strongest first")
+        title = f"what moves the onset in {self.name} (not growth beyond it), each parameter alone"
+        return Table(table, self.levers, f"{title}, strongest first")
 
     def line(self) -> str:
         """Where stability is lost, and the change that moves this most, in a line."""
