@@ -119,7 +119,7 @@ class Question:
         extent = {"radius": region.radius} if isinstance(region, Disc) else region and vars(region)
         details: dict[str, Any] = {
             "rows": system.n,
-            "parameters": dict(system.parameters),
+            "parameters": system.given,
             "matrices": matrices,
             "checks": checks,
             "damped": [one._asdict() for one in file.damped],

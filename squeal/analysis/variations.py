@@ -107,7 +107,7 @@ class Varied:
                 words += "; `squeal scatter --of growth` takes more"
                 raise at.refuse(f"{subject.n} degrees of freedom are {words}")
             Number(low=0.0).read(high, at / "mu_max")
-            free, values = subject.parameter, dict(subject.parameters)
+            free, values = subject.parameter, subject.given
             own, units = float(values[free]), dict.fromkeys(values, "")
         else:
             allowed = "it must be a Scene or a system with named parameters"

@@ -127,6 +127,11 @@ class TermSystem:
         return frozenset().union(*(term.factor.names for term in self.terms))
 
     @property
+    def given(self) -> dict[str, float]:
+        """The parameters, without the frequency where it is that of each root."""
+        return {name: self.parameters[name] for name in self.parameters if name not in self.follows}
+
+    @property
     def n(self) -> int:
         """Number of degrees of freedom."""
         return int(self.M[0].matrix.shape[0])
@@ -180,9 +185,8 @@ class TermSystem:
         """
         if not (changes or {}).keys() >= set(self.follows):
             raise InputError(
-                f"{self.name}: matrices depend on the {self.follows[0]} of each root, which only "
-                "eigenvalues, sweeps, thresholds and maps take; as one of the parameters it is "
-                "the same for all roots"
+                f"{self.name}: matrices depend on the {self.follows[0]} of each root; it must be "
+                "one of the parameters here, the same for all roots"
             )
         p = self.values(changes)
         M, C, K = (self._sum(X, [t.factor.value(p) for t in X]) for X in self.parts)

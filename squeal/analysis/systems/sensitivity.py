@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -59,10 +59,30 @@ def derivatives(system: TermSystem) -> dict[str, tuple[Any, Any, Any]]:
 def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
     """What moves the roots of an answer, which the system has."""
     system = system.replace({system.parameter: answer.value})
-    slopes, condition = sensitivities(system.at(), derivatives(system), answer.eigenvalues)
-    values = dict(system.parameters)
+    every, each = answer.eigenvalues, []
+    for group in [(e,) for e in every] if every and system.follows else [every]:
+        own = system.frozen(max((e.value.imag for e in group), default=None))
+        slopes, condition = sensitivities(own.at(), derivatives(own), group)
+        each.append((_at_own_frequency(system, slopes, np.imag), condition))
+    slopes = {name: np.concatenate([one[name] for one, _ in each]) for name in system.given}
+    condition = np.concatenate([one for _, one in each])
     place = "eigenvalues", system.parameter, answer.values, answer.verdict or ""
-    return Sensitivity(*place, slopes, values, dict.fromkeys(values, ""), condition)
+    return Sensitivity(*place, slopes, system.given, dict.fromkeys(slopes, ""), condition)
+
+
+def _at_own_frequency(
+    system: TermSystem, slopes: Mapping[str, NDArray], turned: Callable[[Any], Any]
+) -> dict[str, NDArray]:
+    """Derivatives of roots or crossings whose matrices follow their frequency, from those at a
+    frequency that is held, that by the frequency among them; `turned` says how it moves with one.
+
+    With v = v_q dq + v_w dw, where dw is what v itself makes of the frequency w.
+    """
+    if not system.follows:
+        return dict(slopes)
+    by = sum(share * slopes[name] for name, share in system.frequency(1.0).items())
+    each = {name: slopes[name] for name in slopes if name not in system.follows}
+    return {name: v + by * (turned(v) / (1.0 - turned(by))) for name, v in each.items()}
 
 
 def threshold_sensitivity(system: TermSystem, answer: Thresholds) -> Sensitivity:
@@ -71,10 +91,9 @@ def threshold_sensitivity(system: TermSystem, answer: Thresholds) -> Sensitivity
     Raises ComputationError where several roots cross at once.
     """
     first = None if answer.verdict in GROWING else answer.first
-    slopes, values = dict[str, Any](), dict(system.parameters)
+    slopes, values = dict[str, NDArray](), system.given
     if first is not None:
-        (moved,) = threshold_slopes(system, [(first.mu, first.frequency_hz)])
-        slopes = {name: np.array(pair) for name, pair in moved.items()}
+        (slopes,) = threshold_slopes(system, [(first.mu, first.frequency_hz)])
     at, kind = (None, "") if first is None else (first.mu, first.kind)
     units = dict.fromkeys(values, "")
     return Sensitivity("threshold", system.parameter, at, kind, slopes, values, units)
@@ -82,15 +101,17 @@ def threshold_sensitivity(system: TermSystem, answer: Thresholds) -> Sensitivity
 
 def threshold_slopes(
     system: TermSystem, crossings: Sequence[tuple[float, float]]
-) -> list[dict[str, tuple[float, float]]]:
+) -> list[dict[str, NDArray[np.float64]]]:
     """Derivatives of crossings of the imaginary axis, at values of the free parameter and Hz, and
-    of their frequencies, by each other parameter. Raises ComputationError."""
+    of their frequencies (2,), by each other parameter. Raises ComputationError."""
     scaled, slopes = ScaledSystem(system), []
     for value, hertz in crossings:
-        own = system.replace({system.parameter: value})
+        own = system.replace({system.parameter: value}).frozen(2 * np.pi * hertz)
         changes = derivatives(own)
         by, at = changes.pop(system.parameter), singular_at(scaled, value, 2j * np.pi * hertz)
-        slopes.append(crossing_slopes(at, own.at(), by, changes))
+        pairs = crossing_slopes(at, own.at(), by, changes).items()
+        moved = {name: np.array(pair) for name, pair in pairs}
+        slopes.append(_at_own_frequency(system, moved, lambda pair: 2 * np.pi * pair[1]))
     return slopes
 
 
@@ -100,7 +121,7 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     Raises ComputationError if none does, or two do.
     """
     name, scale = scaled.system.parameter, scaled.scale
-    problem = scaled.at({name: value})
+    problem = scaled.at({name: value, **scaled.system.frequency(abs(root))})
     _, factor = factorise_at(problem, root)
 
     def solve(b: NDArray, adjoint: bool) -> NDArray:

@@ -141,7 +141,7 @@ def system_thresholds(
         notes.append(f"windows between the computed values are {foreseen}")
     basis = basis_of(reduction, wanted)
     details = {
-        "parameters": dict(system.parameters),
+        "parameters": system.given,
         "admissible_to": high,
         "unconfirmed": unconfirmed,
         "doubts": [] if certified is None else doubts + unconfirmed,
