@@ -258,7 +258,7 @@ class Question:
         matrices: Matrices | None = None,
     ) -> Sensitivity:
         """What moves the wanted roots, or the first loss of stability among them."""
-        system = with_matrices(self.system, matrices or {})
+        system = with_matrices(self.file, matrices or {})
         if of == "threshold":
             return threshold_sensitivity(system, known or self.thresholds(high, low))
         return root_sensitivity(system, known or self.eigenvalues())

@@ -310,7 +310,8 @@ class Origin(NamedTuple):
 @dataclass(frozen=True, eq=False)
 class SystemFile:
     """A system from a file; `inputs` are the other files that were read, `damped` says what has
-    damping that is not given as a matrix, `assembly` is what components were joined to."""
+    damping that is not given as a matrix, `assembly` is what components were joined to, `labels`
+    are the (node, degree of freedom) of the rows where matrices name them."""
 
     system: TermSystem
     reference: str = ""
@@ -319,6 +320,7 @@ class SystemFile:
     coordinates: Coordinates | None = None
     damped: tuple[Damped, ...] = ()
     assembly: Any = field(default=None, repr=False)
+    labels: tuple[tuple[int, int], ...] = field(default=(), repr=False)
 
 
 def read_system(path: Path | str) -> SystemFile:
@@ -387,10 +389,10 @@ def system_file(
         if "modulus" in term:
             inputs.append(folder / term["modulus"]["file"])
     parts["C"] += own.terms
-    coordinates = None
+    coordinates, labels = None, all_labels(matrices)
     if "coordinates" in given:
         inputs.append(folder / given["coordinates"]["file"])
-        coordinates = _read_coordinates(inputs[-1], rows, all_labels(matrices))
+        coordinates = _read_coordinates(inputs[-1], rows, labels)
         if "elements" in given:
             inputs.append(folder / given["elements"]["file"])
             coordinates = _read_elements(inputs[-1], coordinates)
@@ -408,6 +410,8 @@ def system_file(
                 f"taken for supports and left out, the first is row {supports[0] + 1}"
             )
             coordinates = coordinates and coordinates.without(supports)
+            held = set(supports.tolist())
+            labels = [label for row, label in enumerate(labels) if row not in held]
         damping = {k: v for k, v in given.get("damping", {}).items() if k != "K4"}
         if isinstance(table := damping.get("ratios"), dict):
             inputs.append(folder / table["file"])
@@ -426,7 +430,8 @@ def system_file(
         coordinates = coordinates and coordinates.followed(system.n - rows)
     reference = given.get("reference", "")
     inputs, done = list(dict.fromkeys(inputs)), (*own.done, *done)
-    return SystemFile(system, reference, tuple(origins), tuple(inputs), coordinates, done)
+    origin = reference, tuple(origins), tuple(inputs)
+    return SystemFile(system, *origin, coordinates, done, labels=tuple(labels))
 
 
 class _Own:

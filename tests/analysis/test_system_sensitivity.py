@@ -6,7 +6,7 @@ import pytest
 from scipy.sparse import csc_array
 
 import squeal
-from squeal.errors import ComputationError
+from squeal.errors import ComputationError, InputError
 from squeal.io.matrices import write_matrix
 from tests.known import system_of
 from tests.large import disc_and_pad
@@ -101,3 +101,21 @@ def test_modes_near_a_coalescence_are_named():
         assert found.condition == pytest.approx([1 / np.sqrt(1 - share**2)] * 4, rel=1e-6)
         assert words in str(found)
         assert bool(words) == ("nearly" in str(found))
+
+
+def test_a_change_whose_file_names_fewer_rows_stands_where_the_system_has_them(tmp_path):
+    texts = {
+        "M": "3,1, 3,1, 1\n7,1, 7,1, 1\n",
+        "K": "3,1, 3,1, 4\n7,1, 7,1, 9\n3,1, 7,1, 1\n7,1, 3,1, 1\n",
+    }
+    texts |= {"dK": "7,1, 7,1, 1\n", "far": "8,1, 8,1, 1\n"}
+    for name, text in texts.items():
+        (tmp_path / f"{name}.mtx").write_text(text)
+    (tmp_path / "system.yaml").write_text("M: {file: M.mtx}\nK: {file: K.mtx}\n")
+    system = squeal.read_system(tmp_path / "system.yaml")
+    given = str(tmp_path / "dK.mtx"), np.diag([0.0, 1.0])
+    one, other = (squeal.sensitivity(system, matrices={"q": {"K": dK}}) for dK in given)
+    assert np.abs(other.slopes["q"]).min() > 0.0
+    assert one.slopes["q"].tolist() == other.slopes["q"].tolist()
+    with pytest.raises(InputError, match="node 8"):
+        squeal.sensitivity(system, matrices={"q": {"K": str(tmp_path / "far.mtx")}})

@@ -9,10 +9,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.sparse import csc_array
 
 from squeal.analysis.answers import Eigenvalues, Sensitivity, Thresholds
-from squeal.errors import ComputationError
-from squeal.io.matrices import read_matrix
+from squeal.errors import ComputationError, InputError
+from squeal.io.matrices import MatrixFile, aligned, read_matrix
+from squeal.io.system import SystemFile
 from squeal.linear import GROWING
 from squeal.linear.matrices import is_sparse
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
@@ -26,11 +28,13 @@ Matrices = Mapping[str, Mapping[str, Any]]
 NEAR = 1e-6  # relative: how far a root may lie from where it is said to cross
 
 
-def with_matrices(system: TermSystem, matrices: Matrices) -> TermSystem:
-    """The system with a parameter of value 0 for each name, a factor of the given matrices.
+def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
+    """The system with a parameter of value 0 for each name, a factor of the given matrices; those
+    whose files name their rows stand where the system's do.
 
     Raises InputError.
     """
+    system = file.system
     parts, values = {k: list(X) for k, X in zip("MCK", system.parts, strict=True)}, {}
     for name, given in matrices.items():
         at = Place("matrices", NAME.read(name, Place("matrices")))
@@ -40,7 +44,7 @@ def with_matrices(system: TermSystem, matrices: Matrices) -> TermSystem:
             if key not in parts:
                 raise (at / key).refuse("is not allowed; it must be one of M, C, K")
             with (at / key).named():
-                X = read_matrix(one).matrix if isinstance(one, str | Path) else one
+                X = _placed(file, read_matrix(one)) if isinstance(one, str | Path) else one
             X = X if is_sparse(X) else np.asarray(X)
             if X.shape != (system.n, system.n):
                 words = f"shape {X.shape} is not allowed; the system has {system.n} rows"
@@ -49,6 +53,20 @@ def with_matrices(system: TermSystem, matrices: Matrices) -> TermSystem:
         values[name] = 0.0
     M, C, K = (tuple(part) for part in parts.values())
     return replace(system, M=M, C=C, K=K, parameters={**system.parameters, **values})
+
+
+def _placed(file: SystemFile, given: MatrixFile) -> Any:
+    """A matrix from a file on the rows of a system."""
+    n = len(file.labels)
+    if not (n and given.labels):
+        return given.matrix
+    if foreign := sorted({*given.labels} - {*file.labels}):
+        node, way = foreign[0]
+        words = f"{len(foreign)} rows, the first is degree of freedom {way} of node {node}"
+        raise InputError(f"the system has no {words}; rows of the system are allowed")
+    matrix = aligned([MatrixFile(csc_array((n, n)), file.labels), given])[1]
+    matrix.resize((file.system.n, file.system.n))  # modal damping adds rows without a name
+    return matrix
 
 
 def derivatives(system: TermSystem) -> dict[str, tuple[Any, Any, Any]]:
