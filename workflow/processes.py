@@ -21,14 +21,14 @@ BUILD = "SQUEAL_BUILD"
 
 
 def end_with(process: int, *signals: int) -> None:
-    """Send this process signals, one each ten seconds, when another one has ended."""
+    """Send this process signals, one each three seconds, when another one has ended."""
 
     def watch() -> None:
         while _lives(process):
             time.sleep(0.25)
         for one in signals:
             os.kill(os.getpid(), one)
-            time.sleep(10.0)
+            time.sleep(3.0)
 
     threading.Thread(target=watch, daemon=True).start()
 
@@ -54,7 +54,7 @@ def begin(folder: Path = Path(".snakemake")) -> IO[str] | None:
     if "--nolock" in sys.argv:  # a job of another Snakemake, on another computer perhaps
         return None
     if ends:
-        end_with(int(ends), signal.SIGTERM)
+        end_with(int(ends), signal.SIGTERM, signal.SIGKILL)
     folder.mkdir(exist_ok=True)
     shared = (folder / "alive").open("a")
     try:

@@ -48,7 +48,7 @@ step() {
 }
 
 try() {
-    local machine=$1 release=${1%-*} folder=/squeal home=/root before=(nice) how=()
+    local machine=$1 release=${1%-*} folder=/squeal home=/root before=() how=()
     local root=$PLACE/$release packages=make,ca-certificates,python3-venv
     # there a dependency of Snakemake has no wheel yet
     [ "$release" != sid ] || packages+=,gcc,python3-dev

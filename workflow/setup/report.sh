@@ -1,14 +1,19 @@
 #!/usr/bin/env bash
-# Builds the report in .venv. Status 3: TeX is missing, everything but the PDF was built.
+# Builds the report in .venv; options go to Snakemake. Status 3: TeX is missing, all but the PDF is built.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 PATH=$PWD/.venv/bin:$PATH
 export SQUEAL_BUILD=$PPID  # the build ends with make
 
-if workflow/setup/tex.sh; then
-    exec snakemake
+# where the home cannot be written, what Snakemake and Matplotlib store goes here
+if ! { mkdir -p "${XDG_CACHE_HOME:=$HOME/.cache}" && [ -w "$XDG_CACHE_HOME" ]; } 2>/dev/null; then
+    export XDG_CACHE_HOME=$PWD/.snakemake/cache MPLCONFIGDIR=$PWD/.snakemake/matplotlib
 fi
-snakemake everything_but_pdf
+
+if workflow/setup/tex.sh; then
+    exec snakemake "$@"
+fi
+snakemake everything_but_pdf "$@"
 echo "squeal: all but the PDF is built; for that, install TeX (Debian, Ubuntu: apt-get install" \
     "--no-install-recommends texlive-latex-recommended lmodern latexmk) and run make report again." >&2
 exit 3

@@ -33,7 +33,7 @@ def build(folder: Path, cores: int, before: list[str], **more: str) -> dict[str,
         copied(folder)
     if before:
         subprocess.run(["chown", "-R", "65534:65534", str(folder)], check=True)
-    command = [*before, "snakemake", "--cores", str(cores), "--quiet", "all"]
+    command = [*before, "workflow/setup/report.sh", f"--cores={cores}", "--quiet=all"]
     subprocess.run(command, cwd=folder, env=surroundings(folder, **more), check=True)
     return digests(folder, built())
 
