@@ -36,6 +36,7 @@ COMPARED: dict[type[ast.cmpop], type[ast.cmpop]] = {
 SIGNS: dict[type[ast.operator], type[ast.operator]] = {
     **{ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult},
 }
+FAR = 1000  # a tolerance that may be doubled unnoticed is as it should be
 Change = tuple[ast.AST, str, Callable[[ast.AST], None]]
 
 
@@ -72,12 +73,9 @@ def changes(tree: ast.AST) -> Iterator[Change]:
         elif isinstance(node, ast.Constant) and isinstance(node.value, bool):
             yield node, "boolean", _set("value", not node.value)
         elif isinstance(node, ast.Constant) and isinstance(node.value, int | float):
-            value = node.value
-            yield (
-                node,
-                "constant",
-                _set("value", value + 1 if isinstance(value, int) else 2 * value or 1.0),
-            )
+            value = node.value  # an index or power by one, what a number is tuned to by far
+            moved = value + 1 if value in range(4) else value * FAR or 1.0
+            yield node, "constant", _set("value", type(value)(moved))
         elif isinstance(node, ast.Return) and node.value is not None:
             none = isinstance(node.value, ast.Constant) and node.value.value is None
             yield node, "return", _set("value", ast.Constant(0.0 if none else None))

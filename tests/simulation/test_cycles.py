@@ -1,6 +1,8 @@
 """Periodic motions by shooting, and growth of deviations: each against a second method."""
 
 import dataclasses
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +12,7 @@ from squeal.analysis.cycles import Cycles
 from squeal.analysis.pads import critical_friction
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
-from squeal.simulation.cycles import Cycle, Shooting
+from squeal.simulation.cycles import SIGNS, Cycle, Shooting
 from squeal.simulation.run import in_natural_units
 from tests.conftest import ROOT, hammering_scene, needs_heyoka
 from tests.simulation.closed import bouncing, upright
@@ -139,3 +141,22 @@ def test_a_late_return_gives_the_least_period(shooting, cycle):
     assert five.gap < 1e-6
     assert abs(five.multipliers[0]) == pytest.approx(abs(cycle.multipliers[0]) ** 5, rel=1e-3)
     assert shooting._shortest(five).period == pytest.approx(cycle.period, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("kind", "inside", "outside"),
+    [
+        ("period doubling", (-0.9, 0.3), (-1.1, 0.3)),
+        ("period doubling", (-0.9, 1.1), (-1.1, 1.2)),  # what passes +1 is no doubling
+        ("torus", (0.6 + 0.7j, 0.6 - 0.7j), (0.8 + 0.7j, 0.8 - 0.7j)),
+        ("torus", (-1.2, 0.6 + 0.7j, 0.6 - 0.7j), (-1.2, -0.8 + 0.7j, -0.8 - 0.7j)),
+    ],
+)
+def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outside):
+    """Through -1, or as a pair; other kinds see nothing."""
+    both: list[Any] = [
+        SimpleNamespace(multipliers=[complex(m) for m in part]) for part in (inside, outside)
+    ]
+    for name in ("period doubling", "torus"):
+        before, after = (SIGNS[name](cycle, None) for cycle in both)
+        assert (before != after) == (name == kind)

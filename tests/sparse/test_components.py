@@ -114,6 +114,8 @@ def test_a_reduced_brake_has_the_roots_of_the_full_one():
     ("change", "words"),
     [
         ({"pairs": [(1, 7)]}, "7 is no node of b"),
+        ({"pairs": [(1, 1, 1)]}, "pairs"),
+        ({"pairs": np.zeros((0, 2))}, "pairs"),
         ({"normal": (0, 0, 0)}, "no length"),
         ({"sliding": (0, 0, 2)}, "parallel"),
     ],
