@@ -29,7 +29,8 @@ from squeal.analysis.systems.roots import (
     roots_of_all,
     rounding_of,
 )
-from squeal.analysis.variations import NO_PAD, NO_REST, ROUNDING, Varied
+from squeal.analysis.systems.thresholds import system_thresholds
+from squeal.analysis.variations import NO_PAD, NO_REST, ROUNDING, Outcome, Varied, first_loss
 from squeal.errors import ComputationError, InputError
 from squeal.io.matrices import fingerprint
 from squeal.io.processes import mapped
@@ -38,6 +39,7 @@ from squeal.io.writing import Answer, Column, Table, number, picked, write_text
 from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
 from squeal.schema import FLAG, Group, Key, Named, Number, Place, Whole, Word, read_document, row
+from squeal.sparse.reduction import Reduction
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
 CONFIDENCE = 0.95
@@ -177,7 +179,8 @@ class Scatter(Answer):
     def table(self) -> Table:
         """A row for each sample, by rising value, with the share up to it."""
         growth = self.of == "growth"
-        names = ["kind", "frequency_hz", *("unstable", "propensity", "residual") * growth]
+        names = ["kind", "frequency_hz", *("unstable", "propensity") * growth]
+        names += ["residual"] * (growth or self.basis is not None)
         own = [f"parameter.{name}" if name == self.name else name for name in self.spreads]
         heads = [("growth_rate", "1/s") if growth else (self.name, ""), ("share", "")]
         heads += [(name, "") for name in (*names, *own)]
@@ -237,17 +240,38 @@ def _in_order(heads: Sequence[str]) -> list[Column]:
     return [Column(head, "", itemgetter(k), words=head) for k, head in enumerate(heads)]
 
 
-def _work(judge: tuple[Any, Any], changes: Sequence[dict[str, float]]) -> list[Sample]:
-    """What becomes of each change of some parameters, by the critical friction of a `Varied` up to
-    a value, or by the wanted roots of anything else."""
-    subject, asked = judge
-    if not isinstance(subject, Varied):
-        return [_grown(subject, asked, values) for values in changes]
-    samples = []
-    for values, found in zip(changes, subject.outcomes(changes, asked), strict=True):
-        value = math.nan if found.critical is None else found.critical
-        samples.append(Sample(values, value, found.kind, found.frequency_hz, reason=found.reason))
-    return samples
+Judge = tuple[Any, Wanted, float | None]
+"""A subject, its wanted roots, and up to where their first loss of stability is; None of growth."""
+
+
+def _work(judge: Judge, changes: Sequence[dict[str, float]]) -> list[Sample]:
+    """What becomes of each change of some parameters."""
+    subject, wanted, high = judge
+    if high is None:
+        return [_grown(subject, wanted, values) for values in changes]
+    if isinstance(subject, Reduction):
+        return [_lost(subject, wanted, high, values) for values in changes]
+    outcomes = subject.outcomes(changes, high, wanted.band)
+    return [_at_loss(*each) for each in zip(changes, outcomes, strict=True)]
+
+
+def _at_loss(values: dict[str, float], found: Outcome, residual: float | None = None) -> Sample:
+    value = math.nan if found.critical is None else found.critical
+    place = found.kind, found.frequency_hz
+    return Sample(values, value, *place, residual=residual, reason=found.reason)
+
+
+def _lost(served: Reduction, wanted: Wanted, high: float, values: dict[str, float]) -> Sample:
+    """A sample judged by its first loss of stability, located on the full system."""
+    try:
+        one = served.replaced(values)
+        answer = system_thresholds(one.scaled.system, high, wanted=wanted, served=one)
+    except (InputError, ComputationError) as error:
+        kind = NO_PAD if isinstance(error, InputError) else None
+        return Sample(values, kind=kind, reason=str(error))
+    found = first_loss(answer, high)
+    at = {answer.parameter: high if found.critical is None else found.critical}
+    return _at_loss(values, found, float(np.max(one.modes(at)[1], initial=0.0)))
 
 
 def _grown(subject: Any, wanted: Wanted, values: dict[str, float]) -> Sample:
@@ -393,8 +417,7 @@ def scatter(
     Parameters
     ----------
     subject : Scene, SystemFile or TermSystem
-        What scatters. Thresholds are computed of scenes and of systems of at most 100 rows, growth
-        of any; a system of more than 400 rows needs a band.
+        What scatters. A system of more than 400 rows needs a band.
     spreads : mapping of str to mapping
         How each parameter scatters on its own: normally with the standard deviation ``relative``
         to its value or ``absolute`` in its unit, evenly ``within`` its value plus and minus so
@@ -407,7 +430,7 @@ def scatter(
         The first loss of stability, or the largest growth rate and the squeal propensity index at
         the sample's own parameters. The free parameter may scatter for growth.
     band : (float, float), optional
-        Frequencies in Hz whose roots are judged, of systems, for growth.
+        Frequencies in Hz whose roots are judged, of systems.
     design : {"random", "latin", "sobol"}
         Independent samples, a Latin hypercube, or a Sobol sequence.
     indices : bool
@@ -452,8 +475,6 @@ def scatter(
         raise Place("spreads").must_be(spreads, _SPREADS.named)
     varied = Varied.of(subject, "scatter", mu_max, of)
     own, count = varied.subject, len(spreads)
-    if of == "threshold" and band is not None:
-        raise Place("band").refuse("is not allowed with thresholds; with growth it is")
     unit = _drawn(design, samples, (1 + indices) * count, seed)
     A, B = unit[:, :count], unit[:, count:]
     mixed = [np.where(np.arange(count) == i, B, A) for i in range(count if indices else 0)]
@@ -503,14 +524,18 @@ def scatter(
 
 def _judge(
     varied: Varied, of: str, high: float, wanted: Wanted, each: Sequence[dict[str, float]]
-) -> tuple[tuple[Any, Any], dict[str, Any] | None]:
+) -> tuple[Judge, dict[str, Any] | None]:
     """What judges samples, and the reduced system that it has. Raises InputError."""
-    subject = varied.subject
-    if of == "threshold":
-        return (varied, high), None
+    subject, losses = varied.subject, of == "threshold"
     if isinstance(subject, Scene) and wanted.band is not None:
         raise Place("band").refuse("is not allowed with a scene; a system takes it")
     if isinstance(subject, Scene) or is_small(subject):
-        return (subject, wanted), None
-    reduction = reduced_for(subject, wanted, [{}, *each[:: max(1, len(each) // SERVED)]])
-    return (reduction, wanted), basis_of(reduction, wanted)
+        return (varied if losses else subject, wanted, high if losses else None), None
+    if wanted.band is None:
+        raise InputError("band: is missing; samples of a large system need one")
+    served = [{}, *each[:: max(1, len(each) // SERVED)]]
+    if losses:  # each at another value of the range
+        shares = np.linspace(0.0, high, len(served) + 1)[1:].tolist()
+        served = [{**one, varied.free: mu} for one, mu in zip(served, shares, strict=True)]
+    reduction = reduced_for(subject, wanted, served)
+    return (reduction, wanted, high if losses else None), basis_of(reduction, wanted)

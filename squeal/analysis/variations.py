@@ -29,7 +29,6 @@ from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
 from squeal.schema import Number, Place
 
-LARGEST = 100  # degrees of freedom of a system whose critical friction is computed again and again
 ROUNDING = 1e-11  # relative: what a query and a stack may differ by
 AT_ONCE = 1e-9  # friction: what grows from here on grows from the start
 STEP = 0.02  # of a parameter, in rad of an angle
@@ -64,12 +63,12 @@ def _lost(mu: float, kind: str, hertz: float = math.nan) -> Outcome:
     return Outcome(None, float(mu), kind, None if math.isnan(hertz) else float(hertz))
 
 
-def critical(subject: Scene | TermSystem, high: float) -> Outcome:
+def critical(subject: Any, high: float, band: tuple[float, float] | None = None) -> Outcome:
     """What a query says of the critical friction up to `high`. Raises what it raises."""
-    return _first(thresholds(subject, high), high)
+    return first_loss(thresholds(subject, high, band=band), high)
 
 
-def _first(answer: Thresholds, high: float) -> Outcome:
+def first_loss(answer: Thresholds, high: float) -> Outcome:
     """Where stability is lost, or the branch ends below `high`."""
     if answer.verdict in GROWING:
         return _lost(0.0, answer.verdict)
@@ -102,10 +101,6 @@ class Varied:
             values = picked(subject.pad, " ".join(parameters(subject.pad_model)))
             units = {name: unit_word(PARAMETERS[name].unit) for name in values}
         elif isinstance(subject, TermSystem):
-            if subject.n > LARGEST and what == "threshold" and verb == "scatter":
-                words = f"not allowed; at most {LARGEST} are for thresholds"
-                words += "; `squeal scatter --of growth` takes more"
-                raise at.refuse(f"{subject.n} degrees of freedom are {words}")
             Number(low=0.0).read(high, at / "mu_max")
             free, values = subject.parameter, subject.given
             own, units = float(values[free]), dict.fromkeys(values, "")
@@ -132,7 +127,12 @@ class Varied:
             raise at.refuse(f"{name} is 0 and has no share; it must be given in its unit")
         return size * abs(self.values[name]) if share else size
 
-    def outcomes(self, changes: Sequence[dict[str, float]], high: float) -> list[Outcome]:
+    def outcomes(
+        self,
+        changes: Sequence[dict[str, float]],
+        high: float,
+        band: tuple[float, float] | None = None,
+    ) -> list[Outcome]:
         """What becomes of the subject with each change of some parameters."""
         subject: Any = self.subject
         outcomes, changed = dict[int, Outcome](), dict[int, Any]()
@@ -155,7 +155,7 @@ class Varied:
                 pass
         for i in changed.keys() - outcomes:
             try:
-                outcomes[i] = critical(changed[i], high)
+                outcomes[i] = critical(changed[i], high, band)
             except (InputError, ComputationError) as error:
                 outcomes[i] = Outcome(reason=str(error))
         return [outcomes[i] for i in range(len(changes))]
@@ -167,7 +167,7 @@ def _predicted(
     """The loss of a system, and what becomes of it with each change of a parameter, to first order:
     each crossing of the axis moves by its derivative, and the first one decides."""
     answer = thresholds(system, high, **asked)
-    nominal, rising = _first(answer, high), [c for c in answer.crossings if c.direction == "up"]
+    nominal, rising = first_loss(answer, high), [c for c in answer.crossings if c.direction == "up"]
     if answer.verdict in GROWING or not rising:
         return nominal, [nominal] * len(changes)
     room = importlib.import_module("squeal.analysis.systems.sensitivity")  # no pad needs it

@@ -84,6 +84,14 @@ class Reduction:
         other.system, other.region = self.system.frozen(omega), region
         return other
 
+    def replaced(self, changes: Changes) -> "Reduction":
+        """The same with other values of some parameters as its own."""
+        other = copy(self)
+        other.scaled = copy(self.scaled)
+        other.scaled.system = self.scaled.system.replace(changes)
+        other.system = self.system.replace(changes)
+        return other
+
     def _stiffness(self, changes: Changes) -> float:
         """A bound of the norm of the full K, whose rounding the reduced one carries."""
         p = self.system.values(changes)

@@ -1,14 +1,18 @@
 """Scattered parameters against pads made by hand, closed forms of growth and of Sobol indices."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import block_diag, csc_array, diags_array
 from scipy.special import ndtri
 
 import squeal
+from squeal import Term
 from squeal.analysis.scatter import scatter
 from squeal.analysis.variations import Outcome, Varied
 from squeal.errors import ComputationError, InputError
+from squeal.numerics.differentiation import Formula
 from tests.analysis.test_variations import SCENE, first
 
 COUNT, MU_MAX = 24, 0.6  # twice the threshold
@@ -79,8 +83,8 @@ def test_samples_that_cannot_be_computed_are_counted_apart(scattered, monkeypatc
     """They were dropped as "no such pads", and the quantiles were those of the survivors."""
     outcomes = Varied.outcomes
 
-    def failing(varied, changes, high):
-        known = outcomes(varied, changes, high)
+    def failing(varied, changes, high, band):
+        known = outcomes(varied, changes, high, band)
         return [Outcome(reason="hidden") if i % 4 == 3 else one for i, one in enumerate(known)]
 
     monkeypatch.setattr(Varied, "outcomes", failing)
@@ -112,6 +116,22 @@ def test_growth_and_propensity_of_each_sample_are_those_of_the_closed_form(rows)
     assert answer.propensity == pytest.approx(np.mean(np.array(shares) * unstable), abs=1e-8)
     assert answer.stable == pytest.approx(1 - np.mean(unstable))
     assert list(answer.values) == sorted(answer.values)
+
+
+@pytest.mark.parametrize("rows", [2, 500])
+@pytest.mark.parametrize("c", [0.0, 0.05])
+def test_each_threshold_is_that_of_the_closed_form(rows, c):
+    """Flutter from mu^2 = (a - b)^2 / 4 + c^2 (a + b) / 200 on."""
+    system = pair(rows)
+    C = (Term(csc_array(c * np.eye(rows)), Formula("1")),) * (c > 0.0)
+    system = replace(system, C=C)
+    spreads = {"a": {"within": 0.5}}
+    answer = scatter(system, spreads, 8, mu_max=1.0, band=(1.0, 4.0))
+    assert (answer.basis is None) == (rows == 2)
+    for row in answer.rows:
+        a, b = row.parameters["a"], 2.0
+        exact = np.sqrt((a - b) ** 2 / 4 + c**2 * (a + b) / 200)
+        assert row.value == pytest.approx(exact, rel=1e-8)
 
 
 def test_a_scene_grows_as_its_eigenvalues_say():
@@ -181,7 +201,7 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
         ({"spreads": {"k_c": {"relative": 0.1}}}, "k_c is no parameter here"),
         ({"spreads": {"mu": {"relative": 0.1}}}, "mu is no parameter here"),
         ({"samples": 100, "design": "sobol"}, "a power of 2 for the design sobol, such as 128"),
-        ({"of": "growth", "band": (1.0, 2.0)}, "band: is not allowed with a scene"),
+        ({"band": (1.0, 2.0)}, "band: is not allowed with a scene"),
         ({"of": "noise"}, "one of threshold, growth"),
     ],
 )

@@ -48,6 +48,7 @@ def system_thresholds(
     wanted: Wanted | None = None,
     workers: int = 1,
     options: ContinuationOptions | None = None,
+    served: Reduction | None = None,
 ) -> Thresholds:
     """Every threshold of a system in low <= p <= high, of the band if one is wanted.
 
@@ -61,8 +62,9 @@ def system_thresholds(
     Without `low` the range begins at 0, or at high / 1000 where a factor divides by the parameter.
     In the details `unconfirmed` names what the full system did not confirm, `left_out` what leaves
     the band while it grows, `doubts` why the answer is not certified. `options` are those of
-    `linear.thresholds`, of which a damped band takes the `steps`. Raises InputError for an empty
-    range, and for a large system or complex matrices without a band or region.
+    `linear.thresholds`, of which a damped band takes the `steps`. `served` is a large system as it
+    was reduced already; nothing is counted then. Raises InputError for an empty range, and for a
+    large system or complex matrices without a band or region.
     """
     wanted, name = wanted or Wanted(), system.parameter
     region = wanted.rectangle
@@ -103,7 +105,7 @@ def system_thresholds(
         aside = _diverging(system, values) if region and region.low_imag < 0.0 else []
         values = sorted({*values, *aside})
         each, sampled = ([{name: v} for v in some] for some in (values, aside))
-        reduction = reduced_for(system, wanted, each, sampled=sampled)
+        reduction = served or reduced_for(system, wanted, each, sampled=sampled)
         roots, region = reduction.values, reduction.region
         PROGRESS.get()("following the roots of the reduced system")
         if not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
@@ -124,7 +126,7 @@ def system_thresholds(
         unconfirmed = [*unconfirmed, *unexplained]
         if whole:
             certified = bool(certified) and not unconfirmed
-        elif reduction is not None and system.n <= COUNTED_ROWS and not system.follows:
+        elif served is None and system.n <= COUNTED_ROWS and not system.follows:
             tasks = [] if unconfirmed else [(p, line.at(p).growth.roots) for p in between]
             agrees = mapped(_counted, tasks, workers, reduction)
             told = counted(agrees, len(tasks), PROGRESS.get(), "counts")
