@@ -1,10 +1,34 @@
-"""The two ways in which squeal says no; the command line turns them into exit codes."""
+"""The two ways in which squeal says no; the command line turns them into exit codes.
+
+What they say holds names, keys and values from outside, and reaches terminals.
+"""
+
+import re
 
 # why a computation with numbers of wild size fails
 BEYOND = "the numbers of the scene are too large or too small for double precision"
 
+# but tab and the line's end; also what turns the direction of writing
+_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
 
-class InputError(ValueError):
+
+def visible(text: str) -> str:
+    r"""A text with its control characters as escapes: names and keys may hold any.
+
+    >>> print(visible("a\x1b[2Jb"))
+    a\x1b[2Jb
+    """
+    return _CONTROL.sub(lambda match: ascii(match[0])[1:-1], text)
+
+
+class _Said(Exception):
+    """What is said in one line that any terminal can show."""
+
+    def __str__(self) -> str:
+        return visible(" ".join(super().__str__().splitlines()))
+
+
+class InputError(_Said, ValueError):
     """The input is refused; one sentence names file, key, value and what is allowed."""
 
 
@@ -12,9 +36,9 @@ class MatrixError(InputError):
     """The matrices of a system are refused; who knows their file names it before."""
 
 
-class InputWarning(UserWarning):
+class InputWarning(_Said, UserWarning):
     """The input is taken as it stands, but something else may be meant."""
 
 
-class ComputationError(RuntimeError):
+class ComputationError(_Said, RuntimeError):
     """A valid request could not be completed; the message gives the reason."""

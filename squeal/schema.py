@@ -9,6 +9,7 @@ words of a refusal, serves arrays and dual numbers, and loads in no time.
 from __future__ import annotations
 
 import math
+import os
 import re
 import sys
 import warnings
@@ -323,9 +324,13 @@ def read_document(path: Path | str) -> tuple[dict[str, Any], Place]:
 def read_content(path: Path, at: Place) -> bytes:
     """All that a file holds. Raises InputError if it cannot be read."""
     try:
+        # a pipe by name or a device may never end; a shell's own pipe, <(...), has no such place
+        if not path.is_file() and os.path.exists(os.path.realpath(path)):
+            raise OSError(0, "no plain file")
         return path.read_bytes()
-    except OSError as error:
-        words = f"cannot be read ({error.strerror}); the name of a readable file is allowed"
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or "no such name"
+        words = f"cannot be read ({reason}); the name of a readable file is allowed"
         raise at.refuse(words) from None
 
 

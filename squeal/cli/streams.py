@@ -1,25 +1,13 @@
 """Standard streams as users leave them: closed, full, or without the letters of a text."""
 
 import os
-import re
 import sys
 import time
 from collections.abc import Callable
 from typing import TextIO
 
-from squeal.errors import BEYOND, ComputationError, InputError
+from squeal.errors import BEYOND, ComputationError, InputError, visible
 from squeal.io.writing import remaining
-
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f]")  # but tab and the line's end
-
-
-def visible(text: str) -> str:
-    r"""A text with its control characters as escapes: names and keys may hold any.
-
-    >>> print(visible("a\x1b[2Jb"))
-    a\x1b[2Jb
-    """
-    return _CONTROL.sub(lambda match: f"\\x{ord(match[0]):02x}", text)
 
 
 def exit_code(name: str, work: Callable[[], int]) -> int:

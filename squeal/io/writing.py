@@ -22,7 +22,7 @@ from pathlib import Path
 from secrets import token_hex
 from typing import IO, Any
 
-from squeal.errors import BEYOND, ComputationError, InputError
+from squeal.errors import BEYOND, ComputationError, InputError, visible
 
 SHOWN = 40  # rows that the command line prints; of a longer table both ends
 FEW = 10  # rows in a representation
@@ -265,7 +265,7 @@ class Answer(ABC):
     def text(self, most: int = SHOWN) -> str:
         """The answer for people, with at most so many rows of each table."""
         texts = (part.text(most) if isinstance(part, Table) else part for part in self.parts())
-        return "\n\n".join(text for text in texts if text)
+        return visible("\n\n".join(text for text in texts if text))
 
     def __repr__(self) -> str:
         return self.text(FEW)

@@ -1,10 +1,13 @@
 """What is refused: exit code 2, one line that names option, file or key, and nothing written."""
 
+import json
 import os
 import shutil
 
 import pytest
 
+import squeal
+from squeal.errors import InputError, InputWarning
 from tests.cli.calls import assert_refused, run
 from tests.conftest import SCENES
 
@@ -18,6 +21,7 @@ FILES = {
     "pair.yaml": PAIR,
     "t.csv": "",
     "plain.yaml": "M: [[1]]\nK0: [[1]]\nK1: [[1]]\n",
+    "nested.json": 100_000 * "[",
     "free.yaml": "spreads: {mu: {absolute: 1}}\n",
 }
 REFUSED = """\
@@ -25,6 +29,10 @@ nothing | nothing
 eigenvalue x.yaml | eigenvalues
 simulate | SCENE.yaml
 simulate none.yaml | none.yaml
+simulate pipe.yaml | pipe.yaml: cannot be read (no plain file)
+simulate /dev/zero | /dev/zero
+cite pipe.yaml | pipe.yaml
+cite nested.json | nested.json
 simulate b3.yaml | B3
 simulate b1.yaml --fast | --fast
 simulate b1.yaml --csv none/h.csv | none
@@ -94,6 +102,7 @@ def folder(tmp_path, monkeypatch):
         shutil.copy(SCENES / f"{stem}.yaml", f"{stem[:2]}.yaml")
     for name, text in FILES.items():
         (tmp_path / name).write_text(text)
+    os.mkfifo(tmp_path / "pipe.yaml")
     for target, link in (("loop.csv", "loop.csv"), ("t.csv", "t.pdf")):
         os.symlink(target, link)
     return tmp_path
@@ -119,6 +128,17 @@ def test_control_characters_reach_no_terminal(capsys, folder):
     err = assert_refused(capsys, "eigenvalues", "pair.yaml", "--set", "a\x1b[2J=1")
     assert code == 0
     assert not {"\x1b", "\r"} & set(out + err)
+
+
+def test_what_is_refused_or_answered_in_python_can_be_printed(folder):
+    name = "a\x1b[2J\n\u202eb"
+    (folder / "name.yaml").write_text(PAIR + f"name: {json.dumps(name)}\n")
+    with pytest.raises(InputError) as refused:
+        squeal.read_system(f"{name}.yaml")
+    answer = squeal.thresholds(squeal.read_system("name.yaml"))
+    for shown in (str(refused.value), str(InputWarning(name)), repr(answer)):
+        assert shown.replace("\n", "").isprintable()
+    assert str(refused.value).isprintable()
 
 
 def test_degrees_are_asked_about(capsys, folder):

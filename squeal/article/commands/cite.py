@@ -8,8 +8,8 @@ from pathlib import Path
 from squeal.article.records import from_dict
 from squeal.article.report.bibliography import behind, installed, references
 from squeal.cli.command import Parser, Reply
-from squeal.errors import InputError
 from squeal.io.provenance import Provenance
+from squeal.schema import Place, read_content
 
 
 def options(parser: Parser) -> None:
@@ -26,16 +26,15 @@ def options(parser: Parser) -> None:
 
 def made_by(path: Path) -> Provenance:
     """The provenance in a result file. Raises InputError if the file holds none."""
+    at = Place(str(path))
+    content = read_content(path, at)
     try:
-        made = from_dict(Provenance, json.loads(path.read_text(encoding="utf-8"))["provenance"])
+        made = from_dict(Provenance, json.loads(content)["provenance"])
         behind([made])
         return made
-    except OSError as error:
-        raise InputError(f"{path}: {error.strerror}; a result file is allowed") from None
-    except (ValueError, KeyError, TypeError):
-        raise InputError(
-            f"{path}: holds no provenance; the JSON output of a squeal command is allowed"
-        ) from None
+    except (ValueError, KeyError, TypeError, RecursionError):
+        words = "holds no provenance; the JSON output of a squeal command is allowed"
+        raise at.refuse(words) from None
 
 
 def run(given: argparse.Namespace) -> Reply:
