@@ -9,6 +9,7 @@ import importlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import zip_longest
 from keyword import iskeyword
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -209,12 +210,21 @@ def read_table(
     at = Place(str(path))
     text = schema.read_content(path, at).decode("utf-8-sig", "backslashreplace")
     lines = [line for line in text.splitlines() if line.strip()]
-    heads = [name.strip().lower() for name in next(csv.reader(lines[:1]), [])]
+    try:
+        head, *rest = csv.reader(lines) if lines else [[]]
+    except csv.Error as error:
+        raise at.refuse(f"no table of comma-separated values: {error}") from None
+    heads = [name.strip().lower() for name in head]
     if missing := [name for name in names if name not in heads]:
         allowed = f" and {more}" if more else ""
         raise at.refuse(f"no column {missing[0]}; the columns {', '.join(names)}{allowed} are")
-    cells = csv.DictReader(lines[1:], heads, restval="")
-    return at, [(at / f"line {number}", line) for number, line in enumerate(cells, 2)]
+    table = []
+    for number, cells in enumerate(filter(None, rest), 2):
+        here = at / f"line {number}"
+        if any(cell.strip() for cell in cells[len(heads) :]):
+            raise here.refuse(f"{len(cells)} cells; the first line names {len(heads)} columns")
+        table.append((here, dict(zip_longest(heads, cells[: len(heads)], fillvalue=""))))
+    return at, table
 
 
 def number_in(text: str, at: Place, kind: Kind = ANY) -> float:

@@ -110,6 +110,8 @@ NO_NODES = [
     (NODES.replace("7,x,0,0,0", "7,x,0,0"), "nodes.csv", "line 2"),
     (NODES.replace("node", "knot"), "nodes.csv", "node"),
     (b"node,\xff\n", "nodes.csv"),
+    (NODES.replace("7,x,0,0,0", "7,x,0,0,0,1"), "nodes.csv", "line 2", "6 cells"),
+    (f'{NODES}"{"1" * 200_000}', "nodes.csv", "no table"),
 ]
 # of powers
 NO_POWERS = [
