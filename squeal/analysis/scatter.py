@@ -38,7 +38,19 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Table, number, picked, write_text
 from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
-from squeal.schema import FLAG, Group, Key, Named, Number, Place, Whole, Word, read_document, row
+from squeal.schema import (
+    FLAG,
+    Group,
+    Key,
+    Named,
+    Number,
+    Place,
+    Whole,
+    Word,
+    read_content,
+    read_document,
+    row,
+)
 from squeal.sparse.reduction import Reduction
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
@@ -306,19 +318,28 @@ def _journal(path: Path, question: str) -> dict[int, list[Sample]]:
 
     Raises InputError for a file that holds those of another question.
     """
-    text = path.read_text(encoding="utf-8") if path.exists() else ""
-    head, *lines = (text or f"{question}\n").split("\n")
+    content = read_content(path, Place(str(path))) if path.exists() else b""
+    known = {}
     try:
+        head, *lines = (content.decode() or f"{question}\n").split("\n")
         if head != question:
             raise ValueError
-        # what follows the last line end was cut off
-        records = [json.loads(line) for line in lines[:-1]]
-        known = {r["chunk"]: [Sample(*one) for one in r["samples"]] for r in records}
-    except (ValueError, TypeError, KeyError):
+        for line in lines[:-1]:  # what follows the last line end was cut off
+            record = line.partition(" ")[2]
+            if line != _signed(record):
+                raise ValueError
+            chunk, samples = json.loads(record)
+            known[chunk] = [Sample(*one) for one in samples]
+    except (ValueError, TypeError):
         words = "holds no samples of this question; the name of another file is allowed"
         raise Place(str(path)).refuse(words) from None
     write_text(path, "\n".join([head, *lines[:-1], ""]))
     return known
+
+
+def _signed(record: str) -> str:
+    """A record of a journal behind its digest, which tells that it was changed."""
+    return f"{sha256(record.encode()).hexdigest()[:16]} {record}"
 
 
 def _question(subject: Scene | TermSystem, *more: object) -> str:
@@ -491,9 +512,9 @@ def scatter(
     for k, part in zip(missing, computed, strict=True):
         known[k], done = part, done + len(part)
         if journal is not None:
-            record = {"chunk": k, "samples": [astuple(one) for one in part]}
+            record = json.dumps([k, [astuple(one) for one in part]])
             with Path(journal).open("a", encoding="utf-8") as stream:
-                stream.write(json.dumps(record) + "\n")
+                stream.write(f"{_signed(record)}\n")
         if progress is not None:
             progress(done, len(each))
     every = [one for k in range(len(parts)) for one in known[k]]

@@ -180,7 +180,7 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
     with pytest.raises(KeyboardInterrupt):
         scatter(system, EVEN, **asked, journal=journal, progress=stop)
     with journal.open("a") as stream:
-        stream.write('{"chunk": 1, "sam')  # and was killed while it wrote
+        stream.write("0123456789abcdef [1, [[")  # and was killed while it wrote
     steps = []
     again = scatter(system, EVEN, **asked, journal=journal, progress=lambda *one: steps.append(one))
     assert steps[0] == (2, 200)
@@ -189,6 +189,9 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
     assert scatter(system, EVEN, **asked, journal=journal).to_records() == whole.to_records()
     with pytest.raises(InputError, match="no samples of this question"):
         scatter(system, EVEN, **asked, seed=2, journal=journal)
+    journal.write_text(journal.read_text().replace("0.", "1.", 1))
+    with pytest.raises(InputError, match="no samples of this question"):
+        scatter(system, EVEN, **asked, journal=journal)
 
 
 @pytest.mark.parametrize(
