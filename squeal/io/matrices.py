@@ -13,10 +13,11 @@ import re
 import struct
 import warnings
 import zlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
+from zipfile import ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,6 +29,7 @@ from squeal.schema import Place
 
 HEAD = 4096  # bytes that a format is recognised by
 MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
+MOST_FULL = 10_000_000  # numbers of full arrays, for each 1e6 bytes of a file
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")
 MATRIX, COMPRESSED, SPARSE = 14, 15, 5  # data elements, and a class, of MATLAB's version 5
 # Ansys' names of degrees of freedom, with the numbers of the other programs
@@ -213,12 +215,12 @@ def _labelled(path: Path, given: NDArray, values: NDArray, symmetric: bool | Non
 
 def _fixed(lines: list[str], form: str, count: int) -> tuple[NDArray, list[str]]:
     """Numbers (count,) in fields of a Fortran format such as (1P,3D24.16), and the lines behind."""
-    found = re.search(r"(\d*)[IEDFG](\d+)", form.upper())
+    found = re.search(r"(\d*)[IEDFG](\d{1,2})", form.upper())
     if not found:
         raise ValueError(f"the format {form.strip()} is not read; (8I10) and (3D24.16) are")
-    each, width = int(found[1] or 1), int(found[2])
+    each, width = max(1, min(int(found[1] or 1), count)), int(found[2])
     used = -(-count // each)
-    if not 0 < used <= len(lines):
+    if not 0 < used <= len(lines) or count > sum(map(len, lines[:used])):
         raise ValueError(f"fewer numbers than the {count} of the header")
     fields: Any = " ".join(lines[:used]).upper().replace("D", "E").split()
     if len(fields) != count:  # they touch each other
@@ -320,6 +322,14 @@ def _dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
     return _labelled(path, table[:, :4].astype(np.int64), values, form == "6")
 
 
+def _bounded(path: Path, shapes: Iterable[Sequence[int]]) -> None:
+    """Refuse full arrays that a file holds compressed, or names only. Raises ValueError."""
+    count = sum(map(math.prod, shapes))
+    most = MOST_FULL * max(1, path.stat().st_size // 1_000_000)
+    if count > most:
+        raise ValueError(f"{count:.6g} numbers in so small a file; at most {most} are read")
+
+
 def _read_mat(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat, whosmat
     from scipy.io.matlab import matfile_version
@@ -330,7 +340,9 @@ def _read_mat(path: Path) -> dict[str, Any]:
         data = path.read_bytes()
         _elements(data[128:], "<" if data[126:128] == b"IM" else ">")
     kinds = re.compile("double|single|u?int|logical|sparse")
-    names = [name for name, _, kind in whosmat(path) if kinds.match(kind)]
+    held = [one for one in whosmat(path) if kinds.match(one[2])]
+    _bounded(path, [shape for _, shape, kind in held if kind != "sparse"])
+    names = [name for name, *_ in held]
     content = loadmat(path, spmatrix=False, variable_names=names)
     return {name: content[name] for name in names if content[name].ndim == 2}
 
@@ -352,7 +364,9 @@ def _elements(data: bytes, order: str) -> list[int]:
         inside = data[at : at + size]
         whole = 1 <= kind <= 18 and len(inside) == size
         if whole and kind == COMPRESSED:
-            _elements(zlib.decompress(inside), order)
+            unpack = zlib.decompressobj()
+            _elements(unpack.decompress(inside, 8 * MOST_FULL + 40 * len(inside)), order)
+            whole = unpack.eof
         elif whole and kind == MATRIX and inside:
             (flags,) = struct.unpack_from(f"{order}I", inside.ljust(12, b"\0"), 8)
             form, found = flags & 0xFF, _elements(inside, order)
@@ -372,6 +386,7 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
     import h5py
 
     def numbers(data: Any) -> Any:
+        _bounded(path, [data.shape])
         value = data[()]
         return value["real"] + 1j * value["imag"] if value.dtype.names else value
 
@@ -379,8 +394,8 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
     with h5py.File(path) as file:
         for name, item in file.items():
             if "MATLAB_sparse" in item.attrs:
-                columns = item["jc"][()].astype(np.int64)
-                rows = item["ir"][()].astype(np.int64) if "ir" in item else columns[:0]
+                columns = numbers(item["jc"]).astype(np.int64)
+                rows = numbers(item["ir"]).astype(np.int64) if "ir" in item else columns[:0]
                 values = numbers(item["data"]) if "data" in item else columns[:0].astype(float)
                 shape = (int(item.attrs["MATLAB_sparse"]), len(columns) - 1)
                 found[name] = csc_array((values, rows, columns), shape=shape)
@@ -392,8 +407,14 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
 def _read_npz(path: Path) -> MatrixFile | dict[str, Any]:
     from scipy.sparse import load_npz
 
+    with ZipFile(path) as members:
+        _bounded(path, [(one.file_size // 8,) for one in members.infolist()])
     with np.load(path, allow_pickle=False) as archive:
-        return MatrixFile(load_npz(path)) if "format" in archive else dict(archive)
+        if "format" in archive:
+            return MatrixFile(load_npz(path))
+        found = dict(archive)
+        _bounded(path, [array.shape for array in found.values()])
+        return found
 
 
 def _read_op4(path: Path) -> dict[str, Any]:
