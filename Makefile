@@ -1,5 +1,6 @@
 # make report   everything, up to paper/report.pdf      make test   environment and tests
 # make two-ways  20,000 questions asked in two ways, for hours
+# make fuzz     a million changed inputs of the readers, for hours
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
 # make verify   is the build the one that was described?  make manifest  describe it anew
@@ -23,6 +24,7 @@ PEERS := .venv/benchmark.stamp
 AUDIT := .venv/audit/stamp
 CITE := .venv/cite/stamp
 CLUSTER := .venv/cluster.stamp
+FUZZ := .venv/fuzz.stamp
 DOCS := .venv/docs.stamp
 RELEASE := .venv/archive/stamp
 ARCHIVED := dist/squeal-$(shell sed -n 's/^version = "\(.*\)"/\1/p' pyproject.toml)
@@ -35,7 +37,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: report test verify manifest test-without-heyoka two-ways lint benchmark page page-test site dist archive \
+.PHONY: report test verify manifest test-without-heyoka two-ways fuzz lint benchmark page page-test site dist archive \
 	cluster cluster-test machines platforms metadata codecheck cite-check sbom audit lock clean distclean
 
 report: $(ENVIRONMENT)
@@ -51,6 +53,9 @@ test-without-heyoka: $(ENVIRONMENT)
 # one question by two of our own ways, at random places
 two-ways: $(ENVIRONMENT)
 	@TWO_WAYS=20000 $(BIN)/pytest tests/two_ways
+
+fuzz: $(FUZZ)
+	@$(BIN)/python -m benchmarks.fuzz
 
 lint: $(LINTERS)
 	$(BIN)/ruff check .
@@ -134,6 +139,7 @@ lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group audit -o requirements/audit.txt
 	$(UV_COMPILE) --group cluster -c requirements/environment.txt -o requirements/cluster.txt
 	$(UV_COMPILE) --group cite -o requirements/cite.txt
+	$(UV_COMPILE) --group fuzz -c requirements/environment.txt -o requirements/fuzz.txt
 	$(UV_COMPILE) --group docs -c requirements/environment.txt -o requirements/docs.txt
 	$(UV_COMPILE) --group lint -c requirements/environment.txt -o requirements/lint.txt
 

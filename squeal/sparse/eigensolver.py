@@ -81,26 +81,14 @@ def near_roots(
     kind = np.dtype(("f" if single else "d") if real else ("F" if single else "D"))
     slope, mass = (radius * problem.slope(shift)).astype(kind), (radius**2 * problem.M).astype(kind)
 
-    rows, rng = most + 2 * block, np.random.default_rng(seed)
-    # vectors [theta x; x] of the companion form are coordinates in one basis of both halves
-    U, start = np.zeros((n, rows), kind, order="F"), np.zeros((2, rows, block), kind)
-    first, _ = orthogonal(U[:, :0], rng.standard_normal((n, block)).astype(kind))
-    wide = first.shape[1]
-    U[:, :wide], start[:, :wide] = first, rng.standard_normal((2, wide, block))
-
     def applied(x: NDArray) -> NDArray:
-        """The companion form on vectors, all in coordinates (2 rows, m)."""
-        nonlocal wide
-        upper, lower = np.split(x, 2)
-        image = slope @ (U[:, :wide] @ upper[:wide]) + mass @ (U[:, :wide] @ lower[:wide])
-        new, inside = orthogonal(U[:, :wide], factor.solve(-image))
-        U[:, wide : wide + new.shape[1]] = new
-        wide += new.shape[1]
-        return np.vstack([np.pad(inside, ((0, rows - wide), (0, 0))), upper])
+        """The companion form on vectors [theta x; x] (2n, m)."""
+        return np.vstack([factor.solve(-(slope @ x[:n] + mass @ x[n:])), x[:n]])
 
-    Q = np.zeros((2 * rows, most + block), kind, order="F")
+    Q = np.zeros((2 * n, most + block), kind, order="F")
     H = np.zeros((most + block, most + block), kind)
-    first, _ = orthogonal(Q[:, :0], applied(start.reshape(2 * rows, block)))
+    start = np.random.default_rng(seed).standard_normal((2 * n, block)).astype(kind)
+    first, _ = orthogonal(Q[:, :0], applied(start))
     done, size = 0, first.shape[1]  # columns to which the operator has been applied, and all
     Q[:, :size] = first
 
@@ -128,8 +116,7 @@ def near_roots(
         theta, Y, reach = ritz()
     Y = Y.astype(np.result_type(kind, np.complex64))
     # the longer of theta x and x has the smaller error
-    upper, lower = np.split(Q[:, :done] @ Y, 2)
-    shapes = U[:, :wide] @ np.where(np.abs(theta) >= 1.0, upper, lower)[:wide]
+    shapes = np.where(np.abs(theta) >= 1.0, Q[:n, :done] @ Y, Q[n:, :done] @ Y)
     return Near(shift + radius / theta, shapes / np.linalg.norm(shapes, axis=0), reach), factor
 
 
@@ -137,13 +124,15 @@ def orthogonal(basis: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
     """What columns x add to an orthonormal basis, orthonormal, and their coordinates in both."""
     from scipy.linalg import qr
 
-    before, inside = float(np.linalg.norm(x)), (x.conj().T @ basis).conj().T
-    new, T, order = qr(x - basis @ inside, mode="economic", pivoting=True, check_finite=False)
-    long = int(np.sum(np.abs(np.diag(T)) > 16 * np.finfo(x.dtype).eps * before))
-    new, T = new[:, :long], T[:long, np.argsort(order)]
-    rest = (new.conj().T @ basis).conj().T  # what rounding left restores orthogonality
-    new = new - basis @ rest
-    return new / np.linalg.norm(new, axis=0), np.vstack([inside + rest @ T, T])
+    before, inside = float(np.linalg.norm(x)), np.zeros((basis.shape[1], x.shape[1]), x.dtype)
+    for _ in range(2):  # the second pass restores orthogonality to rounding
+        part = (x.conj().T @ basis).conj().T
+        x, inside = x - basis @ part, inside + part
+    new, T, order = qr(x, mode="economic", pivoting=True, check_finite=False)
+    wide = int(np.sum(np.abs(np.diag(T)) > 4 * np.finfo(x.dtype).eps * before))
+    new, T = new[:, :wide], T[:wide, np.argsort(order)]
+    new = new - basis @ (new.conj().T @ basis).conj().T  # one that was small has lost it
+    return new / np.linalg.norm(new, axis=0), np.vstack([inside, T])
 
 
 @dataclass(frozen=True, eq=False)
