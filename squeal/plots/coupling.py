@@ -80,7 +80,7 @@ def mark_events(
 
 def _panels(
     parameter: str, at: np.ndarray, values: np.ndarray, ends: tuple[float, float]
-) -> tuple[Figure, tuple[Axes, Axes]]:
+) -> tuple[Figure, tuple[Axes, Axes], Axes]:
     """Empty panels of frequency over growth rate, beside them the roots as dots coloured by `at`.
 
     at, values (m,): the parameter and the roots (rad/s), of pairs both.
@@ -106,7 +106,7 @@ def _panels(
     beside.plot(x[start], y[start], "k_", ms=11 if few else 5, mew=0.8)
     figure.colorbar(dots, ax=beside, label=name, aspect=35, pad=0.02)
     figure.align_ylabels([upper, lower])
-    return figure, (upper, lower)
+    return figure, (upper, lower), beside
 
 
 def _shaded(both: tuple[Axes, Axes], spans: Iterable[tuple[float, float, str]]) -> dict[str, Patch]:
@@ -147,7 +147,7 @@ def coupling_figure(sweep: ModeSweep, own: float | None = None) -> Figure:
     best, entries = modes.real.max(axis=0), dict[str, Any]()
     with style():
         at = np.repeat(mus, values.shape[1])
-        figure, both = _panels("mu", at, values.ravel(), (low, high))
+        figure, both, _ = _panels("mu", at, values.ravel(), (low, high))
         draw_modes(*both, mus, values, LOOKS)
         for k in np.argsort(-best).tolist():
             if best[k] > noise:
@@ -196,7 +196,7 @@ def coupling_drawing(name: str, sweep: ModeSweep, own: float | None = None) -> D
 def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
     """Roots at some values of a parameter, a line for each mode; as dots without numbers.
 
-    Those that grow are red; modes that grow anywhere are named where they grow most.
+    Those that grow are red, and named beside the roots in the plane.
     """
     steps = [(row.value, row.roots, row.verdict or "") for row in rows if row.roots is not None]
     x = np.array([value for value, *_ in steps])
@@ -205,7 +205,8 @@ def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
     grows = np.array([e.kind in GROWING for row in rows for e in row.eigenvalues], dtype=bool)
     edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
     with style():
-        figure, (upper, lower) = _panels(parameter, at, values, (float(x[0]), float(x[-1])))
+        ends = float(x[0]), float(x[-1])
+        figure, (upper, lower), beside = _panels(parameter, at, values, ends)
         above = values.imag >= -1e-9 * np.abs(values)
         numbers = np.array([k or 0 for row in rows for k in row.numbers], dtype=int)
         at, values, grows, numbers = (part[above] for part in (at, values, grows, numbers))
@@ -222,7 +223,7 @@ def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
         lower.axhline(0.0, color="0.5", linewidth=0.6)
         spans = zip(edges, edges[1:], [verdict for *_, verdict in steps], strict=False)
         _legend(figure, _shaded((upper, lower), spans))
-        _name_growing(upper, at[grows], values[grows], numbers[grows])
+        _name_growing(beside, values[grows], numbers[grows])
     verdicts = ", ".join(dict.fromkeys(row.verdict or "-" for row in rows))
     text = (
         f"Frequencies and growth rates of the roots of {name} over {parameter} from "
@@ -231,17 +232,15 @@ def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
     return Drawing(figure, text, f"Sweep of {name}", origin(__name__))
 
 
-def _name_growing(axes: Axes, at: np.ndarray, values: np.ndarray, numbers: np.ndarray) -> None:
-    """Six modes that grow, each where it grows most; names stay within the frame."""
-    taken: list[float] = []
-    (left, right), (bottom, top) = axes.get_xlim(), axes.get_ylim()
+def _name_growing(axes: Axes, values: np.ndarray, numbers: np.ndarray) -> None:
+    """Six modes that grow, each beside its fastest growth, where no other mode is."""
+    taken, (right, top) = list[float](), (axes.get_xlim()[1], axes.get_ylim()[1])
     for k in np.argsort(-values.real):
         one = float(values[k].imag)
         if len(taken) < 6 and all(abs(one - other) > 0.04 * max(one, other) for other in taken):
             taken.append(one)
-            share, place = (at[k] - left) / (right - left), (at[k], one / math.tau)
-            below = place[1] - bottom > 0.8 * (top - bottom)
-            side = "left" if share < 0.1 else "right" if share > 0.9 else "center"
-            look: Any = {"ha": side, "va": "top" if below else "bottom"}
+            fits, below = values[k].real < 0.2 * right, one / math.tau > 0.95 * top
+            place = (values[k].real if fits else right, one / math.tau)
+            look: Any = {"ha": "left" if fits else "right", "va": "top" if below else "bottom"}
             words = f"mode {numbers[k]}, {hertz(one)}" if numbers[k] else hertz(one)
-            axes.annotate(words, place, (0, -4 if below else 4), **look, **NAME)
+            axes.annotate(words, place, (-2 + 4 * fits, -4 if below else 4), **look, **NAME)

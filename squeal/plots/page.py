@@ -19,8 +19,7 @@ from squeal.linear.paths import UnstableMode
 from squeal.plots.answers import drawing
 from squeal.plots.style import Drawing, rendered
 
-SHAPES = 6  # modes whose shapes are drawn
-LEVERS = 3  # parameters that are named beside a mode
+SHAPES = 3  # modes whose shapes are drawn
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1b1b1b; --paper: #fff; --rule: #ccc; --soft: #f3f3f3; }
@@ -68,8 +67,7 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
         parts += ["<h2>Mode shapes</h2>", *shapes]
     if found.unstable:
         parts += ["<h2>What moves the growth rates</h2>", _table(_moved(report))]
-    read = found.notes[:1] if report.check is None else report.check.parts()
-    parts += ["<h2>What was read</h2>", *map(_part, read)]
+    parts += ["<h2>What was read</h2>", *map(_part, _read(report))]
     parts += ["<h2>How sure this is</h2>", _list(_sure(report))]
     parts += ["<h2>What was not looked at</h2>", _list(_open(report))]
     if report.warnings:
@@ -111,7 +109,7 @@ def _range(report: Report) -> dict[str, Any]:
 
 
 def _unstable(report: Report) -> Table:
-    """A row for each mode that grows: since when, moved by what, how sure."""
+    """A row for each mode that grows: since when, how sure."""
     found = report.eigenvalues
 
     def residual(mode: UnstableMode) -> float | None:
@@ -123,7 +121,6 @@ def _unstable(report: Report) -> Table:
         Column("growth_rate", "1/s", shown=lambda mode: number(mode.growth_rate, 4)),
         Column("damping_ratio", shown=lambda m: f"{100 * m.damping_ratio:.3g} %"),
         onset_of(found.parameter),
-        Column("levers", shown=lambda mode: _levers(report, mode), words="moved most by"),
         Column("residual", value=residual, shown=lambda m: number(residual(m) or 0.0, 2)),
     )
     return Table(table, found.unstable, nothing="No mode grows.")
@@ -143,12 +140,15 @@ def _change(report: Report, name: str, mode: UnstableMode) -> complex:
     return slope * step if cmath.isfinite(slope) else complex(math.nan, math.nan)
 
 
-def _levers(report: Report, mode: UnstableMode) -> str:
-    """The parameters that move the growth of a mode most."""
-    moved = {name: _change(report, name, mode).real for name in report.sensitivity.slopes}
-    strong = {name: change for name, change in moved.items() if math.isfinite(change) and change}
-    order = sorted(strong, key=lambda name: -abs(strong[name]))[:LEVERS]
-    return ", ".join(f"{name} +1 %: {strong[name]:+.2g} 1/s" for name in order) or "-"
+def _read(report: Report) -> Iterator[str | Table]:
+    """What matrices or a scene are."""
+    if report.check is None:
+        yield from report.eigenvalues.notes[:1]
+        return
+    head, files, lines, _, hints = report.check.parts()
+    hertz = ", ".join(number(f) for f in report.check.frequencies_hz)
+    modes = f"lowest real modes, without friction and damping: {hertz} Hz"
+    yield from (head, files, f"{lines}\n{modes}\n{hints}")
 
 
 def _crossings(report: Report) -> Table:
@@ -166,15 +166,17 @@ def _crossings(report: Report) -> Table:
 
 
 def _moved(report: Report) -> Table:
-    """What 1 per cent of each parameter does to the modes that grow."""
+    """What 1 per cent of each parameter does to the modes that grow, the strongest first."""
     moved, modes = report.sensitivity, report.eigenvalues.unstable
     table = [Column("parameter", value=str), Column("value", value=lambda name: moved.values[name])]
     for mode in modes:
-        at = f"{number(mode.frequency_hz, 4)} Hz"
-        rate: Any = lambda name, mode=mode: _change(report, name, mode).real  # noqa: E731
-        hertz: Any = lambda name, mode=mode: _change(report, name, mode).imag / math.tau  # noqa: E731
-        table += [Column(f"{at} growth", "1/s", rate), Column(f"{at} frequency", "Hz", hertz)]
-    return Table(table, list(moved.slopes), "Changes by 1 % of each parameter, all others held")
+        rate: Any = lambda name, mode=mode: number(_change(report, name, mode).real, 3)  # noqa: E731
+        hertz: Any = lambda name, mode=mode: number(_change(report, name, mode).imag / math.tau, 3)  # noqa: E731
+        at = f"{number(mode.frequency_hz, 4)} Hz:"
+        table.append(Column("growth", shown=rate, words=f"{at} growth, 1/s"))
+        table.append(Column("frequency", shown=hertz, words="frequency, Hz"))
+    names = sorted(moved.slopes, key=lambda name: -abs(_change(report, name, modes[0]).real))
+    return Table(table, names, "Changes by 1 % of each parameter, all others held")
 
 
 def _shapes(report: Report) -> Iterator[str]:
