@@ -44,11 +44,12 @@ report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
 
 test: $(ENVIRONMENT)
-	@$(BIN)/pytest
+	@. workflow/setup/system.sh; store_here; $(BIN)/pytest $(TESTS)
 
 # as on systems that heyoka is not made for; its tests skip
 test-without-heyoka: $(ENVIRONMENT)
-	@PYTHONPATH=$(CURDIR)/tests/without_heyoka $(BIN)/pytest -rs
+	@. workflow/setup/system.sh; store_here; \
+		PYTHONPATH="$(CURDIR)/tests/without_heyoka" $(BIN)/pytest -rs $(TESTS)
 
 # one question by two of our own ways, at random places
 two-ways: $(ENVIRONMENT)

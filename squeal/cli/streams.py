@@ -34,7 +34,7 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
             raise
         words = f"the package {package} cannot be imported ({error})"
     except OSError as error:
-        words = f"{error.filename or 'output'}: {error.strerror}"
+        words = f"{error.filename or 'output'}: {error.strerror or error}"
     except KeyboardInterrupt:
         code, words = 130, "stopped"
     say(f"{name}: {' '.join(words.splitlines())}")

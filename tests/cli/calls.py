@@ -3,7 +3,7 @@
 import json
 
 from squeal.cli.main import main
-from tests.conftest import SCENES
+from tests.conftest import ROOT, SCENES
 
 B1, B2, B3 = (SCENES / f"{stem}.yaml" for stem in ("b1-c", "b2-c", "b3"))
 
@@ -11,6 +11,12 @@ B1, B2, B3 = (SCENES / f"{stem}.yaml" for stem in ("b1-c", "b2-c", "b3"))
 def run(capsys, *arguments):
     """Exit code, standard output and standard error."""
     return main([str(a) for a in arguments]), *capsys.readouterr()
+
+
+def words(command):
+    """The words of a command; the path of the repository may hold blanks."""
+    parts = command.replace(str(ROOT), "ROOT").split()
+    return [part.replace("ROOT", str(ROOT)) for part in parts]
 
 
 def answer(capsys, *arguments):

@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from squeal.cli.main import COMMANDS, main
-from tests.cli.calls import B1, B2, B3, answer
+from tests.cli.calls import B1, B2, B3, answer, words
 
 ROOT_KEYS = "real imag frequency_hz damping_ratio residual"
 SYSTEM = """parameters: {mu: 0}
@@ -50,7 +50,7 @@ KEYS = {
 def test_json_has_the_promised_keys(capsys, tmp_path, pad, command):
     system = tmp_path / "system.yaml"
     system.write_text(SYSTEM)
-    found = answer(capsys, *command.replace("SYSTEM", str(system)).replace("PAD", str(pad)).split())
+    found = answer(capsys, *words(command.replace("SYSTEM", str(system)).replace("PAD", str(pad))))
     for place, keys in KEYS[command].items():
         one = found[place] if place else found
         assert set(keys.split()) <= (one[0] if isinstance(one, list) else one).keys(), place
@@ -96,7 +96,7 @@ def test_queries_load_neither_integrators_nor_plots(pad):
     refused = {f"{name} {pad}": leanest for name in ("eigenvalues", "critical-friction")}
     others = ("eigenvalues", "sliding", "critical-friction", "advise", "map --n 5")
     refused |= {f"{name} {B3}": lean for name in others}
-    code = [sys.executable, "-c", CODE, json.dumps([words.split() for words in refused])]
+    code = [sys.executable, "-c", CODE, json.dumps([words(one) for one in refused])]
     done = subprocess.run(code, capture_output=True, text=True, check=True)
-    for (words, no), line in zip(refused.items(), done.stderr.splitlines(), strict=True):
-        assert not set(line.split()) & no, words
+    for (command, no), line in zip(refused.items(), done.stderr.splitlines(), strict=True):
+        assert not set(line.split()) & no, command

@@ -8,7 +8,7 @@ import pytest
 
 from squeal.io.scene import read_scene
 from squeal.model.contact import contact_law
-from tests.cli.calls import B1, B2, B3, answer, assert_refused, run
+from tests.cli.calls import B1, B2, B3, answer, assert_refused, run, words
 
 KINDS = {
     ".pdf": b"%PDF-1.4\n", ".png": b"\x89PNG\r\n\x1a\n", ".svg": b"<?xml version='1.0'?><svg/>",
@@ -73,7 +73,7 @@ HEADS = {
 def test_heads_carry_units_and_json_the_same_table(capsys, tmp_path, command):
     table, other = tmp_path / "t.csv", tmp_path / "t.json"
     for target in (table, other):
-        assert run(capsys, *command.split(), "--table", target)[0] == 0
+        assert run(capsys, *words(command), "--table", target)[0] == 0
     found = json.loads(other.read_text())
     with table.open() as stream:
         heads, *rows = csv.reader(stream)

@@ -6,6 +6,7 @@ import json
 import math
 import os
 import re
+import shlex
 import subprocess
 import sys
 
@@ -42,7 +43,8 @@ def test_numbers_beyond_double_precision_meet_no_traceback(capsys, wild, command
 
 def fresh(words, **more):
     """A shell's command in which SQUEAL stands for the program."""
-    command = words.replace("SQUEAL", f"{sys.executable} -m squeal")
+    command = words.replace("SQUEAL", f"{shlex.quote(sys.executable)} -m squeal")
+    command = command.replace(f" {ROOT.parent}", f" {shlex.quote(str(ROOT.parent))}")
     more = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE} | more
     return subprocess.run(command, shell=True, text=True, check=False, **more)
 

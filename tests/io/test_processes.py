@@ -5,11 +5,13 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from functools import partial
 
 import pytest
 
 from squeal.io.processes import mapped
+from tests.cli.calls import words
 from tests.conftest import SCENES
 
 # what a shell runs in the background ignores interrupts
@@ -55,7 +57,7 @@ def test_an_interrupt_is_said_once(tmp_path, working, meets):
     (tmp_path / "spreads.yaml").write_text("spreads: {h: {relative: 0.1}}\n")
     command = f"scatter {SCENES / 'b3.yaml'} spreads.yaml --workers 2"
     running = subprocess.Popen(
-        [sys.executable, script, *command.split()],
+        [sys.executable, script, *words(command)],
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
@@ -100,7 +102,7 @@ def test_no_process_outlives_its_parent(tmp_path, how):
     (tmp_path / "script.py").write_text(SCRIPT)
     (tmp_path / "spreads.yaml").write_text("spreads: {h: {relative: 0.1}}\n")
     command = f"scatter {SCENES / 'b3.yaml'} spreads.yaml --workers 2"
-    script = [sys.executable, "script.py", *command.split()]
+    script = [sys.executable, "script.py", *words(command)]
     running = subprocess.Popen(script, cwd=tmp_path, start_new_session=True)
     while not list((tmp_path / "marks").glob("works *")):
         assert running.poll() is None
@@ -108,5 +110,8 @@ def test_no_process_outlives_its_parent(tmp_path, how):
     running.send_signal(how)
     running.wait()
     until = time.monotonic() + 10.0
-    while subprocess.run(["pgrep", "-g", str(running.pid)], stdout=-3, check=False).returncode == 0:
-        assert time.monotonic() < until
+    with suppress(ProcessLookupError):  # nobody is left in the group
+        while True:
+            os.killpg(running.pid, 0)
+            assert time.monotonic() < until
+            time.sleep(0.01)

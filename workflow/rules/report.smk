@@ -43,7 +43,10 @@ rule paper:
         text="|".join(TEXTS),
     params:
         folder="generated/tex",
+        # from paper/ and, as other versions of latexmk run BibTeX, from its folder; an absolute path
+        # with a comma or letters beyond ASCII would not be found
+        bib="../squeal/article/report:../../../squeal/article/report:",
     shell:
-        "BIBINPUTS=$PWD/squeal/article/report: latexmk -cd -pdf -silent -halt-on-error "
+        "BIBINPUTS={params.bib} latexmk -cd -pdf -silent -halt-on-error "
         "-interaction=nonstopmode -outdir={params.folder} {input.text} > {log} 2>&1 "
         "&& cp paper/{params.folder}/{wildcards.text}.pdf {output}"

@@ -13,7 +13,7 @@ cd "$(dirname "$0")/../.."
 . workflow/setup/system.sh
 PLACE=$(realpath -m "${1:?the directory to work in}")
 shift
-TESTS=${TESTS-tests/model tests/linear/test_judgement.py tests/cli/test_cli.py tests/cli/test_streams.py}
+TESTS=${TESTS-tests/model tests/linear/test_verdict.py tests/cli/test_cli.py tests/cli/test_streams.py}
 case $PLACE/ in "$PWD"/*) echo "machines.sh: $PLACE lies in the repository; take another one" >&2 && exit 2 ;; esac
 
 if ! command -v debootstrap >/dev/null; then may_be_root && apt_install debootstrap; fi
@@ -77,9 +77,9 @@ try() {
         step "make report, without TeX" 2 "make report"
         step "make verify" 0 "make verify"
     fi
-    step tests 0 ".venv/bin/pytest -n 0 $TESTS"
+    step tests 0 "make test TESTS='-n 0 $TESTS'"
     if [ "$machine" = bookworm-user ]; then
-        step "tests without heyoka" 0 "PYTHONPATH='$folder/tests/without_heyoka' .venv/bin/pytest -n 0 $TESTS"
+        step "tests without heyoka" 0 "make test-without-heyoka TESTS='-n 0 $TESTS'"
     fi
 }
 

@@ -4,11 +4,8 @@ set -euo pipefail
 cd "$(dirname "$0")/../.."
 PATH=$PWD/.venv/bin:$PATH
 export SQUEAL_BUILD=$PPID  # the build ends with make
-
-# where the home cannot be written, what Snakemake and Matplotlib store goes here
-if ! { mkdir -p "${XDG_CACHE_HOME:=$HOME/.cache}" && [ -w "$XDG_CACHE_HOME" ]; } 2>/dev/null; then
-    export XDG_CACHE_HOME=$PWD/.snakemake/cache MPLCONFIGDIR=$PWD/.snakemake/matplotlib
-fi
+. workflow/setup/system.sh
+store_here
 
 if workflow/setup/tex.sh; then
     exec snakemake "$@"

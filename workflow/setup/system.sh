@@ -18,3 +18,10 @@ apt_install() {
     as_root env DEBIAN_FRONTEND=noninteractive \
         apt-get install -qq --no-install-recommends "$@" >/dev/null
 }
+
+# Where the home cannot be written, what Snakemake and Matplotlib store goes here.
+store_here() {
+    if ! { mkdir -p "${XDG_CACHE_HOME:-$HOME/.cache}" && [ -w "${XDG_CACHE_HOME:-$HOME/.cache}" ]; } 2>/dev/null; then
+        export XDG_CACHE_HOME="$PWD/.snakemake/cache" MPLCONFIGDIR="$PWD/.snakemake/matplotlib"
+    fi
+}

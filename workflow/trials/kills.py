@@ -16,6 +16,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from contextlib import suppress
 from pathlib import Path
 
 from workflow.release.verify import built
@@ -116,7 +117,8 @@ class Trials:
             time.sleep(0.1)
         for process, words in left.items():
             self.wrong.append(f"{what}: lives on: {process} {words[:90]}")
-            os.kill(process, signal.SIGKILL)
+            with suppress(ProcessLookupError):
+                os.kill(process, signal.SIGKILL)
         running.wait()
 
     def waits(self, began: float, running: subprocess.Popen[bytes], by: int) -> bool:
