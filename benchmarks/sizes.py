@@ -2,7 +2,8 @@
 
 `python -m benchmarks.sizes [ROWS ...]` runs each size in a process of its own on one thread, so
 that peak memory is that of the size, and prints a row for each and the power laws through them.
-`--figure FILE` draws them.
+`--figure FILE` draws them. `--components` prints instead what a cut-off of disc and pad costs: the
+roots of the joined brake against those of the whole one.
 """
 
 from __future__ import annotations
@@ -14,12 +15,13 @@ import resource
 import subprocess
 import sys
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from benchmarks.solid_brake import solid_brake
+import squeal
+from benchmarks.solid_brake import parts, solid_brake
 from squeal.sparse.argument_principle import band
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import lowest_modes, modes_in
@@ -31,6 +33,8 @@ BAND = (500.0, 8000.0)  # Hz
 VALUES = 50  # of mu from 0 to 1
 CHECKED = (0.37, 0.83)  # values at which the sweep is held against the full problem
 ESTIMATED = 1e6
+CUTOFFS = (1e4, 2e4, 4e4)  # Hz, of components, whose roots are those of LOW_BAND
+LOW_BAND = (500.0, 5000.0)
 
 
 @dataclass(frozen=True)
@@ -147,6 +151,23 @@ def draw(sizes: list[Size], file: Path) -> None:
     figure.savefig(file)
 
 
+def components(rows: int) -> None:
+    """Print errors of the roots of disc and pad, joined, over the cut-off of their modes."""
+    brake = solid_brake(rows)
+    bodies, contact = parts(brake)
+    exact = squeal.eigenvalues(brake.system, band=LOW_BAND).values
+    band = "{:g} to {:g} Hz".format(*LOW_BAND)
+    print(f"{len(exact)} roots from {band} of {brake.system.n} rows; largest errors")
+    print(f"{'cut-off, Hz':>11s}{'rows':>7s}{'root, relative':>16s}{'growth rate, 1/s':>18s}")
+    for cutoff in CUTOFFS:
+        joints = [replace(contact, bonded=True)]
+        small = squeal.assemble(bodies, joints, {"mu": 0.4}, cutoff=cutoff).system
+        near = squeal.eigenvalues(small, band=LOW_BAND).values
+        off = near[np.abs(near[:, None] - exact).argmin(axis=0)] - exact
+        errors = np.abs(off / exact).max(), np.abs(off.real).max()
+        print(f"{cutoff:11g}{small.n:7d}{errors[0]:16.1e}{errors[1]:18.2g}", flush=True)
+
+
 def main() -> int:
     """Measure the sizes that are named."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.sizes", description=__doc__)
@@ -154,10 +175,15 @@ def main() -> int:
     parser.add_argument("--no-count", action="store_true", help="leave the certified modes out")
     parser.add_argument("--no-check", action="store_true", help="... the full problem's roots too")
     parser.add_argument("--figure", type=Path, help="draw them")
+    parser.add_argument("--components", action="store_true", help="errors over the cut-off instead")
     parser.add_argument("--one", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args()
     if given.one:
         print(json.dumps(asdict(measured(given.rows[0], not given.no_count, not given.no_check))))
+        return 0
+    if given.components:
+        for rows in given.rows if given.rows is not ROWS else (2000,):
+            components(rows)
         return 0
     sizes: list[Size] = []
     names = list(Size.__dataclass_fields__)
