@@ -80,8 +80,9 @@ page: $(ENVIRONMENT)
 page-test: $(ENVIRONMENT)
 	@$(BIN)/pytest -n 0 -rs page/tests
 
+# on one thread, since on a busy machine two of them wait for each other without end
 site: $(DOCS)
-	$(EPOCH) $(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
+	$(EPOCH) OPENBLAS_NUM_THREADS=1 $(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
 	$(BIN)/python -m workflow.release.links docs/_build/html
 
 dist: $(RELEASE)
