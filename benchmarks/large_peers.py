@@ -8,6 +8,7 @@ MUMPS) is asked where Debian's python3-slepc4py-complex is installed.
 from __future__ import annotations
 
 import glob
+import importlib
 import math
 import os
 import resource
@@ -83,6 +84,8 @@ def _squeal(folder: Path, way: str) -> tuple[float, Any]:
     from squeal.analysis.systems.thresholds import system_thresholds
     from squeal.io.system import read_system
 
+    for name in ("scipy.linalg", "scipy.optimize", "scipy.sparse.linalg"):  # as of the peers
+        importlib.import_module(name)
     system, wanted = read_system(folder / "system.yaml").system, Wanted(band=BAND)
     start = time.process_time()
     if way == "thresholds":
