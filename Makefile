@@ -1,5 +1,6 @@
 # make report   everything, up to paper/report.pdf      make test   environment and tests
 # make two-ways  20,000 questions asked in two ways, for hours
+# make any-input  20,000 broken and valid inputs of the commands, for an hour
 # make fuzz     a million changed inputs of the readers, for hours
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
@@ -37,8 +38,8 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: report test verify manifest test-without-heyoka two-ways fuzz lint benchmark page page-test site dist archive \
-	cluster cluster-test machines platforms metadata codecheck cite-check sbom audit lock clean distclean
+.PHONY: report test verify manifest test-without-heyoka two-ways any-input fuzz lint benchmark \
+	page page-test site dist archive cluster cluster-test machines platforms metadata codecheck cite-check sbom audit lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -54,6 +55,10 @@ test-without-heyoka: $(ENVIRONMENT)
 # one question by two of our own ways, at random places
 two-ways: $(ENVIRONMENT)
 	@TWO_WAYS=20000 $(BIN)/pytest tests/two_ways
+
+# whatever is typed or read is answered or refused
+any-input: $(ENVIRONMENT)
+	@ANY_INPUT=20000 $(BIN)/pytest tests/cli/test_any_input.py
 
 fuzz: $(FUZZ)
 	@$(BIN)/python -m benchmarks.fuzz

@@ -8,8 +8,10 @@ import re
 # why a computation with numbers of wild size fails
 BEYOND = "the numbers of the scene are too large or too small for double precision"
 
-# but tab and the line's end; also what turns the direction of writing
-_CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")
+# but tab and the line's end; also what turns the direction of writing, and what are no letters
+_CONTROL = re.compile(
+    r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]"
+)
 
 
 def visible(text: str) -> str:

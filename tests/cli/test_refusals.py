@@ -131,7 +131,7 @@ def test_control_characters_reach_no_terminal(capsys, folder):
 
 
 def test_what_is_refused_or_answered_in_python_can_be_printed(folder):
-    name = "a\x1b[2J\n\u202eb"
+    name = "a\x1b[2J\n\u202eb\ud800"
     (folder / "name.yaml").write_text(PAIR + f"name: {json.dumps(name)}\n")
     with pytest.raises(InputError) as refused:
         squeal.read_system(f"{name}.yaml")
