@@ -10,10 +10,9 @@ import hashlib
 import io
 import math
 import re
-import struct
 import warnings
 import zlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -32,6 +31,7 @@ MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the fi
 MOST_FULL = 10_000_000  # numbers of full arrays, for each 1e6 bytes of a file
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")
 MATRIX, COMPRESSED, SPARSE = 14, 15, 5  # data elements, and a class, of MATLAB's version 5
+TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 # Ansys' names of degrees of freedom, with the numbers of the other programs
 FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6, "PRES": 8, "TEMP": 11}
 
@@ -323,62 +323,92 @@ def _dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
 
 
 def _bounded(path: Path, shapes: Iterable[Sequence[int]]) -> None:
-    """Refuse full arrays that a file holds compressed, or names only. Raises ValueError."""
+    """Refuse full arrays that a file holds compressed, or names only. Raises InputError."""
     count = sum(map(math.prod, shapes))
     most = MOST_FULL * max(1, path.stat().st_size // 1_000_000)
     if count > most:
-        raise ValueError(f"{count:.6g} numbers in so small a file; at most {most} are read")
+        raise InputError(f"{count:.6g} numbers in so small a file; at most {most} are read")
 
 
 def _read_mat(path: Path) -> dict[str, Any]:
     from scipy.io import loadmat, whosmat
     from scipy.io.matlab import matfile_version
 
-    if matfile_version(path)[0] == 2:
+    version = matfile_version(path)[0]
+    if version == 2:
         return _read_hdf5(path)
-    if matfile_version(path)[0] == 1:
-        data = path.read_bytes()
-        _elements(data[128:], "<" if data[126:128] == b"IM" else ">")
-    kinds = re.compile("double|single|u?int|logical|sparse")
-    held = [one for one in whosmat(path) if kinds.match(one[2])]
+    if version == 1:
+        return _read_mat5(path)
+    held = [one for one in whosmat(path) if one[2] != "char"]
     _bounded(path, [shape for _, shape, kind in held if kind != "sparse"])
-    names = [name for name, *_ in held]
-    content = loadmat(path, spmatrix=False, variable_names=names)
-    return {name: content[name] for name in names if content[name].ndim == 2}
+    content = loadmat(path, spmatrix=False, variable_names=[name for name, *_ in held])
+    return {name: content[name] for name, *_ in held}
 
 
-def _elements(data: bytes, order: str) -> list[int]:
-    """The types of the data elements of MATLAB's version 5.
+def _read_mat5(path: Path) -> dict[str, Any]:
+    """Read here, since SciPy trusts what stands in the file: a damaged one ends the process."""
+    data, found = path.read_bytes(), dict[str, Any]()
+    try:
+        for name, matrix in _variables(data[128:], "<" if data[126:128] == b"IM" else ">"):
+            found[name] = matrix
+            _bounded(path, [(one.size,) for one in found.values()])
+    except InputError:
+        raise
+    except (ValueError, LookupError, zlib.error):
+        raise ValueError("the file is damaged") from None
+    return found
 
-    SciPy trusts types, sizes and numbers of elements, so that a damaged file would end the process:
-    raises ValueError.
-    """
-    at, kinds = 0, []
+
+def _variables(data: bytes, order: str) -> Iterator[tuple[str, Any]]:
+    """Names and matrices among the data elements of MATLAB's version 5; text and the like is left
+    out. Raises ValueError, LookupError, zlib.error."""
+    for kind, inside in _elements(data, order):
+        if kind == COMPRESSED:
+            unpack = zlib.decompressobj()
+            unpacked = unpack.decompress(inside, 8 * MOST_FULL + 100 * len(inside))
+            if not unpack.eof:
+                raise ValueError
+            yield from _variables(unpacked, order)
+        elif kind == MATRIX and inside:
+            (_, flags), (_, sizes), (_, name), *parts = _elements(inside, order)
+            flag, _ = np.frombuffer(flags, f"{order}u4").tolist()
+            shape = np.frombuffer(sizes, f"{order}i4").tolist()
+            form, imaginary = flag & 0xFF, flag >> 11 & 1
+            if not (SPARSE <= form <= 15 and name and len(shape) == 2):
+                continue
+            arrays = [np.frombuffer(part, order + TYPES[kind]) for kind, part in parts]
+            *index, values = arrays[: len(arrays) - imaginary]
+            if imaginary:
+                values = values + 1j * arrays[-1].reshape(values.shape)
+            if min(shape) < 0 or len(index) != (2 if form == SPARSE else 0):
+                raise ValueError
+            if form == SPARSE:
+                rows, starts = index
+                count = starts[-1]
+                if not 0 <= count <= min(len(rows), len(values)):
+                    raise ValueError
+                made = csc_array((values[:count], rows[:count], starts), shape=shape)
+            else:
+                made = values.reshape(shape, order="F")
+            yield name.decode("latin-1"), made
+
+
+def _elements(data: bytes, order: str) -> list[tuple[int, bytes]]:
+    """The data elements of MATLAB's version 5, their types and bytes. Raises ValueError."""
+    at, found = 0, []
     while at < len(data):
-        kind, size = struct.unpack_from(f"{order}II", data.ljust(at + 8, b"\0"), at)
+        kind, size = np.frombuffer(data[at : at + 8], f"{order}u4").tolist()
         at += 8
         if kind >> 16:  # a small element holds its data in the tag
-            kind, size, after = kind & 0xFFFF, 0, at
+            kind, size, place, after = kind & 0xFFFF, kind >> 16, at - 4, at
         else:
-            after = at + size + (-size % 8 if kind != COMPRESSED else 0)
-        inside = data[at : at + size]
-        whole = 1 <= kind <= 18 and len(inside) == size
-        if whole and kind == COMPRESSED:
-            unpack = zlib.decompressobj()
-            _elements(unpack.decompress(inside, 8 * MOST_FULL + 40 * len(inside)), order)
-            whole = unpack.eof
-        elif whole and kind == MATRIX and inside:
-            (flags,) = struct.unpack_from(f"{order}I", inside.ljust(12, b"\0"), 8)
-            form, found = flags & 0xFF, _elements(inside, order)
-            if SPARSE <= form <= 15:  # flags, size, name, (rows, columns,) real, imaginary part
-                head = [6, 5, 1, 5, 5] if form == SPARSE else [6, 5, 1]
-                count = len(head) + 1 + (flags >> 11 & 1)
-                whole = found[: len(head)] == head and len(found) == count
-        if not whole:
-            raise ValueError("the file is damaged")
-        kinds.append(kind)
+            place, after = at, at + size + (-size % 8 if kind != COMPRESSED else 0)
+        inside = data[place : min(place + size, after)]
+        if not 1 <= kind <= 18 or len(inside) != size:
+            raise ValueError
+        found.append((kind, inside))
         at = after
-    return kinds
+    return found
 
 
 def _read_hdf5(path: Path) -> dict[str, Any]:

@@ -1,7 +1,9 @@
 """Matrix files: every format gives back every digit, and a wrong file one sentence."""
 
+import contextlib
 import os
 import struct
+import zlib
 from typing import Any
 
 import numpy as np
@@ -461,3 +463,21 @@ def test_what_scipy_writes_is_read(tmp_path, entry, kind, form):
     square = (square != 0).astype(int) if entry == "pattern" else square
     mmwrite(tmp_path / "K.mtx", form(square), field=entry, symmetry=kind)
     assert np.array_equal(read_matrix(tmp_path / "K.mtx").matrix.toarray(), square)
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_matlab_file_changed_anywhere_is_read_or_refused(tmp_path, packed):
+    """Also where it is packed, a change of a byte or a word inside."""
+    some, path = np.array([[4.0, -1.0], [-1.0, 3.0]]), tmp_path / "K.mat"
+    for kind in (np.array, csc_array):
+        savemat(path, {"K": kind(some * (1 + 1j))})
+        whole = path.read_bytes()
+        for place in range(128, len(whole)):
+            for word in (b"\0", b"\x08", b"\0\0\0\x80"):
+                data = whole[:place] + word + whole[place + len(word) :]
+                if packed:
+                    inside = zlib.compress(data[128:])
+                    data = data[:128] + struct.pack("<II", 15, len(inside)) + inside
+                path.write_bytes(data)
+                with contextlib.suppress(InputError):
+                    assert np.all(np.isfinite(read_matrix(path).matrix.data))
