@@ -1,15 +1,17 @@
 """Processes that work beside this one, and end with it at an interrupt or its death."""
 
 import os
+import pickle
 import signal
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
 from functools import lru_cache
 from multiprocessing import get_context, parent_process
 from typing import Any
 
+from squeal.errors import ComputationError
 from squeal.io.writing import remaining
 from squeal.schema import Place, Whole
 
@@ -33,14 +35,14 @@ def mapped(
         return
     pool = _pool(workers) if common is None else _started(workers, common)
     main = threading.current_thread() is threading.main_thread()  # others may not set signals
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
-    try:  # the first task starts the processes
-        each = ((task,) if common is None else (work, task) for task in tasks)
-        begun = [pool.submit(work if common is None else _with_common, *one) for one in each]
-    finally:
-        if main:
-            signal.signal(signal.SIGINT, before)
     try:
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
+        try:  # the first task starts the processes
+            each = ((task,) if common is None else (work, task) for task in tasks)
+            begun = [pool.submit(work if common is None else _with_common, *one) for one in each]
+        finally:
+            if main:
+                signal.signal(signal.SIGINT, before)
         for one in begun:
             yield one.result()
     except BaseException as error:
@@ -49,6 +51,11 @@ def mapped(
             for process in list((pool._processes or {}).values()):
                 process.terminate()  # as `terminate_workers` of Python 3.14
         pool.shutdown(cancel_futures=True)
+        if isinstance(error, BrokenProcessPool):
+            raise ComputationError(
+                "a process that worked beside this one was killed, for lack of memory perhaps; "
+                "fewer of them (--workers) need less"
+            ) from None
         raise
     if common is not None:
         pool.shutdown()
@@ -79,11 +86,11 @@ def one_thread() -> Any:
     return threadpool_limits(1)
 
 
-def _begin(common: Any) -> None:
+def _begin(sent: Any) -> None:
     """Prepare a process of a pool."""
-    one_thread()
-    _COMMON.append(common)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    one_thread()
+    _COMMON.append(pickle.loads(sent.get()))
 
 
 def _end_with_parent() -> None:
@@ -97,7 +104,17 @@ def _with_common(work: Callable[[Any, Any], Any], task: Any) -> Any:
 
 
 def _started(workers: int, common: Any = None) -> ProcessPoolExecutor:
-    return ProcessPoolExecutor(workers, get_context("spawn"), _begin, (common,))
+    # by a thread: with what starts a process, which may die before it reads, this one would wait
+    # for ever
+    context, data = get_context("spawn"), pickle.dumps(common)
+    sent = context.SimpleQueue()
+
+    def send() -> None:
+        for _ in range(workers):
+            sent.put(data)
+
+    threading.Thread(target=send, daemon=True).start()
+    return ProcessPoolExecutor(workers, context, _begin, (sent,))
 
 
 @lru_cache(maxsize=1)

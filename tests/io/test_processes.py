@@ -10,6 +10,7 @@ from functools import partial
 
 import pytest
 
+from squeal.errors import ComputationError
 from squeal.io.processes import mapped
 from tests.cli.calls import words
 from tests.conftest import SCENES
@@ -43,6 +44,19 @@ def test_results_come_in_the_order_of_the_tasks():
         assert list(mapped(pow, range(3), workers, 2)) == [1, 2, 4]
         with pytest.raises(ValueError, match="non-hexadecimal"):
             list(mapped(bytes.fromhex, ["word"], workers))
+
+
+class Deadly:
+    """Ends the process that it is sent to."""
+
+    def __reduce__(self):
+        return os._exit, (9,)
+
+
+@pytest.mark.parametrize(("work", "common"), [(pow, Deadly()), (os._exit, None)])
+def test_a_process_that_is_killed_is_said(work, common):
+    with pytest.raises(ComputationError, match="was killed"):
+        list(mapped(work, range(9), 2, common))
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")

@@ -46,7 +46,8 @@ rule paper:
         # from paper/ and, as other versions of latexmk run BibTeX, from its folder; an absolute path
         # with a comma or letters beyond ASCII would not be found
         bib="../squeal/article/report:../../../squeal/article/report:",
-    shell:
-        "BIBINPUTS={params.bib} latexmk -cd -pdf -silent -halt-on-error "
+    shell:  # from nothing: what a run that was killed or failed has left stops the next one
+        "rm -f paper/{params.folder}/{wildcards.text}.* "
+        "&& BIBINPUTS={params.bib} latexmk -cd -pdf -silent -halt-on-error "
         "-interaction=nonstopmode -outdir={params.folder} {input.text} > {log} 2>&1 "
         "&& cp paper/{params.folder}/{wildcards.text}.pdf {output}"
