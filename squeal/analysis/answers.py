@@ -136,20 +136,37 @@ class Eigenvalues(Answer):
         )
         return replace(self, unstable=tuple(grow))
 
+    @property
+    def conclusion(self) -> str:
+        """The verdict in a line."""
+        grow, where = self.unstable, f" on {self.extent}" * bool(self.extent)
+        at = f"at {self.parameter} = {number(self.value, 4)}"
+        if not grow:
+            known = {
+                "stable": "Stable {}",
+                "marginal": "Marginal {}: nothing grows, not all decays",
+            }
+            return known.get(self.verdict or "", "No growing mode was found {}" + where).format(at)
+        kind, hertz, ratio = grow[0].kind, grow[0].frequency_hz, 100 * grow[0].damping_ratio
+        size = f"{hertz:.4g} Hz, damping ratio {ratio:.2g} %"
+        if not hertz:
+            size = f"{grow[0].growth_rate:.4g} 1/s"
+        count = "1 mode," if len(grow) == 1 else f"{len(grow)} modes, the fastest by"
+        return f"Unstable {at}{where}: {count} {kind} at {size}"
+
     def table(self) -> Table:
         numbers = dict(zip(map(id, self.eigenvalues), self.modes.tolist(), strict=True))
         mode = Column("mode", value=lambda root: numbers[id(root)])
         return Table((mode, *ROOT), self.eigenvalues, nothing="no root")
 
     def parts(self) -> Sequence[str | Table]:
-        head = f"{self.name}, {self.parameter} = {number(self.value)}"
-        where = f" on {self.extent}" if self.extent else ""
         proof = "none is missing (count)" if self.certified else "the list may be incomplete"
-        verdict = f"verdict{where}: {self.criterion}\n{len(self.eigenvalues)} roots, {proof}"
         table = (Column("mode", value=self.mode_of), *columns("kind frequency_hz"))
         table += (Column("growth_rate", "1/s"), Column("damping_ratio"), onset_of(self.parameter))
+        count = f"{len(self.eigenvalues)} roots, {proof}"
         unstable = Table(table, self.unstable, "unstable modes", "no unstable mode is listed")
-        return [head, *self.notes[:1], self.table(), verdict, unstable, *self.notes[1:]]
+        head = f"{self.name}\n{self.conclusion}"
+        return [head, *self.notes[:1], self.table(), count, unstable, *self.notes[1:]]
 
     def to_dict(self) -> dict[str, Any]:
         head = {"name": self.name} | valued(self.parameter, self.value) | dict(self.details)

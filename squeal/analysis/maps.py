@@ -162,6 +162,8 @@ def stability_map(
         if unknown.any():
             warnings.append(f"{words} could not be decided at {_share(unknown)}")
     units = (unit_word(PARAMETERS[names[0]].unit), unit_word(PARAMETERS[names[1]].unit))
+    if np.any(codes == QUIET[1]) and scene.damping is None:
+        notes.append('marginal: nothing damps; try --set "damping.ratios=[0.02, 0.02, 0.02]"')
     parts = beside, None if linear else admissible, tuple(warnings), details, tuple(notes), (scene,)
     return Map(scene.model, axes, units, NAMES, codes, *parts)
 

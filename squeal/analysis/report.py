@@ -36,17 +36,7 @@ class Report(Answer):
     @property
     def verdict(self) -> str:
         """The verdict in a line."""
-        found, grow = self.eigenvalues, self.eigenvalues.unstable
-        at = f"at {found.parameter} = {number(found.value, 4)}"
-        if not grow:
-            word = {"stable": "Stable", "marginal": "Marginal: undamped, nothing grows,"}
-            return f"{word.get(found.verdict or '', 'No growing mode was found')} {at}"
-        first = grow[0]
-        words = (
-            f"{number(first.frequency_hz, 4)} Hz, damping ratio {100 * first.damping_ratio:.2g} %"
-        )
-        modes = "1 mode grows" if len(grow) == 1 else f"{len(grow)} modes grow, the fastest at"
-        return f"Unstable {at}: {modes} {'at ' * (len(grow) == 1)}{words}"
+        return self.eigenvalues.conclusion
 
     @property
     def loss(self) -> str:

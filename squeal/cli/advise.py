@@ -1,7 +1,10 @@
 """`squeal advise`: each parameter lowered and raised by a tolerance, what becomes of the critical
 friction, the strongest lever first. Of a pad it is computed again, in steps of friction: windows of
 growth narrower than a step may be missed, which `squeal critical-friction` finds. Of a system it
-moves by its derivatives."""
+moves by its derivatives.
+
+squeal advise pad.yaml --tolerance k1=5%
+"""
 
 import argparse
 

@@ -1,5 +1,8 @@
 """`squeal check`: what a system from matrices is, before it is analysed: what its files were read
-as, mass, lowest real modes, free motions, and what looks like an error of units."""
+as, mass, lowest real modes, free motions, and what looks like an error of units.
+
+squeal check brake.yaml
+"""
 
 import argparse
 

@@ -6,9 +6,11 @@ argparse is kept: typer and cyclopts would save some lines and cost 0.1 to 0.3 s
 from __future__ import annotations
 
 import argparse
+import difflib
 import importlib
 import re
 import sys
+import textwrap
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -137,10 +139,10 @@ class Reply:
     warnings: Sequence[str] | None = None
 
     @staticmethod
-    def of(*answers: Answer, judged: bool = False) -> Reply:
+    def of(*answers: Answer, judged: bool = False, more: str = "") -> Reply:
         """One reply of several answers, whose objects and texts follow each other.
 
-        judged: their warnings speak of equilibria.
+        judged: their warnings speak of equilibria; more: what else stands in the text.
         """
 
         def data() -> dict[str, Any]:
@@ -155,7 +157,7 @@ class Reply:
             warnings.warn(words, InputWarning, stacklevel=2)
 
         def text() -> str:
-            return "\n\n".join(answer.text() for answer in answers)
+            return "\n\n".join(answer.text() for answer in answers) + more
 
         return Reply(data, text, warnings=reasons if judged else None)
 
@@ -167,9 +169,12 @@ class Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, name: str, module: Any, scene: bool) -> None:
-        about = " ".join(module.__doc__.partition("`: ")[2].split())
-        about = about[0].upper() + about[1:]
-        super().__init__(prog=f"squeal {name}", description=about, allow_abbrev=False)
+        about, _, shown = module.__doc__.partition("`: ")[2].partition("\n\n")
+        about = textwrap.fill(about[0].upper() + about[1:], 80)
+        examples = f"examples:\n{textwrap.indent(shown.rstrip(), '  ')}"
+        how: Any = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False}
+        super().__init__(prog=f"squeal {name}", description=about, epilog=examples, **how)
+        self.color = False  # `printed` shows escapes
         self._negative_number_matcher = re.compile(r"-\.?\d")  # -50:1000:0:2e4 is a value too
         self.register("action", None, Once)
         self.groups: dict[str, Any] = {"": self}
@@ -183,7 +188,10 @@ class Parser(argparse.ArgumentParser):
         add("--json", action="store_true", help="print one JSON object instead")
 
     def error(self, message: str) -> NoReturn:
-        raise InputError(f"{message}; see {self.prog} --help")
+        unknown = re.match(r"unrecognized arguments: (--[\w-]+)", message)
+        close = unknown and difflib.get_close_matches(unknown[1], self._option_string_actions, 1)
+        meant = f"did you mean {close[0]}? See" if close else "see"
+        raise InputError(f"{message}; {meant} {self.prog} --help")
 
     def print_help(self, file: Any = None) -> None:
         """Print the options, and end."""
@@ -212,14 +220,15 @@ def _reply(module: Any, given: argparse.Namespace) -> Reply:
     return reply
 
 
-def run(name: str, module: Any, scene: bool, arguments: Sequence[str]) -> int:
+def run(module: Any, parser: Parser, arguments: Sequence[str]) -> int:
     """Run a command; the exit code 0, or 1 where the answer cannot be printed.
 
     The module's docstring says what it does, its function `options` adds options to a parser, and
-    `run` makes the reply from them. With `scene` they hold the first argument's Source as `source`.
+    `run` makes the reply from them, of a scene with its Source as `source`.
     Raises InputError and what the command raises.
     """
-    given, shown = Parser(name, module, scene).parse_args(arguments), list[str]()
+    given, shown = parser.parse_args(arguments), list[str]()
+    scene = "scene" in given
 
     def show(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
         words = str(message)

@@ -1,5 +1,8 @@
 """`squeal cycles`: the periodic motion to which a scene of B1, B2 or BN settles, its Floquet
-multipliers, and the branch of such motions over a parameter, also where sliding is stable."""
+multipliers, and the branch of such motions over a parameter, also where sliding is stable.
+
+squeal cycles pad.yaml --set "damping.ratios=[0.02, 0.02, 0.02]"
+"""
 
 import argparse
 

@@ -1,4 +1,8 @@
-"""`squeal eigenvalues`: complex eigenvalue analysis of a pad or of a system from matrices."""
+"""`squeal eigenvalues`: complex eigenvalue analysis of a pad or of a system from matrices.
+
+squeal eigenvalues pad.yaml --sweep 0:0.6:61 --figure roots.png
+squeal eigenvalues brake.yaml --band 500:5000 --sensitivity
+"""
 
 import argparse
 import importlib
@@ -19,6 +23,8 @@ def options(parser: Parser) -> None:
     take(parser, "values workers band")
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
+    words = "what the verdict was held against too"
+    parser.add_argument("--verbose", action="store_true", help=words)
     take(parser, "at modes region method memory shape test")
     take_changes(parser)
     table = "the eigenvalues, or those of the sweep,"
@@ -39,7 +45,7 @@ def run(given: argparse.Namespace) -> Reply:
         option = said(given, "shape" if given.shape else "shapes")
         raise InputError(f"{option}: needs `coordinates: {{file: nodes.csv}}` in the system file")
     if given.shape and given.figure is None:
-        raise InputError(f"{said(given, 'shape')}: needs --png FILE beside it")
+        raise InputError(f"{said(given, 'shape')}: needs --figure FILE beside it")
     if not given.values:
         refuse(given, "workers", "no --sweep, whose values they share")
     if given.test:  # refused before anything is solved
@@ -72,4 +78,5 @@ def run(given: argparse.Namespace) -> Reply:
         matrices = changes(given)
         answers.append(squeal.sensitivity(subject, known=spectrum, matrices=matrices))
     answers[1:1] = pairs
-    return Reply.of(*answers, judged=scene)
+    more = f"\n\nheld against rounding: {spectrum.criterion}" * given.verbose
+    return Reply.of(*answers, judged=scene, more=more)

@@ -1,6 +1,8 @@
 """`squeal export`: the matrices of a pad or of a (reduced) system as files that can be read again.
-
 They are written with a system file that names them, so that every query takes them back.
+
+squeal export pad.yaml --output matrices --format npz
+squeal export brake.yaml --output reduced --method reduced --band 500:5000
 """
 
 import argparse

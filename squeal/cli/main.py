@@ -6,28 +6,32 @@ import difflib
 import importlib
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 from squeal import __version__
 from squeal.cli.streams import exit_code, open_closed, printed, say
 from squeal.errors import InputError
 
+ARTICLE = "the article: squeal article COMMAND"
 GROUPS = {
-    "pads and systems from matrices": {
+    "what is stable: of pads, and of systems from matrices": {
         "check": "what files of matrices hold: mass, real modes, what looks like wrong units",
         "eigenvalues": "complex eigenvalues and verdict",
         "critical-friction": "every threshold of stability in a range of mu",
         "map": "verdict over alpha1 and alpha2, or over any two parameters",
+    },
+    "what to change, what to show": {
         "advise": "which parameter moves the critical friction most",
         "optimise": "parameters within bounds at which growth is least",
         "scatter": "what tolerances or ranges of many parameters make of stability",
         "report": "one page to show: what grows, since when, moved by what, how sure",
         "export": "matrices of a pad or a reduced system as files with a system file",
     },
-    "motions": {
+    "how a pad moves": {
         "simulate": "integrate a scene of B1, B2 or BN through its contact changes",
         "cycles": "periodic motions, their stability, and their branch over a parameter",
     },
-    "the article": {
+    ARTICLE: {
         "sliding": "stiffness matrix of Eq. (22), bounds (23a, b) and all sliding equilibria",
         "claims": "the statements of the article, each with its measured verdict",
         "findings": "what is wrong in the article's equations, each measured",
@@ -35,34 +39,57 @@ GROUPS = {
         "cite": "BibTeX for the article, this software and what a result was computed with",
         "take": "a figure, table or number of the report, with data, caption and references",
     },
+    "the program": {"completion": "completes commands and options in bash, zsh or fish"},
 }
 COMMANDS = {name: about for group in GROUPS.values() for name, about in group.items()}
-WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take")
+WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take", "completion")
+EXAMPLES = """
+examples
+  squeal eigenvalues pad.yaml --sweep 0:0.6:61 --figure roots.png
+  squeal critical-friction brake.yaml --max 1 --band 500:5000
+  squeal article claims
+
+squeal COMMAND --help lists options and more examples; --version the version"""
+
+
+def parser_of(name: str) -> tuple[Any, Any]:
+    """The module of a command and the parser of its arguments."""
+    from squeal.cli.command import Parser  # a refused command needs nothing of it
+
+    article = name in GROUPS[ARTICLE]
+    home = "squeal.article.commands" if article else "squeal.cli"
+    module = importlib.import_module(f"{home}.{name.replace('-', '_')}")
+    return module, Parser(f"article {name}" * article or name, module, name not in WITHOUT_SCENE)
+
+
+def _overview(words: str, groups: Sequence[str]) -> str:
+    width, lines = max(map(len, COMMANDS)), [f"usage: squeal {words} [OPTIONS] SCENE.yaml"]
+    for title in groups:
+        each = GROUPS[title].items()
+        lines += ["", title, *(f"  {one.ljust(width)}  {about}" for one, about in each)]
+    return "\n".join([*lines, EXAMPLES])
 
 
 def _run(name: str = "", *arguments: str) -> int:
-    if name in ("", "-h", "--help"):
-        width = max(map(len, COMMANDS))
-        lines = ["usage: squeal COMMAND [OPTIONS] SCENE.yaml"]
-        for title, commands in GROUPS.items():
-            lines += ["", title]
-            lines += [f"  {one.ljust(width)}  {about}" for one, about in commands.items()]
-        lines += ["", "squeal COMMAND --help lists its options; --version the version"]
-        if name:
-            return printed("\n".join(lines))
-        say("\n".join(lines))
+    words, groups, known = "COMMAND", list(GROUPS), [*COMMANDS, "article"]
+    if name == "article":
+        words, groups, known = "article COMMAND", [ARTICLE], list(GROUPS[ARTICLE])
+        name, arguments = "".join(arguments[:1]), arguments[1:]
+    if name in ("-h", "--help"):
+        return printed(_overview(words, groups))
+    if not name:
+        say(_overview(words, groups))
         return 2
     if name == "--version":
         return printed(f"squeal {__version__}")
-    if name not in COMMANDS:
-        close = difflib.get_close_matches(name, COMMANDS, 1)
-        meant = f"did you mean {close[0]}?" if close else f"allowed are {', '.join(COMMANDS)}"
+    if name not in known:
+        close = difflib.get_close_matches(name, known, 1)
+        meant = f"did you mean {close[0]}?" if close else f"allowed are {', '.join(known)}"
         raise InputError(f"{name!r} is no command; {meant}")
-    from squeal.cli.command import run  # what is said above needs nothing of it
+    from squeal.cli.command import run
 
-    home = "squeal.article.commands" if name in GROUPS["the article"] else "squeal.cli"
-    module = importlib.import_module(f"{home}.{name.replace('-', '_')}")
-    return run(name, module, name not in WITHOUT_SCENE, arguments)
+    module, parser = parser_of(name)
+    return run(module, parser, arguments)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,13 +1,19 @@
-"""`squeal map`: the verdict over alpha1 and alpha2, or over any two parameters."""
+"""`squeal map`: the verdict over alpha1 and alpha2, or over any two parameters.
+
+squeal map pad.yaml --first mu:0:1 --second k1:1e7:3e7 --n 40 --figure map.png
+squeal map brake.yaml --first mu:0:0.8 --second Omega:5:50 --band 500:5000 --n 7 --table map.csv
+"""
 
 import argparse
 import math
+import warnings
 from typing import Any
 
 import squeal
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import said, take, take_files, write_files
 from squeal.cli.streams import steps
+from squeal.errors import InputWarning
 from squeal.io.scene import Scene
 from squeal.io.writing import picked
 from squeal.model.pad import PARAMETERS
@@ -41,4 +47,7 @@ def run(given: argparse.Namespace) -> Reply:
     write_files(given, answer)
     if given.curves is not None:
         answer.curves().save(given.curves)
+        if not answer.details["threshold_curve"]:
+            words = "without a curve: no two neighbours differ in whether something grows"
+            warnings.warn(f"{said(given, 'curves')}: {words}", InputWarning, stacklevel=2)
     return Reply.of(answer, judged=scene)

@@ -1,5 +1,8 @@
 """`squeal optimise`: parameters within bounds at which the fastest growing root of a band grows
-least, by searches on a reduced system whose result is computed on the full one."""
+least, by searches on a reduced system whose result is computed on the full one.
+
+squeal optimise brake.yaml --bounds Omega:5:50 --band 500:5000 --starts 1
+"""
 
 import argparse
 

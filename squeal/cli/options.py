@@ -108,16 +108,24 @@ class Once(argparse.Action):
 
     def __init__(self, *arguments: Any, read: Read = lambda text: text, **options: Any) -> None:
         super().__init__(*arguments, **options)
-        self._read = read
+        self._read, self.names = read, self.option_strings
 
     def __call__(self, parser: Any, given: Any, text: Any, option: str | None = None) -> None:
         at = Place(f"{option} {text}")
         if before := getattr(given, f"{self.dest}_said", None):
             raise at.refuse(f"{before} is given already; one of them is allowed")
-        for name in (self.dest, *(name.lstrip("-") for name in self.option_strings)):
+        for name in (self.dest, *(name.lstrip("-") for name in self.names)):
             setattr(given, f"{name.replace('-', '_')}_said", str(at))
         with at.named():
             setattr(given, self.dest, self._read(text))
+
+
+def add_option(group: Any, names: str, **how: Any) -> None:
+    """An option by its first name, which help and completion show; the others are taken too."""
+    first, *others = names.split()
+    action = group.add_argument(first, **how)
+    action.names = names.split()
+    group._option_string_actions |= dict.fromkeys(others, action)
 
 
 def said(given: argparse.Namespace, name: str) -> str:
@@ -131,17 +139,16 @@ def take(parser: Any, names: str, **defaults: Any) -> None:
         flags, metavar, words, read = OPTIONS[key]
         how = {"dest": key, "metavar": metavar, "help": words, "default": defaults.get(key)}
         how["choices" if isinstance(read, tuple) else "read"] = read
-        group = parser.groups[SYSTEMS if key in _OF_SYSTEMS else ""]
-        group.add_argument(*flags.split(), **how)
+        add_option(parser.groups[SYSTEMS if key in _OF_SYSTEMS else ""], flags, **how)
 
 
 def take_files(parser: Any, **options: str) -> None:
     """Options that name a file to write, such as table="the verdicts"."""
-    add = parser.groups[FILES].add_argument
     for key, words in options.items():
         flags, kinds = FILE_OPTIONS[key]
         words = f"write {words} to FILE, whose name ends in {' or '.join(kinds)}"
-        add(*flags.split(), dest=key, metavar="FILE", read=Path, help=words)
+        how = {"dest": key, "metavar": "FILE", "read": Path, "help": words}
+        add_option(parser.groups[FILES], flags, **how)
 
 
 def take_changes(parser: Any) -> None:

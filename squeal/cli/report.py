@@ -1,5 +1,8 @@
 """`squeal report`: one HTML page about a brake: what grows, since when, moved by what, how sure,
-and what was not looked at."""
+and what was not looked at.
+
+squeal report brake.yaml --band 500:5000 --output brake.html
+"""
 
 import argparse
 

@@ -1,5 +1,8 @@
 """`squeal scatter`: what tolerances or ranges of many parameters make of the critical friction, or
-of the growth rates in a band (--of growth): quantiles, share of stable samples, Sobol indices."""
+of the growth rates in a band (--of growth): quantiles, share of stable samples, Sobol indices.
+
+squeal scatter pad.yaml spreads.yaml --journal samples.jsonl --figure scatter.png
+"""
 
 import argparse
 

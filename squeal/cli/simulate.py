@@ -1,4 +1,7 @@
-"""`squeal simulate`: integrate a scene of B1, B2 or BN through its contact changes."""
+"""`squeal simulate`: integrate a scene of B1, B2 or BN through its contact changes.
+
+squeal simulate pad.yaml --set time.stop=0.01 --figure motion.png --table history.csv
+"""
 
 import argparse
 import dataclasses
@@ -8,7 +11,7 @@ from typing import Any
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take_files
 from squeal.cli.streams import counter
-from squeal.io.scene import OUTPUTS, Scene
+from squeal.io.scene import OUTPUTS, Scene, check_simulation
 from squeal.simulation.run import simulate
 
 LEAST = 4_000  # samples of a picture
@@ -32,6 +35,7 @@ def options(parser: Parser) -> None:
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene, simulate it, write the files that are requested."""
     scene = given.source.scene()
+    check_simulation(scene)
     outputs = scene.outputs if given.table is None else (*scene.outputs, "history")
     outputs = outputs if given.figure is None else OUTPUTS
     steps, every = (scene.samples or 2) - 1, 1

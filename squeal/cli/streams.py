@@ -1,6 +1,7 @@
 """Standard streams as users leave them: closed, full, or without the letters of a text."""
 
 import os
+import re
 import sys
 import time
 from collections.abc import Callable
@@ -8,6 +9,9 @@ from typing import TextIO
 
 from squeal.errors import BEYOND, ComputationError, InputError, visible
 from squeal.io.writing import remaining
+
+_COLOURS = {"Unstable": 31, "Stable": 32, "Marginal": 33, "No growing mode was found": 33}
+_VERDICT = re.compile(f"^({'|'.join(_COLOURS)}) .*", re.M)
 
 
 def exit_code(name: str, work: Callable[[], int]) -> int:
@@ -92,8 +96,11 @@ def printed(text: str) -> int:
     It is 0 also where the reader has gone (head, less), and 1 where nothing can be written.
     """
     letters = sys.stdout.encoding or "utf-8"
+    text = visible(text).encode(letters, "backslashreplace").decode(letters)
+    if sys.stdout.isatty() and not os.environ.get("NO_COLOR"):
+        text = _VERDICT.sub(lambda line: f"\033[1;{_COLOURS[line[1]]}m{line[0]}\033[0m", text)
     try:
-        print(visible(text).encode(letters, "backslashreplace").decode(letters), flush=True)
+        print(text, flush=True)
     except OSError as error:
         _silence(sys.stdout)  # nothing is left to say
         if not isinstance(error, BrokenPipeError):

@@ -226,7 +226,9 @@ def check_simulation(scene: Scene) -> None:
         words = f"one of {', '.join(CONTACT_MODELS)}; {scene.model} is a linearisation"
         raise (at / "model").must_be(scene.model, words)
     if scene.stop is None:
-        raise (at / "time").refuse("missing; a simulation needs time.stop and time.samples")
+        raise (at / "time").refuse(
+            "missing; a simulation needs it, such as {stop: 0.05, samples: 5001}"
+        )
     if pad.fall is not None and scene.initial[3] >= cast(float, pad.V):
         words = f"below V = {pad.V:g} where friction falls with speed"
         raise (at / "initial" / "x_dot").must_be(scene.initial[3], words)

@@ -1,13 +1,16 @@
 """The command line as a user meets it: exit codes, JSON, refusals, and nothing loaded in vain."""
 
 import json
+import shlex
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
-from squeal.cli.main import COMMANDS, main
-from tests.cli.calls import B1, B2, B3, answer, words
+from squeal.cli.main import ARTICLE, COMMANDS, GROUPS, main, parser_of
+from tests.cli.calls import B1, B2, B3, answer, run, words
+from tests.conftest import ROOT
 
 ROOT_KEYS = "real imag frequency_hz damping_ratio residual"
 SYSTEM = """parameters: {mu: 0}
@@ -61,7 +64,8 @@ def test_every_command_has_help(capsys, command):
     with pytest.raises(SystemExit) as stop:
         main([command, "--help"])
     assert stop.value.code == 0
-    assert f"usage: squeal {command}" in capsys.readouterr().out
+    group = "article " * (command in GROUPS[ARTICLE])
+    assert f"usage: squeal {group}{command}" in capsys.readouterr().out
 
 
 def test_sensitivities(capsys, tmp_path):
@@ -100,3 +104,52 @@ def test_queries_load_neither_integrators_nor_plots(pad):
     done = subprocess.run(code, capture_output=True, text=True, check=True)
     for (command, no), line in zip(refused.items(), done.stderr.splitlines(), strict=True):
         assert not set(line.split()) & no, command
+
+
+BRAKE = """parameters: {mu: 0.4, Omega: 12}
+M: [[1, 0], [0, 1]]
+C: [{matrix: [[20, 0], [0, 20]]}, {matrix: [[0, 1], [-1, 0]], factor: Omega}]
+K: [{matrix: [[2e8, -1e8], [-1e8, 2e8]]}, {matrix: [[0, 1.5e8], [0, 0]], factor: mu}]
+"""
+
+
+@pytest.mark.parametrize("command", sorted(set(COMMANDS) - set(GROUPS[ARTICLE]) - {"completion"}))
+def test_the_examples_of_help_run(capsys, tmp_path, monkeypatch, command):
+    monkeypatch.chdir(tmp_path)
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    Path("pad.yaml").write_text(readme.partition("```yaml\n")[2].partition("```")[0])
+    Path("brake.yaml").write_text(BRAKE)
+    Path("spreads.yaml").write_text("spreads: {k1: {relative: 0.1}}\nsamples: 40\n")
+    lines = parser_of(command)[1].epilog.splitlines()[1:]
+    for line in lines:
+        assert run(capsys, *shlex.split(line)[1:])[0] == 0, line
+    assert lines
+
+
+def test_names_that_are_not_shown_are_taken(capsys, tmp_path):
+    new, old = tmp_path / "new.csv", tmp_path / "old.csv"
+    both = (["--sweep", "0:1:3", "--table", new], ["--mu", "0:1:3", "--csv", old])
+    for given in both:
+        assert run(capsys, "eigenvalues", B3, *given)[0] == 0
+    assert new.read_bytes() == old.read_bytes()
+    assert not {"--mu ", "--csv"} & set(parser_of("eigenvalues")[1].format_help().split())
+    of = [run(capsys, *group, "sliding", B2) for group in ([], ["article"])]
+    assert of[0] == of[1]
+
+
+def test_bash_completes(capsys, tmp_path):
+    pytest.importorskip("shtab")
+    script = tmp_path / "squeal.bash"
+    script.write_text(run(capsys, "completion", "bash")[1])
+    words = 'f=$(complete -p squeal | grep -o "F [^ ]*"); for w in "$@"; do COMP_WORDS=($w); '
+    words += 'COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); ${f#F }; echo "${COMPREPLY[@]}"; done'
+    asked = {
+        "squeal ei": "eigenvalues",
+        "squeal article cl": "claims",
+        "squeal map --fi": "--first",
+    }
+    asked |= {"squeal eigenvalues --method m": "modal", "squeal simulate --i": "--integrator"}
+    code = ["bash", "-c", f"source {script}; {words}", "bash", *asked]
+    found = subprocess.run(code, capture_output=True, text=True, check=True).stdout
+    for line, (typed, word) in zip(found.splitlines(), asked.items(), strict=True):
+        assert word in line.split(), typed

@@ -64,4 +64,4 @@ def test_python_example_runs(pad, capsys):
 
 
 def test_every_command_is_listed():
-    assert set(re.findall(r"^\| `squeal ([a-z-]+)`", README, re.M)) == set(COMMANDS)
+    assert set(re.findall(r"^\| `squeal (?:article )?([a-z-]+)`", README, re.M)) == set(COMMANDS)

@@ -1,4 +1,7 @@
-"""`squeal cite`: BibTeX for the article, this software and what a result was computed with."""
+"""`squeal article cite`: BibTeX for the article, this software and what a result was computed with.
+
+squeal article cite result.json
+"""
 
 import argparse
 import dataclasses

@@ -1,4 +1,7 @@
-"""`squeal claims`: the article's statements, each with its verdict as measured on its scenes."""
+"""`squeal article claims`: the article's statements, each with its verdict as measured on scenes.
+
+squeal article claims --json
+"""
 
 import argparse
 from collections.abc import Iterable, Mapping, Sequence

@@ -1,4 +1,7 @@
-"""`squeal findings`: what the article's equations turned out to be, each finding measured."""
+"""`squeal article findings`: what the article's equations turned out to be, each finding measured.
+
+squeal article findings
+"""
 
 import argparse
 

@@ -1,4 +1,7 @@
-"""`squeal identify`: search for the parameter set that satisfies most statements."""
+"""`squeal article identify`: search for the parameter set that satisfies most statements.
+
+squeal article identify --starts 1 --state starts.json --scenes best
+"""
 
 import argparse
 import math

@@ -1,4 +1,7 @@
-"""`squeal sliding`: Eq. (22), the bounds (23a, b), and all sliding equilibria."""
+"""`squeal article sliding`: Eq. (22), the bounds (23a, b), and all sliding equilibria.
+
+squeal article sliding pad.yaml
+"""
 
 import argparse
 import math

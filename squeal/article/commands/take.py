@@ -1,5 +1,8 @@
-"""`squeal take`: a figure, table or number of the report in a folder: data, caption, references,
-origin."""
+"""`squeal article take`: a figure, table or number of the report in a folder: data, caption,
+references, origin.
+
+squeal article take fig11 --to figure
+"""
 
 import argparse
 from pathlib import Path
