@@ -133,14 +133,17 @@ metadata: $(ENVIRONMENT)
 	$(BIN)/python -m workflow.release.codecheck > codecheck.yml
 
 cite-check: $(CITE) $(ENVIRONMENT)
-	.venv/cite/bin/cffconvert --validate
+	.venv/cite/bin/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+	.venv/cite/bin/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	.venv/cite/bin/check-jsonschema --builtin-schema vendor.github-issue-forms \
+		.github/ISSUE_TEMPLATE/bug.yml .github/ISSUE_TEMPLATE/need.yml
 	$(BIN)/python -m workflow.release.codemeta | diff codemeta.json -
 	$(BIN)/python -m workflow.release.codecheck | diff codecheck.yml -
 
 lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group build -o requirements/build.txt
 	$(UV_COMPILE) --group installer -o requirements/installer.txt
-	$(UV_COMPILE) pyproject.toml --group workflow --group test -o requirements/environment.txt
+	$(UV_COMPILE) pyproject.toml --extra search --extra completion --group workflow --group test -o requirements/environment.txt
 	$(UV_COMPILE) --group benchmark -c requirements/environment.txt -o requirements/benchmark.txt
 	$(UV_COMPILE) --group archive -o requirements/archive.txt
 	$(UV_COMPILE) --group audit -o requirements/audit.txt

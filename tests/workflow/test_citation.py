@@ -26,7 +26,7 @@ def test_one_title_and_one_version():
     assert CITATION["preferred-citation"]["title"] == title
     assert README.splitlines()[0] == f"# {title}"
     assert (squeal.__doc__ or "").splitlines()[0] == f"{title}."
-    assert title.lower() == f"{PROJECT['name']}: {PROJECT['description']}".lower()
+    assert title.lower() == f"squeal: {PROJECT['description']}".lower()
     assert field(entries()["squeal"], "title") == title
     versions = [found["version"] for found in (CITATION, CITATION["preferred-citation"], PROJECT)]
     assert {squeal.__version__, field(entries()["squeal"], "version"), *versions} == {

@@ -79,7 +79,7 @@ def described(folder: Path) -> dict[str, Any]:
     )
     workflow["name"], workflow["author"] = "From the scenes to the report", maker
     workflow["license"], workflow["creator"] = mit, maker
-    given = [add_file(path, cc_by) for path in files("workflow/scenes/**/*.yaml")]
+    given = [add_file(path, cc_by) for path in files("squeal/article/scenes/**/*.yaml")]
     made = files("results/*.json", "results/*.csv", "figures/*.pdf", "figures/*.txt")
     made += files("paper/generated/*.tex")
     made += files("paper/*.pdf")

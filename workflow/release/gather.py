@@ -24,7 +24,8 @@ def tracked() -> list[Path]:
     listed = subprocess.run(
         ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    return [Path(name) for name in listed.stdout.split("\0") if name]
+    names = [Path(name) for name in listed.stdout.split("\0") if name]
+    return [name for name in names if not (ROOT / name).is_dir()]  # a link to a folder of scenes
 
 
 def built() -> Iterator[tuple[Path, Path]]:

@@ -26,7 +26,7 @@ def copied(folder: Path) -> Path:
     for name in filter(None, listed.stdout.split("\0")):
         place = folder / name
         place.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copy(ROOT / name, place)
+        shutil.copy(ROOT / name, place, follow_symlinks=False)  # one leads to the scenes
     return folder.resolve()
 
 

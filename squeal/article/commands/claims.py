@@ -14,6 +14,8 @@ from squeal.errors import InputError
 from squeal.io.provenance import ROOT
 from squeal.io.writing import aligned as table
 
+SCENES = ROOT / "article" / "scenes"
+
 
 def options(parser: Parser) -> None:
     """Options of `squeal claims`."""
@@ -21,20 +23,18 @@ def options(parser: Parser) -> None:
         "--scenes",
         type=Path,
         metavar="FOLDER",
-        help="folder with b1-a.yaml to b2-d.yaml (workflow/scenes if left out)",
+        help="folder with b1-a.yaml to b2-d.yaml (those of the report if left out)",
     )
 
 
 def scene_files(given: Path | None, stems: Iterable[str]) -> list[Path]:
     """The files of the article's scenes. Raises InputError if their folder holds none."""
-    places = [given] if given else [Path("workflow/scenes"), ROOT.parent / "workflow" / "scenes"]
-    for folder in places:
-        if (folder / "b1-a.yaml").is_file():
-            return [folder / f"{stem}.yaml" for stem in stems]
+    folder = given or SCENES
+    if (folder / "b1-a.yaml").is_file():
+        return [folder / f"{stem}.yaml" for stem in stems]
     raise InputError(
-        f"--scenes {places[0]}: holds no b1-a.yaml; a folder with the article's scenes is allowed, "
-        "such as workflow/scenes of this software's repository or one that `squeal identify "
-        "--scenes FOLDER` has written"
+        f"--scenes {folder}: holds no b1-a.yaml; a folder with the article's scenes is allowed, "
+        "such as one that `squeal article identify --scenes FOLDER` has written"
     )
 
 
