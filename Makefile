@@ -1,4 +1,5 @@
 # make report   everything, up to paper/report.pdf      make test   environment and tests
+# make quick    style and the tests that most changes need, in a minute
 # make two-ways  20,000 questions asked in two ways, for hours
 # make any-input  20,000 broken and valid inputs of the commands, for an hour
 # make fuzz     a million changed inputs of the readers, for hours
@@ -46,6 +47,12 @@ report: $(ENVIRONMENT)
 
 test: $(ENVIRONMENT)
 	@. workflow/setup/system.sh; store_here; $(BIN)/pytest $(TESTS)
+
+.PHONY: quick
+quick: $(LINTERS)
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+	@$(BIN)/pytest tests/test_house.py tests/model tests/linear tests/cli/test_cli.py
 
 # as on systems that heyoka is not made for; its tests skip
 test-without-heyoka: $(ENVIRONMENT)
