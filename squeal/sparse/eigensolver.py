@@ -193,8 +193,6 @@ def corrected(
             far = error > options.exact
             if np.any(far):
                 steps.append(factor.solve(rest[:, far], transposed))
-                if not transposed:  # what these lack in turn saves a round
-                    steps.append(factor.solve(problem.apply(ritz.values[far], steps[0])))
         old, V = V, enlarged(V, np.hstack(steps), 1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
         M, C, K = (_grown(*pair, old, new) for pair in zip((M, C, K), matrices, strict=True))
