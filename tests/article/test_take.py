@@ -14,6 +14,7 @@ from squeal.article.report.taking import ORIGIN, take
 from squeal.article.runs import read_run
 from squeal.cli.main import main
 from squeal.errors import InputError
+from tests.cli.calls import assert_refused
 from tests.conftest import ROOT
 
 ALWAYS = {"LICENCE.txt", "command.txt", "origin.json", "references.bib"}
@@ -116,6 +117,13 @@ def test_what_is_missing_is_reported_with_what_builds_it(build, tmp_path, capsys
     assert "is no figure, table or number of the report" in capsys.readouterr().err
     assert main(["take", "fig11", "--build", str(tmp_path)]) == 2
     assert "holds no paper/report.tex" in capsys.readouterr().err
+
+
+def test_a_damaged_build_is_refused(tmp_path, capsys):
+    for name in ("paper/report.tex", "results/b2-c.json", "results/b2-c.csv"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_bytes(b"\xff\xfe")
+    assert "damaged" in assert_refused(capsys, "take", "fig11", "--build", tmp_path)
 
 
 def test_the_list(build, capsys, monkeypatch):

@@ -50,5 +50,12 @@ def run(given: argparse.Namespace) -> Reply:
     if given.name is None:
         listed = names()
         return Reply(lambda: {"names": listed}, lambda: table(list(listed.items()), right=False))
-    taken = take(given.name, build_folder(given.build), given.to)
+    build = build_folder(given.build)
+    try:
+        taken = take(given.name, build, given.to)
+    except InputError:
+        raise
+    except (ValueError, LookupError, TypeError):
+        words = "holds a damaged file; a build by `make report` is allowed"
+        raise InputError(f"--build {build}: {words}") from None
     return Reply(lambda: vars(taken), lambda: "\n".join(f"{taken.folder}/{f}" for f in taken.files))
