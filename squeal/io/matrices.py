@@ -366,6 +366,8 @@ def _variables(data: bytes, order: str) -> Iterator[tuple[str, Any]]:
         if kind == COMPRESSED:
             unpack = zlib.decompressobj()
             unpacked = unpack.decompress(inside, 8 * MOST_FULL + 100 * len(inside))
+            if unpack.unconsumed_tail:
+                raise InputError("more numbers than so small a file may hold; a sparse matrix may")
             if not unpack.eof:
                 raise ValueError
             yield from _variables(unpacked, order)

@@ -433,15 +433,17 @@ def test_what_cannot_hold_a_matrix_is_refused(tmp_path, matrix):
         write_matrix(tmp_path / "K.doc", np.eye(2))
 
 
-def test_small_files_become_no_large_arrays(tmp_path):
+def test_small_files_become_no_large_arrays(tmp_path, monkeypatch):
     """What is packed tightly, or named only, is refused before it is made."""
-    large = np.zeros((4000, 4000), dtype=np.int8)
+    monkeypatch.setattr("squeal.io.matrices.MOST_FULL", 1000)
+    large = np.zeros((100, 100))
     np.savez_compressed(tmp_path / "K.npz", K=large)
     savemat(tmp_path / "K.mat", {"K": large}, do_compression=True)
+    savemat(tmp_path / "bytes.mat", {"K": large.astype(np.int8)}, do_compression=True)
     header = np.array([0, 40_000, 40_000, 0, 2], dtype="<i4").tobytes()  # MATLAB's version 4
     (tmp_path / "old.mat").write_bytes(header + b"K\0" + bytes(8))
     (tmp_path / "K.hb").write_text("t\n1 1 1 1 0\nRUA 2 2 3 0\n(999999999I9)(1I9)(1I9)\n1\n1\n1\n")
-    for name in ("K.npz", "K.mat", "old.mat", "K.hb"):
+    for name in ("K.npz", "K.mat", "bytes.mat", "old.mat", "K.hb"):
         with pytest.raises(InputError, match="numbers"):
             read_matrix(tmp_path / name)
 
