@@ -154,13 +154,22 @@ class Eigenvalues(Answer):
         count = "1 mode," if len(grow) == 1 else f"{len(grow)} modes, the fastest by"
         return f"Unstable {at}{where}: {count} {kind} at {size}"
 
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Those of its roots, with the error of a reduction if it is known."""
+        error = Column(
+            "error", "1/s", shown=lambda e: "-" if e.error is None else number(e.error, 2)
+        )
+        return ROOT + (error,) * any(root.error is not None for root in self.eigenvalues)
+
     def table(self) -> Table:
         numbers = dict(zip(map(id, self.eigenvalues), self.modes.tolist(), strict=True))
         mode = Column("mode", value=lambda root: numbers[id(root)])
-        return Table((mode, *ROOT), self.eigenvalues, nothing="no root")
+        return Table((mode, *self.columns), self.eigenvalues, nothing="no root")
 
     def parts(self) -> Sequence[str | Table]:
-        proof = "none is missing (count)" if self.certified else "the list may be incomplete"
+        of = " of the reduced system" * bool(self.details.get("basis"))
+        proof = f"none{of} is missing (count)" if self.certified else "the list may be incomplete"
         table = (Column("mode", value=self.mode_of), *columns("kind frequency_hz"))
         table += (Column("growth_rate", "1/s"), Column("damping_ratio"), onset_of(self.parameter))
         count = f"{len(self.eigenvalues)} roots, {proof}"
@@ -171,7 +180,7 @@ class Eigenvalues(Answer):
     def to_dict(self) -> dict[str, Any]:
         head = {"name": self.name} | valued(self.parameter, self.value) | dict(self.details)
         return head | {
-            "eigenvalues": Table(ROOT, self.eigenvalues).records(),
+            "eigenvalues": Table(self.columns, self.eigenvalues).records(),
             **picked(self, "verdict criterion certified count"),
             "unstable": [{"mode": self.mode_of(one)} | asdict(one) for one in self.unstable],
             "mode_shapes": self.shapes,
@@ -451,6 +460,13 @@ def _hertz(step: Step, growing: bool) -> str:
 
 def basis_text(basis: Mapping[str, Any]) -> str:
     """A reduced system for people."""
+    if basis["method"] == "components":
+        return (
+            f"{basis['size']} rows reduced from {basis['rows']}, modes of components up to "
+            f"{basis['cutoff_hz']:g} Hz; "
+            + ("" if basis["errors"] else "errors of roots are known where they were reduced, ")
+            + "counts are of the reduced system"
+        )
     if basis["method"] == "modal":
         text = (
             f"first look: real modes up to {basis['real_modes_hz']:.4g} Hz and their corrections, "

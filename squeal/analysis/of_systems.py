@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -32,6 +33,7 @@ from squeal.analysis.systems.roots import (
     roots_of_all,
     rounding_of,
     system_roots,
+    unsure,
     verdict_of,
 )
 from squeal.analysis.systems.sensitivity import (
@@ -49,10 +51,11 @@ from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.matrices import dense as plain_matrix
-from squeal.linear.paths import growing
+from squeal.linear.paths import growing, mode_numbers
 from squeal.linear.system import TermSystem
 from squeal.schema import shown
 from squeal.sparse.argument_principle import Disc, Rectangle
+from squeal.sparse.components import Assembly
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import Reduction
@@ -90,14 +93,23 @@ class Question:
     ) -> Question:
         """Raises InputError, and ComputationError for what does not fit into the memory."""
         file = SystemFile(subject) if isinstance(subject, TermSystem) else subject
+        if isinstance(file, Assembly):
+            file = SystemFile(file.system, assembly=file)
         if not isinstance(file, SystemFile):
-            allowed = "it must be a Scene, a System or what read_system gives"
+            allowed = "it must be a Scene, a System, an Assembly or what read_system gives"
             raise InputError(f"{type(subject).__name__} is not allowed; {allowed}")
+        if band is None and region is None and Question(file, Wanted()).joined:
+            band = (0.0, file.assembly.cutoff)
         wanted = Wanted(band, None if region is None else Rectangle(*region), modes)
         if not is_small(file.system):
             check_memory(file.system, memory)
         PROGRESS.set(progress or (lambda _: None))
         return Question(file, wanted)
+
+    @property
+    def joined(self) -> dict[str, Any] | None:
+        """How components were reduced before they were joined, None if they were not."""
+        return self.file.assembly and self.file.assembly.reduction
 
     @property
     def system(self) -> TermSystem:
@@ -114,7 +126,8 @@ class Question:
         if look is not None and isinstance(look.source[1], FirstLook):
             roots = looked_at(look.source[1], self.wanted, {free: system.parameters[free]})
         else:
-            roots = system_roots(system, self.wanted)
+            bounded = partial(file.assembly.bounded, system) if self.joined else tuple
+            roots = system_roots(system, self.wanted, bounded=bounded)
         matrices, checks, region = matrix_list(file), system_checks(system), roots.region
         extent = {"radius": region.radius} if isinstance(region, Disc) else region and vars(region)
         details: dict[str, Any] = {
@@ -126,7 +139,7 @@ class Question:
             "region": extent,
             "growth_limit": roots.growth_limit,
             "growing_outside": roots.growing_outside,
-            "basis": None,
+            "basis": self.joined,
         }
         shapes = None
         if system.n <= SHOWN_ROWS:
@@ -142,6 +155,7 @@ class Question:
             for name, value in system.parameters.items()
         )
         lines = [f"{system.n} {freedom} of freedom, {own}"]
+        lines += [f"  {basis_text(self.joined)}"] if self.joined else []
         lines += [
             f"  {m['part']}: {m['file'] or 'rows'}, factor {m['factor']}, {m['nonzeros']} non-zeros"
             for m in matrices
@@ -154,8 +168,15 @@ class Question:
             lines += [f"  {seat}" for seat in file.assembly.seats]
             details["contact"] = [seat.summary() for seat in file.assembly.seats]
         notes = ["\n".join(lines), *roots.notes]
+        number = mode_numbers(np.array([e.value for e in roots.eigenvalues], dtype=complex))
+        pairs = zip(number.tolist(), roots.eigenvalues, strict=True)
+        if unsaid := ", ".join(map(str, sorted({k for k, e in pairs if unsure(e)}))):
+            words = "the errors leave open whether they grow, a higher cutoff tells"
+            notes.append(f"modes {unsaid}: {words}")
         if roots.growing_outside:
-            notes.append(f"{roots.growing_outside} modes grow outside of the band or region")
+            below = " and below the cutoff" * bool(self.joined)
+            words = f"modes grow outside of the band or region{below}"
+            notes.append(f"{roots.growing_outside} {words}")
         words = "" if region is None else self.wanted.words()
         if roots.growth_limit is not None:
             words += f" with growth below {roots.growth_limit:.4g} 1/s"
@@ -187,7 +208,7 @@ class Question:
         if method in ("reduced", "modal") or (method is None and not is_small(system)):
             reduction, _ = self.reduced(values, method or "modal", CHECKED)
         modes = followed(system, self.wanted, values, reduction, processes(workers))
-        basis = basis_of(reduction, self.wanted)
+        basis = basis_of(reduction, self.wanted) or self.joined
         return Sweep(
             system.name, system.parameter, *modes, basis=basis, source=(self.file, reduction)
         )
@@ -200,7 +221,12 @@ class Question:
         options: ContinuationOptions | None = None,
     ) -> Thresholds:
         """Every threshold of the wanted roots from low to high."""
-        return system_thresholds(self.system, high, low, self.wanted, processes(workers), options)
+        workers = processes(workers)
+        answer = system_thresholds(self.system, high, low, self.wanted, workers, options)
+        if not self.joined:
+            return answer
+        notes = *answer.notes, basis_text(self.joined)
+        return replace(answer, notes=notes, details={**answer.details, "basis": self.joined})
 
     def map(self, axes: tuple[Axis, Axis] | None, workers: int | None = None) -> Map:
         """The verdict on the wanted roots over two named parameters."""
@@ -224,7 +250,7 @@ class Question:
         cells = np.array(list(counted(parts, len(points), PROGRESS.get(), "points")))
         codes = cells[:, 0].astype(np.int8).reshape(grid[0].shape)
         growth = cells[:, 1].reshape(codes.shape)
-        basis = basis_of(reduction, wanted)
+        basis = basis_of(reduction, wanted) or self.joined
         return Map(
             system.name,
             axes,

@@ -45,7 +45,7 @@ def run(given: argparse.Namespace) -> Reply:
         system = squeal.System(M, C if C.any() else None, K, mu, name=name)
     elif given.method is None and subject.assembly is not None:
         refuse(given, "region values", "components; --method reduced or modal takes it")
-        system, source = subject.system, given.source
+        system, source, basis = subject.system, given.source, subject.assembly.reduction
         rows = write_assembly(folder, subject, source.document, source.folder, given.format)
     elif given.method in (None, "full"):
         refuse(given, "band region values", "a whole system; --method reduced or modal takes it")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from squeal.io import system as files
 from squeal.io.system import CSV, FACTOR, SYSTEM, Coordinates, Origin, SystemFile, number_in
 from squeal.numerics.differentiation import Formula
-from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, row
+from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
 from squeal.sparse.components import OWN, Component, Contact, assemble
 
 BETWEEN = Several(TEXT, "a list of two names of components", 2)
@@ -21,8 +21,14 @@ LOAD = Group({
     "file": Key("table with the columns node, dof, force", TEXT, "N", required=True),
     "factor": Key("what the forces are multiplied with, such as a pressure", FACTOR, default="1"),
 }, owner="load")
+REDUCED = Group({
+    "rows": Key("how many it had", Whole(1, 10**9), required=True),
+    "cutoff": Key("frequency up to which it has modes", POSITIVE, "Hz", required=True),
+}, owner="reduced")
 COMPONENT = Group({
     "file": Key("system file of M, C and K with coordinates", TEXT, required=True),
+    "reduced": Key("what it was reduced from, as `export` writes it; it is not reduced again",
+                   REDUCED, default="it is no reduced one"),
     "load": Key("brake load, under which contact is seated", LOAD, default="none"),
 }, owner="a component")
 CONTACT = Group({
@@ -86,6 +92,7 @@ def assembly_file(
         inputs += [path, *file.inputs]
         nodes, places = np.array(where.names)[where.nodes], where.places[where.nodes]
         body = Component(replace(file.system, name=name), nodes, where.directions, places)
+        body = replace(body, **one.get("reduced", {}))
         if load := one.get("load"):
             inputs.append(folder / load["file"])
             factor = value(load, "factor", here / "load")

@@ -62,8 +62,8 @@ class Eigenvalue:
 
     right (n,) is the mode shape, right^H M right = 1, and left (n,) alike; residual the backward
     error |P(value) x| / (|v|^2 |M| + |v| |C| + |K|), mass-normalised; condition 1/|y^H x| of the
-    standard problem solved (in value^2 if undamped), or inf; rounding (rad/s) how far rounding may
-    move it.
+    standard problem solved (in value^2 if undamped), or inf; rounding (rad/s) how far rounding, and
+    error how far a reduction may move it, None where that is not known.
     """
 
     value: complex
@@ -72,6 +72,7 @@ class Eigenvalue:
     residual: float = field(repr=False)
     condition: float = field(repr=False)
     rounding: float = field(default=0.0, repr=False)
+    error: float | None = field(default=None, repr=False)
 
     @property
     def kind(self) -> str:

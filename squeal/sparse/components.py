@@ -9,6 +9,7 @@ found under the brake load: pairs that would pull open, and carry neither stiffn
 
 from __future__ import annotations
 
+import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -18,11 +19,20 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import ComputationError, InputError
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import EPS, is_sparse, norm_of
 from squeal.linear.system import Matrix, Term, TermSystem, structure_stiffness
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Place
-from squeal.sparse.quadratic import Array, Factor, factorise
+from squeal.sparse.first_look import movements
+from squeal.sparse.quadratic import (
+    Array,
+    ComplexArray,
+    Factor,
+    ScaledSystem,
+    combined,
+    factorise,
+)
 
 SHARE = 1e-4  # of the energy of a boundary motion, below which what it adds inside is left out
 OWN = {"mu": 0.0, "contact": 1.0, "tangential": 1.0}  # parameters of every assembly
@@ -44,8 +54,9 @@ class Component:
         Where in m the node of each row lies.
     load : array_like (n,), optional
         Brake load in N (N m for rotations), under which contact is seated.
-    basis : array (N, n), optional
-        Displacements of the N rows that this component was reduced from.
+    rows, cutoff, basis, origin : int, float, array (rows, n), Component
+        Of a reduced one how many rows it had, up to which frequency in Hz it kept modes, the
+        displacements of those rows, and what it was.
 
     Examples
     --------
@@ -66,7 +77,10 @@ class Component:
     directions: Any = field(repr=False)
     places: Any = field(default=None, repr=False)
     load: Any = field(default=None, repr=False)
+    rows: int | None = None
+    cutoff: float = np.inf
     basis: Array | None = field(default=None, repr=False)
+    origin: Component | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for name, kind in {"nodes": str, "directions": int, "places": float, "load": float}.items():
@@ -164,8 +178,30 @@ class Component:
             [*self.directions[b], *[-1] * rest],
             None if self.places is None else np.vstack([self.places[b], np.zeros((rest, 3))]),
             None if self.load is None else V.T @ self.load,
+            self.rows or self.system.n,
+            min(cutoff, self.cutoff),
             V if self.basis is None else self.basis @ V,
+            self.origin or self,
         )
+
+    def lack(
+        self, z: ComplexArray, right: ComplexArray, left: ComplexArray, at: Mapping[str, float]
+    ) -> tuple[ComplexArray, ...]:
+        """What right and left modes (n, m) of roots z (m,) lack inside of the origin at parameters:
+        the residuals P x and P^H y (k, m), and what K^-1 makes of both."""
+        from scipy.sparse import csc_array
+
+        assert self.origin is not None
+        assert self.basis is not None
+        problem = ScaledSystem(replace(self.origin.system, parameters=at)).at()
+        inside = np.flatnonzero(~np.isin(self.origin.nodes, self.nodes[self.nodes != ""]))
+        x, y = (combined(self.basis, part) / problem.scale[:, None] for part in (right, left))
+        rest = problem.apply(z, x), problem.transposed().apply(z, y.conj()).conj()
+        both = np.hstack(rest)[inside]
+        if inside.size:
+            inner = csc_array(problem.K[inside][:, inside].real)
+            solved = factorise(inner).solve(both)
+        return *np.split(both, 2, axis=1), *np.split(solved if inside.size else both, 2, axis=1)
 
 
 def _modes(K: Any, M: Any, factor: Factor, cutoff: float) -> tuple[Array, Array]:
@@ -354,6 +390,53 @@ class Assembly:
     seats: tuple[Seat, ...]
     displacements: Array = field(repr=False)
 
+    @property
+    def cutoff(self) -> float:
+        """The least cutoff of the components in Hz, infinite if none is reduced."""
+        return min(body.cutoff for body in self.components)
+
+    @property
+    def reduction(self) -> dict[str, Any] | None:
+        """What a JSON object says of a reduction: rows before and after it, cutoff, whether errors
+        of roots are known; None if none of the components is reduced."""
+        rows = sum(body.rows or body.system.n for body in self.components)
+        known = {"method": "components", "size": self.system.n, "rows": rows}
+        known |= {"cutoff_hz": self.cutoff, "errors": any(b.origin for b in self.components)}
+        return known if np.isfinite(self.cutoff) else None
+
+    def bounded(self, system: TermSystem, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
+        """Roots of the system at its parameters with the error of the reduction, as far as it is
+        known, to which the rounding is raised: infinite above the cutoff.
+
+        What a component lacks moves inside with the other nodes held, above the cutoff: K alone
+        meets the residuals there but for what contracts by (|z| / cutoff)^2.
+        """
+        top = math.tau * self.cutoff
+        some = [e for e in roots if e.value.imag >= 0.0 and abs(e.value) < top]
+        known: dict[complex, tuple[float | None, float]] = {e.value: (None, 0.0) for e in some}
+        if some and any(body.origin for body in self.components):
+            z, (M, C, _) = np.array(list(known)), system.at()
+            X, Y = (np.array([getattr(e, side) for e in some]).T for side in ("right", "left"))
+            slope = np.add.outer(z, z) * (Y.conj().T @ M @ X)
+            slope += 0.0 if C is None else Y.conj().T @ C @ X
+            lack, energies = np.zeros_like(slope), np.zeros((2, len(z)))
+            ends = np.cumsum([body.system.n for body in self.components])[:-1]
+            parts = (np.split(vectors, ends) for vectors in (X, Y))
+            for body, *vectors in zip(self.components, *parts, strict=True):
+                if body.origin is not None:
+                    R, S, FR, FS = body.lack(z, *vectors, system.parameters)
+                    lack += S.conj().T @ FR
+                    energies += [np.sum(a.conj() * b, axis=0).real for a, b in ((R, FR), (S, FS))]
+            share = (np.abs(z) / top) ** 2
+            right, left = np.sqrt(np.abs(energies) * share / (1.0 - share))
+            moved, steady = movements(z, slope, lack, np.outer(left, right))
+            steady &= system.real and not system.C
+            errors = zip(moved.tolist(), np.where(steady, 0.0, moved).tolist(), strict=True)
+            known = dict(zip(known, errors, strict=True))
+        known |= {z.conjugate(): error for z, error in known.items()}
+        each = ((e, *known.get(e.value, (None, np.inf))) for e in roots)
+        return tuple(replace(e, error=a, rounding=max(e.rounding, b)) for e, a, b in each)
+
 
 def assemble(
     components: Sequence[Component],
@@ -377,7 +460,8 @@ def assemble(
     parameter, name : str
         The free parameter; what the system is called.
     cutoff : float, optional
-        Reduce each component to its nodes in contact and its modes up to this frequency in Hz.
+        Reduce each component that is not reduced to its nodes in contact and its modes up to this
+        frequency in Hz.
 
     Returns
     -------
@@ -416,7 +500,8 @@ def assemble(
     if cutoff is not None:
         for key, body in bodies.items():
             nodes = [c.pairs[:, c.between.index(key)] for c in known if key in c.between]
-            bodies[key] = body.reduced(np.concatenate([[], *nodes]), cutoff)
+            if body.cutoff == np.inf:
+                bodies[key] = body.reduced(np.concatenate([[], *nodes]), cutoff)
     for contact in known:
         with Place(f"contact {contact.name}").named():
             joints.append(_joint(contact, bodies))

@@ -129,6 +129,31 @@ class Lack(NamedTuple):
     steady: NDArray[np.bool_]  # undamped, apart from others: they stay on the imaginary axis
 
 
+def movements(
+    z: ComplexArray, slope: ComplexArray, lack: ComplexArray, more: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """How far roots z (m,) of a projected problem may be from those of the full one (rad/s), and
+    which of them on the imaginary axis stay there if nothing damps.
+
+    slope (m, m) is Y^H P' X of left and right modes, lack (m, m) S^H F^-1 R of what they lack,
+    known up to `more` (m, m).
+    """
+    try:
+        inverse = np.linalg.inv(slope)
+    except np.linalg.LinAlgError:  # a multiple root without as many modes
+        inverse = np.full_like(slope, np.inf)
+    with np.errstate(invalid="ignore", over="ignore"):
+        D = np.abs(inverse @ lack) + np.abs(inverse) @ more
+        gaps = np.abs(np.subtract.outer(z, z))
+        both = D * D.T
+        np.fill_diagonal(both, 0.0)
+        far = np.divide(2 * both, gaps, out=np.full_like(gaps, np.inf), where=gaps > 0)
+        errors = np.diag(D) + np.minimum(np.sqrt(both), far).sum(axis=1)
+    np.fill_diagonal(gaps, np.inf)
+    steady = (z.real == 0.0) & (2 * errors < gaps.min(axis=1, initial=np.inf))
+    return np.nan_to_num(errors, nan=np.inf), steady
+
+
 class FirstLook(Reduction):
     """A reduction onto real modes and their corrections, which knows the errors of its roots.
 
@@ -215,23 +240,11 @@ class FirstLook(Reduction):
         slope = np.add.outer(z, z) * meets[0] + meets[1]
         right, left = (np.sqrt(np.abs(np.sum(a.conj() * b, axis=0))) for a, b in ((R, FR), (S, FS)))
         rest = self.contraction / max(1.0 - self.contraction, 1.0 - OPTIONS.contracts)
-        try:
-            inverse = np.linalg.inv(slope)
-        except np.linalg.LinAlgError:  # a multiple root without as many modes
-            inverse = np.full_like(slope, np.inf)
-        with np.errstate(invalid="ignore", over="ignore"):
-            D = np.abs(inverse @ (S.conj().T @ FR)) + rest * np.abs(inverse) @ np.outer(left, right)
-            gaps = np.abs(np.subtract.outer(z, z))
-            both = D * D.T
-            np.fill_diagonal(both, 0.0)
-            far = np.divide(2 * both, gaps, out=np.full_like(gaps, np.inf), where=gaps > 0)
-            errors = np.diag(D) + np.minimum(np.sqrt(both), far).sum(axis=1)
-        np.fill_diagonal(gaps, np.inf)
-        steady = (z.real == 0.0) & (2 * errors < gaps.min(axis=1, initial=np.inf))
+        lacks = S.conj().T @ FR, rest * np.outer(left, right)
+        errors, steady = movements(z, slope, *lacks)
         steady &= self.system.real and not self.system.C
         size = problem.size(z) * np.linalg.norm(X, axis=0)
-        residuals = np.linalg.norm(R, axis=0) / size
-        return Lack(roots, solved, residuals, np.nan_to_num(errors, nan=np.inf), steady)
+        return Lack(roots, solved, np.linalg.norm(R, axis=0) / size, errors, steady)
 
     def _contraction(self, changes: Changes) -> float:
         """How T contracts what the basis lacks, at two corners of the region."""

@@ -83,3 +83,18 @@ def test_a_number_given_twice_is_refused_and_a_strange_column_named(brake, tmp_p
     more.write_text(text.replace("  stiffness", "  area: 1.0\n  stiffness"))
     assert main(["eigenvalues", str(more)]) == 2
     assert main(["eigenvalues", str(path), "--set", "contact.1.stiffness=3e11"]) == 2
+
+
+def test_errors_of_a_reduced_assembly_are_those_against_the_full_one(brake, capsys):
+    path, *_ = brake
+    read = answer(capsys, path, "--band", "500:4000")
+    full = squeal.eigenvalues(squeal.read_system(path), band=(0.0, TOP))
+    exact, errors = full.values, [e["error"] for e in read["eigenvalues"]]
+    for e in read["eigenvalues"]:
+        away = np.abs(exact - complex(e["real"], e["imag"])).min()
+        assert 0.5 * away <= e["error"] + 1e-10 * e["imag"]
+        assert e["error"] <= 4.0 * away + 1e-8 * e["imag"]
+    assert max(errors) > 1e-3
+    basis, inside = read["basis"], sum(BAND[0] <= m.frequency_hz <= BAND[1] for m in full.unstable)
+    assert (basis["rows"], basis["cutoff_hz"]) == (full.details["rows"], TOP)
+    assert 0 < read["growing_outside"] <= len(full.unstable) - inside

@@ -142,8 +142,12 @@ def write_assembly(
     """
     rows = write_components(folder, file.assembly.components, suffix)
     joined = {key: deepcopy(value) for key, value in document.items() if key != "cutoff"}
-    for name, one in joined["components"].items():
+    for (name, one), body in zip(
+        joined["components"].items(), file.assembly.components, strict=True
+    ):
         one["file"] = f"{name}/system.yaml"
+        if body.rows:
+            one["reduced"] = {"rows": body.rows, "cutoff": body.cutoff}
         if load := one.get("load"):  # it was written as it is at these parameters
             factor = Formula(load.get("factor", "1"))
             text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"

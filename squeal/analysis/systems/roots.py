@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -160,17 +160,20 @@ class SystemRoots:
 
 
 def system_roots(
-    system: TermSystem, wanted: Wanted | None = None, changes: Changes | None = None
+    system: TermSystem,
+    wanted: Wanted | None = None,
+    changes: Changes | None = None,
+    bounded: Callable[[Known], Known] = tuple,
 ) -> SystemRoots:
     """The roots of a system at its parameters, some of them changed.
 
     Up to 400 rows all roots are computed and the wanted ones picked; of a larger system those of
     the band or region, or the lowest. A band reaches as far to the right as its roots may lie.
-    Raises InputError and ComputationError.
+    `bounded` gives roots the error of a reduction. Raises InputError and ComputationError.
     """
     wanted = wanted or Wanted()
     if is_small(system):
-        roots = _of_all(system.arrays(changes), wanted)
+        roots = _of_all(system.arrays(changes), wanted, bounded)
         return roots if wanted.modes is None else roots.lowest(wanted.modes)
     if system.follows:
         return _at_own_frequencies(system, wanted, changes or {})
@@ -185,6 +188,7 @@ def system_roots(
     values, count = solution.eigenvalues, solution.count
     if wanted.rectangle is None:
         values, count = _upper(values, count, problem.real)
+    values = bounded(values)
     words = judged(values, complete=False)
     roots = SystemRoots(values, solution.region, count, *words, growth_limit=limit)
     return roots if modes is None else roots.lowest(modes)
@@ -217,9 +221,14 @@ def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) ->
     return roots if wanted.modes is None else roots.lowest(wanted.modes)
 
 
+def unsure(root: Eigenvalue) -> bool:
+    """True if the error of a reduction leaves open whether a root grows."""
+    return 0.0 < abs(root.value.real) <= (root.error or 0.0)
+
+
 def judged(values: Known, complete: bool = True) -> tuple[str | None, str]:
     """Verdict on roots and what decided it; unless they are `complete` only growth is proven."""
-    solved = [e for e in values if e.residual <= ACCEPTED]
+    solved = [e for e in values if e.residual <= ACCEPTED and e.rounding < math.inf]
     if not solved:
         return None, f"{NO_ROOT} was found that solves the equations"
     verdict = decide([e.value for e in solved], [e.rounding for e in solved])
@@ -229,7 +238,11 @@ def judged(values: Known, complete: bool = True) -> tuple[str | None, str]:
     return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
 
 
-def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> SystemRoots:
+def _of_all(
+    matrices: tuple[Matrix, Matrix | None, Matrix],
+    wanted: Wanted,
+    bounded: Callable[[Known], Known],
+) -> SystemRoots:
     """All roots of a small system, those of the band or region, or the upper ones."""
     M, C, K = matrices
     problem = quadratic(M, C, K)
@@ -245,6 +258,10 @@ def _of_all(matrices: tuple[Matrix, Matrix | None, Matrix], wanted: Wanted) -> S
         every = dense_spectrum(M, C, K)
         if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
+    if bounded is not tuple:
+        every = bounded(every)
+        sure = tuple(e for e in every if e.rounding < math.inf)
+        words = judged(sure, complete=not any(map(unsure, sure)))
     known = np.array([e.value for e in every], dtype=complex)
     farthest, region = float(np.max(np.abs(known), initial=0.0)), wanted.rectangle
     upper, _ = _upper(every, None, problem.real)
