@@ -18,6 +18,7 @@ from squeal.io.writing import Answer, Column, Table, columns
 from squeal.schema import Number, Place
 
 FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
+EVEN = 1e-3  # difference of costs that tells nothing, 0.01 % of the frequency: a growing one pairs
 POSITIVE = Number(0.0)
 DAMPING = "damping_ratio"
 
@@ -69,13 +70,15 @@ class Pairs(Answer):
     """Modes paired with those of `reference`, then those left over on both sides.
 
     mac: of each mode of the reference with each computed one (m, k); tolerance: the largest
-    difference of a pair, of the frequency.
+    difference of a pair, of the frequency; warnings: which modes are equally near one of the
+    reference.
     """
 
     reference: str
     pairs: tuple[Pair, ...]
     tolerance: float
     mac: NDArray[np.float64] = field(repr=False)
+    warnings: tuple[str, ...] = ()
 
     @property
     def names(self) -> dict[int, str]:
@@ -98,7 +101,8 @@ def compare(
     """Pair the modes of an answer with those of another one, or with test frequencies.
 
     Pairs are assigned together: the sum of their differences in frequency, over the tolerance, and
-    of 1 - MAC, where shapes are known, is the least.
+    of 1 - MAC, where shapes are known, is the least. Of modes equally near to one of the reference
+    that which grows is taken, since what squeals is measured, and the tie is a warning.
 
     Parameters
     ----------
@@ -143,9 +147,17 @@ def compare(
         if (some := ~np.isnan(shape)).any():  # where it was measured
             alike[i] = mac(shape[some, None], np.array([x[some] for _, x in own]).T)
     cost = np.abs(apart) / tolerance + np.where(np.isnan(alike), 0.0, 1.0 - alike)
+    even = [np.flatnonzero(np.abs(row - row.min()) <= EVEN) for row in cost if len(own)]
+    cost = cost + EVEN * np.array([heads[2] >= 0.0 for heads, _ in own])
     cost = np.where(np.abs(apart) <= tolerance, cost, FORBIDDEN)
     pairs = np.transpose(linear_sum_assignment(cost)).tolist()
     pairs = [(i, j) for i, j in pairs if cost[i, j] < FORBIDDEN]
+    ties = [
+        f"{other[i][0][0]}: modes {', '.join(str(own[k][0][0]) for k in even[i])} are equally near"
+        f"; {own[j][0][0]} is paired"
+        for i, j in pairs
+        if j in even[i] and len(even[i]) > 1
+    ]
     none, left, right = (None,) * 3, {i for i, _ in pairs}, {j for _, j in pairs}
     rows: list[Any] = []
     for i, j in pairs:
@@ -153,7 +165,7 @@ def compare(
         rows.append((*other[i][0], *own[j][0], 100 * float(apart[i, j]), likeness))
     rows += [(*heads, *none) for i, (heads, _) in enumerate(other) if i not in left]
     rows += [(*none, *heads) for j, (heads, _) in enumerate(own) if j not in right]
-    return Pairs(name, tuple(Pair(*row) for row in rows), tolerance, alike)
+    return Pairs(name, tuple(Pair(*row) for row in rows), tolerance, alike, tuple(ties))
 
 
 def _modes(answer: Eigenvalues, where: Coordinates | None) -> list[Mode]:

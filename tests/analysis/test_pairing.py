@@ -106,3 +106,15 @@ def test_wrong_tables_are_refused(chain, text, words):
     with pytest.raises(InputError, match=words) as caught:
         squeal.compare(squeal.eigenvalues(squeal.read_system(chain)), path)
     assert str(path) in str(caught.value)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_of_two_modes_of_one_frequency_the_test_hears_that_which_grows(tmp_path, sign):
+    coupled = squeal.System([[1, 0], [0, 1]], K=[[200.0, 9.0 * sign], [-9.0 * sign, 200.0]])
+    found = squeal.eigenvalues(coupled)
+    frequency = found.eigenvalues[0].frequency_hz
+    (tmp_path / "test.csv").write_text(f"name,frequency_hz\nsqueal,{frequency!r}\n")
+    pairs = squeal.compare(found, tmp_path / "test.csv")
+    assert pairs.pairs[0].reference == "squeal"
+    assert pairs.pairs[0].damping_ratio < 0.0
+    assert len(pairs.warnings) == 1
