@@ -6,6 +6,7 @@ A test says whether it is current.
 import sys
 from pathlib import Path
 
+from squeal.io.components import ASSEMBLY, COMPONENT, CONTACT, LOAD, REDUCED
 from squeal.io.scene import SCENE
 from squeal.io.system import DAMPING, POWER, SYSTEM, TERM
 from squeal.io.writing import write_text
@@ -75,10 +76,15 @@ K0: [[2, -1], [-1, 2]]
 K1: [[0, 1.333], [0, 0]]
 ```
 """
+_ASSEMBLY = """\
+# Assembly files
+
+Components, each a system file, joined by contact in place of a system; [](components.md) has one.
+"""
 
 
 def page() -> str:
-    """Every key of scene and system files, as Markdown."""
+    """Every key of scene, system and assembly files, as Markdown."""
     parts = [_INTRODUCTION, _table("The file", SCENE)]
     for name, key in SCENE.keys.items():
         if isinstance(key.kind, Group):
@@ -90,7 +96,9 @@ def page() -> str:
         if name[1:] not in map(str, range(1, POWER + 1))
     }
     general = [_table("The file", Group(shown)), _table("A term", TERM)]
-    return "\n".join([*parts, _SYSTEM, *general, _table("`damping`", DAMPING)])
+    tables = {"A component": COMPONENT, "`load`": LOAD, "`reduced`": REDUCED, "A contact": CONTACT}
+    joined = [_table(title, group) for title, group in ({"The file": ASSEMBLY} | tables).items()]
+    return "\n".join([*parts, _SYSTEM, *general, _table("`damping`", DAMPING), _ASSEMBLY, *joined])
 
 
 def _table(title: str, group: Group) -> str:
