@@ -315,8 +315,8 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
     else:
         return None
     half = 2 * noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
-    if coalesces and (slope**2 <= 16 * abs(bend) * noise or half > guess.width):
-        return None  # two roots that only cross
+    if half > guess.width or (coalesces and slope**2 <= 16 * abs(bend) * noise):
+        return None  # two roots that only cross, or rounding hides all
     if (known := _details(along, guess, near, move, slope)) is None:
         return None
     omega, direction, residual = known
@@ -366,7 +366,7 @@ def _details(
         noise = max(noise + abs(near.noise / (2 * half)), 1e-9 * (abs(z) + abs(half)))
         z, root = z + half, root + half
         real = abs(z.imag) <= noise
-    least = np.linalg.svd(A - root * np.eye(len(A)), compute_uv=False)[-1]
+    least = np.linalg.svd(A @ near.right - root * near.right, compute_uv=False)[-1]
     direction = 1 if (rate > 0) == damped else -1  # off the axis d > 0 if damped
     omega = 0.0 if real else abs(exponents(np.array(z), along.form, along.rate).item().imag)
     return omega, direction, float(least) / (norm_of(A) or 1.0)
