@@ -64,6 +64,12 @@ class Reduction:
         self.system = replace(self.scaled.system, M=M, C=C, K=K)
         self._sketch = np.array([W.T @ V for W in self._probed])
 
+    def sample(self, changes: Changes, region: Rectangle, certify: bool = False) -> None:
+        """Add the modes of the full problem in a region at the parameters, some of them changed."""
+        start, exact = (None, None) if certify else (self.vectors, OPTIONS.accepted)
+        roots = modes_in(self.scaled.at(changes), region, certify, start, exact).roots
+        self.extend(np.hstack([roots.right, roots.left]))
+
     @property
     def size(self) -> int:
         """Number of vectors d."""
@@ -161,43 +167,32 @@ class Reduction:
         return np.concatenate([values[~doubtful], genuine])
 
 
-def reduce_system(
-    scaled: ScaledSystem,
-    region: Rectangle,
-    values: Sequence[Changes],
-    sampled: Sequence[Changes] = (),
-) -> Reduction:
+def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Changes]) -> Reduction:
     """A reduced system whose roots in a region meet `TOLERANCE` at all values of the parameters.
 
     Right and left modes of the full system at one of the `values` (changes of one to three
     parameters) start the basis; of the other values that where a root's residual in the full
-    problem is worst adds its own, until all are below that (a backward error), after those in
-    `sampled`. Where the full problem was solved, what exceeds it by far is no root of it. `worst`
-    exceeds the tolerance if 20 samples do not suffice. Of a region without a root the basis holds
-    those around it. Raises ComputationError.
+    problem is worst adds its own, until all are below that (a backward error). Where the
+    full problem was solved, what exceeds it by far is no root of it. `worst` exceeds the tolerance
+    if 20 samples do not suffice. Of a region without a root the basis holds those around it.
+    Raises ComputationError.
     """
     found, wide = Reduction(scaled, region), region.widened(0.04)
     samples: dict[int, bool] = {}  # by index of the value; whether its roots were counted
-    where, due = len(values) // 2, sampled
-
-    def extend(around: Rectangle, certify: bool) -> None:
-        start, exact = (None, None) if certify else (found.vectors, OPTIONS.accepted)
-        roots = modes_in(scaled.at(values[where]), around, certify, start, exact).roots
-        found.extend(np.hstack([roots.right, roots.left]))
+    where = len(values) // 2
 
     while True:
         named = ", ".join(f"{name} = {value:.6g}" for name, value in values[where].items())
         PROGRESS.get()(f"sample {len(samples) + 1} at {named or 'the parameters'}")
         counted = where in samples  # what the full problem has not stands in doubt
-        extend(region if counted else wide, counted)
+        found.sample(values[where], region if counted else wide, counted)
         samples[where] = counted
-        due = [p for p in due if p != values[where]]
         around = wide
         while found.size == 0:  # what may enter the region at other values lies around it
             around = around.widened(1.0)
             if around.radius > scaled.at(values[where]).rate + abs(region.centre):
                 raise ComputationError("no root lies in the region or around it")
-            extend(around, False)
+            found.sample(values[where], around)
         errors = [found.residuals(found.roots(p), p) for p in values]
         spurious = {k: int(np.sum(errors[k] > SPURIOUS)) for k in samples}
         doubtful = [k for k, proved in samples.items() if spurious[k] and not proved]
@@ -207,7 +202,6 @@ def reduce_system(
         genuine = [e[e <= SPURIOUS] if k in samples else e for k, e in enumerate(errors)]
         worst = [float(np.max(e, initial=0.0)) for e in genuine]
         left = [0.0 if k in samples else w for k, w in enumerate(worst)]
-        left = [np.inf if p in due else w for p, w in zip(values, left, strict=True)]
         where = int(np.argmax(left))
         if left[where] <= TOLERANCE or len(samples) == SAMPLES:
             break

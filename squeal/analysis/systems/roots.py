@@ -343,13 +343,9 @@ def looked_at(look: FirstLook, wanted: Wanted, changes: Changes) -> SystemRoots:
 
 
 def reduced_for(
-    system: TermSystem,
-    wanted: Wanted,
-    values: Sequence[Changes],
-    method: str = "reduced",
-    sampled: Sequence[Changes] = (),
+    system: TermSystem, wanted: Wanted, values: Sequence[Changes], method: str = "reduced"
 ) -> Reduction:
-    """The reduced system that serves some values of the parameters, see `reduce_system`.
+    """The reduced system that serves some values of the parameters.
 
     Warns if the full problem is not met to the tolerance, or if real modes may lose roots, so that
     the full problem is solved at each value.
@@ -371,7 +367,7 @@ def reduced_for(
                 "only); each value is solved on the full system"
             )
     else:
-        reduction = reduce_system(scaled, region, values, sampled)
+        reduction = reduce_system(scaled, region, values)
         if not reduction.converged:
             text = (
                 f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "

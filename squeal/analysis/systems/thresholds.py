@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 
@@ -102,11 +103,12 @@ def system_thresholds(
         steps = STEPS - 1 if options is None else options.steps
         inner = [(k + 0.0371 * (1 + k % 3)) / steps for k in range(1, steps)]
         values[1:1] = [low + x * (high - low) for x in inner]
-        aside = _diverging(system, values) if region and region.low_imag < 0.0 else []
-        values = sorted({*values, *aside})
-        each, sampled = ([{name: v} for v in some] for some in (values, aside))
-        reduction = served or reduced_for(system, wanted, each, sampled=sampled)
+        reduction = served or reduced_for(system, wanted, [{name: v} for v in values])
         roots, region = reduction.values, reduction.region
+        if system.real and not served and region.low_imag < 0.0:
+            for value in _diverging(reduction.scaled, values):
+                reduction.sample({name: value}, region)
+                values = sorted([*values, value])
         PROGRESS.get()("following the roots of the reduced system")
         if not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
             rows, unconfirmed = crossings_along(reduction, name, values)
@@ -167,22 +169,19 @@ def system_thresholds(
     )
 
 
-def _diverging(system: TermSystem, values: Sequence[float]) -> list[float]:
+def _diverging(scaled: ScaledSystem, values: Sequence[float]) -> list[float]:
     """Values next to where the determinant of K changes its sign: a real root passes zero there,
     and may come from far above a band and leave it between two values."""
     from scipy.optimize import bisect
 
-    scaled, name = ScaledSystem(system), system.parameter
-
     def sign(p: float) -> float:
-        try:
-            return math.copysign(1.0, math.cos(factorise(scaled.at({name: p}).K).logarithm().imag))
-        except ZeroDivisionError:  # as of rigid bodies
-            return 1.0
+        with suppress(ZeroDivisionError):  # as of rigid bodies
+            factor = factorise(scaled.at({scaled.system.parameter: p}).K)
+            return math.copysign(1.0, math.cos(factor.logarithm().imag))
+        return 1.0
 
-    signs = zip(values, map(sign, values), strict=True)
-    changes = ((a, b) for (a, x), (b, y) in itertools.pairwise(signs) if x != y)
-    return [float(bisect(sign, a, b, xtol=(b - a) / 64)) for a, b in changes]
+    pairs = itertools.pairwise(zip(values, map(sign, values), strict=True))
+    return [float(bisect(sign, a, b, xtol=(b - a) / 64)) for (a, x), (b, y) in pairs if x != y]
 
 
 def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
