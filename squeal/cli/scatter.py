@@ -5,6 +5,7 @@ squeal scatter pad.yaml spreads.yaml --journal samples.jsonl --figure scatter.pn
 """
 
 import argparse
+from pathlib import Path
 
 import squeal
 from squeal.cli.command import Parser, Reply
@@ -16,7 +17,7 @@ from squeal.schema import Place
 def options(parser: Parser) -> None:
     """Options of `squeal scatter`."""
     words = "how parameters scatter, how many samples are drawn, and how"
-    parser.add_argument("scatter", metavar="SPREADS.yaml", help=words)
+    parser.add_argument("scatter", type=Path, metavar="SPREADS.yaml", help=words)
     words = "the first loss of stability (threshold), or the largest growth rate in --band (growth)"
     choices = ("threshold", "growth")
     parser.add_argument("--of", choices=choices, default="threshold", help=words)
