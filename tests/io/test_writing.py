@@ -5,6 +5,7 @@ import json
 import math
 import os
 import re
+import time
 from argparse import Namespace
 from operator import itemgetter
 
@@ -13,7 +14,7 @@ import pytest
 
 from squeal.cli.options import check_outputs
 from squeal.errors import InputError
-from squeal.io.writing import Column, Table
+from squeal.io.writing import Column, Table, remaining
 
 
 def test_only_a_plain_file_in_a_writable_folder_is_an_output(tmp_path, monkeypatch):
@@ -66,4 +67,12 @@ def test_a_long_table_shows_some_rows_and_counts_the_others(left, form):
     assert sorted(set(values)) == values
     assert len(values) == 6
     assert counts == [left] * bool(left)
+    if form == "text" and left:  # the count stands where the rows are left out
+        assert found == [1000, 1001, 1002, left, *range(1003 + left, 1006 + left)]
     assert "a title" in getattr(table, form)(6)
+
+
+@pytest.mark.parametrize(("spent", "done", "count", "left"), [(10, 2, 6, 20), (600, 1, 3, 20)])
+def test_what_remains_takes_as_long_each_as_what_is_done(spent, done, count, left):
+    (told,) = re.findall(r"[\d.]+", remaining(time.monotonic() - spent, done, count))
+    assert float(told) == pytest.approx(left, rel=0.05)

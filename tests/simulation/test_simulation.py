@@ -2,10 +2,12 @@
 
 import dataclasses
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
+from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import FULL, NONE, Formulation
 from squeal.simulation.hybrid import first_contact, integrate, state_of
@@ -113,3 +115,12 @@ def test_a_level_pad_touches_with_all_springs_in_the_same_instant():
     assert run.events[count - 1].target == "FC"
     assert run.shares["FC"] == pytest.approx(back / stop, rel=1e-10)
     assert run.shares["PC"] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_a_start_beside_the_equilibrium_is_so_far_from_it():
+    scene = read_scene(SCENES / "b1-c.yaml")
+    rest, offset = sliding_equilibrium(scene.pad_model)[0].q, np.array([1e-6, -2e-6, 1e-5])
+    more: dict[str, Any] = {"start": "equilibrium", "outputs": ("history",), "stop": 1e-6}
+    history = simulate(dataclasses.replace(scene, initial=(*offset, 0, 0, 0), **more)).history
+    first = [history[name][0] for name in ("x", "y", "theta")]
+    assert first - np.array(rest) == pytest.approx(offset, rel=1e-9)
