@@ -13,7 +13,6 @@ from squeal.io.provenance import sources
 from workflow.processes import begin
 
 LOCK = "requirements/environment.txt"
-JOB = "python -m workflow.processes"
 RUNNING = begin()
 
 # jobs run the Python that runs Snakemake, on one core each, and write equal bytes whenever they run;

@@ -17,5 +17,6 @@ rule figure:
         module=lambda wildcards: FIGURES[wildcards.figure].module,
         arguments=lambda wildcards: FIGURES[wildcards.figure].arguments,
     shell:
-        "{JOB} squeal.article.figures {params.module} {params.arguments} "
+        "python -m workflow.processes "
+        "squeal.article.figures {params.module} {params.arguments} "
         "--out {output.pdf} 2> {log}"

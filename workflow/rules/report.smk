@@ -19,7 +19,8 @@ rule text:
     log:
         "logs/text.log",
     shell:
-        "{JOB} squeal.article.report {input.results} --out paper/generated 2> {log}"
+        "python -m workflow.processes "
+        "squeal.article.report {input.results} --out paper/generated 2> {log}"
 
 
 rule everything_but_pdf:

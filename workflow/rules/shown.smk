@@ -29,7 +29,8 @@ rule picture:
         module=lambda wildcards: FIGURES[wildcards.name].module,
         arguments=lambda wildcards: FIGURES[wildcards.name].arguments,
     shell:
-        "{JOB} squeal.article.figures {params.module} {params.arguments} --out {output} 2> {log}"
+        "python -m workflow.processes "
+        "squeal.article.figures {params.module} {params.arguments} --out {output} 2> {log}"
 
 
 rule shown:

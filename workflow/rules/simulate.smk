@@ -11,5 +11,6 @@ rule simulate:
     wildcard_constraints:
         scene="|".join(HISTORY_FIGURES),
     shell:
-        "{JOB} squeal simulate {input.scene} --csv {output.history} --json "
+        "python -m workflow.processes "
+        "squeal simulate {input.scene} --csv {output.history} --json "
         "> {output.summary} 2> {log}"

@@ -12,4 +12,5 @@ rule study:
     wildcard_constraints:
         study="|".join(STUDIES),
     shell:
-        "{JOB} squeal.article.studies {wildcards.study} {input.files} > {output} 2> {log}"
+        "python -m workflow.processes "
+        "squeal.article.studies {wildcards.study} {input.files} > {output} 2> {log}"
