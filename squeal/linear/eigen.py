@@ -49,7 +49,6 @@ STIFF = (
 STABLE, MARGINAL, FLUTTER, DIVERGENCE = range(4)
 VERDICTS = ("stable", "marginal", "flutter", "divergence")  # in the order of their int8 codes
 GROWING = ("flutter", "divergence")
-UNKNOWN = "unknown"  # the verdict where some root is too uncertain and no other grows
 ACCEPTED = 1e-6  # backward error up to which a root decides
 
 
@@ -381,24 +380,21 @@ class Judgement:
         return f"{self.verdict}: largest Re lambda = {size}"
 
 
-def decide(values: ArrayLike, rounding: ArrayLike, residuals: ArrayLike = 0.0) -> Judgement:
+def decide(values: ArrayLike, rounding: ArrayLike) -> Judgement:
     """The verdict on roots lambda (m,), rad/s, of a pair at least that with Im > 0.
 
-    `rounding` (rad/s) is how far each may lie from where it was computed. One whose backward error,
-    of `residuals`, is above `ACCEPTED` decides nothing; the verdict is `UNKNOWN` if no other grows.
+    `rounding` (rad/s) is how far each may lie from where it was computed.
 
-    >>> decide([1j, 0.1 + 2j], 1e-9).verdict, decide([-0.1 + 1j, 0.5], 1e-9, [0.0, 0.5]).verdict
-    ('flutter', 'unknown')
+    >>> decide([1j, 0.1 + 2j], 1e-9).verdict, decide([-0.1 + 1j, 1j], 1e-9).verdict
+    ('flutter', 'marginal')
     """
     values = np.atleast_1d(np.asarray(values, dtype=complex))
     rounding = np.broadcast_to(rounding, values.shape)
-    sure = np.broadcast_to(residuals, values.shape) <= ACCEPTED
     each = kinds(values, rounding)
-    k = int(np.argmax(np.where(sure & (each >= FLUTTER), values.real, -np.inf)))
+    k = int(np.argmax(np.where(each >= FLUTTER, values.real, -np.inf)))
     name = VERDICTS[each[k]]
-    if not (sure[k] and name in GROWING):
+    if name not in GROWING:
         name = "marginal" if np.any(each == MARGINAL) else "stable"
-        name = name if sure.all() else UNKNOWN
         k = int(np.argmax(values.real))
     return Judgement(name, float(values[k].real), float(rounding[k]))
 
