@@ -450,14 +450,16 @@ def _read_npz(path: Path) -> MatrixFile | dict[str, Any]:
 
 
 def _read_op4(path: Path) -> dict[str, Any]:
-    from pyyeti.nastran import op4
+    with np.printoptions():  # it takes digits from all that NumPy prints
+        from pyyeti.nastran import op4
 
     found = op4.read(str(path), into="dct", sparse=True)
     return {name.upper(): matrix for name, matrix in found.items()}  # as Nastran writes them
 
 
 def _read_op2(path: Path) -> dict[str, Any]:
-    from pyyeti.nastran.op2 import OP2
+    with np.printoptions():  # see `_read_op4`
+        from pyyeti.nastran.op2 import OP2
 
     with OP2(str(path)) as file:
         return dict(file.rdop2mats())

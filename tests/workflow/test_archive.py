@@ -10,7 +10,7 @@ import pytest
 
 from squeal.article.contents import FIGURES, RESULTS
 from tests.conftest import ROOT
-from workflow.release import codecheck, gather, pack
+from workflow.release import codecheck, gather, pack, verify
 
 
 def fill(folder, names):
@@ -61,10 +61,8 @@ def test_other_bytes_for_other_files(tmp_path):
 def outputs(tmp_path, monkeypatch):
     """A repository in which everything is built, by name only."""
     monkeypatch.setattr(gather, "ROOT", tmp_path)
-    names = [*RESULTS, *codecheck.manifest(), "docs/_build/html/index.html"]
+    names = [*verify.built(), *codecheck.manifest(), "docs/_build/html/index.html"]
     names += ["dist/squeal-0-py3-none-any.whl", "dist/squeal-0.tar.gz"]
-    names += [f"results/{model}-{case}.csv" for model in ("b1", "b2") for case in "abcd"]
-    names += [f"figures/{name}.txt" for name in FIGURES]
     fill(tmp_path, [*names, "docs/_build/html/.doctrees/index.doctree"])
     return tmp_path
 
