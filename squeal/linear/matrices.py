@@ -47,6 +47,10 @@ class Reduced:
     rounding: float  # relative size of the errors that the reduction leaves in A
 
 
+Change = tuple[Any, Any, Any]
+"""M, C and K, or their derivatives dM, dC and dK."""
+
+
 def is_sparse(matrix: Any) -> bool:
     """True for a SciPy sparse array or matrix."""
     return hasattr(matrix, "tocsc")
@@ -184,6 +188,17 @@ def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
     """A (2n, 2n) of the states (q, q') of M q'' + C q' + K q = f, and B (2n, n) of the forces f."""
     inverse = np.linalg.inv(M)
     return first_order(inverse @ K, inverse @ C, 1.0)[0], np.vstack([0.0 * inverse, inverse])
+
+
+def applied(change: Change, z: Any, x: NDArray) -> NDArray:
+    """(z^2 dM + z dC + dK) x of columns x (n, m) at values z (m,), or of one vector."""
+    each = zip(change, (z**2, z, z**0), strict=True)
+    return sum((A @ x * f for A, f in each if A is not None), np.zeros_like(x))
+
+
+def inertia(change: Change, z: Any, x: NDArray) -> NDArray:
+    """The derivative of that by z, (2 z dM + dC) x."""
+    return applied((None, *change[:2]), 2 * z, x)
 
 
 def norm_of(A: Any) -> float:

@@ -19,22 +19,9 @@ from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.linear.eigen import ComplexArray, Eigenvalue
-from squeal.linear.matrices import EPS, Array
+from squeal.linear.matrices import EPS, Array, Change, applied, inertia
 
-Change = tuple[Any, Any, Any]
-"""M, C and K, or their derivatives dM, dC and dK."""
 ONE_ROOT = math.sqrt(EPS)  # relative: roots that are closer are one to rounding
-
-
-def applied(change: Change, z: Any, x: NDArray) -> NDArray:
-    """(z^2 dM + z dC + dK) x of columns x (n, m) at values z (m,), or of one vector."""
-    each = zip(change, (z**2, z, z**0), strict=True)
-    return sum((A @ x * f for A, f in each if A is not None), np.zeros_like(x))
-
-
-def inertia(change: Change, z: Any, x: NDArray) -> NDArray:
-    """The derivative of that by z, (2 z dM + dC) x."""
-    return applied((None, *change[:2]), 2 * z, x)
 
 
 def _sizes(of: Callable[..., Array], change: Change, z: Any, x: Any, y: Any) -> Array:

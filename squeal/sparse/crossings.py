@@ -25,8 +25,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import State, hermite_cubic, near_coalescences, zeros_between
 from squeal.linear.eigen import assumed_rounding
 from squeal.linear.events import Event
-from squeal.linear.matrices import EPS, norm_of
-from squeal.linear.sensitivity import applied, inertia
+from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.system import TermSystem
 from squeal.sparse.dispersive import frozen_parts
 from squeal.sparse.quadratic import ComplexArray, Roots, ScaledSystem, factorise_at
