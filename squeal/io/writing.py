@@ -88,8 +88,10 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) 
 
 
 def plain(value: Any) -> Any:
-    """None for NaN."""
-    return None if isinstance(value, float) and math.isnan(value) else value
+    """None for NaN, a float of Python for one of NumPy, whose digits depend on NumPy's options."""
+    if not isinstance(value, float):
+        return value
+    return None if math.isnan(value) else float(value)
 
 
 def to_json(value: Any) -> str:
