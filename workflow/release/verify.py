@@ -182,7 +182,7 @@ def main() -> int:
     elif other:
         print(
             f"verify: the same numbers: {results} results agree to {RELATIVE:g}; {len(other)} of "
-            f"{count} files have other bytes, made with another {', '.join(unlike)}"
+            f"{count} files have other bytes, made with other {', '.join(unlike)}"
         )
     else:
         print(f"verify: the same: {count} files say byte for byte what the manifest says")
