@@ -77,7 +77,7 @@ lint: $(LINTERS)
 	$(BIN)/snakefmt --check Snakefile workflow
 
 benchmark: $(PEERS)
-	$(BIN)/python -m benchmarks.precision
+	$(BIN)/python -m benchmarks.precision figures/benchmark.pdf
 	$(BIN)/python -m benchmarks.batch
 	if command -v g++ > /dev/null; then $(BIN)/python -m benchmarks.floor; fi
 	$(BIN)/python benchmarks/map.py

@@ -36,6 +36,7 @@ rule all:
     input:
         "paper/report.pdf",
         "paper/supplement.pdf",
+        "figures/run_times.pdf",
 
 
 include: "workflow/rules/simulate.smk"

@@ -41,7 +41,8 @@ def jobs(folder, *arguments):
 def built(tmp_path_factory):
     """A copy of the repository in which all results and figures stand, newer than all sources."""
     folder = tmp_path_factory.mktemp("built")
-    for part in ("Snakefile", "workflow", "profiles", "squeal", "paper", "requirements"):
+    parts = ("Snakefile", "workflow", "profiles", "squeal", "paper", "requirements", "benchmarks")
+    for part in parts:
         if (ROOT / part).is_dir():
             ignored = shutil.ignore_patterns("__pycache__", "generated", "*.pdf")
             shutil.copytree(ROOT / part, folder / part, ignore=ignored)
@@ -53,6 +54,7 @@ def built(tmp_path_factory):
     outputs = [*RESULTS, *(f"results/{stem}.csv" for stem in HISTORY_FIGURES)]
     outputs += [f"figures/{figure}.{kind}" for figure in FIGURES for kind in ("pdf", "txt")]
     outputs += [f"paper/generated/{name}.tex" for name in ("values", "captions", *TABLES)]
+    outputs += ["figures/run_times.pdf", "figures/run_times.txt"]
     for name in outputs:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).touch()

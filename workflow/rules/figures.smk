@@ -20,3 +20,19 @@ rule figure:
         "python -m workflow.processes "
         "squeal.article.figures {params.module} {params.arguments} "
         "--out {output.pdf} 2> {log}"
+
+
+# differs with each machine and each run, so that it stands beside the report and is not compared
+rule run_times:
+    input:
+        "benchmarks/precision.py",
+        lock=LOCK,
+        package=sources("squeal.article.figures.accuracy"),
+    output:
+        pdf="figures/run_times.pdf",
+        text="figures/run_times.txt",
+    log:
+        "logs/run_times.log",
+    shell:
+        "python -m workflow.processes "
+        "benchmarks.precision {output.pdf} --quick > {output.text} 2> {log}"

@@ -26,6 +26,7 @@ rule text:
 rule everything_but_pdf:
     input:
         DRAWN,
+        "figures/run_times.pdf",
         rules.text.output,
 
 

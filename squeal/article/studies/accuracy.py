@@ -212,14 +212,27 @@ def points_of(
     return points
 
 
-def study(files: Sequence[Path]) -> Accuracy:
-    """Measure all paths on the scenes given, or those of `STEMS`, and on a stiff pad."""
-    if version("heyoka") == NOT_INSTALLED:
-        why = f"{WITHOUT_HEYOKA} nothing else compiles the equations for all integrators."
-        return Accuracy((), {}, precision_in_words(), left_out=why)
+def cases_of(files: Sequence[Path]) -> dict[str, Scene]:
+    """The scenes given and a stiff pad, by title."""
     scenes = read_scenes(files, STEMS)
     cases = {title(name): replace(scene, outputs=()) for name, scene in scenes.items()}
-    cases["B1, stiff contact"] = scene_of("B1", 60.0 / STIFF**0.5, k3=STIFF, k4=STIFF)
+    return cases | {
+        "B1, stiff contact": scene_of("B1", 60.0 / STIFF**0.5, k3=STIFF, k4=STIFF),
+    }
+
+
+def why_not() -> str:
+    """Why there is nothing to compare, empty where there is."""
+    if version("heyoka") != NOT_INSTALLED:
+        return ""
+    return f"{WITHOUT_HEYOKA} nothing else compiles the equations for all integrators."
+
+
+def study(files: Sequence[Path]) -> Accuracy:
+    """Measure all paths on the scenes given, or those of `STEMS`, and on a stiff pad."""
+    if why := why_not():
+        return Accuracy((), {}, precision_in_words(), left_out=why)
+    cases = cases_of(files)
     exact = {case: reference(scene) for case, scene in cases.items()}
     points = [
         point
