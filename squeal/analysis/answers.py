@@ -458,15 +458,17 @@ def _hertz(step: Step, growing: bool) -> str:
     return (", ".join(map(number, each[:LISTED].tolist())) or "-") + more
 
 
-def basis_text(basis: Mapping[str, Any]) -> str:
-    """A reduced system for people."""
+MOVED = "how far the reduction of components moves this is not known, a higher cutoff tells"
+
+
+def basis_text(basis: Mapping[str, Any], errors: bool = False) -> str:
+    """A reduced system for people; `errors`: whether those of components are given beside it."""
     if basis["method"] == "components":
-        return (
+        text = (
             f"{basis['size']} rows reduced from {basis['rows']}, modes of components up to "
-            f"{basis['cutoff_hz']:g} Hz; "
-            + ("" if basis["errors"] else "errors of roots are known where they were reduced, ")
-            + "counts are of the reduced system"
+            f"{basis['cutoff_hz']:g} Hz; counts are of the reduced system"
         )
+        return text if errors else f"{text}\n{MOVED}"
     if basis["method"] == "modal":
         text = (
             f"first look: real modes up to {basis['real_modes_hz']:.4g} Hz and their corrections, "

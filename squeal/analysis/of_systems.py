@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.answers import (
+    MOVED,
     Axis,
     Eigenvalues,
     Map,
@@ -155,7 +156,7 @@ class Question:
             for name, value in system.parameters.items()
         )
         lines = [f"{system.n} {freedom} of freedom, {own}"]
-        lines += [f"  {basis_text(self.joined)}"] if self.joined else []
+        lines += [f"  {basis_text(self.joined, self.joined['errors'])}"] if self.joined else []
         lines += [
             f"  {m['part']}: {m['file'] or 'rows'}, factor {m['factor']}, {m['nonzeros']} non-zeros"
             for m in matrices
@@ -225,8 +226,13 @@ class Question:
         answer = system_thresholds(self.system, high, low, self.wanted, workers, options)
         if not self.joined:
             return answer
-        notes = *answer.notes, basis_text(self.joined)
-        return replace(answer, notes=notes, details={**answer.details, "basis": self.joined})
+        doubts = {"doubts": [*(answer.details.get("doubts") or ()), MOVED]}
+        return replace(
+            answer,
+            certified=None if answer.certified is None else False,
+            notes=(*answer.notes, basis_text(self.joined, answer.certified is not None)),
+            details={**answer.details, **doubts, "basis": self.joined},
+        )
 
     def map(self, axes: tuple[Axis, Axis] | None, workers: int | None = None) -> Map:
         """The verdict on the wanted roots over two named parameters."""
