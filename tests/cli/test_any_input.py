@@ -12,13 +12,13 @@ import time
 import numpy as np
 import pytest
 import yaml
-from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from squeal.io.scene import SCENE
 from squeal.io.system import SYSTEM
 from tests.conftest import SCENES
-from tests.two_ways.asking import SEEDS, pad_of, run
+from tests.two_ways.asking import SEEDS, cases, pad_of, run
 
 TOTAL = int(os.environ.get("ANY_INPUT", "0"))
 SECONDS, BYTES = 10.0, 10**9
@@ -134,18 +134,6 @@ TOKENS += [
 ]
 
 
-def cases(quick, share):
-    """So many cases in `make test`; a share of all that ANY_INPUT asks for."""
-    return settings(
-        max_examples=max(quick, round(share * TOTAL)),
-        derandomize=not TOTAL,
-        database=None,
-        deadline=None,
-        phases=(Phase.explicit, Phase.generate),
-        suppress_health_check=list(HealthCheck),
-    )
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     """A folder with the files, the journal of a run and a result among them."""
@@ -216,7 +204,7 @@ def broken(document, rng):
     return copy
 
 
-@cases(60, 0.2)
+@cases(60, 0.2, TOTAL)
 @given(SEEDS)
 def test_broken_documents_are_refused(folder, seed):
     """A key that is unknown, a list, or no number in the place of one: never an answer."""
@@ -229,7 +217,7 @@ def test_broken_documents_are_refused(folder, seed):
     assert "broken.yaml" in said
 
 
-@cases(60, 0.3)
+@cases(60, 0.3, TOTAL)
 @given(st.sampled_from(READERS), SEEDS)
 def test_damaged_files_are_read_or_refused(folder, reader, seed):
     """Bytes changed, cut out, doubled or put in; what a journal holds is noticed."""
@@ -254,7 +242,7 @@ def test_damaged_files_are_read_or_refused(folder, reader, seed):
         (folder / name).write_bytes(whole)
 
 
-@cases(60, 0.3)
+@cases(60, 0.3, TOTAL)
 @given(SEEDS)
 def test_options_are_taken_or_refused(folder, seed):
     """Any options with any values, of any command, for a scene and for a system."""
@@ -268,7 +256,7 @@ def test_options_are_taken_or_refused(folder, seed):
     ended(*arguments)
 
 
-@cases(10, 0.2)
+@cases(10, 0.2, TOTAL)
 @given(SEEDS)
 def test_valid_scenes_and_systems_are_answered(folder, seed):
     """Without an exception of ours: 0, or 1 with a reason, never refused."""

@@ -26,11 +26,11 @@ TOTAL = int(os.environ.get("TWO_WAYS", "0"))
 FOLDER = tempfile.TemporaryDirectory(prefix="two-ways-")
 
 
-def cases(quick, share):
-    """So many cases in `make test`; a share of all that TWO_WAYS asks for."""
+def cases(quick, share, total=TOTAL):
+    """So many cases in `make test`; a share of all that TWO_WAYS or another target asks for."""
     return settings(
-        max_examples=max(quick, round(share * TOTAL)),
-        derandomize=not TOTAL,
+        max_examples=max(quick, round(share * total)),
+        derandomize=not total,
         database=None,
         deadline=None,
         phases=(Phase.explicit, Phase.generate),  # a place is as small as it gets
