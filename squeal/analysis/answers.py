@@ -109,6 +109,14 @@ class Eigenvalues(Answer):
         """The number (m,) of each one's mode by rising frequency; of a pair both have the same."""
         return mode_numbers(self.values)
 
+    @property
+    def open(self) -> str:
+        """Which modes the error of a reduction leaves open, in words; empty if none."""
+        pairs = zip(self.modes.tolist(), self.eigenvalues, strict=True)
+        each = sorted({k for k, root in pairs if root.open})
+        words = f"mode{'s' * (len(each) > 1)} {', '.join(map(str, each))}"
+        return f"growth of {words} is within the error of the reduction" * bool(each)
+
     def mode_of(self, mode: UnstableMode) -> int | None:
         """The number of a mode that grows, None if it is not listed."""
         root = complex(mode.growth_rate, math.tau * mode.frequency_hz)
@@ -145,14 +153,23 @@ class Eigenvalues(Answer):
             known = {
                 "stable": "Stable {}",
                 "marginal": "Marginal {}: nothing grows, not all decays",
+                None: f"No growing mode was found {{}}{where}",
             }
-            return known.get(self.verdict or "", "No growing mode was found {}" + where).format(at)
+            if self.open:
+                known[None] = f"Open {{}}{where}: {self.open}"
+            return known.get(self.verdict, known[None]).format(at)
         kind, hertz, ratio = grow[0].kind, grow[0].frequency_hz, 100 * grow[0].damping_ratio
         size = f"{hertz:.4g} Hz, damping ratio {ratio:.2g} %"
         if not hertz:
             size = f"{grow[0].growth_rate:.4g} 1/s"
         count = "1 mode," if len(grow) == 1 else f"{len(grow)} modes, the fastest by"
         return f"Unstable {at}{where}: {count} {kind} at {size}"
+
+    @property
+    def proof(self) -> str:
+        """Whether a root may be missing, in words."""
+        of = " of the reduced system" * bool(self.details.get("basis"))
+        return f"none{of} is missing (count)" if self.certified else "the list may be incomplete"
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -168,14 +185,13 @@ class Eigenvalues(Answer):
         return Table((mode, *self.columns), self.eigenvalues, nothing="no root")
 
     def parts(self) -> Sequence[str | Table]:
-        of = " of the reduced system" * bool(self.details.get("basis"))
-        proof = f"none{of} is missing (count)" if self.certified else "the list may be incomplete"
         table = (Column("mode", value=self.mode_of), *columns("kind frequency_hz"))
         table += (Column("growth_rate", "1/s"), Column("damping_ratio"), onset_of(self.parameter))
-        count = f"{len(self.eigenvalues)} roots, {proof}"
+        count = f"{len(self.eigenvalues)} roots, {self.proof}"
         unstable = Table(table, self.unstable, "unstable modes", "no unstable mode is listed")
         head = f"{self.name}\n{self.conclusion}"
-        return [head, *self.notes[:1], self.table(), count, unstable, *self.notes[1:]]
+        notes = [self.open] * bool(self.open and self.unstable) + [*self.notes[1:]]
+        return [head, *self.notes[:1], self.table(), count, unstable, *notes]
 
     def to_dict(self) -> dict[str, Any]:
         head = {"name": self.name} | valued(self.parameter, self.value) | dict(self.details)

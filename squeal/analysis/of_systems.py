@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -10,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.answers import (
-    MOVED,
     Axis,
     Eigenvalues,
     Map,
@@ -34,13 +34,13 @@ from squeal.analysis.systems.roots import (
     roots_of_all,
     rounding_of,
     system_roots,
-    unsure,
     verdict_of,
 )
 from squeal.analysis.systems.sensitivity import (
     Matrices,
     root_sensitivity,
     threshold_sensitivity,
+    widened,
     with_matrices,
 )
 from squeal.analysis.systems.sweeps import followed
@@ -52,9 +52,9 @@ from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.matrices import dense as plain_matrix
-from squeal.linear.paths import growing, mode_numbers
+from squeal.linear.paths import growing
 from squeal.linear.system import TermSystem
-from squeal.schema import shown
+from squeal.schema import Place, shown
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.components import Assembly
 from squeal.sparse.first_look import FirstLook
@@ -104,6 +104,10 @@ class Question:
         wanted = Wanted(band, None if region is None else Rectangle(*region), modes)
         if not is_small(file.system):
             check_memory(file.system, memory)
+        top = math.inf if file.assembly is None else file.assembly.cutoff
+        if (wide := wanted.rectangle) and wide.high_imag > 1.000001 * math.tau * top:
+            words = f"ends above the cutoff of the components, {top:g} Hz; roots above it decide"
+            Place("band" if band else "region").warn(f"{words} nothing")
         PROGRESS.set(progress or (lambda _: None))
         return Question(file, wanted)
 
@@ -156,7 +160,8 @@ class Question:
             for name, value in system.parameters.items()
         )
         lines = [f"{system.n} {freedom} of freedom, {own}"]
-        lines += [f"  {basis_text(self.joined, self.joined['errors'])}"] if self.joined else []
+        known = any(root.error is not None for root in roots.eigenvalues)
+        lines += [f"  {basis_text(self.joined, known)}"] if self.joined else []
         lines += [
             f"  {m['part']}: {m['file'] or 'rows'}, factor {m['factor']}, {m['nonzeros']} non-zeros"
             for m in matrices
@@ -169,15 +174,10 @@ class Question:
             lines += [f"  {seat}" for seat in file.assembly.seats]
             details["contact"] = [seat.summary() for seat in file.assembly.seats]
         notes = ["\n".join(lines), *roots.notes]
-        number = mode_numbers(np.array([e.value for e in roots.eigenvalues], dtype=complex))
-        pairs = zip(number.tolist(), roots.eigenvalues, strict=True)
-        if unsaid := ", ".join(map(str, sorted({k for k, e in pairs if unsure(e)}))):
-            words = "the errors leave open whether they grow, a higher cutoff tells"
-            notes.append(f"modes {unsaid}: {words}")
-        if roots.growing_outside:
+        if count := roots.growing_outside:
             below = " and below the cutoff" * bool(self.joined)
-            words = f"modes grow outside of the band or region{below}"
-            notes.append(f"{roots.growing_outside} {words}")
+            words = "1 mode grows" if count == 1 else f"{count} modes grow"
+            notes.append(f"{words} outside of the band or region{below}")
         words = "" if region is None else self.wanted.words()
         if roots.growth_limit is not None:
             words += f" with growth below {roots.growth_limit:.4g} 1/s"
@@ -224,15 +224,7 @@ class Question:
         """Every threshold of the wanted roots from low to high."""
         workers = processes(workers)
         answer = system_thresholds(self.system, high, low, self.wanted, workers, options)
-        if not self.joined:
-            return answer
-        doubts = {"doubts": [*(answer.details.get("doubts") or ()), MOVED]}
-        return replace(
-            answer,
-            certified=None if answer.certified is None else False,
-            notes=(*answer.notes, basis_text(self.joined, answer.certified is not None)),
-            details={**answer.details, **doubts, "basis": self.joined},
-        )
+        return widened(self.system, self.file.assembly, answer) if self.joined else answer
 
     def map(self, axes: tuple[Axis, Axis] | None, workers: int | None = None) -> Map:
         """The verdict on the wanted roots over two named parameters."""

@@ -10,7 +10,8 @@ from typing import TextIO
 from squeal.errors import BEYOND, ComputationError, InputError, visible
 from squeal.io.writing import remaining
 
-_COLOURS = {"Unstable": 31, "Stable": 32, "Marginal": 33, "No growing mode was found": 33}
+_COLOURS = {"Unstable": 31, "Stable": 32}
+_COLOURS |= dict.fromkeys(("Marginal", "No growing mode was found", "Open"), 33)
 _VERDICT = re.compile(f"^({'|'.join(_COLOURS)}) .*", re.M)
 
 

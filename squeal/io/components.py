@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.errors import InputError
 from squeal.io import system as files
+from squeal.io.matrices import read_matrix
 from squeal.io.system import CSV, FACTOR, SYSTEM, Coordinates, Origin, SystemFile, number_in
 from squeal.numerics.differentiation import Formula
 from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
@@ -24,6 +26,7 @@ LOAD = Group({
 REDUCED = Group({
     "rows": Key("how many it had", Whole(1, 10**9), required=True),
     "cutoff": Key("frequency up to which it has modes", POSITIVE, "Hz", required=True),
+    "lacks": Key("matrix file that tells the errors of roots", TEXT, required=True),
 }, owner="reduced")
 COMPONENT = Group({
     "file": Key("system file of M, C and K with coordinates", TEXT, required=True),
@@ -92,7 +95,14 @@ def assembly_file(
         inputs += [path, *file.inputs]
         nodes, places = np.array(where.names)[where.nodes], where.places[where.nodes]
         body = Component(replace(file.system, name=name), nodes, where.directions, places)
-        body = replace(body, **one.get("reduced", {}))
+        if known := one.get("reduced"):
+            inputs.append(folder / known["lacks"])
+            size = len(body.system.terms) * body.system.n
+            with (here / "reduced" / "lacks").named():
+                if (lacks := read_matrix(inputs[-1]).matrix).shape[0] not in (size, 2 * size):
+                    words = f"it must have {size} or {2 * size}, as `export` wrote it"
+                    raise InputError(f"{lacks.shape[0]} rows are not allowed; {words}")
+            body = replace(body, **known | {"lacks": lacks.toarray()})
         if load := one.get("load"):
             inputs.append(folder / load["file"])
             factor = value(load, "factor", here / "load")
@@ -111,6 +121,9 @@ def assembly_file(
                 raise (here / key).refuse("is not allowed beside columns of pairs that give it")
             one[key] += table[key]
         contacts.append(Contact(**table | one))
+    if "cutoff" in given and all(body.lacks is not None for body in bodies):
+        words = "is not allowed; all components are reduced already, up to"
+        raise (at / "cutoff").refuse(f"{words} {min(body.cutoff for body in bodies):g} Hz")
     cutoff, title = given.get("cutoff", band and 2 * band[1]), given.get("name")
     with at.named():
         names = given.get("parameter", "mu"), title or Path(at.source).stem

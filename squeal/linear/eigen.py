@@ -79,6 +79,11 @@ class Eigenvalue:
         return VERDICTS[kinds(self.value, self.rounding)]
 
     @property
+    def open(self) -> bool:
+        """True if the error of a reduction leaves open whether it grows."""
+        return 0.0 < abs(self.value.real) <= (self.error or 0.0)
+
+    @property
     def frequency_hz(self) -> float:
         """|Im| / (2 pi), in Hz."""
         return abs(self.value.imag) / (2 * math.pi)

@@ -10,11 +10,12 @@ from html import escape
 from typing import Any
 
 from squeal import __version__
-from squeal.analysis.answers import Eigenvalues, onset_of
+from squeal.analysis.answers import Eigenvalues, basis_text, onset_of
 from squeal.analysis.report import Report
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Column, Table, located, number
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.paths import UnstableMode
 from squeal.plots.answers import drawing
 from squeal.plots.style import Drawing, rendered
@@ -112,8 +113,8 @@ def _unstable(report: Report) -> Table:
     """A row for each mode that grows: since when, how sure."""
     found = report.eigenvalues
 
-    def residual(mode: UnstableMode) -> float | None:
-        return found.eigenvalues[_place(found, mode)].residual
+    def root(mode: UnstableMode) -> Eigenvalue:
+        return found.eigenvalues[_place(found, mode)]
 
     table = (
         Column("kind"),
@@ -121,7 +122,11 @@ def _unstable(report: Report) -> Table:
         Column("growth_rate", "1/s", shown=lambda mode: number(mode.growth_rate, 4)),
         Column("damping_ratio", shown=lambda m: f"{100 * m.damping_ratio:.3g} %"),
         onset_of(found.parameter),
-        Column("residual", value=residual, shown=lambda m: number(residual(m) or 0.0, 2)),
+        *(
+            Column(c.name, c.unit, shown=lambda mode, c=c: c.cell(root(mode)))  # type: ignore[misc]
+            for c in found.columns
+            if c.name in ("residual", "error")
+        ),
     )
     return Table(table, found.unstable, nothing="No mode grows.")
 
@@ -195,17 +200,18 @@ def _sure(report: Report) -> Iterator[str]:
     """What proves the answers."""
     found, crossed = report.eigenvalues, report.thresholds
     where = f" on {found.extent}" if found.extent else ""
-    if found.certified:
-        yield f"{len(found.eigenvalues)} roots{where}: a count proves that none is missing."
-    else:
-        yield f"{len(found.eigenvalues)} roots{where}: nothing proves that none is missing."
+    if found.details.get("basis"):
+        yield f"{basis_text(found.details['basis'], True)}."
+    yield f"{len(found.eigenvalues)} roots{where}: {found.proof}."
+    if found.open:
+        yield f"The {found.open}."
     worst = max((root.residual for root in found.eigenvalues), default=math.nan)
     if math.isfinite(worst):
         yield f"The largest backward error of a listed root is {worst:.2g}."
     if crossed.certified:
         yield "Thresholds: a count of growing roots between the crossings agrees with the list."
     elif crossed.certified is False:
-        yield "Thresholds are not certified: one may be missing, or its interval is wide."
+        yield f"Thresholds are not certified: {'; '.join(crossed.details['doubts'])}."
     yield from (line for note in crossed.notes for line in note.splitlines() if line)
 
 
@@ -218,7 +224,8 @@ def _open(report: Report) -> Iterator[str]:
     if (limit := details.get("growth_limit")) is not None:
         yield f"Roots that grow by more than {number(limit, 4)} 1/s."
     if outside := details.get("growing_outside"):
-        yield f"{outside} modes grow outside of the band; they are not listed."
+        words = "1 mode grows" if outside == 1 else f"{outside} modes grow"
+        yield f"{words} outside of the band and not in the table."
     yield f"Values of {crossed.parameter} above {number(crossed.high)}."
     if crossed.low > 0.0:
         yield f"Values of {crossed.parameter} below {number(crossed.low)}."

@@ -9,6 +9,7 @@ found under the brake load: pairs that would pull open, and carry neither stiffn
 
 from __future__ import annotations
 
+import itertools
 import math
 import warnings
 from collections.abc import Mapping, Sequence
@@ -29,8 +30,6 @@ from squeal.sparse.quadratic import (
     Array,
     ComplexArray,
     Factor,
-    ScaledSystem,
-    combined,
     factorise,
 )
 
@@ -54,9 +53,10 @@ class Component:
         Where in m the node of each row lies.
     load : array_like (n,), optional
         Brake load in N (N m for rotations), under which contact is seated.
-    rows, cutoff, basis, origin : int, float, array (rows, n), Component
+    rows, cutoff, basis, lacks : int, float, array (rows, n), array (s t n, s t n)
         Of a reduced one how many rows it had, up to which frequency in Hz it kept modes, the
-        displacements of those rows, and what it was.
+        displacements of those rows, and W^H K^-1 W of what its t terms do to these displacements
+        inside: as right vectors and, if a term is not Hermitian, as left ones too (s = 2).
 
     Examples
     --------
@@ -80,7 +80,7 @@ class Component:
     rows: int | None = None
     cutoff: float = np.inf
     basis: Array | None = field(default=None, repr=False)
-    origin: Component | None = field(default=None, repr=False)
+    lacks: Any = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         for name, kind in {"nodes": str, "directions": int, "places": float, "load": float}.items():
@@ -139,7 +139,7 @@ class Component:
             For an unknown node, or if these nodes do not hold the component.
         """
         from scipy.linalg import eigh
-        from scipy.sparse import csc_array
+        from scipy.sparse import block_diag, csc_array
 
         self.rows_of(nodes)
         kept = np.isin(self.nodes, np.asarray(nodes).astype(str))
@@ -171,6 +171,17 @@ class Component:
             tuple(Term(V.T @ (t.matrix @ V), t.factor) for t in terms)
             for terms in self.system.parts
         )
+        every = [t.matrix for t in self.system.terms]
+        left = [A.conj().T for A in every]
+        if any(
+            norm_of(A - B) > np.sqrt(EPS) * norm_of(A) for A, B in zip(every, left, strict=True)
+        ):
+            every += left
+        each = [(csc_array(A)[i], factor.solve((A @ V)[i]) if len(i) else V[i]) for A in every]
+        lacks = np.block([[V.T @ (A.conj().T @ solved) for _, solved in each] for A, _ in each])
+        if self.lacks is not None:
+            wide = block_diag([V] * (len(self.lacks) // self.system.n), "csc")
+            lacks = lacks + wide.T @ self.lacks @ wide
         rest = V.shape[1] - len(b)
         return Component(
             replace(self.system, M=M, C=C, K=K),
@@ -181,27 +192,24 @@ class Component:
             self.rows or self.system.n,
             min(cutoff, self.cutoff),
             V if self.basis is None else self.basis @ V,
-            self.origin or self,
+            lacks,
         )
 
     def lack(
         self, z: ComplexArray, right: ComplexArray, left: ComplexArray, at: Mapping[str, float]
-    ) -> tuple[ComplexArray, ...]:
-        """What right and left modes (n, m) of roots z (m,) lack inside of the origin at parameters:
-        the residuals P x and P^H y (k, m), and what K^-1 makes of both."""
-        from scipy.sparse import csc_array
-
-        assert self.origin is not None
-        assert self.basis is not None
-        problem = ScaledSystem(replace(self.origin.system, parameters=at)).at()
-        inside = np.flatnonzero(~np.isin(self.origin.nodes, self.nodes[self.nodes != ""]))
-        x, y = (combined(self.basis, part) / problem.scale[:, None] for part in (right, left))
-        rest = problem.apply(z, x), problem.transposed().apply(z, y.conj()).conj()
-        both = np.hstack(rest)[inside]
-        if inside.size:
-            inner = csc_array(problem.K[inside][:, inside].real)
-            solved = factorise(inner).solve(both)
-        return *np.split(both, 2, axis=1), *np.split(solved if inside.size else both, 2, axis=1)
+    ) -> tuple[ComplexArray, Array, Array]:
+        """Of what right and left modes (n, m) of roots z (m,) at parameters lack inside, the
+        residuals R = P x and S = P^H y: S^H K^-1 R (m, m), R^H K^-1 R and S^H K^-1 S (m,)."""
+        parts = zip(self.system.parts, (2, 1, 0), strict=True)
+        rates = [[t.factor.value(at) * z**k for t in terms] for terms, k in parts]
+        weights = np.array(list(itertools.chain(*rates)))[:, None]
+        R, S = (
+            (w * part).reshape(-1, len(z)) for w, part in ((weights, right), (weights.conj(), left))
+        )
+        if len(self.lacks) > len(R):  # the terms from the left follow those from the right
+            R, S = np.vstack([R, 0 * R]), np.vstack([0 * S, S])
+        FR, FS = self.lacks @ R, self.lacks @ S
+        return S.conj().T @ FR, *(np.sum(A.conj() * B, axis=0).real for A, B in ((R, FR), (S, FS)))
 
 
 def _modes(K: Any, M: Any, factor: Factor, cutoff: float) -> tuple[Array, Array]:
@@ -397,45 +405,52 @@ class Assembly:
 
     @property
     def reduction(self) -> dict[str, Any] | None:
-        """What a JSON object says of a reduction: rows before and after it, cutoff, whether errors
-        of roots are known; None if none of the components is reduced."""
+        """What a JSON object says of a reduction: rows before and after it, cutoff; None if none of
+        the components is reduced."""
         rows = sum(body.rows or body.system.n for body in self.components)
         known = {"method": "components", "size": self.system.n, "rows": rows}
-        known |= {"cutoff_hz": self.cutoff, "errors": any(b.origin for b in self.components)}
-        return known if np.isfinite(self.cutoff) else None
+        return known | {"cutoff_hz": self.cutoff} if np.isfinite(self.cutoff) else None
 
     def bounded(self, system: TermSystem, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
-        """Roots of the system at its parameters with the error of the reduction, as far as it is
-        known, to which the rounding is raised: infinite above the cutoff.
-
-        What a component lacks moves inside with the other nodes held, above the cutoff: K alone
-        meets the residuals there but for what contracts by (|z| / cutoff)^2.
-        """
+        """Roots of the system at its parameters with the error of the reduction, to which the
+        rounding is raised: infinite above the cutoff."""
         top = math.tau * self.cutoff
         some = [e for e in roots if e.value.imag >= 0.0 and abs(e.value) < top]
-        known: dict[complex, tuple[float | None, float]] = {e.value: (None, 0.0) for e in some}
-        if some and any(body.origin for body in self.components):
-            z, (M, C, _) = np.array(list(known)), system.at()
+        known: dict[complex, tuple[float | None, float]] = {}
+        if some:
+            z, (M, C, _) = np.array([e.value for e in some]), system.at()
             X, Y = (np.array([getattr(e, side) for e in some]).T for side in ("right", "left"))
             slope = np.add.outer(z, z) * (Y.conj().T @ M @ X)
             slope += 0.0 if C is None else Y.conj().T @ C @ X
-            lack, energies = np.zeros_like(slope), np.zeros((2, len(z)))
-            ends = np.cumsum([body.system.n for body in self.components])[:-1]
-            parts = (np.split(vectors, ends) for vectors in (X, Y))
-            for body, *vectors in zip(self.components, *parts, strict=True):
-                if body.origin is not None:
-                    R, S, FR, FS = body.lack(z, *vectors, system.parameters)
-                    lack += S.conj().T @ FR
-                    energies += [np.sum(a.conj() * b, axis=0).real for a, b in ((R, FR), (S, FS))]
-            share = (np.abs(z) / top) ** 2
-            right, left = np.sqrt(np.abs(energies) * share / (1.0 - share))
-            moved, steady = movements(z, slope, lack, np.outer(left, right))
+            moved, steady = movements(z, slope, *self.lack(z, X, Y, system.parameters))
             steady &= system.real and not system.C
             errors = zip(moved.tolist(), np.where(steady, 0.0, moved).tolist(), strict=True)
-            known = dict(zip(known, errors, strict=True))
+            known = dict(zip(z.tolist(), errors, strict=True))
         known |= {z.conjugate(): error for z, error in known.items()}
         each = ((e, *known.get(e.value, (None, np.inf))) for e in roots)
         return tuple(replace(e, error=a, rounding=max(e.rounding, b)) for e, a, b in each)
+
+    def lack(
+        self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, at: Mapping[str, float]
+    ) -> tuple[ComplexArray, Array]:
+        """What y^H P x (m, m) of modes (n, m) of roots z (m,) at parameters lacks, and how much
+        more it may be.
+
+        What a component lacks moves inside with the other nodes held, above the cutoff: K, at the
+        component's own parameters, alone meets the residuals there but for what contracts by
+        (|z| / cutoff)^2.
+        """
+        z = np.asarray(roots)
+        known, energies = np.zeros((len(z), len(z)), complex), np.zeros((2, len(z)))
+        ends = np.cumsum([body.system.n for body in self.components])[:-1]
+        parts = (np.split(vectors, ends) for vectors in (right, left))
+        for body, *vectors in zip(self.components, *parts, strict=True):
+            if body.lacks is not None:
+                one, *both = body.lack(z, *vectors, at)
+                known, energies = known + one, energies + both
+        share = (np.abs(z) / (math.tau * self.cutoff)) ** 2
+        rights, lefts = np.sqrt(np.abs(energies) * share / (1.0 - share))
+        return known, np.outer(lefts, rights)
 
 
 def assemble(

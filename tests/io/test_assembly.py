@@ -47,7 +47,14 @@ def test_a_file_answers_as_python_and_its_export_do(brake, tmp_path, capsys, pre
     assert (read["contact"][0]["closed"] < len(contact.pairs)) == (pressure == 1e6)
     assert main(["export", str(path), "--band", "500:4000", "--output", str(tmp_path / "s")]) == 0
     capsys.readouterr()
-    for one in (read, answer(capsys, tmp_path / "s" / "assembly.yaml", *varied)):
+    small = tmp_path / "s" / "assembly.yaml"
+    again = answer(capsys, small, *varied)
+    for e, other in zip(read["eigenvalues"], again["eigenvalues"], strict=True):
+        assert e["error"] == pytest.approx(other["error"], rel=0.01, abs=1e-9)
+    assert main(["eigenvalues", str(small), "--set", "cutoff=2e4"]) == 2
+    beyond = answer(capsys, small, "--band", "500:9000")
+    assert len(beyond["warnings"]) == 1
+    for one in (read, again):
         roots = np.array([complex(e["real"], e["imag"]) for e in one["eigenvalues"]])
         assert len(roots) == len(values)
         for z in values:  # a pair of nearly one frequency is sensitive
@@ -98,3 +105,35 @@ def test_errors_of_a_reduced_assembly_are_those_against_the_full_one(brake, caps
     basis, inside = read["basis"], sum(BAND[0] <= m.frequency_hz <= BAND[1] for m in full.unstable)
     assert (basis["rows"], basis["cutoff_hz"]) == (full.details["rows"], TOP)
     assert 0 < read["growing_outside"] <= len(full.unstable) - inside
+
+
+@pytest.mark.parametrize("cutoff", [6e3, TOP])
+def test_thresholds_of_reduced_components_hold_those_of_the_full_ones(brake, cutoff):
+    """In intervals that are not much wider than what the reduction moves."""
+    _, bodies, contact = brake
+    full, small = (
+        squeal.assemble(bodies, [replace(contact, bonded=True)], {"mu": 0.4}, cutoff=top)
+        for top in (None, cutoff)
+    )
+    exact, found = (squeal.thresholds(one, 1.0, band=BAND) for one in (full, small))
+    assert exact.certified
+    assert not found.certified
+    assert len(found.crossings) == len(exact.crossings) > 0
+    for near, true in zip(found.crossings, exact.crossings, strict=True):
+        away = abs(near.mu - true.mu)
+        low, high = near.interval
+        assert low <= true.mu <= high
+        assert high - low <= 10 * away + 1e-8
+
+
+def test_a_growth_within_its_error_is_open_in_the_first_line(brake):
+    _, bodies, contact = brake
+    small = squeal.assemble(bodies, [contact], {"mu": 0.4}, cutoff=TOP)
+    for mu in squeal.thresholds(small, 1.0, band=BAND).crossings:
+        at = squeal.eigenvalues(small, mu.mu, band=BAND)
+        (near,) = (
+            e for e in at.eigenvalues if abs(e.frequency_hz - mu.frequency_hz) < 1 and e.open
+        )
+        assert near.kind == "marginal"
+        assert at.verdict in (None, "flutter")
+        assert at.unstable or "Open" in at.conclusion

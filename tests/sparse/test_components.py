@@ -110,6 +110,28 @@ def test_a_reduced_brake_has_the_roots_of_the_full_one():
     assert errors[1] < errors[0] / 5
 
 
+def test_errors_hold_of_components_that_turn():
+    """Gyroscopic forces act on right and left vectors unlike; against the full system."""
+    rng, n, some = np.random.default_rng(3), 60, [0, 1, 2, 3, 4, 5]
+    chain = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    turn = rng.standard_normal((n, n)) / 40
+    C = {"1": 1e-3 * chain, "turn": turn - turn.T}
+    system = squeal.System(np.eye(n), C, 50 * chain, {"turn": 1.0}, name="disc")
+    disc = squeal.Component(system, np.arange(n), np.full(n, 2))
+    block = squeal.System(np.eye(6), K=0.01 * np.eye(6), name="pad")
+    pad = squeal.Component(block, np.arange(6), np.full(6, 2), load=-np.ones(6))
+    touch = squeal.Contact(("disc", "pad"), [(9 * k, k) for k in some], Z, 3.0)
+    full, small = (squeal.assemble([disc, pad], [touch], cutoff=top) for top in (None, 1.5))
+    exact = squeal.eigenvalues(full).values
+    roots = [e for e in squeal.eigenvalues(small, band=(0.0, 1.0)).eigenvalues if e.value.imag > 0]
+    errors, aways = [e.error for e in roots], [np.abs(exact - e.value).min() for e in roots]
+    assert len(roots) > 10
+    assert max(aways) > 1e-4
+    for error, away in zip(errors, aways, strict=True):
+        assert 0.5 * away <= error + 1e-9
+        assert error <= 20 * away + 1e-6
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [

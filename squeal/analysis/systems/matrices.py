@@ -126,6 +126,8 @@ def write_components(
         places = np.zeros((len(nodes), 3)) if body.places is None else body.places
         table = zip(nodes, dofs, *places.T.tolist(), strict=True)
         write_csv(home / "nodes.csv", ["node", "dof", "x", "y", "z"], table)
+        if body.lacks is not None:
+            write_matrix(home / f"lacks.{suffix}", body.lacks, "lacks")
         if body.load is not None:
             pressed = np.flatnonzero((body.load != 0.0) & (body.directions >= 0))
             loads = ((nodes[i], dofs[i], float(body.load[i])) for i in pressed)
@@ -147,7 +149,8 @@ def write_assembly(
     ):
         one["file"] = f"{name}/system.yaml"
         if body.rows:
-            one["reduced"] = {"rows": body.rows, "cutoff": body.cutoff}
+            known = {"rows": body.rows, "cutoff": body.cutoff}
+            one["reduced"] = known | {"lacks": f"{name}/lacks.{suffix}"}
         if load := one.get("load"):  # it was written as it is at these parameters
             factor = Formula(load.get("factor", "1"))
             text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"

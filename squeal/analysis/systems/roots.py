@@ -221,11 +221,6 @@ def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) ->
     return roots if wanted.modes is None else roots.lowest(wanted.modes)
 
 
-def unsure(root: Eigenvalue) -> bool:
-    """True if the error of a reduction leaves open whether a root grows."""
-    return 0.0 < abs(root.value.real) <= (root.error or 0.0)
-
-
 def judged(values: Known, complete: bool = True) -> tuple[str | None, str]:
     """Verdict on roots and what decided it; unless they are `complete` only growth is proven."""
     solved = [e for e in values if e.residual <= ACCEPTED and e.rounding < math.inf]
@@ -261,7 +256,7 @@ def _of_all(
     if bounded is not tuple:
         every = bounded(every)
         sure = tuple(e for e in every if e.rounding < math.inf)
-        words = judged(sure, complete=not any(map(unsure, sure)))
+        words = judged(sure, complete=not any(e.open for e in sure))
     known = np.array([e.value for e in every], dtype=complex)
     farthest, region = float(np.max(np.abs(known), initial=0.0)), wanted.rectangle
     upper, _ = _upper(every, None, problem.real)

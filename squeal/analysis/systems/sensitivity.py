@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from squeal.analysis.answers import Eigenvalues, Sensitivity, Thresholds
+from squeal.analysis.answers import Eigenvalues, Sensitivity, Thresholds, basis_text
 from squeal.errors import ComputationError, InputError
 from squeal.io.matrices import MatrixFile, aligned, read_matrix
 from squeal.io.system import SystemFile
@@ -21,10 +23,12 @@ from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.schema import NAME, Place
+from squeal.sparse.components import Assembly
 from squeal.sparse.quadratic import ScaledSystem, factorise_at
 
 Matrices = Mapping[str, Mapping[str, Any]]
 """Names of changes, each with the matrices dM, dC, dK (arrays or files) by the keys M, C, K."""
+OF_THE_REDUCED = "counts are of reduced components; what these move is estimated in each interval"
 NEAR = 1e-6  # relative: how far a root may lie from where it is said to cross
 
 
@@ -131,6 +135,38 @@ def threshold_slopes(
         moved = {name: np.array(pair) for name, pair in pairs}
         slopes.append(_at_own_frequency(system, moved, lambda pair: 2 * np.pi * pair[1]))
     return slopes
+
+
+def widened(system: TermSystem, assembly: Assembly, answer: Thresholds) -> Thresholds:
+    """Thresholds of an assembly whose intervals hold what its reduction moves, the whole range
+    where that is not known."""
+    scaled, basis, name = ScaledSystem(system), assembly.reduction or {}, system.parameter
+
+    def shift(value: float, root: complex) -> float:
+        own = system.replace({name: value, **system.frequency(abs(root))})
+        at = singular_at(scaled, value, root)
+        x, y = at.right[:, None], at.left[:, None]
+        lack = sum(abs(part.item()) for part in assembly.lack([root], x, y, own.parameters))
+        D = lack * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
+        changes = {"real": (None, None, D), "imaginary": (None, None, 1j * D)}
+        moves = crossing_slopes(at, own.at(), own.derivative(name), changes).values()
+        return math.hypot(*(move for move, _ in moves))
+
+    def wide(c: Any) -> Any:
+        more, (low, high) = math.inf, c.interval
+        with suppress(ComputationError):
+            more = shift(c.mu, 2j * np.pi * c.frequency_hz)
+        return replace(c, interval=(max(low - more, answer.low), min(high + more, answer.high)))
+
+    doubts = [OF_THE_REDUCED, *(answer.details.get("doubts") or ())]
+    return replace(
+        answer,
+        points=tuple(map(wide, answer.points)),
+        crossings=tuple(map(wide, answer.crossings)),
+        certified=None if answer.certified is None else False,
+        notes=(*answer.notes, basis_text(basis, errors=True)),
+        details={**answer.details, "doubts": doubts, "basis": basis},
+    )
 
 
 def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
