@@ -18,6 +18,7 @@ from multiprocessing import get_context
 
 import numpy as np
 
+from squeal.article.identify.ensemble import DONE, simulate_many, stack
 from squeal.article.identify.space import DIMENSIONS, decode, pad_of
 from squeal.article.studies._reference import reference
 from squeal.article.studies.accuracy import compare_times, ours
@@ -26,7 +27,6 @@ from squeal.io.scene import Scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.equations import PadModel, natural_units
 from squeal.model.pad import Model, Pad
-from squeal.simulation.ensemble import DONE, simulate_many, stack
 
 STOP, TOLERANCE, TIGHT = 100.0, 1e-10, 1e-15
 MODELS: tuple[Model, ...] = ("B1", "B2")

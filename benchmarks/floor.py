@@ -23,11 +23,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squeal.article.identify.ensemble import DONE, simulate_many, stack
 from squeal.article.studies._reference import Reference, error_against, reference
 from squeal.article.studies.accuracy import ours
 from squeal.io.scene import Scene, read_scene
 from squeal.model.equations import PadModel
-from squeal.simulation.ensemble import DONE, simulate_many, stack
 from squeal.simulation.hybrid import first_contact
 from squeal.simulation.run import in_natural_units
 

@@ -23,7 +23,7 @@ BACKENDS = [pytest.param("heyoka", marks=needs_heyoka), "scipy"]
 INSTALLED: tuple[Literal["heyoka", "scipy"], ...] = ("heyoka", "scipy") if HEYOKA else ("scipy",)
 # fmt: off
 LONG = (  # files that take long: a worker runs a file whole, and none of these should be the last
-    "simulation/test_ensemble", "article/test_measures", "article/test_stability", "cli/test_cli",
+    "article/test_ensemble", "article/test_measures", "article/test_stability", "cli/test_cli",
     "analysis/test_sensitivity", "simulation/test_falling", "cli/test_installed",
     "analysis/test_maps", "analysis/test_slow_roots", "workflow/test_workflow",
     "simulation/test_simulation", "equilibrium/test_admissible",

@@ -222,8 +222,7 @@ class TaylorIntegrator:
         """See `squeal.simulation.hybrid.Integrator`.
 
         With lanes it carries motions, a multiple of the lanes, from contact (points, n), times (n,)
-        and states (6, n) to their ends; changes of several points in one instant are not resolved
-        then, see `unsure`.
+        and states (6, n) to their ends, and resolves no changes of several points in one instant.
         """
         model, law, options, lanes = self._model, self._model.law, self._options, self._lanes
         regrouped = self._fp is float and self.tolerance > options.regrouped_above
@@ -272,19 +271,3 @@ class TaylorIntegrator:
         changes = (np.array(lane, int)[order], np.array(point, int)[order], np.array(when)[order])
         parts = tuple(np.concatenate(part, axis=-1) for part in zip(*smooth, strict=True))
         return Course(law, c, t0, t1, first, end, *changes, state, count, limit, parts)
-
-
-def unsure(course: Course, options: Options = DEFAULT) -> np.ndarray:
-    """True (n,) for motions side by side that had better be run alone.
-
-    They could not be carried to the end, a gap has the wrong sign there, or several points may have
-    changed in one instant.
-    """
-    wrong = (course.wrong > options.missed).any(axis=0)
-    doubt = (course.limit == -2) | (wrong & (course.limit == -1))
-    at = course.coefficients(course.lane)
-    heights = np.array(course.law.gaps(at, pose(np, at.place(course.state))))
-    near = np.where(course.on > 0, -heights, heights) < options.clear * (1.0 + at.w + at.h)
-    near[course.point, np.arange(len(course.t))] = False
-    doubt[course.lane[near.any(axis=0)]] = True
-    return doubt

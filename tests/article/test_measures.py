@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from squeal.article.claims.motions import measure_alone, measures
+from squeal.article.identify.ensemble import simulate_many, stack
 from squeal.errors import ComputationError
 from squeal.model.contact import CONSISTENT
-from squeal.simulation.ensemble import simulate_many, stack
 from squeal.simulation.run import in_natural_units, simulate
+from tests.article.test_ensemble import LAWS, STOP, scene, some
 from tests.conftest import needs_heyoka
 from tests.simulation.closed import bouncing, upright
-from tests.simulation.test_ensemble import LAWS, STOP, scene, some
 
 pytestmark = needs_heyoka
 

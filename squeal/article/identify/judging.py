@@ -9,6 +9,7 @@ from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Case, Claim, case_of
 from squeal.article.claims.measures import Linear, friction_raises, linear_measures
 from squeal.article.claims.motions import measures
+from squeal.article.identify.ensemble import DONE, simulate_many
 from squeal.article.identify.space import (
     MODELS,
     STOP,
@@ -20,7 +21,6 @@ from squeal.article.identify.space import (
 )
 from squeal.model.contact import Formulation
 from squeal.model.pad import Model
-from squeal.simulation.ensemble import DONE, simulate_many
 
 TOLERANCE = 1e-8  # of the motions
 MAP_POINTS = 40  # a side, for the share of the map

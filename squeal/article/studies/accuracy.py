@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from squeal.article.cases import title
+from squeal.article.identify.ensemble import simulate_many
 from squeal.article.records import Record, Result
 from squeal.article.studies._reference import (
     Reference,
@@ -28,7 +29,6 @@ from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 from squeal.model.contact import ContactLaw, State
 from squeal.model.equations import PadModel
-from squeal.simulation.ensemble import simulate_many
 from squeal.simulation.hybrid import first_contact, state_of, whole
 from squeal.simulation.run import in_natural_units
 

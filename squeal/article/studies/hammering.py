@@ -15,6 +15,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of, measure
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, TOUCH, TURNS, hammering_cases, hammers
+from squeal.article.identify.ensemble import DONE, simulate_many
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.starts import TOLERANCE, compression
@@ -22,7 +23,6 @@ from squeal.equilibrium import sliding_equilibrium
 from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
 from squeal.model.contact import FULL, NONE, State
-from squeal.simulation.ensemble import DONE, simulate_many
 
 WINDOWS = (1, 3, 10)  # observation times over that of the case
 LOCKED = 1e8  # factor on the moment of inertia that stops rotation

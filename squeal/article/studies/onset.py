@@ -19,6 +19,7 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
+from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.energy import under_both_laws
@@ -31,7 +32,6 @@ from squeal.io.scene import Damping, Scene
 from squeal.linear import complex_eigenvalues
 from squeal.model.equations import PadModel
 from squeal.simulation.cycles import CLOSED_CURVE, Cycle, Shooting
-from squeal.simulation.ensemble import DONE, Arrays, simulate_many, stack
 
 RATIOS = (0.001, 0.005, 0.01, 0.02)
 RATIO = 0.005  # of the cycles

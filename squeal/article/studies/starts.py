@@ -13,12 +13,12 @@ from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import measures
 from squeal.article.claims.rules import hammers
+from squeal.article.identify.ensemble import DONE, simulate_many
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
-from squeal.simulation.ensemble import DONE, simulate_many
 
 KINDS = (
     "permanent contact",

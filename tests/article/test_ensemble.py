@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from squeal.article.claims.motions import measures
+from squeal.article.identify.ensemble import DONE, simulate_many, stack
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.model.contact import CONSISTENT, Formulation
-from squeal.simulation.ensemble import DONE, simulate_many, stack
 from squeal.simulation.run import simulate
 from tests.conftest import needs_heyoka, random_pad
 from tests.simulation.closed import bouncing, upright

@@ -13,7 +13,7 @@ from squeal.errors import ComputationError
 from squeal.io.processes import mapped
 from squeal.model.contact import CONSISTENT, Formulation
 from squeal.model.equations import PadModel, Units, natural_units
-from squeal.model.pad import Model, Pad
+from squeal.model.pad import Model, Pad, pose
 from squeal.simulation.hybrid import (
     DEFAULT,
     LIMITS,
@@ -48,6 +48,22 @@ def _some(model: PadModel, which: Any) -> PadModel:
     damping: Any = model.damping  # entries are arrays (n,) too
     rows = damping and tuple(tuple(v[which] for v in row) for row in damping)
     return dataclasses.replace(model, pad=pad, damping=rows)
+
+
+def _unsure(course: Course, options: Options) -> np.ndarray:
+    """True (n,) for motions side by side that had better be run alone.
+
+    They could not be carried to the end, a gap has the wrong sign there, or several points may have
+    changed in one instant.
+    """
+    wrong = (course.wrong > options.missed).any(axis=0)
+    doubt = (course.limit == -2) | (wrong & (course.limit == -1))
+    at = course.coefficients(course.lane)
+    heights = np.array(course.law.gaps(at, pose(np, at.place(course.state))))
+    near = np.where(course.on > 0, -heights, heights) < options.clear * (1.0 + at.w + at.h)
+    near[course.point, np.arange(len(course.t))] = False
+    doubt[course.lane[near.any(axis=0)]] = True
+    return doubt
 
 
 def _motions(
@@ -104,7 +120,7 @@ def _motions(
         side_by_side = integrator(_some(model, block), lanes=options.lanes)
         start = contact[:, block], np.zeros(len(block)), state[:, block], stop[block]
         course = side_by_side.run(*start, dense)
-        doubt = taylor.unsure(course, options)
+        doubt = _unsure(course, options)
         put(block, dataclasses.replace(course, limit=np.where(doubt, -2, course.limit)))
         for i in np.unique(block[doubt]).tolist():
             one, own = _some(model, i), Units(*(float(v[i]) for v in vars(units).values()))
