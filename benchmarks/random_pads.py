@@ -1,8 +1,9 @@
 """Random pads through the whole chain, against 50 digits and the literal equations.
 
-`python -m benchmarks.random_pads [--pads 1000] [--workers 2]` prints the largest differences of
-equilibria, stiffness matrices, eigenvalues and thresholds, and every verdict that is not the exact
-one. Each pad has units of its own, so that no number is of a usual size.
+`python -m benchmarks.random_pads [--pads 1000] [--wide] [--workers 2]` prints the largest
+differences of equilibria, stiffness matrices, eigenvalues and thresholds, and every verdict that is
+not the exact one. Each pad has units of its own, so that no number is of a usual size; with
+`--wide` stiffnesses and inertia also differ from each other by up to eight decades.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections import Counter
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import mpmath as mp
@@ -34,6 +36,9 @@ from tests.linear.conftest import exact_verdict
 MU_MAX = 1.0
 SAMPLED = 5  # values of mu at which the verdict is compared, besides the middles between thresholds
 APART = 1e-3  # of the spectral radius: eigenvalues closer than this are near a coalescence
+SPREAD = ("I", "k2", "k3", "k4", "k_c")
+DECADES = 8
+ROUNDING = 16 * np.finfo(float).eps  # of mu, beside what the interval says
 AT_CHANGE = 1e-12  # of mu: a threshold so close to a change of contact is that change
 
 
@@ -53,12 +58,16 @@ class Pad:
     wrong: list[str] = field(default_factory=list)
 
 
-def scene_of(seed: int) -> Scene:
+def scene_of(seed: int, wide: bool = False) -> Scene:
     """Model B1 or B2, the latter in the consistent formulation or in any, by turns."""
     r = np.random.default_rng([seed, 1])
     mass, length, time = 10.0 ** r.uniform([-2.0, -2.0, -4.0], [1.0, 0.0, -2.0])
     model: Model = "B1" if seed % 2 else "B2"
-    pad = random_pad(seed, model).scaled(mass, length, time)
+    pad = random_pad(seed, model)
+    if wide:
+        spread = {n: 10.0 ** r.uniform(-DECADES / 2, DECADES / 2) for n in SPREAD}
+        pad = pad.replace(**{n: getattr(pad, n) * f for n, f in spread.items() if n in pad.given()})
+    pad = pad.scaled(mass, length, time)
     if model == "B1":
         return Scene("B1", pad)
     chosen: Any = [str(r.choice(options)) for options in FORMULATION_CHOICES.values()]
@@ -111,8 +120,9 @@ def _compare_spectrum(scene: Scene, pad: Pad) -> None:
         pad.wrong.append(f"verdict at mu = {mu:g}")
 
 
-def _distance(scene: Scene, path: Path, point: CriticalPoint) -> float:
-    """Relative distance of a threshold from the nearest exact one of any kind that is possible."""
+def _distance(scene: Scene, path: Path, point: CriticalPoint) -> tuple[float, bool]:
+    """Relative distance of a threshold from the nearest exact one of any kind that is possible, and
+    whether its interval, widened by rounding, holds that one."""
     near = np.flatnonzero(np.abs(path.branch.z[3] - point.mu) <= AT_CHANGE * point.mu)
     mu = min(point.mu, path.mu_end) * (1.0 - 1e-12)
     z, state = path.at(mu)
@@ -133,10 +143,14 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> float:
     found = []
     for condition in conditions:
         try:
-            found.append(abs(exact.critical(condition, q, mu)[1] - mp.mpf(point.mu)))
+            found.append(exact.critical(condition, q, mu)[1] - mp.mpf(point.mu))
         except ArithmeticError:
             continue
-    return float(min(found) / point.mu) if found else np.inf
+    if not found:
+        return np.inf, False
+    off, rounding = min(found, key=abs), ROUNDING * point.mu
+    low, high = (end - point.mu for end in point.interval)
+    return abs(float(off / point.mu)), low - rounding <= off <= high + rounding
 
 
 def _told(critical: Thresholds, mu: float) -> str:
@@ -146,7 +160,7 @@ def _told(critical: Thresholds, mu: float) -> str:
     return "marginal" if last == "restabilised" else last
 
 
-def _compare_branch(scene: Scene, pad: Pad) -> None:
+def _compare_branch(scene: Scene, pad: Pad, wide: bool) -> None:
     """Thresholds, and verdicts between them, along the branch."""
     try:
         critical = critical_friction(scene, MU_MAX)
@@ -155,10 +169,11 @@ def _compare_branch(scene: Scene, pad: Pad) -> None:
     path = Path.of(scene.pad_model, MU_MAX)
     pad.end = critical.end
     for point in critical.points:
-        pad.thresholds.append((point.kind, _distance(scene, path, point)))
-        if pad.thresholds[-1][1] > 1e-9:
-            pad.wrong.append(f"{point.kind} at mu = {point.mu:g}")
-        if not point.converged:
+        apart, held = _distance(scene, path, point)
+        pad.thresholds.append((point.kind, apart))
+        if not held or (point.converged and apart > 1e-9):
+            pad.wrong.append(f"{point.kind} at mu = {point.mu:g} by {apart:.1e}")
+        if not (point.converged or wide):
             pad.wrong.append(f"threshold at {point.mu:g} not converged")
     marks = [0.0, *(point.mu for point in critical.points), path.mu_end]
     mus = {(a + b) / 2 for a, b in itertools.pairwise(marks) if b > a}
@@ -176,18 +191,18 @@ def _compare_branch(scene: Scene, pad: Pad) -> None:
             pad.wrong.append(f"verdict at mu = {mu:g}")
 
 
-def examine(seed: int) -> Pad:
+def examine(seed: int, wide: bool = False) -> Pad:
     """Compare one pad.
 
     Equilibria are measured by their largest coordinate (rotation as w theta), stiffness by the
     largest entry, eigenvalues by the spectral radius, thresholds by mu; `apart` is the least
     distance of two exact eigenvalues.
     """
-    scene = scene_of(seed)
+    scene = scene_of(seed, wide)
     pad = Pad(seed, scene.model)
     try:
         _compare_spectrum(scene, pad)
-        _compare_branch(scene, pad)
+        _compare_branch(scene, pad, wide)
     except ArithmeticError as error:
         pad.wrong.append(str(error))
     return pad
@@ -220,11 +235,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--pads", type=int, default=1000)
     parser.add_argument("--first", type=int, default=0, help="first seed")
+    parser.add_argument("--wide", action="store_true", help="over eight decades")
     parser.add_argument("--workers", type=int, default=2)
     given = parser.parse_args()
     seeds = range(given.first, given.first + given.pads)
     with ProcessPoolExecutor(given.workers) as pool:
-        print(summary(pool.map(examine, seeds, chunksize=5)))
+        print(summary(pool.map(partial(examine, wide=given.wide), seeds, chunksize=5)))
 
 
 if __name__ == "__main__":
