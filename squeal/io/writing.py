@@ -65,7 +65,10 @@ def whole_folder(folder: Path) -> Iterator[Path]:
     """A place for files that come to a folder, new or not, when all of them are complete."""
     home = next(one for one in (folder, *folder.parents) if one.is_dir())
     with _written(folder), tempfile.TemporaryDirectory(dir=home, prefix=".") as place:
-        yield Path(place)
+        try:
+            yield Path(place)
+        except InputError as error:  # of a file there, whose name is not what was typed
+            raise InputError(str(error).replace(place, str(folder))) from None
         folder.mkdir(parents=True, exist_ok=True)
         for path in sorted(Path(place).iterdir()):
             os.replace(path, folder / path.name)
