@@ -1,7 +1,5 @@
 """One pad: the eigenvalues about its equilibrium, its modes over the friction, its thresholds."""
 
-import itertools
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
@@ -21,7 +19,7 @@ from squeal.analysis.answers import (
 from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
 from squeal.equilibrium.find import damped_model
 from squeal.equilibrium.statics import excursion
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.io.writing import number
 from squeal.linear import (
@@ -33,9 +31,7 @@ from squeal.linear import (
     System,
     UnstableMode,
     thresholds,
-    track,
     unstable_modes,
-    verdict,
 )
 from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.eigen import ACCEPTED, STIFF, decide, hidden, spectrum_of
@@ -319,51 +315,16 @@ def _admissible(path: Path) -> tuple[float, list[str]]:
     return low, [f"from mu = {high:.6g} on {words}" for words in at.excesses]
 
 
-@dataclass(frozen=True, eq=False)
-class ModeSweep:
-    """Modes followed over the friction from low to high, and what happens on the way.
+def along(found: Thresholds, low: float, high: float) -> Sweep:
+    """The eigenvalues over a range of the friction whose thresholds are known, for a figure.
 
-    mus (k,); values (k, 2n) rad/s, of which columns 2j and 2j + 1 are a mode and its conjugate, by
-    rising frequency at the start; spans: (from, to, verdict) between the thresholds; crossings of
-    the imaginary axis; contacts: (mu, state) where the contact changes; end: how far the branch
-    reaches.
+    Raises ComputationError if the branch of equilibria ends before `low`.
     """
-
-    low: float
-    high: float
-    end: float
-    mus: np.ndarray = field(repr=False)
-    values: np.ndarray = field(repr=False)
-    spans: tuple[tuple[float, float, str], ...]
-    crossings: tuple[Crossing, ...]
-    contacts: tuple[tuple[float, str], ...]
-
-
-def sweep_modes(scene: Scene, low: float, high: float) -> ModeSweep:
-    """Follow the modes of a scene along its branch from mu = low to high.
-
-    Raises InputError unless 0 <= low < high, ComputationError if there is no equilibrium without
-    friction, or the branch ends before `low`.
-    """
-    if not 0.0 <= low < high < math.inf:
-        raise InputError(f"sweep_modes: low {low:g}: it must be 0 <= low < high, which is {high:g}")
-    system, path = branch_system(scene, high)
-    share, end, stop = np.linspace(0.0, 1.0, SAMPLES), high, high
-    contacts: tuple[tuple[float, str], ...] = ()
-    if path is not None:
-        end = stop = path.mu_end
-        if end <= low:
-            path.at(low)  # raises, with the reason
-        changes = [mu for mu in path.breakpoints if low < mu < end]
-        contacts = tuple((mu, path.model.state_name(path.at(mu)[1])) for mu in changes)
-        if path.fold is not None:  # a frequency falls there as a fourth root: the values crowd
-            share, stop = 1.0 - (1.0 - share) ** 2, end * (1.0 - 1e-9)
-    breaks = [mu for mu, _ in contacts]
-    events = thresholds(system, stop, breaks, low)
-    edges = [low, *(p.mu for p in events.points if low < p.mu < stop), stop]
-    spans = [(a, b, verdict(*system((a + b) / 2))) for a, b in itertools.pairwise(edges) if b > a]
-    marked = [scene.pad.mu, *edges, *(c.mu for c in events.crossings), *breaks]
-    marked += [math.nextafter(mu, 0.0) for mu in breaks]  # both sides of a change of contact
-    seen = np.clip(np.concatenate([low + (stop - low) * share, marked]), low, stop)
-    modes, crossings = track(system, np.unique(seen)), tuple(events.crossings)
-    return ModeSweep(low, high, end, modes.mus, modes.values, tuple(spans), crossings, contacts)
+    share, stop, seen = np.linspace(0.0, 1.0, SAMPLES), min(found.high, high), found.points
+    if found.high <= low:
+        raise ComputationError(f"no equilibrium at mu = {low:.9g}: {found.end}")
+    if any(point.kind == "fold" for point in seen):
+        # a frequency falls there as a fourth root: the values crowd
+        share, stop = 1.0 - (1.0 - share) ** 2, stop * (1.0 - 1e-9)
+    values = [*(low + (stop - low) * share), *(point.mu for point in seen)]
+    return sweep(found.source[0], np.unique(np.clip(values, low, stop)).tolist())

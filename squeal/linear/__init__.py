@@ -1,7 +1,7 @@
 """Linear stability of circulatory systems M q'' + C q' + K(mu) q = 0 of any size.
 
 Give matrices and get eigenvalues, a verdict and sensitivities; give a function
-`system(mu) -> (M, C, K)` and get sweeps, tracked modes, thresholds and the friction loop.
+`system(mu) -> (M, C, K)` and get thresholds and onsets of modes.
 """
 
 from squeal.linear.eigen import (
@@ -18,7 +18,7 @@ from squeal.linear.eigen import (
     verdict,
 )
 from squeal.linear.events import Crossing
-from squeal.linear.paths import TrackedModes, UnstableMode, track, unstable_modes
+from squeal.linear.paths import UnstableMode, unstable_modes
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import Matrices, System
 from squeal.linear.thresholds import CriticalPoint, Thresholds, thresholds
@@ -27,9 +27,7 @@ from squeal.linear.thresholds import CriticalPoint, Thresholds, thresholds
 __all__ = [
     "GROWING", "VERDICTS", "CriticalPoint", "Crossing", "Eigenvalue",
     "Judgement", "Matrices", "Spectrum", "System", "Thresholds",
-    "TrackedModes", "UnstableMode", "complex_eigenvalues",
-    "damped_verdicts", "judge", "sensitivities",
-    "sum_verdicts", "thresholds", "track", "undamped_verdicts", "unstable_modes",
-    "verdict",
+    "UnstableMode", "complex_eigenvalues", "damped_verdicts", "judge", "sensitivities",
+    "sum_verdicts", "thresholds", "undamped_verdicts", "unstable_modes", "verdict",
 ]
 # fmt: on

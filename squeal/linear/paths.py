@@ -1,4 +1,4 @@
-"""Which mode is which along a parameter: modes of a sweep, and where each one began to grow.
+"""Which mode is which along a parameter, and where each one began to grow.
 
 Both are read off the eigenvalue paths of the continuation, on which slopes tell from one value to
 the next which root is which.
@@ -6,7 +6,7 @@ the next which root is which.
 
 import itertools
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -23,54 +23,8 @@ from squeal.linear.eigen import (
     complex_eigenvalues,
     ordered,
 )
-from squeal.linear.matrices import Array
-from squeal.linear.system import System, finite_numbers, matrices_at
+from squeal.linear.system import System, matrices_at
 from squeal.linear.thresholds import Thresholds
-
-
-@dataclass(frozen=True, eq=False)
-class TrackedModes:
-    """Modes over a sweep: column k of `values` is one and the same mode throughout."""
-
-    mus: Array = field(repr=False)  # (n_mu,)
-    values: ComplexArray = field(repr=False)  # (n_mu, 2n) rad/s
-
-
-def track(system: System, mus: Iterable[float]) -> TrackedModes:
-    """Modes of system(mu) -> (M, C, K) along the values `mus`, in the order they are given.
-
-    Eigenvalues at neighbouring values are matched by where their slopes at both point; what is in
-    doubt halves the step. Modes that cross go on as they are, modes that veer keep their branch.
-
-    Raises
-    ------
-    InputError
-        For what is no sequence of numbers, for a singular M, and what `system` does.
-
-    Examples
-    --------
-    >>> modes = track(lambda p: (np.eye(2), None, np.diag([1 + p, 3 - p])), [0.0, 0.9, 2.0])
-    >>> (modes.values.imag[:, ::2] ** 2).round(6).tolist()
-    [[1.0, 3.0], [1.9, 2.1], [3.0, 1.0]]
-    """
-    values = finite_numbers("track: mus", mus)
-    along = continued(system, values)
-    rows = [along.at(values[0]).exponents]
-    here, left = np.arange(len(rows[0])), itertools.count()  # index of each mode
-    for a, b in itertools.pairwise(values):
-        now = rows[-1]
-        for link in _links(along.at, along.options, a, b, left):
-            here = link.order[here]
-            before, now = now, link.after.exponents[here]
-            if along.form == "undamped":  # of both square roots that which goes on
-                now = np.where(np.abs(now - before) <= np.abs(now + before), now, -now)
-        rows.append(now)
-    modes = np.array(rows)
-    if along.form == "undamped":
-        modes = np.hstack([modes, -modes])
-    free = 2 * np.shape(matrices_at(system, values[0])[0])[0] - modes.shape[1]
-    modes = np.hstack([modes, np.zeros((len(modes), free))])
-    return TrackedModes(np.array(values), modes[:, ordered(modes[0])])
 
 
 def continued(system: System, values: Sequence[float]) -> Continuation:
@@ -93,7 +47,7 @@ class Link(NamedTuple):
     meet: list[list[int]]
 
 
-def _links(
+def links(
     at: Callable[[float], State],
     options: ContinuationOptions,
     a: float,
@@ -113,7 +67,7 @@ def _links(
     doubtful = len(rows) and len(columns) and not all(_close(z, options) for z in ends)
     if doubtful and depth and middle not in (a, b) and next(left, None) is not None:
         for both in ((a, middle), (middle, b)):
-            yield from _links(at, options, *both, left, depth - 1)
+            yield from links(at, options, *both, left, depth - 1)
         return
     known = np.asarray(step.links.any(axis=1))
     order[known] = step.links.argmax(axis=1)[known]
@@ -170,7 +124,7 @@ def follow(
     ids = _shared(state, 1 + np.arange(len(state.roots)))
     numbers, most = [ids], len(ids)
     for a, b in itertools.pairwise(values):
-        for before, after, order, known, meet in _links(at, options, a, b, left):
+        for before, after, order, known, meet in links(at, options, a, b, left):
             own, span = np.zeros(len(after.roots), dtype=np.intp), (before.value, after.value)
             own[order[known]] = ids[known]
             for both in meet:

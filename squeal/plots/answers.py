@@ -8,10 +8,9 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from squeal.analysis import of_systems
+from squeal.analysis import of_systems, pads
 from squeal.analysis.answers import Eigenvalues, Map, Sweep, Thresholds
 from squeal.analysis.cycles import Cycles
-from squeal.analysis.pads import mode_shapes, sweep_modes
 from squeal.analysis.scatter import Scatter
 from squeal.errors import InputError
 from squeal.io.provenance import provenance
@@ -53,26 +52,27 @@ def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Dr
         return modes.shape_drawing(name, words, subject.coordinates, root.right)
     if not isinstance(subject, Scene):
         return modes.modes_drawing(name, answer.eigenvalues)
-    shapes = mode_shapes(analysis.spectrum, (1.0, 1.0, subject.pad.w))
+    shapes = pads.mode_shapes(analysis.spectrum, (1.0, 1.0, subject.pad.w))
     figure = modes.pad_figure(subject.pad, analysis.q, shapes, answer.eigenvalues)
     return modes.modes_drawing(name, answer.eigenvalues, figure)
 
 
-def _coupling(scene: Scene, name: str, low: float, high: float) -> Drawing:
-    return coupling.coupling_drawing(name, sweep_modes(scene, low, high), scene.pad.mu)
+def _of_pad(found: Thresholds, name: str, low: float, high: float) -> Drawing:
+    swept, own = pads.along(found, low, high), found.source[0].pad.mu
+    return coupling.sweep_drawing(name, swept, found, (low, high), own)
 
 
 def _sweep(answer: Sweep, name: str) -> Drawing:
-    if isinstance(answer.source, Scene):
-        return _coupling(answer.source, name, answer.steps[0].value, answer.steps[-1].value)
-    return coupling.sweep_drawing(name, answer.parameter, answer.steps)
+    if not isinstance(answer.source, Scene):
+        return coupling.sweep_drawing(name, answer)
+    low, high = answer.steps[0].value, answer.steps[-1].value
+    return _of_pad(pads.critical_friction(answer.source, high), name, low, high)
 
 
 def _thresholds(answer: Thresholds, name: str, high: float | None = None) -> Drawing:
-    scene = answer.source[0]
-    if isinstance(scene, Scene):
-        return _coupling(scene, name, answer.low, high or answer.high)
-    return _sweep(of_systems.along(answer), name)
+    if isinstance(answer.source[0], Scene):
+        return _of_pad(answer, name, answer.low, high or answer.high)
+    return coupling.sweep_drawing(name, of_systems.along(answer), answer)
 
 
 def _map(answer: Map, name: str) -> Drawing:

@@ -1,5 +1,6 @@
 """Modes over a parameter: frequencies, growth rates, and the root locus beside them."""
 
+import itertools
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any
@@ -10,10 +11,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.analysis.answers import Step
-from squeal.analysis.pads import ModeSweep
+from squeal.analysis.answers import Sweep, Thresholds
 from squeal.linear import GROWING
-from squeal.linear.eigen import assumed_rounding
+from squeal.linear.events import hertz_of
 from squeal.plots.maps import COLOUR_OF, symbol_of
 from squeal.plots.modes import NAME, RED
 from squeal.plots.style import (
@@ -26,32 +26,7 @@ from squeal.plots.style import (
     style,
 )
 
-LOOKS: list[dict[str, Any]] = [
-    {"color": "#3498DB", "linestyle": "-"},
-    {"color": "#6A1B7B", "linestyle": (0, (4, 1.5))},
-    {"color": RED, "linestyle": (0, (5, 1.5, 1, 1.5))},
-]
-"""Of the modes of a pad."""
 NOWHERE = "no equilibrium"
-
-
-def draw_modes(
-    upper: Axes,
-    lower: Axes,
-    mu: np.ndarray,
-    values: np.ndarray,
-    looks: Sequence[dict[str, Any]],
-    units: tuple[float, float] = (math.tau, 1.0),
-) -> None:
-    """Curves of each mode over mu (k,); of its conjugate the growth rate too.
-
-    values (k, 2n) in rad/s, columns 2j and 2j + 1 a mode and its conjugate (a real pair has two
-    growth rates); looks: one for each mode; units: of frequency (rad/s) and growth (1/s).
-    """
-    pairs = np.split(values, values.shape[1] // 2, axis=1)
-    for k, (look, pair) in enumerate(zip(looks, pairs, strict=False), 1):
-        upper.plot(mu, np.abs(pair[:, 0].imag) / units[0], gid=f"mode {k}", **look)
-        lower.plot(mu, pair.real / units[1], gid=f"mode {k}", **look)
 
 
 def mark_events(
@@ -109,7 +84,7 @@ def _panels(
     return figure, (upper, lower), beside
 
 
-def _shaded(both: tuple[Axes, Axes], spans: Iterable[tuple[float, float, str]]) -> dict[str, Patch]:
+def _shaded(both: tuple[Axes, Axes], spans: Iterable[tuple[float, float, str]]) -> dict[str, Any]:
     """Ranges in the colour of their verdict where something grows; what a legend shows of them."""
     looks: dict[str, Any] = {
         verdict: {"fc": COLOUR_OF[verdict], "alpha": 0.13, "lw": 0} for verdict in GROWING
@@ -130,117 +105,114 @@ def _legend(figure: Figure, entries: dict[str, Any]) -> None:
         figure.legend(list(entries.values()), list(entries), **look)
 
 
-def coupling_figure(sweep: ModeSweep, own: float | None = None) -> Figure:
-    """Frequencies over growth rates of a pad along the parameter, and the root locus beside them.
+Span = tuple[float, float, str]
 
-    Growing stretches are thick and named in the legend; the background changes colour at the
-    thresholds. own: the value of the parameter at which the subject stands, marked.
+
+def _spans(sweep: Sweep, found: Thresholds | None, ends: tuple[float, float]) -> list[Span]:
+    """Ranges with their verdict: between thresholds, without them around the values that have it;
+    where there is no equilibrium the last ones."""
+    if found is None:
+        x = [step.value for step in sweep.steps]
+        edges = [x[0], *(0.5 * (a + b) for a, b in itertools.pairwise(x)), x[-1]]
+        words = [step.verdict or (NOWHERE if step.roots is None else "-") for step in sweep.steps]
+    else:
+        edges = [found.low, *(point.mu for point in found.points), found.high, max(ends)]
+        words = [found.verdict, *(point.kind for point in found.points), NOWHERE]
+    spans = list[Span]()
+    for low, high, word in zip(edges, edges[1:], words, strict=False):
+        low, high = max(low, ends[0]), min(high, ends[1])
+        if spans and spans[-1][2] == word:
+            low = spans.pop()[0]
+        spans += [(low, high, word)] * (high > low)
+    return spans
+
+
+def sweep_drawing(
+    name: str,
+    sweep: Sweep,
+    found: Thresholds | None = None,
+    ends: tuple[float, float] | None = None,
+    own: float | None = None,
+) -> Drawing:
+    """Frequencies over growth rates along a parameter, a line for each mode, and the root locus
+    beside them.
+
+    Modes that grow are red, and named in the locus; the legend says from where on they do. The
+    background changes colour where the verdict does. found: thresholds of the same subject;
+    ends: of the axis; own: where the subject stands, marked.
     """
-    values, mus, low, high = sweep.values, sweep.mus, sweep.low, sweep.high
-    # the faster growing one of each pair, which of complex pairs is the upper one
-    pairs = values.reshape(len(mus), -1, 2)
-    rank = np.where(pairs.imag >= 0.0, pairs.real, -np.inf)
-    modes = np.take_along_axis(pairs, rank.argmax(axis=2)[:, :, None], axis=2)[:, :, 0]
-    # rounding alone grows where no verdict says so
-    noise = float(assumed_rounding(np.abs(values).max(), undamped=True))
-    noise = noise if {v for *_, v in sweep.spans} & {*GROWING} else np.inf
-    best, entries = modes.real.max(axis=0), dict[str, Any]()
+    steps, parameter = [step for step in sweep.steps if step.roots is not None], sweep.parameter
+    rows = [row for step in steps for row in zip(step.eigenvalues, step.numbers, strict=True)]
+    at = np.repeat([step.value for step in steps], [len(step.eigenvalues) for step in steps])
+    values = np.array([root.value for root, _ in rows], dtype=complex)
+    grows = np.array([root.kind in GROWING for root, _ in rows], dtype=bool)
+    numbers = np.array([number or 0 for _, number in rows], dtype=int)
+    ends = ends or (sweep.steps[0].value, sweep.steps[-1].value)
+    spans = _spans(sweep, found, ends)
     with style():
-        at = np.repeat(mus, values.shape[1])
-        figure, both, _ = _panels("mu", at, values.ravel(), (low, high))
-        draw_modes(*both, mus, values, LOOKS)
-        for k in np.argsort(-best).tolist():
-            if best[k] > noise:
-                on = modes[:, k].real > noise
-                frequency = np.where(on, np.abs(modes[:, k].imag) / math.tau, np.nan)
-                look: Any = {"color": LOOKS[k]["color"], "linewidth": 2.4}
-                both[0].plot(mus, frequency, zorder=4, gid=f"grows {k + 1}", **look)
-                words = _words(sweep, float(mus[int(np.argmax(on))]), modes[on, k])
-                entries[words] = Line2D([], [], **look)
-        entries = entries or {"nothing grows": Line2D([], [], color="k")}
-        if own is not None and low <= own <= high:
-            look = {"color": "0.5", "linewidth": 0.8, "linestyle": "-."}
-            for axes in both:
-                axes.axvline(own, zorder=0, **look)
-            entries[f"present {symbol_of('mu')} = {own:.4g}"] = Line2D([], [], **look)
-        entries |= _shaded(both, [*sweep.spans, (sweep.end, high, NOWHERE)])
-        contacts = [(mu, state_label(name), ":") for mu, name in sweep.contacts]
-        mark_events(contacts, *both, low, high - low)
-        _legend(figure, entries)
-    return figure
-
-
-def _words(sweep: ModeSweep, start: float, values: np.ndarray) -> str:
-    """What a growing mode does, from which value on, and how fast it vibrates."""
-    ups = [c for c in sweep.crossings if c.direction == "up"]
-    near = min(ups, key=lambda c: abs(c.mu - start), default=None)
-    vibrates = abs(values[int(np.argmax(values.real))].imag) > 0.0
-    words = "flutter" if vibrates else "divergence"
-    if near is not None and start > sweep.low:
-        words += f" from {symbol_of('mu')} = {near.mu:.4g}"
-    return f"{words}, {hertz(abs(values[0].imag))}" if vibrates else words
-
-
-def coupling_drawing(name: str, sweep: ModeSweep, own: float | None = None) -> Drawing:
-    """The coupling figure of what is called `name`, ready to be saved."""
-    spans = [*sweep.spans, *[(sweep.end, sweep.high, NOWHERE)] * (sweep.end < sweep.high)]
-    words = ", ".join(f"{v} from {low:.6g} to {high:.6g}" for low, high, v in spans)
-    ups = [f"{c.kind} at {c.mu:.6g} ({c.frequency_hz:.4g} Hz)" for c in sweep.crossings]
-    text = (
-        f"Frequencies, growth rates and root locus of {name} over mu from {sweep.low:g} to "
-        f"{sweep.high:g}: {words}. Crossings of the imaginary axis: {', '.join(ups) or 'none'}."
-    )
-    return Drawing(coupling_figure(sweep, own), text, f"Mode coupling of {name}", origin(__name__))
-
-
-def sweep_drawing(name: str, parameter: str, rows: Sequence[Step]) -> Drawing:
-    """Roots at some values of a parameter, a line for each mode; as dots without numbers.
-
-    Those that grow are red, and named beside the roots in the plane.
-    """
-    steps = [(row.value, row.roots, row.verdict or "") for row in rows if row.roots is not None]
-    x = np.array([value for value, *_ in steps])
-    at = np.concatenate([np.full(len(roots), value) for value, roots, _ in steps])
-    values = np.concatenate([roots for _, roots, _ in steps])
-    grows = np.array([e.kind in GROWING for row in rows for e in row.eigenvalues], dtype=bool)
-    edges = np.concatenate([x[:1], 0.5 * (x[1:] + x[:-1]), x[-1:]])
-    with style():
-        ends = float(x[0]), float(x[-1])
         figure, (upper, lower), beside = _panels(parameter, at, values, ends)
         above = values.imag >= -1e-9 * np.abs(values)
-        numbers = np.array([k or 0 for row in rows for k in row.numbers], dtype=int)
         at, values, grows, numbers = (part[above] for part in (at, values, grows, numbers))
         for k in sorted({*numbers.tolist()} - {0}):
-            own = np.flatnonzero(numbers == k)
+            mine = np.flatnonzero(numbers == k)
             line: Any = {"color": "0.25", "lw": 0.7, "gid": f"mode {k}"}
-            own = own[np.argsort(at[own])]
-            upper.plot(at[own], values.imag[own] / math.tau, **line)
-            lower.plot(at[own], values.real[own], **line)
+            mine = mine[np.argsort(at[mine])]
+            upper.plot(at[mine], values.imag[mine] / math.tau, **line)
+            lower.plot(at[mine], values.real[mine], **line)
         for some, colour, size in ((~grows, "0.25", 1.5), (grows, RED, 4.0)):
-            look: Any = {"s": size, "color": colour, "linewidth": 0}
+            look: Any = {"s": size, "color": colour, "linewidth": 0, "zorder": 3}
             upper.scatter(at[some], values.imag[some] / math.tau, **look)
             lower.scatter(at[some], values.real[some], **look)
         lower.axhline(0.0, color="0.5", linewidth=0.6)
-        spans = zip(edges, edges[1:], [verdict for *_, verdict in steps], strict=False)
-        _legend(figure, _shaded((upper, lower), spans))
-        _name_growing(beside, values[grows], numbers[grows])
-    verdicts = ", ".join(dict.fromkeys(row.verdict or "-" for row in rows))
+        entries = _onsets(sweep, found) | _shaded((upper, lower), spans)
+        if own is not None and ends[0] <= own <= ends[1]:
+            look = {"color": "0.5", "linewidth": 0.8, "linestyle": "-."}
+            for axes in (upper, lower):
+                axes.axvline(own, zorder=0, **look)
+            entries[f"present {symbol_of(parameter)} = {own:.4g}"] = Line2D([], [], **look)
+        contacts = [
+            (0.5 * (a.value + b.value), state_label(b.contact), ":")
+            for a, b in itertools.pairwise(steps)
+            if b.contact is not None and a.contact != b.contact
+        ]
+        mark_events(contacts, upper, lower, ends[0], ends[1] - ends[0])
+        _legend(figure, entries)
+        _name_growing(beside, values[grows], numbers[grows], found is None)
+    words = ", ".join(f"{v} from {low:.6g} to {high:.6g}" for low, high, v in spans)
     text = (
-        f"Frequencies and growth rates of the roots of {name} over {parameter} from "
-        f"{rows[0].value:g} to {rows[-1].value:g}; verdicts in this order: {verdicts}."
+        f"Frequencies, growth rates and root locus of {name} over {parameter} from {ends[0]:g} to "
+        f"{ends[1]:g}: {words}."
     )
-    return Drawing(figure, text, f"Sweep of {name}", origin(__name__))
+    if found is not None:
+        ups = [f"{c.kind} at {c.mu:.6g} ({c.frequency_hz:.4g} Hz)" for c in found.crossings]
+        text += f" Crossings of the imaginary axis: {', '.join(ups) or 'none'}."
+    return Drawing(figure, text, f"Modes of {name} over {parameter}", origin(__name__))
 
 
-def _name_growing(axes: Axes, values: np.ndarray, numbers: np.ndarray) -> None:
-    """Six modes that grow, each beside its fastest growth, where no other mode is."""
-    taken, (right, top) = list[float](), (axes.get_xlim()[1], axes.get_ylim()[1])
+def _onsets(sweep: Sweep, found: Thresholds | None) -> dict[str, Line2D]:
+    """What a legend says of the first modes that grow: from where on."""
+    at = symbol_of(sweep.parameter)
+    if found is None:
+        began = [(m.mode, m.onset) for m in sweep.modes if m.onset is not None]
+        words = [f"mode {mode} grows from {at} = {onset:.4g}" for mode, onset in began]
+    else:
+        ups = [c for c in found.crossings if c.direction == "up"]
+        words = [f"{c.kind} from {at} = {c.mu:.4g}{hertz_of(c.frequency_hz)}" for c in ups]
+    return {text: Line2D([], [], color=RED, marker=".", lw=0) for text in words[:6]}
+
+
+def _name_growing(axes: Axes, values: np.ndarray, numbers: np.ndarray, numbered: bool) -> None:
+    """Six modes that grow, each beside its fastest growth, where no other mode is; by number where
+    a table has the same numbers."""
+    taken, known, (right, top) = list[float](), {0}, (axes.get_xlim()[1], axes.get_ylim()[1])
     for k in np.argsort(-values.real):
-        one = float(values[k].imag)
-        if len(taken) < 6 and all(abs(one - other) > 0.04 * max(one, other) for other in taken):
+        one, number = float(values[k].imag), int(numbers[k])
+        free = all(abs(one - other) > 0.04 * max(one, other) for other in taken)
+        if len(taken) < 6 and free and not (number and number in known):
             taken.append(one)
+            known.add(number)
             fits, below = values[k].real < 0.2 * right, one / math.tau > 0.95 * top
             place = (values[k].real if fits else right, one / math.tau)
             look: Any = {"ha": "left" if fits else "right", "va": "top" if below else "bottom"}
-            words = f"mode {numbers[k]}, {hertz(one)}" if numbers[k] else hertz(one)
+            words = f"mode {number}, {hertz(one)}" if number and numbered else hertz(one)
             axes.annotate(words, place, (-2 + 4 * fits, -4 if below else 4), **look, **NAME)

@@ -1,13 +1,11 @@
-"""Mode shapes and modes followed over friction, against closed forms."""
+"""Mode shapes against closed forms."""
 
 import math
 
 import numpy as np
 import pytest
 
-import squeal
-from squeal.analysis.pads import analyse, critical_friction, mode_shapes, sweep_modes
-from squeal.errors import ComputationError
+from squeal.analysis.pads import analyse, mode_shapes
 from squeal.linear import complex_eigenvalues
 from tests.conftest import scene_of
 from tests.known import coupled
@@ -56,23 +54,3 @@ def test_shapes_of_pads_solve_the_equations(stem):
         rest = (s * s * m.M + s * m.C + m.K) @ one.shape
         assert np.abs(rest).max() < 1e-8 * np.abs(m.K @ np.diag(np.abs(one.shape))).max()
         assert np.abs(one.shape * lever).max() == pytest.approx(1.0)
-
-
-def test_modes_over_friction_are_those_of_the_branch_and_change_at_thresholds():
-    scene = scene_of("b2-c")
-    modes, found = sweep_modes(scene, 0.1, 2.0), critical_friction(scene)
-    assert (modes.low, modes.high) == (0.1, 2.0)
-    assert modes.mus[-1] <= modes.end == found.high < 2.0
-    assert modes.mus[0] == 0.1
-    inner = [point.mu for point in found.points if point.kind != "fold"]
-    assert [high for _, high, _ in modes.spans[:-1]] == pytest.approx(inner, rel=1e-12)
-    assert {span[2] for span in modes.spans[1::2]} <= {"flutter", "divergence"}
-    pick = squeal.sweep(scene, modes.mus[::40].tolist()).steps
-    for step, row in zip(pick, modes.values[::40], strict=True):
-        apart = np.abs(row[:, None] - step.roots).min(axis=0)
-        assert apart.max() < 1e-6 * np.abs(step.roots).max()
-    ((mu, state),) = modes.contacts
-    assert state == "PC"
-    assert 0.1 < mu < modes.end
-    with pytest.raises(ComputationError, match=r"no equilibrium at mu = 1\.9"):
-        sweep_modes(scene, 1.9, 2.0)

@@ -1,4 +1,4 @@
-"""Identity and onset of modes against closed forms."""
+"""Onset of modes against closed forms."""
 
 import math
 
@@ -6,65 +6,8 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from squeal.linear import complex_eigenvalues, thresholds, track, unstable_modes
+from squeal.linear import thresholds, unstable_modes
 from tests.known import coupled
-
-
-@pytest.mark.parametrize("steps", [4, 11, 40])
-def test_crossing_modes_keep_their_shapes(steps):
-    R = np.array([[0.8, -0.6], [0.6, 0.8]])
-
-    def system(mu):
-        return np.eye(2), None, R @ np.diag([1 + mu, 3 - mu]) @ R.T
-
-    modes = track(system, np.linspace(0, 2, steps))
-    assert modes.values.shape == (steps, 4)
-    expected = np.sqrt([1 + modes.mus, 3 - modes.mus]).T
-    assert modes.values[:, [0, 2]].imag == pytest.approx(expected, rel=1e-12)
-    assert modes.values[:, [1, 3]].imag == pytest.approx(-expected, rel=1e-12)
-
-
-@pytest.mark.parametrize("steps", [11, 40])
-def test_veering_modes_keep_their_branch(steps):
-    gap = 0.05
-
-    def system(mu):
-        return np.eye(2), None, np.array([[1 + mu, gap], [gap, 3 - mu]])
-
-    modes = track(system, np.linspace(0, 2, steps))
-    split = np.hypot(modes.mus - 1, gap)
-    expected = np.sqrt([2 - split, 2 + split]).T
-    assert modes.values[:, [0, 2]].imag == pytest.approx(expected, rel=1e-12)
-
-
-@pytest.mark.parametrize("steps", [4, 11, 40])
-def test_the_square_root_that_grows_goes_on_from_the_same_motion(steps):
-    """Two modes meet at 1/4 and part again at 3/4, growing between, beside a third."""
-
-    def system(mu):
-        drive = 0.25 + (mu - 0.25) * (0.75 - mu)
-        return np.eye(3), None, block_diag(pair(5.0, drive), 50.0 + mu)
-
-    modes = track(system, np.linspace(0, 1, steps))
-    jumps = np.abs(np.diff(modes.values, axis=0))
-    assert jumps.max() < np.abs(modes.values).max() / 4  # from one root to its opposite is twice
-    for mu, row in zip(modes.mus, modes.values, strict=True):
-        exact = complex_eigenvalues(*system(mu)).values
-        assert np.sort_complex(row.round(7)) == pytest.approx(np.sort_complex(exact.round(7)))
-
-
-def test_free_bodies_and_damped_modes_are_all_listed(rng):
-    """Two modes of random damping beside a free motion that nothing acts on."""
-    K0, K1 = np.diag([10.0, 30.0]), rng.normal(size=(2, 2))
-    T = np.eye(3) + 0.3 * rng.normal(size=(3, 3))
-
-    def system(mu):
-        return T.T @ T, T.T @ np.diag([0.1, 0.2, 0.0]) @ T, T.T @ block_diag(K0 + mu * K1, 0) @ T
-
-    modes = track(system, np.linspace(0, 1, 5))
-    for mu, row in zip(modes.mus, modes.values, strict=True):
-        exact = complex_eigenvalues(*system(mu)).values
-        assert np.sort_complex(row.round(7)) == pytest.approx(np.sort_complex(exact), abs=1e-6)
 
 
 def of(system, mu):

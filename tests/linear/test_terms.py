@@ -5,8 +5,9 @@ import pytest
 from scipy.sparse import csc_array
 
 from squeal.errors import InputError
-from squeal.linear import complex_eigenvalues, thresholds, track
+from squeal.linear import complex_eigenvalues, thresholds
 from squeal.linear.matrices import dense, is_sparse
+from squeal.linear.paths import continued
 from squeal.linear.system import (
     Term,
     TermSystem,
@@ -58,7 +59,7 @@ def test_sums_and_derivatives(kind):
         lambda: damped(_system(), ratios=[0.1] * 3),
         lambda: damped(TermSystem((Term(M),), (), (Term(K0, Formula("mu")),)), (0.0, 1.0)),
         lambda: damped(TermSystem((Term(-M),), (), (Term(K0),)), ratios=0.1),
-        lambda: track(lambda _: 3, [0.0, 1.0]),  # type: ignore[arg-type, return-value]
+        lambda: continued(lambda _: 3, [0.0, 1.0]),  # type: ignore[arg-type, return-value]
         lambda: thresholds(lambda _: (1, 2), 1.0).points,  # type: ignore[arg-type, return-value]
     ],
 )

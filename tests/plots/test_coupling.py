@@ -1,12 +1,10 @@
-"""The coupling figure shows what it is given: thresholds, growing modes, units."""
+"""The figure of modes over a parameter shows what it is given: thresholds, growing modes, units."""
 
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import ModeSweep
-from squeal.linear import thresholds, track
-from squeal.plots.coupling import coupling_figure
-from tests.known import coupled
+import squeal
+from squeal.plots.coupling import sweep_drawing
 
 
 def artists(figure, gid):
@@ -15,23 +13,27 @@ def artists(figure, gid):
 
 
 def test_the_background_changes_at_the_threshold_and_the_growing_mode_is_said():
-    modes, found = track(coupled, np.linspace(0.0, 1.0, 201)), thresholds(coupled, 1.0)
-    (point,) = found.points
-    spans = (0.0, point.mu, "marginal"), (point.mu, 1.0, "flutter")
-    sweep = ModeSweep(0.0, 1.0, 1.0, modes.mus, modes.values, spans, tuple(found.crossings), ())
-    figure = coupling_figure(sweep, own=0.6)
+    """omega^2 = 2 +- sqrt(1 - 4 mu / 3): flutter from 3/4 on."""
+    K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    pair = squeal.System([[1, 0], [0, 1]], K=K)
+    sweep, found = (
+        squeal.sweep(pair, np.linspace(0.0, 1.0, 101).tolist()),
+        squeal.thresholds(pair, 1.0),
+    )
+    figure = sweep_drawing("pair", sweep, found, own=0.6).figure
     shaded = artists(figure, "flutter")
     assert len(shaded) == 2  # of frequency and growth
     for span in shaded:
         assert span.get_x() == pytest.approx(0.75, rel=1e-12)
         assert span.get_x() + span.get_width() == pytest.approx(1.0)
     words = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert words[0] == r"flutter from $\mu$ = 0.75, 0.2251 Hz"
+    assert words[0] == r"flutter from $\mu$ = 0.75, 0.225079 Hz"
     assert r"present $\mu$ = 0.6" in words
-    (thick,) = [a for k in (1, 2) for a in artists(figure, f"grows {k}")]
-    mu, frequency = thick.get_data()
-    shown = np.isfinite(frequency)
-    assert mu[shown].min() > 0.75 - 1e-9
-    assert mu[shown].max() == 1.0
-    # omega^2 = 2 + i sqrt(4 mu / 3 - 1) at mu = 1
-    assert frequency[-1] == pytest.approx(1.428577 / (2 * np.pi), rel=1e-5)
+    curves = [artists(figure, f"mode {k}")[0].get_data() for k in (1, 2)]
+    lower = np.sqrt(2 + 0j - np.sqrt(1 + 0j - 4 * sweep.steps[40].value / 3)).real
+    assert curves[0][1][40] == pytest.approx(lower / (2 * np.pi), rel=1e-9)
+    # omega^2 = 2 + i sqrt(4 mu / 3 - 1) at mu = 1, of both
+    for _, frequency in curves:
+        assert frequency[-1] == pytest.approx(1.428577 / (2 * np.pi), rel=1e-5)
+    (shaded, *_) = artists(sweep_drawing("pair", sweep).figure, "flutter")  # between two values
+    assert shaded.get_x() == pytest.approx(0.755)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.answers import Axis, Map, Step
+from squeal.analysis.answers import Axis, Map, Step, Sweep
 from squeal.analysis.maps import NAMES, angle_axes
 from squeal.io.scene import read_scene
 from squeal.plots import maps
@@ -45,7 +45,8 @@ def test_names_of_users_are_shown_as_they_are_written(name, tmp_path):
     side = Axis(name, 0.0, 1.0, 2)
     found = Map("a system", (side, side), ("", ""), NAMES, np.zeros((2, 2), dtype=int))
     rows = [Step(at, np.array([0.01 + 2j * np.pi]), np.zeros(1), "flutter") for at in (0.0, 1.0)]
-    for drawing in (maps.map_drawing("a system", found), sweep_drawing("a system", name, rows)):
+    sweep = Sweep("a system", name, tuple(rows))
+    for drawing in (maps.map_drawing("a system", found), sweep_drawing("a system", sweep)):
         save(drawing, tmp_path / "chart.png", text=False)
         assert (tmp_path / "chart.png").stat().st_size > 0
         (tmp_path / "chart.png").unlink()

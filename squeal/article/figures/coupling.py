@@ -9,13 +9,19 @@ from matplotlib.lines import Line2D
 
 from squeal.article.cases import title
 from squeal.article.studies.stability import Branch, SceneStability, Stability
-from squeal.plots.coupling import LOOKS, draw_modes, mark_events
+from squeal.plots.coupling import mark_events
+from squeal.plots.modes import RED
 from squeal.plots.style import DOUBLE, Drawing, origin, state_label, style
 
 CAPTION = r"""Frequencies and growth rates of the three modes along the sliding equilibria of model
 B2 over friction, without damping: where two frequencies meet, one mode begins to grow (flutter)
 until stability is regained. PC: partial contact begins. Grey vertical: the reference friction."""
 SHOWN = ("b2-c", "b2-d")
+LOOKS: list[dict[str, Any]] = [
+    {"color": "#3498DB", "linestyle": "-"},
+    {"color": "#6A1B7B", "linestyle": (0, (4, 1.5))},
+    {"color": RED, "linestyle": (0, (5, 1.5, 1, 1.5))},
+]
 UNITS = 2e3 * np.pi, 1e3  # kHz in rad/s, 1/ms in 1/s
 
 
@@ -31,6 +37,23 @@ def _events(branch: Branch) -> list[tuple[float, str, str]]:
     return sorted(events)
 
 
+def _draw_modes(
+    upper: Axes,
+    lower: Axes,
+    mu: np.ndarray,
+    values: np.ndarray,
+) -> None:
+    """Curves of each mode over mu (k,); of its conjugate the growth rate too.
+
+    values (k, 2n) in rad/s, columns 2j and 2j + 1 a mode and its conjugate (a real pair has two
+    growth rates).
+    """
+    pairs = np.split(values, values.shape[1] // 2, axis=1)
+    for k, (look, pair) in enumerate(zip(LOOKS, pairs, strict=False), 1):
+        upper.plot(mu, np.abs(pair[:, 0].imag) / UNITS[0], gid=f"mode {k}", **look)
+        lower.plot(mu, pair.real / UNITS[1], gid=f"mode {k}", **look)
+
+
 def _pair(scene: SceneStability, upper: Axes, lower: Axes) -> None:
     upper.set_title(title(scene.name), pad=3.0)
     for axes in (upper, lower):
@@ -38,7 +61,7 @@ def _pair(scene: SceneStability, upper: Axes, lower: Axes) -> None:
     if isinstance(scene.branch, Branch):
         branch = scene.branch
         values = (np.array(branch.real) + 1j * np.array(branch.imag)).T
-        draw_modes(upper, lower, np.array(branch.mu), values, LOOKS, UNITS)
+        _draw_modes(upper, lower, np.array(branch.mu), values)
         mark_events(_events(branch), upper, lower)
     else:
         upper.text(0.5, 0.5, "no branch", transform=upper.transAxes, ha="center")

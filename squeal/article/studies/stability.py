@@ -6,9 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads import analyse, critical_friction, mode_shapes, sweep_modes
+from squeal.analysis.pads import analyse, critical_friction, mode_shapes
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.records import Missing, Record, Result
+from squeal.article.studies._modes import sweep_modes
 from squeal.article.studies._scenes import read_scenes
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.errors import ComputationError
