@@ -100,6 +100,12 @@ def test_universal_files_hold_nodes_elements_and_shapes(cubes, tmp_path, damped)
         assert kind == ([1, 3, 2, 8, 5, 3] if damped else [1, 2, 2, 8, 2, 3])
         value = complex(*numbers[:2]) if damped else 2j * np.pi * numbers[0]
         assert value == pytest.approx(mode.value, rel=1e-4)
+        if damped:
+            assert numbers[2:] == [0.0] * 4  # modal A and B: not known
+        else:
+            cells = (line[k : k + 13] for line in body[9::2] for k in range(0, len(line), 13))
+            mass = sum(float(cell) ** 2 for cell in cells)  # M is the unit matrix
+            assert numbers[1:] == pytest.approx([mass, 0.0, 0.0], rel=1e-4)
         for label, row in zip(body[8::2], body[9::2], strict=True):
             u = np.array([float(row[k : k + 13]) for k in range(0, len(row), 13)])
             u = u[::2] + 1j * u[1::2] if damped else u
