@@ -1,10 +1,12 @@
 """The file form of an assembly: what its commands answer is what Python joins."""
 
+import functools
 import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
 
 import squeal
 from squeal.cli.main import main
@@ -137,3 +139,44 @@ def test_a_growth_within_its_error_is_open_in_the_first_line(brake):
         assert near.kind == "marginal"
         assert at.verdict in (None, "flutter")
         assert at.unstable or "Open" in at.conclusion
+
+
+def test_the_reference_pressure_scales_the_stiffness(brake, tmp_path, capsys):
+    """k (p/r)^e is k r^-e (p/1 Pa)^e."""
+    path, *_ = brake
+    document, more, found = yaml.safe_load(path.read_text()), path.with_name("more.yaml"), []
+    contact = document["contact"][0]
+    stiffness = 1e-2 * contact["stiffness"]
+    for law in ({"stiffness": stiffness, "reference": 0.25}, {"stiffness": 2 * stiffness}):
+        more.write_text(yaml.safe_dump(document | {"contact": [contact | law | {"exponent": 0.5}]}))
+        roots = answer(capsys, more, "--band", "500:900", "--set", "pressure=1e8")["eigenvalues"]
+        found.append([e["imag"] for e in roots])
+    assert found[0]
+    assert found[0] == pytest.approx(found[1], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("keys", "value", "named"),
+    [
+        *((("contact", 0, key), None, key) for key in ("between", "pairs", "stiffness")),
+        *((("contact", 0, key), 0, key) for key in ("reference", "area")),
+        *((("contact", 0, key), [1, 0], key) for key in ("normal", "sliding", "through")),
+        (("contact", 0, "exponent"), 1.0, "exponent"),
+        (("contact", 0, "between"), ["disc"], "between"),
+        (("contact",), None, "contact"),
+        (("components", "disc", "file"), None, "file"),
+        (("components", "pad", "load", "file"), None, "file"),
+        (("components", "disc", "reduced"), {"cutoff": 9000.0}, "rows"),
+        (("components", "disc", "reduced"), {"rows": 0, "cutoff": 9000.0}, "rows"),
+        (("components", "disc", "reduced"), {"rows": 9}, "cutoff"),
+    ],
+)
+def test_what_a_contact_and_its_components_need_is_required(brake, capsys, keys, value, named):
+    path, *_ = brake
+    document, more = yaml.safe_load(path.read_text()), path.with_name("more.yaml")
+    holder, last = functools.reduce(lambda own, key: own[key], keys[:-1], document), keys[-1]
+    holder.pop(last, None)
+    holder |= {} if value is None else {last: value}
+    more.write_text(yaml.safe_dump(document))
+    assert main(["eigenvalues", str(more)]) == 2
+    assert named in capsys.readouterr().err

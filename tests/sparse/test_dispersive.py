@@ -9,6 +9,8 @@ from squeal import Term, TermSystem
 from squeal.errors import InputError
 from squeal.linear.moduli import Modulus, Table
 from squeal.numerics.differentiation import Formula
+from squeal.sparse.crossings import axis_crossing
+from squeal.sparse.quadratic import ScaledSystem
 
 RATE = 2 * np.pi * 1000.0
 LATE = 1 / (0.9 * RATE)  # s, relaxation
@@ -35,6 +37,10 @@ def _with_internal_coordinate():
     K[:3, 3] = K[3, :3] = -K[3, 3] * b
     C[3, 3] = LATE * K[3, 3]
     return squeal.System(M, C, {"1": K, "mu": F}, {"mu": 0.1})
+
+
+def _fastest(brake, mu):
+    return max(squeal.eigenvalues(brake, mu, band=BAND).eigenvalues, key=lambda e: e.value.real)
 
 
 @pytest.mark.parametrize("kind", [np.asarray, csc_array])
@@ -70,6 +76,17 @@ def test_what_moves_roots_and_thresholds_is_taken_at_their_own_frequency():
     up, down = (squeal.eigenvalues(brake, 0.6 + e, band=BAND).values for e in (h, -h))
     assert found.slopes.keys() == {"mu"}
     assert found.slopes["mu"] == pytest.approx((up - down) / (2 * h), rel=1e-5)
+
+
+def test_the_slope_of_a_crossing_is_that_of_the_root_at_its_own_frequency():
+    brake, h = _brake(Modulus(Formula(STORAGE), Formula(LOSS))), 1e-4
+    (there,) = squeal.thresholds(brake, 2.0, band=BAND).crossings
+    near = _fastest(brake, there.mu)
+    vectors = near.right, near.left.conj()
+    found = axis_crossing(ScaledSystem(brake), "mu", there.mu, near.value.imag, *vectors)
+    assert found.value == pytest.approx(there.mu, rel=1e-12)
+    up, down = (_fastest(brake, there.mu + e).value.real for e in (h, -h))
+    assert found.slope == pytest.approx((up - down) / (2 * h), rel=1e-6)
 
 
 def test_one_degree_of_freedom_is_the_root_of_its_cubic():
