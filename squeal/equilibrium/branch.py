@@ -144,7 +144,7 @@ def follow(
     moves = np.sqrt((ahead[:3] ** 2).sum(axis=0))
     # mu counts as what it displaces at the start
     ahead[3] = scale[3] = np.where(np.isfinite(moves), np.maximum(moves, 1e-3), 1.0)
-    step = np.maximum(o.first_step, 1e-6 * np.max(np.abs(z[:3] * scale[:3]), axis=0))
+    step = np.full(n, o.first_step)
     front = _Front(statics, np.arange(n), z, state, _unit(ahead), step, scale, mu_max)
     end = np.where(there, np.where(mu_max > z[3], GOING, REACHED), NOWHERE)
     end[(end == GOING) & statics.hidden(z)] = LOST

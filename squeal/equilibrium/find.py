@@ -176,7 +176,7 @@ def find_all(model: PadModel) -> list[Equilibrium]:
     for i in np.flatnonzero(presses):
         z = places[:, i, 0]
         apart = [np.abs(z - other).max() for other, _ in roots]  # the same is met from many seeds
-        if min(apart, default=np.inf) >= 1e-6 * (1.0 + np.max(np.abs(z[:3]))):
+        if min(apart, default=np.inf) >= 1e-6 * (1.0 + np.max(np.abs(z))):
             roots.append((z, on[:, i] > 0.0))
     each = (record(statics, z, State(*touching.tolist())) for z, touching in roots)
     return sorted((e for e in each if e is not None), key=lambda e: e.potential)

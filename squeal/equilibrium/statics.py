@@ -161,7 +161,7 @@ class Statics:
         with np.errstate(all="ignore"):
             left = np.max(np.abs(self.residual(z, 1.0 * (gaps < 0.0))), axis=0)
         balanced = left <= 1e3 * np.max(rounding, axis=0) + 1e-9
-        wrong = np.any(np.where(touching, 1.0, -1.0) * gaps > rounding, axis=0)
+        wrong = np.any(np.where(touching, gaps, -gaps) > rounding, axis=0)
         return np.asarray((np.abs(self.tilt(z)) < np.pi / 2) & balanced & ~wrong)
 
     def resultant(self, z: np.ndarray, state: Touching) -> tuple[Any, Any]:
@@ -183,7 +183,7 @@ class Statics:
 
         def balance(x: np.ndarray, i: np.ndarray) -> np.ndarray:
             part = self if i.size == n else self.pick(i)
-            at = np.concatenate([x, np.broadcast_to(z[3:, None, i], (1, *x.shape[1:]))])
+            at = np.array([*x, np.broadcast_to(z[3, i], x.shape[1:])])
             if touching is None:
                 gaps = part.gaps(at[:, 0].real)
                 on = (gaps < 0.0) + 1.0 * np.all(gaps >= 0.0, axis=0)

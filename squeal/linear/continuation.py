@@ -45,6 +45,7 @@ from squeal.linear.matrices import (
     ILL,
     Array,
     LightMassError,
+    divisor,
     first_order,
     norm_of,
     null_spaces,
@@ -246,7 +247,6 @@ class Continuation:
             )
         inside = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
         each = matrices_of(system, inside)
-        self._normal: tuple[Array, Array, Array] | None = None  # the last M with L, R
         self._free = _free_motions(each)
         self.form = form_of(each)
         n = len(each[0][0]) if self._free is None else self._free[0].shape[1]
@@ -267,9 +267,7 @@ class Continuation:
             P, Q = self._free
             matrices, slopes = ([P.T @ X @ Q for X in part] for part in (matrices, slopes))
         M, C, K = matrices
-        if self._normal is None or not np.array_equal(self._normal[0], M):
-            self._normal = (M, *_normalising(M))
-        left, right = self._normal[1:]
+        left, right = _normalising(M)
         A, B, mass, dA, dB = (left @ X @ right for X in (K, C, slopes[0], slopes[2], slopes[1]))
         dA, dB = dA - mass @ A, dB - mass @ B
         L, R = np.abs(left), np.abs(right)
@@ -342,7 +340,7 @@ def _free_motions(each: Sequence[tuple[Array, Array, Array]]) -> tuple[Array, Ar
     if not parts or any(not np.array_equal(M, other) for other, _, _ in each):
         return None
     # along a unit diagonal of M, so that units do not matter
-    scale = 1.0 / np.sqrt(np.where(np.diag(M) > 0, np.diag(M), 1.0))[:, None]
+    scale = 1.0 / np.sqrt(divisor(np.diag(M)))[:, None]
     unit = [scale * X * scale.T for X in parts]
     unit = [X / np.abs(X).max() for X in unit]
 

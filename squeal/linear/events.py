@@ -232,7 +232,7 @@ def roots_near(along: Continuation, p: float, near: complex, right: NDArray, lef
     A, derivative, sizes = along.both(p)
     size = norm_of(A) or 1.0
     nudge = 1e-7 * max(abs(near), 1e-4 * size)
-    shift = near + nudge * (1 + 1j)
+    shift = near + nudge
     if along.form == "undamped" and abs(near.imag) <= nudge:
         shift = shift.real
         # two conjugate columns have one real part

@@ -134,11 +134,15 @@ def _factor(mass: bytes, n: int) -> tuple[Array, float]:
     return T, ROUNDING * float(np.linalg.norm(inverse, 2) ** 2)
 
 
+def divisor(size: Any) -> Any:
+    """Sizes (...), at least 0, to divide by: those of nothing become 1."""
+    return np.where(size > 0, size, 1.0)
+
+
 def unit_diagonal(M: Any) -> Any:
     """A matrix (n, n) with a diagonal of ones where it has one: units cost no condition then."""
-    size = np.sqrt(np.abs(np.diag(M)))
-    size = 1.0 / np.where(size > 0, size, 1.0)
-    return M * size[:, None] * size
+    size = divisor(np.sqrt(np.abs(np.diag(M))))
+    return M / size[:, None] / size
 
 
 def check_regular(M: Any, C: Any, K: Any) -> None:
@@ -162,8 +166,7 @@ def scaled_rank(K: Any) -> int:
     """The rank of K with its rows and columns scaled to a largest entry of one: what is small
     beside others still counts."""
     for axis in (1, 0, 1):
-        size = np.abs(K).max(axis=axis, keepdims=True)
-        K = K / np.where(size > 0, size, 1.0)
+        K = K / divisor(np.abs(K).max(axis=axis, keepdims=True))
     return rank_of(np.linalg.svd(K, compute_uv=False))
 
 
@@ -174,7 +177,7 @@ def first_order(A: Any, B: Any, rate: ArrayLike | None = None) -> tuple[Any, Arr
     if rate is None:
         a, b = (np.linalg.norm(X, axis=(-2, -1)) for X in (A, B))
         rate = np.asarray(np.maximum(np.sqrt(a), b))
-        rate = 2.0 ** np.round(np.log2(np.where(rate > 0, rate, 1.0)))  # rounds nothing
+        rate = 2.0 ** np.round(np.log2(divisor(rate)))  # rounds nothing
     n, rate = A.shape[-1], np.asarray(rate)
     turn = rate[..., None, None]
     state = np.zeros((*A.shape[:-2], 2 * n, 2 * n), dtype=np.result_type(A, B))

@@ -29,6 +29,7 @@ from squeal.linear.matrices import (
     Array,
     checked,
     dense,
+    divisor,
     is_sparse,
     norm_of,
     unit_diagonal,
@@ -346,7 +347,7 @@ class Slow:
         if not size.any():
             raise MatrixError("M: has no mass on its diagonal; a mass is required")
         masses, vectors = np.linalg.eigh(unit_diagonal(self._M))
-        self._turn = vectors / np.where(size > 0, size, 1.0)[:, None]
+        self._turn = vectors / divisor(size)[:, None]
         masses = np.where(masses > 4 * EPS * len(masses) * masses[-1], masses, 0.0)
         gaps = masses[1:] / np.maximum(masses[:-1], EPS * masses[-1])
         count = int(np.argmax(gaps)) + 1

@@ -255,8 +255,8 @@ def _near(a: State, b: State, verdict: str) -> bool:
     (x, dx, _), (y, dy, _) = _lead(a), _lead(b)
     dx, dy = dx * (b.value - a.value), dy * (b.value - a.value)
     lead = np.polyval(hermite_cubic(x, dx, y, dy)[::-1], np.linspace(0.0, 1.0, 17))
-    sign = 1.0 if verdict == "flutter" else -1.0
-    return bool((sign * lead).min() <= abs(y - x - (dx + dy) / 2))
+    lead = lead if verdict == "flutter" else -lead
+    return bool(lead.min() <= abs(y - x - (dx + dy) / 2))
 
 
 def _exchange(line: Continuation, a: _Mark, b: _Mark) -> tuple[float, float]:

@@ -160,7 +160,7 @@ class Course:
     def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States (k, 6) and contact (points, k) of a single motion at times (k,)."""
         steps = self.steps.some(np.searchsorted(self.steps.t[1:], t))
-        share = np.where(steps.h > 0.0, (t - steps.t) / np.where(steps.h > 0.0, steps.h, 1.0), 0.0)
+        share = np.divide(t - steps.t, steps.h, out=np.zeros_like(t), where=steps.h > 0.0)
         return steps.states(share).T, steps.on
 
     @staticmethod
@@ -221,9 +221,8 @@ def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT
     near = np.abs(heights) <= rounding
     if np.any(near):
         k1 = state_rates(model, state)
-        k2 = state_rates(model, state + step / 2 * k1)
-        k3 = state_rates(model, state + step / 2 * k2)
-        moved = state[:3] + step * state[3:] + step**2 / 6 * (k1 + k2 + k3)[3:]
+        k2 = state_rates(model, state + step * k1)
+        moved = state[:3] + step * state[3:] + step**2 / 6 * (2 * k1 + k2)[3:]
         # the change of the gap, not the gap: an offset of rounding size must not decide
         heights = np.where(near, model.gaps(model.c.place(moved)) - heights, heights)
     return np.asarray(heights < 0.0).astype(int)

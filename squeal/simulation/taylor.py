@@ -87,6 +87,9 @@ class Machine:
     last user left it, and each use sets all of its parameters and state.
     """
 
+    base: int  # the motion in the first lane
+    clear: float  # see `Options`
+
     def __init__(
         self,
         law: ContactLaw,
@@ -100,7 +103,6 @@ class Machine:
         system, heights, limits = equations(law, on, terms)
         self.law, self.lanes = law, lanes
         self.log: list[tuple[Any, ...]] = []  # motion, point, time, state of the changes
-        self.base, self.clear = 0, 0.0  # the motion in the first lane; see `Options`
         upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
         how: Any = {"fp_type": fp_type}
         none = fp_type(0.0)
@@ -267,7 +269,7 @@ class TaylorIntegrator:
                 smooth.append(_smooth(tcs, times, own.base))
         lane, point, when, states = zip(*own.log, strict=True) if own.log else ((), (), (), ())
         order = np.argsort(lane, kind="stable")
-        state = np.frombuffer(b"".join(states), end.dtype).reshape(-1, 6)[order].T
+        state = np.frombuffer(b"".join(states), end.dtype).reshape(len(lane), 6)[order].T
         changes = (np.array(lane, int)[order], np.array(point, int)[order], np.array(when)[order])
         parts = tuple(np.concatenate(part, axis=-1) for part in zip(*smooth, strict=True))
         return Course(law, c, t0, t1, first, end, *changes, state, count, limit, parts)

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import EPS, is_sparse, norm_of
+from squeal.linear.matrices import EPS, divisor, is_sparse, norm_of
 from squeal.linear.system import Matrix, Term, TermSystem, structure_stiffness
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Place
@@ -592,8 +592,7 @@ def _seated(
         u = _solved(A, load + push @ (closed * factor * (forces - slopes * (h + gap))))
         before, h = h, -gap - normal @ u
         pressed = k * np.where(bonded, h, np.maximum(h, 0.0))
-        ratio = np.where(exponent, (1 - exponent) * pressed / reference, 1.0)
-        power = ratio ** (exponent / (1 - exponent))
+        power = ((1 - exponent) * pressed / reference) ** (exponent / (1 - exponent))
         forces, slopes = (1 - exponent) * pressed * power, k * power
         now = (h > 0.0) | (bonded > 0.0)
         if not now.any():
@@ -621,8 +620,7 @@ def _solved(A: Matrix, right: Array) -> Array:
     try:
         if is_sparse(A):
             return np.asarray(factorise(A.tocsc()).solve(right))
-        size = np.sqrt(np.abs(np.diag(A)))
-        size = 1.0 / np.where(size > 0.0, size, 1.0)
+        size = 1.0 / np.sqrt(divisor(np.abs(np.diag(A))))
         with warnings.catch_warnings():
             warnings.simplefilter("error", LinAlgWarning)
             return np.asarray(size * solve(A * size[:, None] * size, size * right))

@@ -161,7 +161,7 @@ def _null(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray, Comple
     from scipy.linalg import lu_factor, lu_solve
 
     rng = np.random.default_rng(len(P))
-    x = rng.standard_normal((len(P), count)) + 1j * rng.standard_normal((len(P), count))
+    x = rng.standard_normal((len(P), 2 * count)).view(complex)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a singular P is what is expected here
         lu, pivots = lu_factor(P, check_finite=False)

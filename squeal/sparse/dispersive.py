@@ -80,7 +80,7 @@ def frozen_parts(reduction: Reduction) -> Iterator[tuple[Reduction, float, float
     frequency and the distance of the next."""
     region = reduction.region
     grid = frequencies(reduction.system, region)
-    wide = float(grid[1] - grid[0])
+    wide = float(np.diff(grid).max())
     reach = (OPTIONS.near + 0.5) * wide
     for omega in grid.tolist():
         low, high = max(region.low_imag, omega - reach), min(region.high_imag, omega + reach)
@@ -92,7 +92,7 @@ def settled(reduction: Reduction, changes: Changes) -> Settled:
     """The roots of a reduced system in its region, each at its own frequency."""
     system, region = reduction.system, reduction.region
     grid = frequencies(system, region)
-    wide, todo, tried = grid[1] - grid[0], grid.tolist(), list[float]()
+    wide, todo, tried = np.diff(grid).max(), grid.tolist(), list[float]()
     found: list[list[Any]] = []  # a root, how often it is one, whether met from below, from above
     while todo and len(tried) < OPTIONS.most:
         omega = todo.pop(0)

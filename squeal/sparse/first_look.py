@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.linear.eigen import ACCEPTED
+from squeal.linear.matrices import divisor
 from squeal.linear.system import frictionless
 from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Rectangle
@@ -186,8 +187,7 @@ class FirstLook(Reduction):
 
     def _structure(self, changes: Changes) -> Structure:
         """The one that is nearest."""
-        size = np.abs(self.stiff).max(axis=0)
-        away = (self.stiff - self._stiff(changes)) / np.where(size > 0, size, 1.0)
+        away = (self.stiff - self._stiff(changes)) / divisor(np.abs(self.stiff).max(axis=0))
         return self.structures[int(np.argmin(np.linalg.norm(away, axis=1)))]
 
     def made(self) -> FirstLook:
@@ -258,7 +258,7 @@ class FirstLook(Reduction):
                 x = x - structure.factor.solve(P @ x)
                 x = x - V @ np.linalg.solve(inner, FV.T @ x)
                 size = np.linalg.norm(x, axis=0)
-                x /= np.where(size > 0, size, 1.0)
+                x /= divisor(size)
             ratios.append(float(size.max()))
         return max(ratios)
 
