@@ -6,6 +6,11 @@ comparison, sign, constant, boolean or return of a copy of the tree, runs the te
 line, the quickest first and no more than `--seconds` of them, with -x, and prints the mutants that
 survive. A line that only set-up reaches is tried by the tests of its room; a run of three times
 its usual CPU time has noticed. It needs the package `coverage`.
+
+With `--judge` a survivor then meets the other tests of its line and what `LONG` names for its room:
+closed forms, brute force, one question in two ways at new places. Where all answer as without the
+change, the ratio of their CPU time tells what the change costs. Numbers of a module constant or an
+options record are counted apart too, as settings: most say how much work is done.
 """
 
 from __future__ import annotations
@@ -15,7 +20,9 @@ import ast
 import functools
 import itertools
 import os
+import queue
 import random
+import re
 import resource
 import shutil
 import subprocess
@@ -24,6 +31,7 @@ import tempfile
 import xml.etree.ElementTree as ET
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
@@ -36,6 +44,18 @@ COMPARED: dict[type[ast.cmpop], type[ast.cmpop]] = {
 SIGNS: dict[type[ast.operator], type[ast.operator]] = {
     **{ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult},
 }
+PLACES = {"TWO_WAYS": "150"}  # drawn anew
+LONG = {
+    "closed forms": ("linear", "benchmarks.known_thresholds 60 30"),
+    "narrow windows": ("linear", "benchmarks.judge . . --only shafts windows factors"),
+    "brute force": ("equilibrium", "benchmarks.brute_force --points 36 --pads 1"),
+    "maps": ("equilibrium linear", "benchmarks.map_query --places 60"),
+    "motions": ("simulation", "benchmarks.random_motions --motions 100 --workers 1"),
+    "pads and matrices": ("linear io", "pytest tests/two_ways/test_matrices_and_pads.py"),
+    "sweeps": ("linear equilibrium", "pytest tests/two_ways/test_sweep_and_thresholds.py"),
+    "reduced and full": ("sparse io", "pytest tests/two_ways/test_reduced_and_full.py"),
+    "two motions": ("simulation", "pytest tests/two_ways/test_forms_and_motions.py"),
+}  # by rooms
 FAR = 1000  # a tolerance that may be doubled unnoticed is as it should be
 Change = tuple[ast.AST, str, Callable[[ast.AST], None]]
 
@@ -45,7 +65,8 @@ def _set(name: str, value: object) -> Callable[[ast.AST], None]:
 
 
 def changes(tree: ast.AST) -> Iterator[Change]:
-    """Every change of one node; annotations, docstrings, messages and `strict=` are left alone."""
+    """Every change of one node; annotations, docstrings, messages and `strict=` are left alone, and
+    -1 as a length of `reshape`, where NumPy reads any negative number alike."""
     quiet: set[ast.AST] = set()
     for node in ast.walk(tree):
         roots = [getattr(node, "annotation", None), getattr(node, "returns", None)]
@@ -53,6 +74,8 @@ def changes(tree: ast.AST) -> Iterator[Change]:
         roots += node.decorator_list if isinstance(node, ast.FunctionDef | ast.ClassDef) else []
         roots += [node] if isinstance(node, ast.JoinedStr) else []
         roots += [node.value] if isinstance(node, ast.keyword) and node.arg == "strict" else []
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", None) == "reshape":
+            roots += [one.operand for one in node.args if isinstance(one, ast.UnaryOp)]
         quiet.update(inner for root in roots if root is not None for inner in ast.walk(root))
     for node in ast.walk(tree):
         if node in quiet:
@@ -81,6 +104,17 @@ def changes(tree: ast.AST) -> Iterator[Change]:
             yield node, "return", _set("value", ast.Constant(0.0 if none else None))
 
 
+def _is_setting(tree: ast.Module, node: ast.AST) -> bool:
+    """Whether it belongs to a number that a module constant or a field of options is set to."""
+    given = list(tree.body)
+    for one in tree.body:
+        given += one.body if isinstance(one, ast.ClassDef) and one.name.endswith("Options") else []
+    values = [x.value for x in given if isinstance(x, ast.Assign | ast.AnnAssign) and x.value]
+    parts = [list(ast.walk(value)) for value in values]
+    number = ast.Constant | ast.BinOp | ast.UnaryOp | ast.operator | ast.unaryop
+    return any(node in own and all(isinstance(x, number) for x in own) for own in parts)
+
+
 def mutant(file: Path, which: int) -> tuple[str, str, range]:
     """The text of a file with one change, what it is, and the lines of its statement."""
     tree = ast.parse(file.read_text(encoding="utf-8"))
@@ -94,6 +128,7 @@ def mutant(file: Path, which: int) -> tuple[str, str, range]:
     end = getattr(inner, "body", [inner])[0]
     last = end.lineno if end is not inner else inner.end_lineno or line
     before, place = ast.unparse(node), f"{file.relative_to(ROOT)}:{line}"
+    place += ": setting" if _is_setting(tree, node) else ""
     apply(node)
     lines = range(min(inner.lineno, line), max(last, line) + 1)
     return ast.unparse(tree), f"{place}: {kind}: {before}  ->  {ast.unparse(node)}", lines
@@ -106,19 +141,54 @@ def _node(test: str) -> str:
     return "/".join(parts[: depth + 1]) + ".py::" + "::".join(parts[depth + 1 :])
 
 
-def _pytest(folder: Path, given: list[str], tests: list[str], seconds: int) -> int:
-    """Run tests of a tree in this many seconds of CPU time; its return code."""
-    command = [sys.executable, "-P", "-m", *given, "-n0", "-q", "-pno:cacheprovider", *tests]
-    environment = {**os.environ, "PYTHONPATH": str(folder), "OPENBLAS_NUM_THREADS": "1"}
+def _run(folder: Path, given: list[str], seconds: int) -> tuple[int, str, float]:
+    """Run a module of a tree; its code, its output without run times, the seconds of CPU it took,
+    at most `seconds`."""
+    environment = {**os.environ, "PYTHONPATH": str(folder), "OPENBLAS_NUM_THREADS": "1", **PLACES}
     limit = functools.partial(resource.setrlimit, resource.RLIMIT_CPU, (seconds, seconds))
-    return subprocess.run(
-        ["nice", *command],
-        cwd=folder,
-        env=environment,
-        capture_output=True,
-        preexec_fn=limit,
-        check=False,
-    ).returncode
+    with tempfile.TemporaryFile("w+") as out:
+        process = subprocess.Popen(
+            [sys.executable, "-P", "-m", *given],
+            cwd=folder,
+            env=environment,
+            stdout=out,
+            stderr=subprocess.DEVNULL,
+            preexec_fn=limit,
+        )
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        out.seek(0)
+        said = re.sub(r"[\d.]+ (s CPU|CPU s|s\b)", "", out.read())
+    return process.returncode, said, used.ru_utime + used.ru_stime
+
+
+def _pytest(folder: Path, tests: list[str], seconds: int) -> int:
+    return _run(folder, ["pytest", "-x", "-n0", "-q", "-pno:cacheprovider", *tests], seconds)[0]
+
+
+@functools.cache
+def _unchanged(name: str) -> tuple[int, str, float]:
+    return _run(ROOT, _long(name), 7200)
+
+
+def _long(name: str) -> list[str]:
+    given = LONG[name][1].split()
+    return [*given, "-n0", "-q", "-pno:cacheprovider"] if given[0] == "pytest" else given
+
+
+def judged(folder: Path, room: str, others: list[str]) -> str:
+    """What notices a survivor in this tree, else the ratio of CPU time."""
+    if others and _pytest(folder, others, 1800):
+        return "KILLED by the other tests of its line"
+    ratios = []
+    for name, (rooms, _) in LONG.items():
+        if room in rooms.split():
+            code, said, seconds = _unchanged(name)
+            found = _run(folder, _long(name), 60 + 4 * int(seconds))
+            if found[0] != code or (said != found[1] and LONG[name][1].startswith("bench")):
+                return f"KILLED by {name}"
+            ratios.append(f"{name} {found[2] / seconds:.2f}")
+    return f"answers as before; CPU: {', '.join(ratios)}"
 
 
 def reached(again: bool) -> tuple[dict[tuple[str, int], set[str]], dict[str, float]]:
@@ -132,7 +202,8 @@ def reached(again: bool) -> tuple[dict[tuple[str, int], set[str]], dict[str, flo
             f"data_file = {data}\nomit = */article/*\n"
         )
         run = ["coverage", "run", f"--rcfile={kept / 'rc'}", "-m", "pytest", f"--junitxml={times}"]
-        _pytest(ROOT, run, [f"tests/{name}" for name in SUITES], 7200)
+        run += ["-n0", "-q", "-pno:cacheprovider", *(f"tests/{name}" for name in SUITES)]
+        _run(ROOT, run, 7200)
     seconds: dict[str, float] = defaultdict(float)
     for case in ET.parse(times).iter("testcase"):
         seconds[f"{case.get('classname')}.{str(case.get('name')).split('[')[0]}"] += float(
@@ -157,6 +228,8 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--seconds", type=float, default=90, help="of tests for one mutant")
     parser.add_argument("--again", action="store_true", help="ask anew which test runs which line")
+    parser.add_argument("--judge", action="store_true", help="try survivors at length")
+    parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args()
     choice, killed = random.Random(given.seed), Counter[str]()
     tests, cost = reached(given.again)
@@ -165,38 +238,48 @@ def main() -> int:
         files = sorted((ROOT / "squeal" / room).rglob("*.py"))
         counts = [len(list(changes(ast.parse(f.read_text(encoding="utf-8"))))) for f in files]
         pools[room] = [(f, k) for f, n in zip(files, counts, strict=True) for k in range(n)]
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name) / "tree"
+    drawn = [
+        (i, room, *choice.choice(pools[room]))
+        for i, room in zip(range(given.count), itertools.cycle(given.rooms), strict=False)
+    ]
+
+    def tried(i: int, room: str, file: Path, which: int) -> None:
+        text, what, lines = mutant(file, which)
+        of_file = file.relative_to(ROOT)
+        folder = free.get()
+        ordered = sorted(
+            {one for line in lines for one in tests.get((str(of_file), line), ())},
+            key=cost.__getitem__,
+        )
+        total = list(itertools.accumulate(cost[one] for one in ordered))
+        chosen = [
+            _node(x) for x, sofar in zip(ordered, total, strict=True) if sofar < given.seconds
+        ]
+        (folder / of_file).write_text(text, encoding="utf-8")
+        limit = 30 + 3 * int(min(total[-1], given.seconds) if total else given.seconds)
+        seen = "killed" if _pytest(folder, chosen or [f"tests/{room}"], limit) else "SURVIVED"
+        kind = "settings" if ": setting: " in what else "the rest"
+        killed.update({k: int(seen == "killed") for k in (room, kind, "all")})
+        killed.update(dict.fromkeys((f"{room} of", f"{kind} of", "all of"), 1))
+        print(f"{i:4d} {seen:8} of {len(chosen):3d} {what}", flush=True)
+        if given.judge and seen != "killed":
+            others = [_node(one) for one in ordered[len(chosen) :]]
+            print(f"{i:4d} {judged(folder, room, others)}", flush=True)
+        shutil.copy(file, folder / of_file)
+        free.put(folder)
+
+    free = queue.Queue[Path]()
+    with tempfile.TemporaryDirectory() as name, ThreadPoolExecutor(given.workers) as pool:
         skipped = shutil.ignore_patterns(
             ".git", ".venv", ".*_cache", "__pycache__", "results", "_build"
         )
-        shutil.copytree(ROOT, folder, ignore=skipped)
-        for i in range(given.count):
-            room = given.rooms[i % len(given.rooms)]
-            file, which = choice.choice(pools[room])
-            text, what, lines = mutant(file, which)
-            of_file = file.relative_to(ROOT)
-            ordered = sorted(
-                {one for line in lines for one in tests.get((str(of_file), line), ())},
-                key=cost.__getitem__,
-            )
-            total = list(itertools.accumulate(cost[one] for one in ordered))
-            chosen = [
-                _node(one)
-                for one, sofar in zip(ordered, total, strict=True)
-                if sofar < given.seconds
-            ]
-            (folder / of_file).write_text(text, encoding="utf-8")
-            limit = 30 + 3 * int(min(total[-1], given.seconds) if total else given.seconds)
-            status = _pytest(folder, ["pytest", "-x"], chosen or [f"tests/{room}"], limit)
-            shutil.copy(file, folder / of_file)
-            killed.update({room: int(status != 0), f"{room} of": 1})
-            seen = "killed" if status else "SURVIVED"
-            print(f"{i:4d} {seen:8} of {len(chosen):3d} {what}", flush=True)
-    for room in given.rooms:
-        print(f"{room}: {killed[room]} of {killed[room + ' of']}")
-    total_killed = sum(killed[room] for room in given.rooms)
-    print(f"{total_killed} of {given.count} killed, {total_killed / max(given.count, 1):.0%}")
+        for k in range(given.workers):
+            free.put(Path(shutil.copytree(ROOT, Path(name) / str(k) / "tree", ignore=skipped)))
+        for work in [pool.submit(tried, *each) for each in drawn]:
+            work.result()
+    for part in (*given.rooms, "settings", "the rest", "all"):
+        count = killed[f"{part} of"]
+        print(f"{part}: {killed[part]} of {count} killed, {killed[part] / max(count, 1):.0%}")
     return 0
 
 
