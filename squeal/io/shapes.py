@@ -90,7 +90,6 @@ def _unv(where: Coordinates, shapes: Shapes) -> Iterator[str]:
         numbers = [mode.value.real, mode.value.imag, 0.0, 0.0, 0.0, 0.0]
         if np.abs(u.imag).max() < REAL:
             analysis, data, values = 2, 2, u.real
-            # of one with the mode's own vector, to that of the scaled one
             mass = float(np.linalg.norm(u) / np.linalg.norm(where.displacements(mode.right))) ** 2
             numbers = [mode.frequency_hz, mass, mode.damping_ratio, 0.0]
         yield f"{edge}\n{edge}\n{55:6d}\nmode {number}\n{mode.frequency_hz:.6g} Hz"

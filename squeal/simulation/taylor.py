@@ -87,9 +87,6 @@ class Machine:
     last user left it, and each use sets all of its parameters and state.
     """
 
-    base: int  # the motion in the first lane
-    clear: float  # see `Options`
-
     def __init__(
         self,
         law: ContactLaw,
@@ -103,6 +100,8 @@ class Machine:
         system, heights, limits = equations(law, on, terms)
         self.law, self.lanes = law, lanes
         self.log: list[tuple[Any, ...]] = []  # motion, point, time, state of the changes
+        self.base: int  # the motion in the first lane
+        self.clear: float  # see `Options`
         upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
         how: Any = {"fp_type": fp_type}
         none = fp_type(0.0)
