@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.continuation import Continuation, ContinuationOptions, State, Step
+from squeal.linear.continuation import Continuation, ContinuationOptions, State, Step, hermite_cubic
 from squeal.linear.eigen import (
     ACCEPTED,
     FLUTTER,
@@ -74,11 +74,23 @@ def links(
     if len(rows) and len(columns):
         rest = assigned(step.missed[np.ix_(rows, columns)])
         order[rows] = np.where(rest < 0, -1, columns[rest])
-        meet = list(_meeting(before.roots, after.roots, order, rows.tolist(), options))
+        for pair in _near(before.roots, after.roots, order, rows.tolist(), options):
+            sides = (before, pair), (after, order[pair].tolist())
+            (d, slope), (then, late) = (
+                (np.diff(state.roots[k]), np.diff(state.slopes[k]) * (b - a)) for state, k in sides
+            )
+            c = hermite_cubic(d**2, 2 * d * slope, then**2, 2 * then * late)
+            turn = np.unwrap(np.angle(np.polyval(c[::-1], np.linspace(0, 1, 17))))
+            if not np.ptp(turn) < np.pi / 2:
+                meet.append(pair)
+                continue
+            known[pair] = True  # their difference goes on, by its square, which is smooth
+            if (d.conj() * then).real.item() < 0:
+                order[pair] = order[pair[::-1]]
     yield Link(before, after, order, known, meet)
 
 
-def _meeting(
+def _near(
     x: ComplexArray, y: ComplexArray, order: NDArray, rows: list[int], options: ContinuationOptions
 ) -> Iterator[list[int]]:
     """Pairs of the rows, the closest first, whose mean goes on: where two roots coalesce it is

@@ -62,6 +62,23 @@ def test_a_coalescence_is_told_and_growth_begins_there():
     assert grows.growth_rate == pytest.approx(squeal.eigenvalues(system, 1.5).values.real.max())
 
 
+@pytest.mark.parametrize("method", [None, "reduced"])
+@pytest.mark.parametrize("count", [3, 6, 9, 30])
+def test_modes_that_come_near_do_not_meet_before_they_do(method, count):
+    """Squares 1 +- (2e-3^2 - mu^2)^(1/2) coalesce at mu = 2e-3, of damping 1e-5 slightly beside."""
+    K = {"1": np.diag([0.998, 1.002]), "mu": [[0, 1], [-1, 0]]}
+    system = squeal.System(np.eye(2), 1e-5 * np.diag([1.0, 1.2]), K)
+    for high, meet in ((1.98e-3, 0), (3e-3, 1)):
+        values = np.linspace(0.0, high, count).tolist()
+        found = squeal.sweep(system, values, band=(0.1, 0.2), method=method)
+        assert len(found.losses) == meet
+        assert all(loss.low < 2e-3 < loss.high for loss in found.losses)
+        for step in found.steps:  # the first one is the lower as long as they are apart
+            if step.value < 1.98e-3:
+                lower, upper = (step.roots[step.modes == k].imag for k in (1, 2))
+                assert lower < upper
+
+
 def test_a_large_system_learns_onsets_from_a_sweep_or_from_thresholds():
     coupled = {k: np.pad(np.array(X, float), (0, 60)) for k, X in COUPLED.items()}
     coupled["1"] += np.diag([0.0, 0.0, *(50.0 + np.arange(60))])
