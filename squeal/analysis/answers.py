@@ -408,7 +408,10 @@ class Sweep(Answer):
         )
         basis = [] if self.basis is None else [basis_text(self.basis)]
         first = Table(table, self.steps, f"sweep of {self.parameter}")
-        return [first, Table(each, self.modes, "modes"), "\n".join(self.lost()), *basis]
+        title = "modes"
+        if self.own is not None:
+            title += f", numbered as at {self.parameter} = {number(self.own.value)}"
+        return [first, Table(each, self.modes, title), "\n".join(self.lost()), *basis]
 
     def lost(self) -> list[str]:
         """A sentence for each place where it is not known which mode is which."""

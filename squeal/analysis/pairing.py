@@ -18,7 +18,7 @@ from squeal.io.writing import Answer, Column, Table, columns
 from squeal.schema import Number, Place
 
 FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
-EVEN = 1e-3  # difference of costs that tells nothing, 0.01 % of the frequency: a growing one pairs
+EVEN = 2e-4  # difference, of the frequency, that tells nothing: a growing one pairs
 POSITIVE = Number(0.0)
 DAMPING = "damping_ratio"
 
@@ -147,8 +147,9 @@ def compare(
         if (some := ~np.isnan(shape)).any():  # where it was measured
             alike[i] = mac(shape[some, None], np.array([x[some] for _, x in own]).T)
     cost = np.abs(apart) / tolerance + np.where(np.isnan(alike), 0.0, 1.0 - alike)
-    even = [np.flatnonzero(np.abs(row - row.min()) <= EVEN) for row in cost if len(own)]
-    cost = cost + EVEN * np.array([heads[2] >= 0.0 for heads, _ in own])
+    least = EVEN / tolerance
+    even = [np.flatnonzero(np.abs(row - row.min()) <= least) for row in cost if len(own)]
+    cost = cost + least * np.array([heads[2] >= 0.0 for heads, _ in own])
     cost = np.where(np.abs(apart) <= tolerance, cost, FORBIDDEN)
     pairs = np.transpose(linear_sum_assignment(cost)).tolist()
     pairs = [(i, j) for i, j in pairs if cost[i, j] < FORBIDDEN]

@@ -117,8 +117,8 @@ def report(
     'Stability is first lost at mu = 0.75: flutter at 0.2251 Hz'
     """
     asked: Any = {"band": band, "memory": memory, "progress": progress}
+    crossed = thresholds(subject, high, **asked)  # it refuses what the others take
     found = eigenvalues(subject, **asked)
-    crossed = thresholds(subject, high, **asked)
     moved = sensitivity(subject, known=found)
     read = None if isinstance(subject, Scene) else check(subject)  # type: ignore[arg-type]  # as the verbs before have found
     return Report(found.name, found.with_onsets(crossed), crossed, moved, read, subject)

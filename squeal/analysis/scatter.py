@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from squeal.analysis.pads import analyse
 from squeal.analysis.systems.roots import (
+    NO_BAND,
     Wanted,
     basis_of,
     is_small,
@@ -553,9 +554,7 @@ def _judge(
     if isinstance(subject, Scene) or is_small(subject):
         return (varied if losses else subject, wanted, high if losses else None), None
     if wanted.band is None:
-        raise InputError(
-            "band: is missing; samples of a large system need one (--band LOW:HIGH, in Hz)"
-        )
+        raise InputError(NO_BAND)
     served = [{}, *each[:: max(1, len(each) // SERVED)]]
     if losses:  # each at another value of the range
         shares = np.linspace(0.0, high, len(served) + 1)[1:].tolist()

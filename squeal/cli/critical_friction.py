@@ -21,7 +21,7 @@ def options(parser: Parser) -> None:
     take(parser, "high", high=2.0)
     words = "how the first loss of stability moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
-    take(parser, "workers low band memory")
+    take(parser, "workers low band region memory")
     take_changes(parser)
     take_files(parser, table="the thresholds", figure="a picture of the way to them")
 
@@ -30,7 +30,7 @@ def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and answer."""
     subject = given.source.subject(swept=True)
     scene = isinstance(subject, Scene)
-    asked = picked(given, "high low band memory workers") | {"progress": steps()}
+    asked = picked(given, "high low band region memory workers") | {"progress": steps()}
     thresholds = squeal.thresholds(subject, **asked)
     answers: list[Any] = [thresholds]
     if given.sensitivity or given.change:

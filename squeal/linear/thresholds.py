@@ -172,7 +172,8 @@ def _mode(state: State, omega: float, members: int = 1) -> int:
     """Number of a mode by rising frequency, from 1; of several that are one there the first."""
     each = 1 if state.form == "undamped" else 2
     others = state.omegas[np.argsort(np.abs(state.omegas - omega))][each * members :]
-    return 1 + int(np.sum(others < omega * (1 - 1e-6))) // each
+    near = 1e-6 if members > 1 else 1e-9
+    return 1 + int(np.sum(others < omega * (1 - near))) // each
 
 
 def _leading(state: State) -> float:

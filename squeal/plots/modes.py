@@ -115,6 +115,7 @@ def pad_figure(
     rest = np.array([0.0, (pad.y0 + q[1]) / pad.w, pad.theta0 + q[2]])
     moved = [np.array([1.0, 1.0, pad.w]) * one.shape for one in shapes]
     lines = [outlines(slender, rest, shape) for shape in moved]
+    grow = {e.growth_rate for e in roots if e.kind in GROWING}
     corners = np.concatenate([corner for three in lines for corner in three])
     (left, bottom), (right, top) = corners.min(axis=0) - 0.08, corners.max(axis=0) + 0.08
     bottom = min(bottom, -slender - 0.12)
@@ -129,7 +130,7 @@ def pad_figure(
             name = f"mode {one.number}: {hertz(math.tau * one.frequency_hz)}"
             if one.growth_rate:
                 name += f", ${one.growth_rate:+.4g}$ 1/s"
-            axes.set_title(name, pad=2.0, color=RED if one.growth_rate > 0.0 else "k")
+            axes.set_title(name, pad=2.0, color=RED if one.growth_rate in grow else "k")
             axes.set(xlim=(left, right), ylim=(bottom, top))
         handles, names = legend_of_phases(moved)
         names[1] += f" ({exaggeration(pad.w)})"

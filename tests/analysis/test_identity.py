@@ -98,3 +98,15 @@ def test_what_leaves_the_band_ends_and_what_enters_begins():
     found = squeal.sweep(system, np.linspace(0.0, 2.0, 21).tolist(), band=(0.0, 0.2251))
     kinds = {(loss.kind, loss.modes) for loss in found.losses}  # the band ends above p = 1
     assert kinds == {("end", (1,)), ("begin", (2,))}
+
+
+def test_a_threshold_has_the_number_of_the_mode_that_grows_beyond():
+    """Beside it a mode whose frequency is lower by 4e-7 of it."""
+    M, C, K = np.eye(3), np.diag([1e-2, 1e-2, 1e-2]), np.diag([1.0, 4.0, 4.0 * (1 + 4e-7)])
+    system = squeal.System(M, {"1": C, "mu": -1e-2 * np.diag([0.0, 0.0, 1.0])}, K)
+    (crossing,) = squeal.thresholds(system, 2.0).crossings
+    (grows,) = (
+        squeal.eigenvalues(system, 1.5).mode_of(m) for m in squeal.eigenvalues(system, 1.5).unstable
+    )
+    assert crossing.mu == pytest.approx(1.0)
+    assert crossing.mode == grows == 3

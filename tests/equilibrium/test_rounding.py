@@ -1,5 +1,7 @@
 """Loads far smaller and contact far stiffer than of any pad: right to rounding, or a sentence."""
 
+import dataclasses
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -9,12 +11,14 @@ from squeal.analysis.pads import analyse, critical_friction
 from squeal.analysis.variations import advise
 from squeal.article.commands.sliding import judged_equilibria
 from squeal.equilibrium import find_all, sliding_equilibrium
-from squeal.equilibrium.find import rests
+from squeal.equilibrium.find import OF_LOADS, rests
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
-from squeal.model.contact import Formulation
+from squeal.model.contact import MODELS, Formulation
+from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Pad
+from tests.conftest import random_pad
 from tests.exact import Exact
 
 PAD = {"m": 0.15, "w": 0.04, "h": 0.02369996, "I": 1.174823e-4, "L1": 0.04, "L2": 0.04}
@@ -124,3 +128,20 @@ def test_many_pads_at_once_leave_the_same_ones_out():
     for load, height, there in zip(loads, heights, expected, strict=True):
         e, _ = sliding_equilibrium(HANGS.replace(mu=0.0, F_n=load, y0=height).pad_model)
         assert (e is not None and e.on_branch) == there
+
+
+@pytest.mark.parametrize("name", [name for name, model in MODELS.items() if not model.linear])
+def test_loads_are_the_sum_of_one_for_each_coefficient_that_they_are_proportional_to(name):
+    """Euler's theorem: twice those of OF_LOADS are twice the loads, and each is linear in one."""
+    pad, q = random_pad(5, name), (0.01, -0.03, 0.02)
+
+    def loads(**changes):
+        model = PadModel(name, dataclasses.replace(pad, **changes))
+        return np.array(net_loads(np, model.c, model.law, q, (1.0,) * model.law.points))
+
+    own = {k: v for k in OF_LOADS if (v := getattr(pad, k)) is not None}
+    assert loads(**{k: 2 * v for k, v in own.items()}) == pytest.approx(2 * loads(), rel=1e-12)
+    for k, v in own.items():
+        one, two = (loads(**{k: n * v}) - loads() for n in (2, 3))
+        assert np.abs(one).max() > 1e-6
+        assert two == pytest.approx(2 * one, rel=1e-9, abs=1e-12)

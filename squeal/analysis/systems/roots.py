@@ -50,8 +50,8 @@ from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 MODES = 20  # of a larger system where nothing else is wanted
 NO_ROOT = "no root"  # the verdict on a band or region without one
 NO_BAND = (
-    "band: is missing; a sweep of a large system, or one by the method reduced or modal, needs "
-    "a band, a region or modes"
+    "band: is missing; more than 400 rows, complex matrices, matrices that follow the frequency "
+    "of each root, and the methods reduced and modal need one (--band LOW:HIGH, in Hz)"
 )
 Changes = Mapping[str, float]
 Known = tuple[Eigenvalue, ...]
@@ -309,11 +309,7 @@ def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rec
     """The region of a sweep: what is wanted, or that of the lowest modes at one value."""
     if wanted.rectangle is not None:
         return wanted.rectangle
-    if scaled.system.follows:
-        name = scaled.system.follows[0]
-        words = f"matrices that depend on the {name} of each root need a band or region"
-        raise InputError(f"band: is missing; {words}")
-    if wanted.modes is None:
+    if scaled.system.follows or wanted.modes is None:
         raise InputError(NO_BAND)
     if is_small(scaled.system):
         roots = roots_of_all(scaled.system, Wanted(), changes)

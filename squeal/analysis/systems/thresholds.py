@@ -13,6 +13,7 @@ import numpy as np
 
 from squeal.analysis.answers import Thresholds, basis_text
 from squeal.analysis.systems.roots import (
+    NO_BAND,
     Changes,
     Wanted,
     basis_of,
@@ -70,10 +71,7 @@ def system_thresholds(
     wanted, name = wanted or Wanted(), system.parameter
     region = wanted.rectangle
     if not system.real and region is None:
-        raise InputError(
-            "band: is missing; thresholds with a structural loss factor (complex matrices) need "
-            "a band or a region"
-        )
+        raise InputError(NO_BAND)
     if low is None:
         try:
             system.derivative(name, {name: 0.0})
