@@ -43,7 +43,7 @@ class SolverOptions:
     steps: int = 180  # columns of a subspace; what it does not reach is left to other shifts
     block: int = 3  # vectors of a step: roots of that multiplicity converge at once
     rough: float = 1e-4  # residual of a Ritz value that has converged
-    exact: float = 1e-13  # backward error of right vectors with which corrections end
+    exact: float = 1e-12  # backward error of right vectors with which corrections end
     counted: float = 1e-6  # ... of roots that are counted, not wanted
     accepted: float = 2e-9  # ... of left vectors, and of right ones where they gain no more
     rounds: int = 12  # corrections
@@ -129,10 +129,13 @@ def orthogonal(basis: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
         part = (x.conj().T @ basis).conj().T
         x, inside = x - basis @ part, inside + part
     new, T, order = qr(x, mode="economic", pivoting=True, check_finite=False)
-    wide = int(np.sum(np.abs(np.diag(T)) > 4 * np.finfo(x.dtype).eps * before))
+    sizes = np.abs(np.diag(T))
+    wide = int(np.sum(sizes > 4 * np.finfo(x.dtype).eps * before))
     new, T = new[:, :wide], T[:wide, np.argsort(order)]
-    new = new - basis @ (new.conj().T @ basis).conj().T  # one that was small has lost it
-    return new / np.linalg.norm(new, axis=0), np.vstack([inside, T])
+    if np.any(sizes[:wide] < 1e-3 * before):  # one that was small has lost it
+        new = new - basis @ (new.conj().T @ basis).conj().T
+        new /= np.linalg.norm(new, axis=0)
+    return new, np.vstack([inside, T])
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """lambda^2 M + lambda C + K of large sparse matrices: freed of units, its roots and factors.
 
-SuperLU comes with SciPy. Where solids have many rows MUMPS (extra `mumps`) takes a third of its
-time and half its memory; it is taken there if it is installed, else PARDISO of MKL (extra `mkl`).
+SuperLU comes with SciPy. Where solids have many rows PARDISO of MKL (extra `mkl`), if it is
+installed, takes a third of its time and half its memory.
 """
 
 from __future__ import annotations
@@ -9,11 +9,12 @@ from __future__ import annotations
 import ctypes
 import importlib.metadata
 import itertools
+import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ ComplexArray = NDArray[np.complex128]
 Array = NDArray[np.float64]
 ROUNDING = 8 * EPS  # backward error that a computed root has at least
 PIVOT = 0.01  # a diagonal entry this large beside its column stays the pivot: far less fill
-MUMPS_ROWS = 4_000  # below, SuperLU is as fast
+PARDISO_ROWS = 4_000  # below, SuperLU is as fast
 
 Progress = Callable[[str], None]
 PROGRESS: ContextVar[Progress] = ContextVar("progress", default=lambda _: None)
@@ -64,9 +65,24 @@ class Quadratic:
         return float(np.sqrt(self.norms[2] / self.norms[0]))
 
     def at(self, value: complex) -> Any:
-        """P(value), a CSC array; real where both are."""
+        """P(value), a CSC array; real where both are. All of them have one pattern."""
         value = value.real if value.imag == 0.0 else value
-        return value * (value * self.M + self.C) + self.K
+        (pattern, *places), matrices = self._places, (self.M, self.C, self.K)
+        data = np.zeros(pattern.nnz, np.result_type(*(A.dtype for A in matrices), type(value)))
+        for factor, A, places_of in zip((value * value, value, 1.0), matrices, places, strict=True):
+            data[places_of] += factor * A.data
+        return type(pattern)((data, pattern.indices, pattern.indptr), shape=pattern.shape)
+
+    @cached_property
+    def _places(self) -> list[Any]:
+        """The union of the patterns of M, C and K, and where in it each of them lies."""
+        each = [A.astype(bool).astype(float) for A in (self.M, self.C, self.K)]
+        for A in each:
+            A.data[:] = 1.0
+        every = [sum(each[1:], each[0]), *each]
+        columns = (np.repeat(np.arange(self.n) * self.n, np.diff(A.indptr)) for A in every)
+        whole, *parts = (A.indices + start for A, start in zip(every, columns, strict=True))
+        return [every[0], *(np.searchsorted(whole, part) for part in parts)]
 
     def slope(self, value: complex) -> Any:
         """dP/dlambda = 2 value M + C, a CSC array; real where both are."""
@@ -236,18 +252,18 @@ def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
 
 
 class Factor:
-    """A CSC matrix A (n, n) factorised by SuperLU; a `pivot` of 0 leaves the diagonal in place.
+    """A CSC matrix A (n, n) factorised by SuperLU.
 
     Raises ZeroDivisionError if it is exactly singular.
     """
 
-    def __init__(self, matrix: Any, pivot: float = PIVOT) -> None:
+    def __init__(self, matrix: Any) -> None:
         from scipy.sparse.linalg import splu
 
         options = {"permc_spec": "MMD_AT_PLUS_A", "options": {"SymmetricMode": True}}
         self.kind = matrix.dtype
         try:
-            self.lu = splu(matrix, diag_pivot_thresh=pivot, **options)
+            self.lu = splu(matrix, diag_pivot_thresh=PIVOT, **options)
         except RuntimeError as error:
             if "singular" not in str(error):
                 raise ComputationError(f"a sparse factorisation failed: {error}") from None
@@ -264,7 +280,7 @@ class Factor:
         return self.lu.solve(right, "T" if transposed else "N")
 
     def logarithm(self) -> complex:
-        """log det A, its imaginary part up to whole turns."""
+        """log det A, its imaginary part up to whole turns; by PARDISO up to half turns."""
         pivots = self.lu.U.diagonal().astype(complex)
         odd = _odd(self.lu.perm_r) != _odd(self.lu.perm_c)
         return complex(np.sum(np.log(pivots))) + (1j * np.pi if odd else 0j)
@@ -279,34 +295,6 @@ def _odd(permutation: NDArray) -> bool:
     graph = csr_array((np.ones(n, dtype=np.int8), permutation, np.arange(n + 1)), shape=(n, n))
     cycles, _ = connected_components(graph, directed=False)
     return bool((n - cycles) % 2)
-
-
-class _Mumps(Factor):
-    def __init__(self, matrix: Any, new: Callable[[], Any], like: Factor | None) -> None:
-        self.kind, self.nnz, lent = matrix.dtype, matrix.nnz, None
-        if isinstance(like, _Mumps) and (like.kind, like.nnz) == (self.kind, self.nnz):
-            lent = like._context
-        self._context: Any = lent or new()
-        self._context.set_matrix(matrix)
-        self._mumps = self._context.mumps_instance
-        self._mumps.icntl[33] = 1  # the determinant too
-        try:
-            pivot = 0.0 if self.kind.char in "fF" else PIVOT
-            self._context.factor(ordering="pord", pivot_tol=pivot, reuse_analysis=lent is not None)
-        except RuntimeError as error:
-            if self._mumps.infog[1] in (-6, -10):
-                raise ZeroDivisionError from None
-            raise ComputationError(f"a sparse factorisation failed: {error}") from None
-
-    def _solved(self, right: NDArray, transposed: bool) -> Any:
-        self._mumps.icntl[9] = 2 if transposed else 1
-        return self._context.solve(right)
-
-    def logarithm(self) -> complex:
-        mantissa = complex(self._mumps.rinfog[12])
-        if self.kind.kind == "c":
-            mantissa += 1j * self._mumps.rinfog[13]
-        return complex(np.log(mantissa)) + float(np.log(2.0)) * self._mumps.infog[34]
 
 
 @lru_cache(maxsize=1)
@@ -377,8 +365,9 @@ class _Pardiso(Factor):
         return complex(np.sum(np.log(pivots[0].astype(complex))))
 
     def __del__(self) -> None:
-        with suppress(ComputationError, ZeroDivisionError):
-            self._call(-1)
+        if not sys.is_finalizing():
+            with suppress(ComputationError, ZeroDivisionError):
+                self._call(-1)
 
 
 def _whole(number: int) -> Any:
@@ -399,11 +388,7 @@ def factorise(matrix: Any, single: bool = False, like: Factor | None = None) -> 
     """
     if single:
         matrix = matrix.astype(np.complex64 if np.iscomplexobj(matrix.data) else np.float32)
-    if matrix.shape[0] >= MUMPS_ROWS:
-        with suppress(ImportError):
-            from mumps import Context  # a package of another interface has the same name
-
-            return _Mumps(matrix, Context, like)
+    if matrix.shape[0] >= PARDISO_ROWS:
         with suppress(ImportError):
             return _Pardiso(matrix, _mkl(), like)
     return Factor(matrix)
@@ -424,18 +409,3 @@ def factorise_at(
         f"lambda^2 M + lambda C + K is singular at and around {value:.6g}: M, C and K share a "
         "null vector, a part that nothing holds and that has no mass"
     )
-
-
-def definite(A: Any) -> bool:
-    """True if a Hermitian sparse array is positive definite: if all pivots on its diagonal are."""
-    A = A.tocsc(copy=True)
-    A.eliminate_zeros()
-    if np.iscomplexobj(A.data) and not A.data.imag.any():
-        A = A.real.copy()  # contiguous, as the factorisation wants it
-    if np.any(A.diagonal().real <= 0.0):
-        return False
-    try:
-        lu = Factor(A, 0.0).lu
-    except ZeroDivisionError:  # a pivot vanishes
-        return False
-    return bool(np.array_equal(lu.perm_r, lu.perm_c) and np.all(lu.U.diagonal().real > 0.0))

@@ -38,13 +38,12 @@ from squeal.sparse.argument_principle import (
     band,
     count_roots,
     disc_around,
-    growth_bound,
 )
 from squeal.sparse.dense import dense_spectrum, dense_values
 from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
-from squeal.sparse.eigensolver import Modes, lowest_modes, modes_in
+from squeal.sparse.eigensolver import lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
-from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
+from squeal.sparse.quadratic import ScaledSystem, quadratic
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 
 MODES = 20  # of a larger system where nothing else is wanted
@@ -168,7 +167,7 @@ def system_roots(
     """The roots of a system at its parameters, some of them changed.
 
     Up to 400 rows all roots are computed and the wanted ones picked; of a larger system those of
-    the band or region, or the lowest. A band reaches as far to the right as its roots may lie.
+    the band or region, or the lowest.
     `bounded` gives roots the error of a reduction. Raises InputError and ComputationError.
     """
     wanted = wanted or Wanted()
@@ -181,10 +180,9 @@ def system_roots(
     if wanted.rectangle is None:
         modes = modes or MODES
         solution = lowest_modes(problem, modes)
-    elif wanted.band is None:
-        solution = modes_in(problem, wanted.rectangle)
     else:
-        solution, limit = _band_modes(problem, wanted.rectangle)
+        solution = modes_in(problem, wanted.rectangle)
+        limit = None if wanted.band is None else wanted.rectangle.high_real
     values, count = solution.eigenvalues, solution.count
     if wanted.rectangle is None:
         values, count = _upper(values, count, problem.real)
@@ -192,18 +190,6 @@ def system_roots(
     words = judged(values, complete=False)
     roots = SystemRoots(values, solution.region, count, *words, growth_limit=limit)
     return roots if modes is None else roots.lowest(modes)
-
-
-def _band_modes(problem: Quadratic, region: Rectangle) -> tuple[Modes, float | None]:
-    """The roots of a band with all growth rates that it may hold; or those of its region, with
-    the growth rate at which that ends."""
-    bound = growth_bound(problem, region)
-    if bound is not None:
-        with suppress(ComputationError):  # too many roots: of the region there are fewer
-            modes = modes_in(problem, replace(region, high_real=bound))
-            if modes.count is not None:
-                return modes, None
-    return modes_in(problem, region), region.high_real
 
 
 def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) -> SystemRoots:

@@ -36,7 +36,7 @@ from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import OPTIONS, modes_in
-from squeal.sparse.quadratic import PROGRESS, ScaledSystem, factorise
+from squeal.sparse.quadratic import PROGRESS, Factor, ScaledSystem
 from squeal.sparse.reduction import Reduction
 
 STEPS = 13  # values at which a reduced system has to be good
@@ -174,7 +174,7 @@ def _diverging(scaled: ScaledSystem, values: Sequence[float]) -> list[float]:
 
     def sign(p: float) -> float:
         with suppress(ZeroDivisionError):  # as of rigid bodies
-            factor = factorise(scaled.at({scaled.system.parameter: p}).K)
+            factor = Factor(scaled.at({scaled.system.parameter: p}).K)  # whose sign is known
             return math.copysign(1.0, math.cos(factor.logarithm().imag))
         return 1.0
 
