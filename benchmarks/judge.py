@@ -358,6 +358,8 @@ def main() -> int:
                 side.seconds = 0.0
             print(part, flush=True)
             parts[part]()
+    for side in sides:
+        side.process.communicate()
     return 0
 
 
