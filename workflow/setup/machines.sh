@@ -66,7 +66,8 @@ try() {
     [ ${#how[@]} -eq 0 ] || chown -R 1000:1000 "$root$folder"
     mount -t proc proc "$root/proc"
     mount -t tmpfs -o mode=1777 shm "$root/dev/shm"
-    trap 'umount "$root/proc" "$root/dev/shm"' EXIT
+    # shellcheck disable=SC2064 # its value now, since the shell leaves the function before it ends
+    trap "umount '$root/proc' '$root/dev/shm'" EXIT
     step installation 0 "PYTHON=python3 make .venv/environment.stamp && .venv/bin/python --version"
     before+=(unshare -n)
     if [ "$machine" = bookworm-user ]; then
