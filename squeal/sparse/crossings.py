@@ -3,10 +3,10 @@
 At values of the parameter the reduced system gives roots in a region and their derivatives. They
 are matched from one value to the next by where their slopes point; what is in doubt halves the
 step, and where two roots are predicted to come close (`near_coalescences`), that place is looked
-at. Newton's method on the full system has the last word: bordered by left and right vectors y, x of
-a mode, P(lambda, p) stays regular where it is singular. In [[P, y], [x^H, 0]] [v; -g] = [0; 1] the
-number g vanishes exactly at the roots; g(i omega, p) = 0 is a complex equation for two real
-unknowns.
+at. Newton's method on the full system has the last word: of right and left vectors x, y of a mode
+y^H P(i omega, p) x = 0 is a complex equation for two real unknowns, whose error is of second order
+in that of the vectors. Corrections by the factor of P at the first sample bring what these lack in
+the reduced system.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
+from copy import copy
 from dataclasses import astuple, dataclass, field, replace
 from typing import Any
 
@@ -28,7 +29,7 @@ from squeal.linear.events import Event
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.system import TermSystem
 from squeal.sparse.dispersive import frozen_parts
-from squeal.sparse.quadratic import ComplexArray, Roots, ScaledSystem, factorise_at
+from squeal.sparse.quadratic import ComplexArray, Roots, ScaledSystem, combined, factorise_at
 from squeal.sparse.reduction import Reduction
 
 
@@ -43,6 +44,8 @@ class AlongOptions:
     real: float = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
     same: float = 1e-7  # relative: crossings closer than this are one
     steps: int = 20  # of Newton's method
+    rounds: int = 8  # of corrections of a crossing
+    exact: float = 1e-12  # backward error of its vectors
     converged: float = 1e-12  # step relative to p and omega; its error is the square
 
 
@@ -151,7 +154,7 @@ class Along:
                 guess = self._guess(*((before, i) if t < 0.5 else (after, j)), value, root)
                 one = axis_crossing(self.scaled, self.name, *guess)
                 if abs(one.value - (before.value + after.value) / 2) <= 3 * h / 4:
-                    guesses.append((one.value, one.omega, one.vector, guess[3]))
+                    guesses.append((one.value, one.omega, one.vector, one.left))
         return None if not guesses and _changes_sign(a, b) else guesses
 
     def _guess(
@@ -176,11 +179,12 @@ class AxisCrossing(Event):
 
     `interval` holds the parameter's value with rounding taken into account, `residual` is the
     backward error there, `slope` is d Re lambda / dp (1/s per unit of p), `vector` (n,) the mode
-    in the scaled coordinates, of unit length.
+    and `left` (n,) its left vector in the scaled coordinates, of unit length.
     """
 
     slope: float = math.nan
     vector: ComplexArray = field(default_factory=lambda: np.zeros(0, complex), repr=False)
+    left: ComplexArray = field(default_factory=lambda: np.zeros(0, complex), repr=False)
 
 
 def crossings_along(
@@ -196,6 +200,7 @@ def crossings_along(
     low, high = values[0], values[-1]
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
+    finer = copy(reduction)  # which grows by what each crossing lacks
     whole = [(reduction, 0.0, math.inf)]
     for part, middle, wide in frozen_parts(reduction) if reduction.system.follows else whole:
         along = Along(part, name)
@@ -203,7 +208,7 @@ def crossings_along(
             for value, omega, *vectors in along.crossings(a, b, OPTIONS.least * (high - low)):
                 both = reduction.vectors @ (along.scaled.scale[:, None] * np.array(vectors).T)
                 try:
-                    one = axis_crossing(reduction.scaled, name, value, omega, *both.T)
+                    one = confirmed(finer, name, value, omega, *both.T)
                 except ComputationError as error:
                     if abs(omega - middle) <= wide / 2:  # else it is another part's to find
                         unconfirmed.append(str(error))
@@ -242,48 +247,95 @@ def axis_crossing(
     Raises ComputationError if Newton's method does not converge (no crossing is near, or two
     coincide).
     """
-    p, w, real, system = float(value), float(omega), omega == 0.0, scaled.system
-    least, most = -math.inf, math.inf
-    if system.follows:
-        least, most = (2 * math.pi * hertz for hertz in system.covered)
+    one: AxisCrossing | None = AxisCrossing(value, omega, 1, (-math.inf, math.inf), math.inf)
     x, y = right / np.linalg.norm(right), left / np.linalg.norm(left)
-    unit = abs(p) or 1.0
     for _ in range(OPTIONS.steps):
-        at = {name: p, **system.frequency(w)}
-        problem, root = scaled.at(at), complex(0.0, w)
-        place, factor = factorise_at(problem, root)
-        v, u = factor.solve(y), factor.solve(x.conj(), transposed=True)
-        g = 1.0 / complex(x.conj() @ v)
-        v, u = g * v, g * u
-        g -= complex(u @ (problem.slope(place) @ v)) * (place - root)
-        slope_root = u @ (problem.slope(root) @ v)
-        slope_p = u @ (scaled.slope(name, at, root) @ v)
-        shares = system.frequency(1.0).items()
-        slope_w = sum(x * (u @ (scaled.slope(own, at, root) @ v)) for own, x in shares)
-        columns, goal = [1j * slope_root + slope_w, slope_p], g
-        if real:  # omega stays zero
-            columns, goal = [1.0, 1j * slope_p.real], complex(0.0, g.real)
-        jacobian = np.array([np.real(columns), np.imag(columns)])
-        sizes = np.abs(jacobian).max(axis=0)
-        if not (sizes.all() and np.linalg.cond(jacobian / sizes) <= 1e12):
+        if one is None:
             break
-        inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
-        turn, move = (-inverse @ [goal.real, goal.imag]).tolist()
-        # by rounding of P x
-        noise = 2 * EPS * problem.size(np.array(root)) * np.linalg.norm(u) * np.linalg.norm(v)
-        uncertain = float(noise * np.abs(inverse[1]).sum())
-        w, p = min(max(w + turn, least), most), p + move
-        small = abs(move) <= OPTIONS.converged * max(abs(p), unit)
-        small &= abs(turn) <= OPTIONS.converged * max(abs(w), 1.0)
-        x, y = v / np.linalg.norm(v), u.conj() / np.linalg.norm(u)
-        if small or abs(move) <= uncertain:
-            rate, turned = -slope_p / slope_root, slope_w / slope_root
-            slope = float((rate - turned * (rate.imag / (1.0 + turned.imag))).real)
-            residual = float(problem.backward_errors(np.array([root]), x[:, None])[0])
-            half = uncertain + abs(move) + 2 * EPS * abs(p)
-            way, ends = 1 if slope > 0 else -1, (p - half, p + half)
-            return AxisCrossing(p, abs(w), way, ends, residual, slope=slope, vector=x)
+        problem = scaled.at({name: one.value, **scaled.system.frequency(one.omega)})
+        _, factor = factorise_at(problem, complex(0.0, one.omega))
+        x, y = factor.solve(y), factor.solve(x.conj(), transposed=True).conj()
+        x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
+        one, settled = _newton(scaled, name, one.value, one.omega, x, y)
+        if one is not None and settled:
+            return one
     raise ComputationError(
         f"no crossing of the imaginary axis was found near {name} = {value:.9g} at "
         f"{omega / (2 * math.pi):.6g} Hz"
     )
+
+
+def _newton(
+    scaled: ScaledSystem, name: str, p: float, w: float, x: ComplexArray, y: ComplexArray
+) -> tuple[AxisCrossing | None, bool]:
+    """The zero of y^H P(i omega, p) x by one step from p, omega with unit vectors (n,), and whether
+    that step is rounding; None where y^H dP x is singular."""
+    system, unit, root, real = scaled.system, abs(p) or 1.0, complex(0.0, w), w == 0.0
+    at = {name: p, **system.frequency(w)}
+    problem, u = scaled.at(at), y.conj()
+    image = problem.apply(np.array([root]), x[:, None])[:, 0]
+    g = complex(u @ image)
+    slope_root = u @ (problem.slope(root) @ x)
+    slope_p = u @ (scaled.slope(name, at, root) @ x)
+    shares = system.frequency(1.0).items()
+    slope_w = sum(z * (u @ (scaled.slope(own, at, root) @ x)) for own, z in shares)
+    columns = [1j * slope_root + slope_w, slope_p]
+    if real:  # omega stays zero
+        columns, g = [1.0, 1j * slope_p.real], complex(0.0, g.real)
+    jacobian = np.array([np.real(columns), np.imag(columns)])
+    sizes = np.abs(jacobian).max(axis=0)
+    if not (sizes.all() and np.linalg.cond(jacobian / sizes) <= 1e12):
+        return None, False
+    inverse = np.linalg.inv(jacobian / sizes) / sizes[:, None]
+    turn, move = (-inverse @ [g.real, g.imag]).tolist()
+    size = float(problem.size(np.array(root)))
+    uncertain = 2 * EPS * size * float(np.abs(inverse[1]).sum())  # by rounding of P x
+    least, most = -math.inf, math.inf
+    if system.follows:
+        least, most = (2 * math.pi * hertz for hertz in system.covered)
+    small = abs(move) <= OPTIONS.converged * max(abs(p + move), unit)
+    small &= abs(turn) <= OPTIONS.converged * max(abs(w + turn), 1.0)
+    w, p = min(max(w + turn, least), most), p + move
+    rate, turned = -slope_p / slope_root, slope_w / slope_root
+    slope = float((rate - turned * (rate.imag / (1.0 + turned.imag or 1.0))).real)
+    half, way = uncertain + abs(move) + 2 * EPS * abs(p), 1 if slope > 0 else -1
+    residual = float(np.linalg.norm(image) / size)
+    one = AxisCrossing(
+        p, abs(w), way, (p - half, p + half), residual, slope=slope, vector=x, left=y
+    )
+    return one, bool(small or abs(move) <= uncertain)
+
+
+def confirmed(
+    reduction: Reduction, name: str, value: float, omega: float, right: NDArray, left: NDArray
+) -> AxisCrossing:
+    """The crossing of the full system next to one of the reduced system, vectors (n,).
+
+    The reduced system grows by corrections until the crossing that it has solves the full problem.
+    Where it does not come to be good, the full problem is factorised. Raises ComputationError.
+    """
+    scaled, factor = reduction.scaled, reduction.factor
+    for _ in range(OPTIONS.rounds):
+        if factor is None:
+            break
+        small = ScaledSystem(reduction.system)
+        x, y = ((reduction.vectors.T @ v) / small.scale for v in (right, left))
+        one = axis_crossing(small, name, value, omega, x, y)
+        value, omega = one.value, one.omega
+        right, left = (
+            combined(reduction.vectors, (small.scale * v)[:, None]) for v in (one.vector, one.left)
+        )
+        right, left = right / np.linalg.norm(right), left / np.linalg.norm(left)
+        problem = scaled.at({name: value, **scaled.system.frequency(omega)})
+        root = np.array([complex(0.0, omega)])
+        rests = problem.apply(root, right), problem.transposed().apply(root, left.conj())
+        errors = np.array([np.linalg.norm(r) for r in rests]) / problem.size(root)
+        right, left = right[:, 0], left[:, 0]
+        if max(errors) <= OPTIONS.exact:
+            exact, settled = _newton(scaled, name, value, omega, right, left)
+            if exact is not None and settled:
+                return exact
+            break
+        steps = [factor.solve(r, bool(k)) for k, r in enumerate(rests)]
+        reduction.extend(np.hstack(steps), 1e-4)
+    return axis_crossing(scaled, name, value, omega, right, left)

@@ -61,6 +61,7 @@ class Near(NamedTuple):
     values: ComplexArray  # (m,) by distance
     vectors: ComplexArray  # (n, m) of unit length
     reach: float
+    shift: complex
 
 
 def near_roots(
@@ -117,7 +118,8 @@ def near_roots(
     Y = Y.astype(np.result_type(kind, np.complex64))
     # the longer of theta x and x has the smaller error
     shapes = np.where(np.abs(theta) >= 1.0, Q[:n, :done] @ Y, Q[n:, :done] @ Y)
-    return Near(shift + radius / theta, shapes / np.linalg.norm(shapes, axis=0), reach), factor
+    shapes /= np.linalg.norm(shapes, axis=0)
+    return Near(shift + radius / theta, shapes, reach, shift), factor
 
 
 def orthogonal(basis: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
@@ -146,6 +148,8 @@ class Modes:
     region: Region
     count: int | None  # None where none was made or settled
     roots: Roots = field(repr=False)  # the same in scaled coordinates
+    near: Near | None = field(default=None, repr=False)  # of one shift, if that showed all of them
+    factor: Factor | None = field(default=None, repr=False)  # P there, unless a count took it
 
     @property
     def certified(self) -> bool:
@@ -165,15 +169,16 @@ def corrected(
     region: Region,
     options: SolverOptions,
     wanted: Region | None = None,
+    parts: tuple[Array, ...] | None = None,
 ) -> Roots | None:
     """The roots in a region from an orthonormal basis (n, d) that nearly holds their right vectors,
     and a factor of P near them; None if they do not come to be good. Those outside what is `wanted`
-    are only as good as a count needs."""
+    are only as good as a count needs. `parts` are V' M V, V' C V, V' K V if they are known."""
     if not V.size:
         return Roots(np.zeros(0, dtype=complex), V.astype(complex), V.astype(complex))
     other, before = problem.transposed(), np.inf
     matrices = problem.M, problem.C, problem.K
-    M, C, K = (V.T @ (A @ V) for A in matrices)
+    M, C, K = parts or (V.T @ (A @ V) for A in matrices)
     mirrors = problem.real and isinstance(region, Disc) and region.centre.imag == 0.0
     for _ in range(options.rounds):
         values = dense_values(M, C, K, problem.norms[2])
@@ -198,11 +203,11 @@ def corrected(
                 steps.append(factor.solve(rest[:, far], transposed))
         old, V = V, enlarged(V, np.hstack(steps), 1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
-        M, C, K = (_grown(*pair, old, new) for pair in zip((M, C, K), matrices, strict=True))
+        M, C, K = (grown(*pair, old, new) for pair in zip((M, C, K), matrices, strict=True))
     return None
 
 
-def _grown(part: Array, A: Any, old: Array, new: Array) -> Array:
+def grown(part: Array, A: Any, old: Array, new: Array) -> Array:
     """V' A V of a basis that has grown by columns."""
     image = A @ new
     return np.block([[part, old.T @ image], [(A.T @ new).T @ old, new.T @ image]])
@@ -248,7 +253,7 @@ def modes_in(
         if answer is None:
             todo += _halves(part)
             continue
-        roots, lacking = answer
+        roots, lacking, *around = answer
         # a root on the border of two parts might be in both of them, or in none
         edge = part.widened(1e-9).contains(roots.values) & inner.contains(roots.values)
         if np.any(edge & ~part.widened(-1e-9).contains(roots.values)):
@@ -257,7 +262,8 @@ def modes_in(
         every = every.joined(roots.picked(part.contains(roots.values)))
         if not todo:
             count = None if missing is None else len(every.values) + missing
-            return Modes(listed(problem, every), region, count, every)
+            one = (None, None) if certify or part != region else around
+            return Modes(listed(problem, every), region, count, every, *one)
     raise ComputationError(
         f"the region holds too many roots: {len(every.values)} after {options.pieces} parts; a "
         "narrower band or region is required"
@@ -276,9 +282,9 @@ def _halves(region: Rectangle) -> list[Rectangle]:
 
 def _around(
     problem: Quadratic, region: Rectangle, certify: bool, V: Array, options: SolverOptions
-) -> tuple[Roots, int | None] | None:
+) -> tuple[Roots, int | None, Near, Factor] | None:
     """The roots in and around a part with how many are missing among them (None if that is not
-    known), or None where one subspace does not reach around the part."""
+    known) and what showed them, or None where one subspace does not reach around the part."""
     # beside the middle: a root exactly there would hide all others from single precision
     shift = region.centre + (0.03 + 0.04j) * region.radius
     aside, best = abs(shift - region.centre), None
@@ -303,7 +309,7 @@ def _around(
         roots = corrected(problem, factor, V, around, options, region.widened(1e-6))
         if roots is None:
             continue
-        best = roots, _missing(problem, around, roots, near, factor)
+        best = roots, _missing(problem, around, roots, near, factor), near, factor
         # those close to the border may lie on its other side
         inner = np.sum(region.widened(-0.01).contains(near.values))
         if best[1] == 0 or (not certify and inner <= len(roots.values)):

@@ -43,7 +43,7 @@ from squeal.sparse.quadratic import (
     factorise,
     listed,
 )
-from squeal.sparse.reduction import Changes, Reduction
+from squeal.sparse.reduction import CONTRACTS, Changes, Reduction, contraction
 
 
 @dataclass(frozen=True)
@@ -58,8 +58,6 @@ class LookOptions:
     dropped: float = 1e-2  # of unit vectors: what they add less is left out
     around: float = 0.05  # of the region's size: roots that close to it are looked at too
     coarse: float = 1e-3  # of |lambda|: greater errors are corrected
-    contracts: float = 0.9  # what counts as q < 1
-    powers: int = 5  # of T, to see how it contracts
     exact: float = 1e-11  # backward error of corrected roots
 
 
@@ -216,7 +214,7 @@ class FirstLook(Reduction):
     @property
     def holds(self) -> bool:
         """True if what the basis lacks has no roots of its own in the region."""
-        return self.contraction < OPTIONS.contracts
+        return self.contraction < CONTRACTS
 
     def _values(self, changes: Changes) -> ComplexArray:
         """Roots of the projected problem in and around the region."""
@@ -239,7 +237,7 @@ class FirstLook(Reduction):
         meets = Y.conj().T @ combined(problem.M, X), Y.conj().T @ combined(problem.C, X)
         slope = np.add.outer(z, z) * meets[0] + meets[1]
         right, left = (np.sqrt(np.abs(np.sum(a.conj() * b, axis=0))) for a, b in ((R, FR), (S, FS)))
-        rest = self.contraction / max(1.0 - self.contraction, 1.0 - OPTIONS.contracts)
+        rest = self.contraction / max(1.0 - self.contraction, 1.0 - CONTRACTS)
         lacks = S.conj().T @ FR, rest * np.outer(left, right)
         errors, steady = movements(z, slope, *lacks)
         steady &= self.system.real and not self.system.C
@@ -249,18 +247,10 @@ class FirstLook(Reduction):
     def _contraction(self, changes: Changes) -> float:
         """How T contracts what the basis lacks, at two corners of the region."""
         problem, structure, V = self.scaled.at(changes), self._structure(changes), self.vectors
-        FV, ratios = structure.F @ V, []
-        inner = V.T @ FV
-        for frequency in (max(self.region.low_imag, 0.0), self.highest):
-            P = problem.at(complex(self.region.high_real, frequency))
-            x = np.random.default_rng(1).standard_normal((len(V), 3)).astype(complex)
-            for _ in range(1 + OPTIONS.powers):
-                x = x - structure.factor.solve(P @ x)
-                x = x - V @ np.linalg.solve(inner, FV.T @ x)
-                size = np.linalg.norm(x, axis=0)
-                x /= divisor(size)
-            ratios.append(float(size.max()))
-        return max(ratios)
+        given = V, V.T @ (structure.F @ V), structure.F, structure.factor
+        ends = max(self.region.low_imag, 0.0), self.highest
+        corners = (complex(self.region.high_real, frequency) for frequency in ends)
+        return max(contraction(*given, problem.at(z)) for z in corners)
 
     def judged(self, changes: Changes, deciding: bool = False) -> Judged:
         """The roots of the region with their errors; of those that clearly decay and are not near

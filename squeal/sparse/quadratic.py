@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -48,6 +48,7 @@ class Quadratic:
     K: Any = field(repr=False)
     scale: Array = field(repr=False)  # (n,) powers of two
     norms: tuple[float, float, float]
+    summed: Callable[[complex], Any] = field(repr=False)
 
     @property
     def n(self) -> int:
@@ -65,24 +66,8 @@ class Quadratic:
         return float(np.sqrt(self.norms[2] / self.norms[0]))
 
     def at(self, value: complex) -> Any:
-        """P(value), a CSC array; real where both are. All of them have one pattern."""
-        value = value.real if value.imag == 0.0 else value
-        (pattern, *places), matrices = self._places, (self.M, self.C, self.K)
-        data = np.zeros(pattern.nnz, np.result_type(*(A.dtype for A in matrices), type(value)))
-        for factor, A, places_of in zip((value * value, value, 1.0), matrices, places, strict=True):
-            data[places_of] += factor * A.data
-        return type(pattern)((data, pattern.indices, pattern.indptr), shape=pattern.shape)
-
-    @cached_property
-    def _places(self) -> list[Any]:
-        """The union of the patterns of M, C and K, and where in it each of them lies."""
-        each = [A.astype(bool).astype(float) for A in (self.M, self.C, self.K)]
-        for A in each:
-            A.data[:] = 1.0
-        every = [sum(each[1:], each[0]), *each]
-        columns = (np.repeat(np.arange(self.n) * self.n, np.diff(A.indptr)) for A in every)
-        whole, *parts = (A.indices + start for A, start in zip(every, columns, strict=True))
-        return [every[0], *(np.searchsorted(whole, part) for part in parts)]
+        """P(value), a CSC array; real where both are. All of a system have one pattern."""
+        return self.summed(value.real if value.imag == 0.0 else value)
 
     def slope(self, value: complex) -> Any:
         """dP/dlambda = 2 value M + C, a CSC array; real where both are."""
@@ -105,7 +90,8 @@ class Quadratic:
 
     def transposed(self) -> Quadratic:
         """The problem of the left vectors: P(lambda)' y = 0, y not conjugated."""
-        return Quadratic(self.M.T, self.C.T, self.K.T, self.scale, self.norms)
+        parts = self.M.T, self.C.T, self.K.T
+        return Quadratic(*parts, self.scale, self.norms, lambda value: self.summed(value).T)
 
 
 def combined(A: Any, columns: ComplexArray) -> ComplexArray:
@@ -143,13 +129,38 @@ class ScaledSystem:
             raise MatrixError("M: is zero beside C and K in double precision; a mass is required")
         if not np.isfinite(norms).all():
             raise MatrixError("M, C and K: all entries must be finite")
-        return Quadratic(M, C, K, self.scale, norms)
+        return Quadratic(M, C, K, self.scale, norms, partial(self._pencil, p))
 
     def slope(self, name: str, changes: Mapping[str, float] | None, value: complex) -> Any:
         """dP(value)/d name as a CSC array."""
         p = self.system.values(changes)
         M, C, K = self._sums(lambda factor: factor.slope(p, name))
         return value * (value * M + C) + K
+
+    def _pencil(self, p: Mapping[str, float], value: complex) -> Any:
+        """P(value) at the values of all parameters."""
+        pattern, *places = self._places
+        each = zip((value * value, value, 1.0), self.system.parts, self.terms, strict=True)
+        parts = [
+            power * term.factor.value(p) * A.data
+            for power, terms, matrices in each
+            for term, A in zip(terms, matrices, strict=True)
+        ]
+        data = np.zeros(pattern.nnz, np.result_type(float, *parts))
+        for part, place in zip(parts, places, strict=True):
+            data[place] += part
+        return type(pattern)((data, pattern.indices, pattern.indptr), shape=pattern.shape)
+
+    @cached_property
+    def _places(self) -> list[Any]:
+        """The union of the patterns of all terms, and where in it each of them lies."""
+        each = [A.astype(bool).astype(float) for A in itertools.chain(*self.terms)]
+        for A in each:
+            A.data[:] = 1.0
+        every = [sum(each, self._zero), *each]
+        columns = (np.repeat(np.arange(self.n) * self.n, np.diff(A.indptr)) for A in every)
+        whole, *parts = (A.indices + start for A, start in zip(every, columns, strict=True))
+        return [every[0], *(np.searchsorted(whole, part) for part in parts)]
 
     def _sums(self, number: Callable[[Any], complex]) -> Iterator[Any]:
         for terms, each in zip(self.system.parts, self.terms, strict=True):
@@ -278,6 +289,9 @@ class Factor:
 
     def _solved(self, right: NDArray, transposed: bool) -> Any:
         return self.lu.solve(right, "T" if transposed else "N")
+
+    def __reduce__(self) -> tuple[type[None], tuple[()]]:
+        return type(None), ()  # a factor stays in its process
 
     def logarithm(self) -> complex:
         """log det A, its imaginary part up to whole turns; by PARDISO up to half turns."""

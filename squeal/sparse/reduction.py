@@ -8,8 +8,10 @@ random vectors estimate.
 from collections.abc import Mapping, Sequence
 from copy import copy
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.linear.matrices import norm_of
@@ -17,15 +19,41 @@ from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.dispersive import settled, vectors
-from squeal.sparse.eigensolver import OPTIONS, enlarged, modes_in
-from squeal.sparse.quadratic import PROGRESS, Array, ComplexArray, Roots, ScaledSystem
+from squeal.sparse.eigensolver import OPTIONS, corrected, enlarged, grown, modes_in
+from squeal.sparse.quadratic import (
+    PROGRESS,
+    Array,
+    ComplexArray,
+    Factor,
+    Quadratic,
+    Roots,
+    ScaledSystem,
+    combined,
+)
 
 TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
 SPURIOUS = 1e-5  # backward error of what is no root of the full problem
 SKETCH = 48  # random vectors that estimate a residual within a factor of two
 SAMPLES = 20  # full solutions before a reduction is given up
+CONTRACTS = 0.9  # what counts as contracting
+POWERS = 5  # of T, to see how it contracts
 
 Changes = Mapping[str, float]
+
+
+def contraction(V: Array, inner: NDArray, F: Any, factor: Factor, P: Any) -> float:
+    """How 1 - F^-1 P contracts what an orthonormal basis V (n, d) lacks; inner (d, d) is V' F V.
+
+    Below 1 what is lacking has no root of P of its own.
+    """
+    x: Any = np.random.default_rng(1).standard_normal((len(V), 3)).astype(complex)
+    for _ in range(1 + POWERS):
+        x = x - factor.solve(P @ x)
+        held: Any = np.linalg.solve(inner, combined(V.T, F @ x))
+        x = x - combined(V, held)
+        size = np.linalg.norm(x, axis=0)
+        x /= np.where(size > 0, size, 1.0)
+    return float(size.max())
 
 
 class Reduction:
@@ -44,6 +72,9 @@ class Reduction:
     def __init__(self, scaled: ScaledSystem, region: Rectangle) -> None:
         self.scaled, self.region = scaled, region
         self.vectors: Array = np.zeros((scaled.n, 0))
+        self._sketch: Array = np.zeros(0)
+        self.factor: Factor | None = None  # of P at the first sample
+        self._first: tuple[Changes, complex] | None = None
         self.samples: tuple[Changes, ...] = ()
         self.worst, self.spurious = np.inf, 0
         parts = zip(scaled.system.parts, scaled.terms, strict=True)
@@ -55,20 +86,55 @@ class Reduction:
     def extend(self, snapshots: ComplexArray, dropped: float = TOLERANCE / 10) -> None:
         """Add what the real and imaginary parts of columns (n, m) bring, of unit vectors what
         exceeds `dropped`."""
-        self.vectors = V = enlarged(self.vectors, snapshots, dropped)
-        if not V.size:
+        old, V = self.vectors, enlarged(self.vectors, snapshots, dropped)
+        self.vectors, new = V, np.ascontiguousarray(V[:, old.shape[1] :])
+        if not new.size:
             return
+        before = self.system.parts if old.size else [[None] * len(t) for t in self._terms]
         M, C, K = (
-            tuple(Term(V.T @ (A @ V), term.factor) for term, A in terms) for terms in self._terms
+            tuple(
+                Term(grown(part.matrix if part else old.T @ old, A, old, new), term.factor)
+                for (term, A), part in zip(terms, parts, strict=True)
+            )
+            for terms, parts in zip(self._terms, before, strict=True)
         )
         self.system = replace(self.scaled.system, M=M, C=C, K=K)
-        self._sketch = np.array([W.T @ V for W in self._probed])
+        sketch = np.array([W.T @ new for W in self._probed])
+        self._sketch = np.concatenate([self._sketch, sketch], axis=2) if old.size else sketch
 
     def sample(self, changes: Changes, region: Rectangle, certify: bool = False) -> None:
-        """Add the modes of the full problem in a region at the parameters, some of them changed."""
-        start, exact = (None, None) if certify else (self.vectors, OPTIONS.accepted)
-        roots = modes_in(self.scaled.at(changes), region, certify, start, exact).roots
+        """Add the modes of the full problem in a region at the parameters, some of them changed.
+
+        They are corrected by the factor of the first sample where that shows that none is missed,
+        and found by Krylov subspaces elsewhere.
+        """
+        problem, roots = self.scaled.at(changes), None
+        if certify:
+            roots = modes_in(problem, region).roots
+        elif self.factor is not None and self.size and self._reaches(problem):
+            M, C, K = self.system.at(changes)
+            parts = M, np.zeros_like(M) if C is None else C, K
+            options = replace(OPTIONS, exact=TOLERANCE / 3, accepted=TOLERANCE / 3)
+            roots = corrected(problem, self.factor, self.vectors, region, options, None, parts)
+        if roots is None:
+            modes = modes_in(problem, region, False, self.vectors, OPTIONS.accepted)
+            roots = modes.roots
+            if self.factor is None and modes.near is not None:
+                self.factor, self._first = modes.factor, (changes, modes.near.shift)
+                self.extend(modes.near.vectors)
         self.extend(np.hstack([roots.right, roots.left]))
+
+    def _reaches(self, problem: Quadratic) -> bool:
+        """True if what the basis lacks at some parameters has no root of its own in the region."""
+        assert self.factor is not None
+        assert self._first is not None
+        changes, shift = self._first
+        M, C, K = self.system.at(changes)
+        inner = shift * (shift * M + (0.0 if C is None else C)) + K
+        F, region = self.scaled.at(changes).at(shift), self.region
+        corners = (complex(region.high_real, w) for w in (region.low_imag, region.high_imag))
+        ratios = [contraction(self.vectors, inner, F, self.factor, problem.at(z)) for z in corners]
+        return max(ratios) < CONTRACTS
 
     @property
     def size(self) -> int:
@@ -171,15 +237,16 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
     """A reduced system whose roots in a region meet `TOLERANCE` at all values of the parameters.
 
     Right and left modes of the full system at one of the `values` (changes of one to three
-    parameters) start the basis; of the other values that where a root's residual in the full
-    problem is worst adds its own, until all are below that (a backward error). Where the
-    full problem was solved, what exceeds it by far is no root of it. `worst` exceeds the tolerance
+    parameters) start the basis, then those at the first and the last one; of the other values that
+    where a root's residual in the full problem is worst adds its own, until all are below that (a
+    backward error). Where the full problem was solved, what exceeds it by far is no root of it.
+    `worst` exceeds the tolerance
     if 20 samples do not suffice. Of a region without a root the basis holds those around it.
     Raises ComputationError.
     """
     found, wide = Reduction(scaled, region), region.widened(0.04)
     samples: dict[int, bool] = {}  # by index of the value; whether its roots were counted
-    where = len(values) // 2
+    where, ends = len(values) // 2, (0, len(values) - 1)
 
     while True:
         named = ", ".join(f"{name} = {value:.6g}" for name, value in values[where].items())
@@ -193,7 +260,10 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
             if around.radius > scaled.at(values[where]).rate + abs(region.centre):
                 raise ComputationError("no root lies in the region or around it")
             found.sample(values[where], around)
-        errors = [found.residuals(found.roots(p), p) for p in values]
+        looked = range(len(values)) if samples.keys() >= {*ends} else {*samples, *ends}
+        errors = [np.zeros(0)] * len(values)
+        for k in looked:
+            errors[k] = found.residuals(found.roots(values[k]), values[k])
         spurious = {k: int(np.sum(errors[k] > SPURIOUS)) for k in samples}
         doubtful = [k for k, proved in samples.items() if spurious[k] and not proved]
         if doubtful:
@@ -203,7 +273,9 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
         worst = [float(np.max(e, initial=0.0)) for e in genuine]
         left = [0.0 if k in samples else w for k, w in enumerate(worst)]
         where = int(np.argmax(left))
-        if left[where] <= TOLERANCE or len(samples) == SAMPLES:
+        if left[where] <= TOLERANCE and len(looked) < len(values):
+            where = next(k for k in ends if k not in samples)
+        elif left[where] <= TOLERANCE or len(samples) == SAMPLES:
             break
     found.samples = tuple(values[k] for k in samples)
     found.worst, found.spurious = max(worst), sum(spurious.values())
