@@ -36,6 +36,7 @@ ROOT = (
     ),
 )
 """Columns of an eigenvalue, and its keys in JSON."""
+ERROR = Column("error", "1/s", shown=lambda e: "-" if e.error is None else number(e.error, 2))
 
 
 def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
@@ -174,24 +175,29 @@ class Eigenvalues(Answer):
     @property
     def columns(self) -> tuple[Column, ...]:
         """Those of its roots, with the error of a reduction if it is known."""
-        error = Column(
-            "error", "1/s", shown=lambda e: "-" if e.error is None else number(e.error, 2)
-        )
-        return ROOT + (error,) * any(root.error is not None for root in self.eigenvalues)
+        return ROOT + (ERROR,) * any(root.error is not None for root in self.eigenvalues)
 
     def table(self) -> Table:
         numbers = dict(zip(map(id, self.eigenvalues), self.modes.tolist(), strict=True))
         mode = Column("mode", value=lambda root: numbers[id(root)])
         return Table((mode, *self.columns), self.eigenvalues, nothing="no root")
 
-    def parts(self) -> Sequence[str | Table]:
+    @property
+    def growing(self) -> Table:
+        """The modes that grow, with the error of a reduction if it is known."""
+        pairs = zip(self.modes.tolist(), self.eigenvalues, strict=True)
+        cells = {k: ERROR.cell(root) for k, root in pairs}
+        error = replace(ERROR, shown=lambda mode: cells.get(self.mode_of(mode), "-"))
         table = (Column("mode", value=self.mode_of), *columns("kind frequency_hz"))
-        table += (Column("growth_rate", "1/s"), Column("damping_ratio"), onset_of(self.parameter))
+        table += (Column("growth_rate", "1/s"), *[error] * (ERROR in self.columns))
+        table += (Column("damping_ratio"), onset_of(self.parameter))
+        return Table(table, self.unstable, "unstable modes", "no unstable mode is listed")
+
+    def parts(self) -> Sequence[str | Table]:
         count = f"{len(self.eigenvalues)} roots, {self.proof}"
-        unstable = Table(table, self.unstable, "unstable modes", "no unstable mode is listed")
         head = f"{self.name}\n{self.conclusion}"
         notes = [self.open] * bool(self.open and self.unstable) + [*self.notes[1:]]
-        return [head, *self.notes[:1], self.table(), count, unstable, *notes]
+        return [head, *self.notes[:1], self.table(), count, self.growing, *notes]
 
     def to_dict(self) -> dict[str, Any]:
         head = {"name": self.name} | valued(self.parameter, self.value) | dict(self.details)

@@ -52,7 +52,7 @@ class Report(Answer):
 
     def table(self) -> Table:
         """The modes that grow."""
-        return next(part for part in self.eigenvalues.parts()[::-1] if isinstance(part, Table))
+        return self.eigenvalues.growing
 
     def parts(self) -> Sequence[str | Table]:
         return [self.name, f"{self.verdict}\n{self.loss}", self.table()]

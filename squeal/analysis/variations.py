@@ -120,7 +120,9 @@ class Varied:
         Raises InputError for what is no parameter, and for a share of an angle or of zero.
         """
         if name not in self.values:
-            raise at.refuse(f"{name} is no parameter here; allowed are {', '.join(self.values)}")
+            why = "is varied to find its threshold, and scatters with --of growth alone"
+            why = why if name == self.free else "is no parameter here"
+            raise at.refuse(f"{name} {why}; allowed are {', '.join(self.values)}")
         if share and self.units[name] == "rad":
             raise at.refuse(f"{name} is an angle and has no share; it must be given in rad")
         if share and not self.values[name]:

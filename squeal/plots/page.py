@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-import cmath
 import math
 from base64 import b64encode
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from html import escape
 from typing import Any
 
 from squeal import __version__
-from squeal.analysis.answers import Eigenvalues, basis_text, onset_of
+from squeal.analysis.answers import basis_text
 from squeal.analysis.report import Report
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
-from squeal.io.writing import Column, Table, located, number
-from squeal.linear.eigen import Eigenvalue
-from squeal.linear.paths import UnstableMode
+from squeal.io.writing import Table, number
 from squeal.plots.answers import drawing
 from squeal.plots.style import Drawing, rendered
 
@@ -53,16 +51,16 @@ pre { white-space: pre-wrap; font-size: .85em; }
 def page(report: Report, inputs: Sequence[Any] = ()) -> str:
     """The page as text."""
     found, crossed = report.eigenvalues, report.thresholds
+    ends = {"high": crossed.high} if isinstance(report.subject, Scene) else {}
     grows = "grows" if found.unstable else "stable" if found.certified else "open"
     parts = [
         f"<h1>{escape(report.name)}</h1>",
         f'<p class="verdict {grows}">{escape(report.verdict)}</p>',
         f"<p>{escape(report.loss)}</p>",
-        "<h2>Unstable modes</h2>",
-        _table(_unstable(report)),
+        _table(found.growing),
         f"<h2>Frequencies and growth rates over {escape(crossed.parameter)}</h2>",
-        _figure(drawing(crossed, report.name, **_range(report))),
-        _table(_crossings(report)),
+        _figure(drawing(crossed, report.name, **ends)),
+        _table(crossed.table()),
     ]
     if shapes := list(_shapes(report)):
         parts += ["<h2>Mode shapes</h2>", *shapes]
@@ -105,44 +103,11 @@ def _figure(made: Drawing) -> str:
     return f"<figure>{image}</figure>"
 
 
-def _range(report: Report) -> dict[str, Any]:
-    return {"high": report.thresholds.high} if isinstance(report.subject, Scene) else {}
-
-
-def _unstable(report: Report) -> Table:
-    """A row for each mode that grows: since when, how sure."""
-    found = report.eigenvalues
-
-    def root(mode: UnstableMode) -> Eigenvalue:
-        return found.eigenvalues[_place(found, mode)]
-
-    table = (
-        Column("kind"),
-        Column("frequency_hz"),
-        Column("growth_rate", "1/s", shown=lambda mode: number(mode.growth_rate, 4)),
-        Column("damping_ratio", shown=lambda m: f"{100 * m.damping_ratio:.3g} %"),
-        onset_of(found.parameter),
-        *(
-            Column(c.name, c.unit, shown=lambda mode, c=c: c.cell(root(mode)))  # type: ignore[misc]
-            for c in found.columns
-            if c.name in ("residual", "error")
-        ),
-    )
-    return Table(table, found.unstable, nothing="No mode grows.")
-
-
-def _place(found: Eigenvalues, mode: UnstableMode) -> int:
-    """The number of the root that a mode is."""
-    root = complex(mode.growth_rate, math.tau * mode.frequency_hz)
-    return min(range(len(found.values)), key=lambda i: abs(found.values[i] - root))
-
-
-def _change(report: Report, name: str, mode: UnstableMode) -> complex:
-    """What 1 per cent of a parameter does to the root of a mode, NaN where it is not finite."""
-    moved = report.sensitivity
-    slope = complex(moved.slopes[name][_place(report.eigenvalues, mode)])
-    step = 0.01 * moved.values[name]
-    return slope * step if cmath.isfinite(slope) else complex(math.nan, math.nan)
+def _moved(report: Report) -> Table:
+    """What a small change of each parameter does to the modes that grow."""
+    found, table = report.eigenvalues, report.sensitivity.table()
+    grow = {found.mode_of(mode) for mode in found.unstable}
+    return replace(table, rows=[row for row in table.rows if row[0] in grow])
 
 
 def _read(report: Report) -> Iterator[str | Table]:
@@ -156,34 +121,6 @@ def _read(report: Report) -> Iterator[str | Table]:
     yield from (head, files, f"{lines}\n{modes}\n{hints}")
 
 
-def _crossings(report: Report) -> Table:
-    """Where roots cross the imaginary axis."""
-    found = report.thresholds
-    table = (
-        Column("mu", shown=lambda c: located(c.mu, *c.interval), words=found.parameter),
-        Column("kind"),
-        Column("direction"),
-        Column("frequency_hz"),
-        Column("changes_verdict"),
-    )
-    none = f"No root crosses the imaginary axis up to {found.parameter} = {number(found.high)}."
-    return Table(table, found.crossings, "Crossings of the imaginary axis", none)
-
-
-def _moved(report: Report) -> Table:
-    """What 1 per cent of each parameter does to the modes that grow, the strongest first."""
-    moved, modes = report.sensitivity, report.eigenvalues.unstable
-    table = [Column("parameter", value=str), Column("value", value=lambda name: moved.values[name])]
-    for mode in modes:
-        rate: Any = lambda name, mode=mode: number(_change(report, name, mode).real, 3)  # noqa: E731
-        hertz: Any = lambda name, mode=mode: number(_change(report, name, mode).imag / math.tau, 3)  # noqa: E731
-        at = f"{number(mode.frequency_hz, 4)} Hz:"
-        table.append(Column("growth", shown=rate, words=f"{at} growth, 1/s"))
-        table.append(Column("frequency", shown=hertz, words="frequency, Hz"))
-    names = sorted(moved.slopes, key=lambda name: -abs(_change(report, name, modes[0]).real))
-    return Table(table, names, "Changes by 1 % of each parameter, all others held")
-
-
 def _shapes(report: Report) -> Iterator[str]:
     """Shapes of the modes that grow, where the places of the rows are known."""
     found = report.eigenvalues
@@ -193,7 +130,7 @@ def _shapes(report: Report) -> Iterator[str]:
     if getattr(report.subject, "coordinates", None) is None:
         return
     for mode in found.unstable[:SHAPES]:
-        yield _figure(drawing(found, report.name, shape=1 + _place(found, mode)))
+        yield _figure(drawing(found, report.name, shape=found.mode_of(mode)))
 
 
 def _sure(report: Report) -> Iterator[str]:
