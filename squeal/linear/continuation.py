@@ -21,7 +21,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -96,7 +96,7 @@ def zeros_between(cubic: Array) -> list[float]:
     return sorted(real[np.abs(real - 0.5) <= 0.5 + 1e-9].tolist())
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class State:
     """The spectrum at one value of the parameter.
 
@@ -107,10 +107,10 @@ class State:
 
     value: float
     roots: ComplexArray
-    right: ComplexArray = field(repr=False)
-    left: ComplexArray = field(repr=False)
-    coupling: ComplexArray = field(repr=False)
-    rounding: Array = field(repr=False)
+    right: ComplexArray
+    left: ComplexArray
+    coupling: ComplexArray
+    rounding: Array
     form: str = "damped"  # undamped, gyroscopic, damped
     rate: float = 1.0
 

@@ -36,19 +36,19 @@ PROGRESS: ContextVar[Progress] = ContextVar("progress", default=lambda _: None)
 """What is called with a line about each step of a long computation."""
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Quadratic:
     """P(lambda) = lambda^2 M + lambda C + K in coordinates z, q = scale z; M may be singular.
 
     M, C, K are CSC arrays (n, n), C of zeros if undamped; `norms` bound their 2-norms.
     """
 
-    M: Any = field(repr=False)
-    C: Any = field(repr=False)
-    K: Any = field(repr=False)
-    scale: Array = field(repr=False)  # (n,) powers of two
+    M: Any
+    C: Any
+    K: Any
+    scale: Array  # (n,) powers of two
     norms: tuple[float, float, float]
-    summed: Callable[[complex], Any] = field(repr=False)
+    summed: Callable[[complex], Any]
 
     @property
     def n(self) -> int:

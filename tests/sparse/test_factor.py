@@ -40,6 +40,15 @@ def test_solutions_and_determinant(name, value, rng):
     assert np.exp(turns * 1j * logarithm.imag) == pytest.approx(complex(sign) ** turns, abs=1e-10)
 
 
+@pytest.mark.parametrize("n", [2, 3, 4, 5])
+def test_the_sign_of_a_determinant_without_a_diagonal(n, rng):
+    """Rows have to change their places: a cycle of n has the sign (-1)^(n - 1)."""
+    values = rng.uniform(0.5, 2.0, n) * rng.choice([-1.0, 1.0], n)
+    matrix = csc_array((values, (np.arange(n), (np.arange(n) + 1) % n)), shape=(n, n))
+    found = np.exp(factor.Factor(matrix).logarithm())
+    assert found == pytest.approx((-1) ** (n - 1) * np.prod(values), rel=1e-12)
+
+
 @pytest.mark.parametrize("name", MAKERS)
 def test_singular(name):
     with pytest.raises(ZeroDivisionError):
