@@ -89,11 +89,15 @@ brake: $(ENVIRONMENT)
 page: $(ENVIRONMENT)
 	@$(BIN)/python -m page.build
 
+# without npm or a registry axe-core is missing, and its tests skip
 page-test: $(ENVIRONMENT)
+	-@test -d page/node_modules/axe-core || npm ci --silent --ignore-scripts --prefix page
 	@$(BIN)/pytest -n 0 -rs page/tests
 
 # on one thread, since on a busy machine two of them wait for each other without end
+# with the live page, where clang and lld 19 can build it
 site: $(DOCS)
+	-@$(BIN)/python -m page.build
 	$(EPOCH) OPENBLAS_NUM_THREADS=1 $(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
 	$(BIN)/python -m workflow.release.links docs/_build/html
 
@@ -102,9 +106,7 @@ dist: $(RELEASE)
 	$(EPOCH) $(BIN)/python -c "from flit_core import buildapi as b; b.build_wheel('dist'); b.build_sdist('dist')"
 	.venv/archive/bin/twine check --strict dist/*.whl dist/*.tar.gz
 
-# without clang and lld 19 the page is left out
 archive: $(RELEASE) report site dist
-	-@$(BIN)/python -m page.build
 	$(BIN)/python -m workflow.release.gather $(ARCHIVED)
 	.venv/archive/bin/python workflow/release/crate.py $(ARCHIVED)
 	.venv/archive/bin/python workflow/release/check_crate.py $(ARCHIVED)

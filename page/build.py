@@ -10,12 +10,12 @@ import sys
 import tempfile
 from pathlib import Path
 
+from page import PAGE, SITE
 from page.wasm import compile_modules
 from squeal.errors import ComputationError
 
 HERE = Path(__file__).parent
 SCENES = HERE.parent / "workflow" / "scenes"
-PAGE = "squeal.html"
 
 _IMPORT = re.compile(r"^import (?:\* as )?(\w+|\{[^}]*\}) from \"\./(\w+)\.js\";$", re.M)
 _EXPORTED = re.compile(r"^export (?:async )?(?:function|const) (\w+)", re.M)
@@ -53,6 +53,7 @@ def build(folder: Path) -> Path:
     (folder / "model.json").write_text(described, encoding="utf-8")
     parts = {
         "style": (HERE / "style.css").read_text(encoding="utf-8"),
+        "site": SITE,
         "tables": described.replace("<", "\\u003c"),
         "module": base64.b64encode(gzip.compress(code, mtime=0)).decode(),
         "script": bundle("main"),

@@ -44,7 +44,6 @@ def limits(kind: Number) -> dict[str, Any]:
         "low": max(kind.low, -1e300),
         "high": min(kind.high, 1e300),
         "lowAllowed": kind.low_allowed,
-        "allowed": f"a finite number{kind.range}",
     }
 
 
@@ -76,7 +75,6 @@ def tables(scenes: Path) -> dict[str, Any]:
         },
         "decay": term_count(DAMPED),
         "damping": {
-            "meaning": "damping ratio of each mode of the pad at rest without friction",
             "unstable": UNSTABLE,
             **limits(ratios.each),
         },

@@ -10,6 +10,7 @@ from typing import Any
 from sphinx.application import Sphinx
 
 import squeal
+from page import PAGE, SITE
 from squeal.article.cases import STEMS
 from squeal.article.commands.claims import scene_files
 from squeal.article.contents import FIGURES, STUDIES
@@ -20,6 +21,7 @@ from squeal.io.provenance import digest
 FINDINGS = "squeal.article.studies.findings"
 PACKAGES = sorted({m.name for m in pkgutil.iter_modules(squeal.__path__)} - {"__main__"})
 ROOT = Path(__file__).resolve().parents[2]
+LIVE = ROOT / "page" / "built" / PAGE
 
 
 def findings() -> str:
@@ -93,7 +95,17 @@ def write(app: Sphinx) -> None:
         measured.write_text(stamp + findings(), encoding="utf-8")
 
 
+def take_live_page(app: Sphinx, error: Exception | None) -> None:
+    """Put the live page, where it was built, into the site, its links to the pages beside it."""
+    if error is None and LIVE.is_file():
+        text = LIVE.read_text(encoding="utf-8").replace(SITE, "")
+        (Path(app.outdir) / PAGE).write_text(text, encoding="utf-8")
+
+
 def setup(app: Sphinx) -> dict[str, Any]:
-    """Register the writer."""
+    """Register the writer; pages may speak of the live page under `only:: live`."""
+    if LIVE.is_file():
+        app.tags.add("live")
+    app.connect("build-finished", take_live_page)
     app.connect("builder-inited", write)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

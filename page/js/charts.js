@@ -1,34 +1,50 @@
-// Histories, spectrum, roots against friction, mode shapes and the stability map.
+// Histories, spectrum, roots against friction, mode shapes and the stability map. Each drawing gives
+// `read(x, y)`: what the chart says there in words, or, without a place, at the pad's own.
 
 import { eigenvalues, modeShapes } from "./linear.js";
-import { COLOURS, DASHES, axes, line, range, sheet, stretches } from "./plot.js";
+import { DASHES, axes, line, paint, range, sheet, stretches } from "./plot.js";
+import { FLOOR } from "./spectrum.js";
+import { VERDICTS } from "./undamped.js";
 
 const LEFT = 72, RIGHT = 12;
-const ROWS = [3, 1, 2, 0]; // rows of the state strip: full, leading, trailing, apart
-const EDGES = { 3: "both edges", 1: "leading", 2: "trailing", 0: "apart" };
+const ROWS = [3, 1, 2, 0]; // rows of the state strip: full, leading, trailing, separated
+const EDGES = { 3: "both edges", 1: "leading", 2: "trailing", 0: "separated" };
+
+/** A number with so many digits, a real minus sign and no empty zeros. */
+export const number = (value, digits = 4) =>
+  Number.isFinite(value) ? String(Number(value.toPrecision(digits))).replace("-", "−") : "–";
+
+/** Index of the entry of a rising list that is nearest to a value. */
+function nearest(list, value) {
+  let low = 0, high = list.length - 1;
+  while (high - low > 1) {
+    const middle = (low + high) >> 1;
+    if (list[middle] <= value) low = middle;
+    else high = middle;
+  }
+  return Math.abs(list[low] - value) <= Math.abs(list[high] - value) ? low : high;
+}
 
 /** Strip of contact states, both signals in the states' colours, and the displacement. */
-export function drawHistories(canvas, view) {
+export function drawHistories(canvas, view, instant) {
   const page = sheet(canvas), { g, width, height } = page;
-  const { seconds, contacts, signals, names, displacements } = view;
-  const ms = Float64Array.from(seconds, (t) => 1000 * t);
-  const x = [0, ms.at(-1)], inner = width - LEFT - RIGHT;
+  const { milliseconds: ms, contacts, signals, names, displacements, stop } = view;
+  const x = [0, 1000 * stop], inner = width - LEFT - RIGHT;
   const strip = { left: LEFT, top: 6, width: inner, height: 56 };
   g.textAlign = "right";
   g.textBaseline = "middle";
   const px = (t) => LEFT + (t / x[1]) * inner;
   ROWS.forEach((state, row) => {
-    g.fillStyle = "#222";
+    g.fillStyle = paint.ink;
     g.fillText(EDGES[state], LEFT - 5, strip.top + 14 * row + 7);
-    g.fillStyle = "#f3f3f3";
+    g.fillStyle = paint.ground;
     g.fillRect(LEFT, strip.top + 14 * row + 1, inner, 12);
   });
   const parts = stretches(contacts);
   for (const { contact, from, to } of parts) {
-    g.fillStyle = COLOURS[contact];
-    const end = ms[Math.min(to, ms.length - 1)];
+    g.fillStyle = paint.contacts[contact];
     const row = ROWS.indexOf(contact);
-    g.fillRect(px(ms[from]), strip.top + 14 * row + 1, Math.max(1, px(end) - px(ms[from])), 12);
+    g.fillRect(px(ms[from]), strip.top + 14 * row + 1, Math.max(1, px(ms[to - 1]) - px(ms[from])), 12);
   }
   const each = (height - 76 - 40) / 3 - 10;
   const boxes = [0, 1, 2].map((i) => {
@@ -37,45 +53,79 @@ export function drawHistories(canvas, view) {
   signals.forEach((values, i) => {
     const y = range(values, 0), scale = axes(page, boxes[i], { x, y, yLabel: names[i], xTicks: false });
     for (const { contact, from, to } of parts) {
-      const cut = [from, Math.min(to + 1, ms.length)];
-      const style = { colour: COLOURS[contact], dash: DASHES[contact] };
-      line(page, boxes[i], scale, ms.subarray(...cut), values.subarray(...cut), style);
+      const style = { colour: paint.contacts[contact], dash: DASHES[contact] };
+      line(page, boxes[i], scale, ms.subarray(from, to), values.subarray(from, to), style);
     }
   });
   const y = range(displacements.flatMap((d) => Array.from(range(d))), 0);
   const scale = axes(page, boxes[2], { x, y, yLabel: "x, y, wθ in µm", xLabel: "time in ms" });
   [["x", []], ["y", [6, 3]], ["wθ", [2, 2]]].forEach(([name, dash], i) => {
-    line(page, boxes[2], scale, ms, displacements[i], { dash, colour: "#333" });
-    g.fillStyle = "#222";
+    line(page, boxes[2], scale, ms, displacements[i], { dash });
+    g.fillStyle = paint.ink;
     g.textAlign = "left";
     g.fillText(name, LEFT + 30 + 60 * i, boxes[2].top + 10);
     line(page, boxes[2], { px: (v) => v, py: (v) => v },
       [LEFT + 6 + 60 * i, LEFT + 26 + 60 * i], [boxes[2].top + 10, boxes[2].top + 10], { dash });
   });
+  if (view.motion.end) notComputed(page, px(ms.at(-1)), 6, LEFT + inner, boxes[2].top + each);
+  return (left = instantAt(width, instant())) => {
+    const t = ((left - LEFT) / inner) * x[1];
+    if (!(t >= 0 && t <= x[1])) return null;
+    if (t > ms.at(-1)) return `${number(t)} ms: not computed`;
+    const k = nearest(ms, t), [dx, dy, turn] = displacements.map((d) => number(d[k], 3));
+    const values = names.map((name, i) => `${name} ${number(signals[i][k], 3)}`);
+    return `${number(ms[k])} ms, ${EDGES[contacts[k]]}: ${values.join(", ")}, x ${dx} µm, y ${dy} µm, wθ ${turn} µm`;
+  };
+}
+
+/** Hatch the time that the motion does not reach, so that nobody takes it for a quiet pad. */
+function notComputed({ g }, left, top, right, bottom) {
+  g.save();
+  g.beginPath();
+  g.rect(left, top, right - left, bottom - top);
+  g.clip();
+  g.fillStyle = paint.panel;
+  g.fillRect(left, top, right - left, bottom - top);
+  g.strokeStyle = paint.grows;
+  g.beginPath();
+  for (let x = left - (bottom - top); x < right; x += 14) {
+    g.moveTo(x, bottom);
+    g.lineTo(x + bottom - top, top);
+  }
+  g.stroke();
+  g.fillStyle = paint.panel;
+  g.fillRect((left + right) / 2 - 52, (top + bottom) / 2 - 12, 104, 24);
+  g.restore();
+  g.fillStyle = paint.grows;
+  g.textAlign = "center";
+  g.textBaseline = "middle";
+  g.fillText("not computed", (left + right) / 2, (top + bottom) / 2);
 }
 
 /** Where the histories' instant lies, for the moving line over them. */
 export const instantAt = (width, share) => LEFT + share * (width - LEFT - RIGHT);
 
-/** Amplitudes over frequency on a scale of decades, with the eigenfrequencies. */
-export function drawSpectrum(canvas, { hertz, amplitude }, eigen, name) {
+/** Levels over frequency, with the eigenfrequencies. */
+export function drawSpectrum(canvas, { hertz, decibels }, eigen, name, highest) {
   const page = sheet(canvas), { width, height } = page;
   const box = { left: LEFT, top: 10, width: width - LEFT - RIGHT, height: height - 54 };
-  const top = amplitude.reduce((a, b) => Math.max(a, b), 0) || 1;
-  const frequencies = eigen.map(({ im }) => Math.abs(im) / (2 * Math.PI));
-  const end = Math.max(1000, 2 * Math.max(...frequencies, hertz[1] * 20));
-  const x = [0, end / 1000], y = [-80, 5];
-  const labels = { x, y, xLabel: "frequency in kHz (dashed: eigenfrequencies)", yLabel: `${name}, dB` };
+  const x = [0, highest / 1000], y = [FLOOR, 5];
+  const labels = { x, y, xLabel: "frequency in kHz", yLabel: `${name}, dB` };
   const scale = axes(page, box, labels);
-  const level = amplitude.map((a) => Math.max(-80, 20 * Math.log10(a / top)));
-  line(page, box, scale, hertz.map((f) => f / 1000), level, { colour: "#333" });
-  for (const f of frequencies) {
-    line(page, box, scale, [f / 1000, f / 1000], y, { colour: "#C8380E", dash: [4, 3] });
+  line(page, box, scale, hertz.map((f) => f / 1000), decibels);
+  for (const { im } of eigen) {
+    const f = im / 2000 / Math.PI;
+    line(page, box, scale, [f, f], y, { colour: paint.grows, dash: [4, 3] });
   }
+  return (left) => {
+    if (left === undefined) return `highest line at ${number(hertz[decibels.indexOf(0)])} Hz`;
+    const k = nearest(hertz, ((left - LEFT) / box.width) * highest);
+    return `${number(hertz[k])} Hz: ${number(decibels[k], 3)} dB below the highest line`.replace("−", "");
+  };
 }
 
 /** Frequency and growth of the modes along the branch, with the pad's mu and the thresholds. */
-export function drawRoots(canvas, { body, points, thresholds }) {
+export function drawRoots(canvas, { body, at, points, thresholds }) {
   const page = sheet(canvas), { g, width, height } = page;
   const each = (height - 62) / 2;
   const top = { left: LEFT, top: 8, width: width - LEFT - RIGHT, height: each };
@@ -85,10 +135,10 @@ export function drawRoots(canvas, { body, points, thresholds }) {
   const sorted = all.map((roots) => roots.filter((r) => r.im >= 0));
   const hertz = sorted.flatMap((roots) => roots.map((r) => r.im / 2000 / Math.PI));
   const growth = all.flatMap((roots) => roots.map((r) => r.re / 1000));
-  const a = axes(page, top, { x, y: range(hertz, 0), yLabel: "kHz", xTicks: false });
+  const a = axes(page, top, { x, y: range(hertz, 0), yLabel: "frequency, kHz", xTicks: false });
   const b = axes(page, low, { x, y: range(growth, 1, -1), yLabel: "growth, 1/ms", xLabel: "coefficient of friction µ" });
   const dot = (box, { px, py }, mu, value, grows) => {
-    g.fillStyle = grows ? "#C8380E" : "#333";
+    g.fillStyle = grows ? paint.grows : paint.ink;
     const size = grows ? 2.4 : 1.3;
     g.fillRect(px(mu) - size, py(value) - size, 2 * size, 2 * size);
   };
@@ -101,8 +151,17 @@ export function drawRoots(canvas, { body, points, thresholds }) {
       line(page, box, { px: s.px, py: (v) => v }, [mu, mu], [box.top, box.top + box.height], { dash, colour });
     }
   };
-  vertical(body.pad.mu, [], "#3498DB");
-  for (const t of thresholds) vertical(t.mu, [5, 3], "#C8380E");
+  vertical(body.pad.mu, [], paint.accent);
+  for (const t of thresholds) vertical(t.mu, [5, 3], paint.grows);
+  return (left) => {
+    const mu = left === undefined ? body.pad.mu : ((left - LEFT) / top.width) * x[1];
+    const there = left === undefined ? at : mu <= mus.at(-1) + 0.01 * x[1] && points[nearest(mus, mu)];
+    if (!there) return `µ = ${number(mu, 3)}: no equilibrium on the branch`;
+    const words = modeShapes(there, body.units.time).map(({ re, im }) => {
+      return `${number(im / 2 / Math.PI)} Hz (${number(re, 3)} 1/s)`;
+    });
+    return `µ = ${number(there.mu, 3)}: frequency (growth) ${words.join(", ")}`;
+  };
 }
 
 /** The three mode shapes: the pad at rest and at both ends of a period's swing, and its centre. */
@@ -128,45 +187,44 @@ export function drawModes(canvas, { body, at }) {
       g.stroke();
     };
     g.lineWidth = 1;
-    outline(null, [2, 3], "#999");
+    outline(null, [2, 3], paint.soft);
     g.lineWidth = 1.6;
-    outline(0, [], "#3498DB");
-    outline(Math.PI, [6, 3], "#C8380E");
+    outline(0, [], paint.accent);
+    outline(Math.PI, [6, 3], paint.grows);
     g.setLineDash([]);
-    g.fillStyle = "#222";
+    g.fillStyle = paint.ink;
     g.textAlign = "center";
-    g.fillText(`${(mode.im / 2000 / Math.PI).toFixed(3)} kHz`, cx, height - 26);
-    g.fillText(`${(mode.re / 1000).toPrecision(3)} 1/ms`, cx, height - 9);
+    g.fillText(`${number(mode.im / 2 / Math.PI)} Hz`, cx, height - 26);
+    g.fillText(mode.re > 0 ? `grows, ${number(mode.re, 3)} 1/s` : `${number(mode.re, 3)} 1/s`, cx, height - 9);
   });
 }
 
-const FILLS = ["#ffffff", "#c9c9c9", "#7d6a86", "#f3ddc4", "#ffffff"];
+// heights at the left and right of a cell: flutter rises, divergence falls, the rest is level
+const HATCHES = [null, [1, 0], [0, 1], [0.5, 0.5], null];
 
-const HATCHES = [null, [1, 0], [0, 1], [0.5, 0.5], null]; // heights at the left and right of a cell
-
-/** Verdicts over both angles (rows of codes, -1 where not yet known), and the place of the pad. */
+/** Verdicts over both angles (rows of codes, -1 where not yet computed), and the place of the pad. */
 export function drawMap(canvas, { codes, n }, parameters) {
   const page = sheet(canvas), { g, width, height } = page;
   const side = Math.min(width - LEFT - RIGHT, height - 52);
   const box = { left: LEFT, top: 8, width: side, height: side }, cell = side / n;
+  g.lineWidth = 0.7;
   for (let k = 0; k < n * n; k++) {
-    if (codes[k] < 0) continue;
     const x = box.left + Math.floor(k / n) * cell, y = box.top + side - ((k % n) + 1) * cell;
-    g.fillStyle = FILLS[codes[k]];
+    g.fillStyle = paint.verdicts.at(codes[k]);
     g.fillRect(x, y, cell + 0.6, cell + 0.6);
+    g.fillStyle = g.strokeStyle = paint.soft;
+    if (codes[k] < 0) g.fillRect(x + cell / 2 - 1, y + cell / 2 - 1, 2, 2);
     if (!HATCHES[codes[k]]) continue;
-    g.strokeStyle = "#555"; // hatching: flutter rises, divergence falls, the rest is level
-    g.lineWidth = 0.7;
     g.beginPath();
     const [from, to] = HATCHES[codes[k]].map((share) => share * cell);
     g.moveTo(x, y + from);
     g.lineTo(x + cell, y + to);
     g.stroke();
   }
-  const label = { xLabel: "α₁ / π", yLabel: "α₂ / π" };
+  const label = { xLabel: "angle of spring 1, α₁ / π", yLabel: "angle of spring 2, α₂ / π" };
   const { px, py } = axes(page, box, { x: [0, 1], y: [0, 1], ...label });
-  const [x, y] = [px(parameters.alpha1 / Math.PI), py(parameters.alpha2 / Math.PI)];
-  for (const [colour, wide] of [["#fff", 6], ["#C8380E", 2.5]]) {
+  const own = [parameters.alpha1 / Math.PI, parameters.alpha2 / Math.PI], [x, y] = [px(own[0]), py(own[1])];
+  for (const [colour, wide] of [[paint.panel, 6], [paint.grows, 2.5]]) {
     g.strokeStyle = colour;
     g.lineWidth = wide;
     g.beginPath();
@@ -176,5 +234,15 @@ export function drawMap(canvas, { codes, n }, parameters) {
     g.lineTo(x, y + 9);
     g.stroke();
   }
-  return (left, top) => [(left - box.left) / side, 1 - (top - box.top) / side];
+  const place = (left, top) => [(left - box.left) / side, 1 - (top - box.top) / side];
+  return {
+    place,
+    read(left, top) {
+      const at = left === undefined ? own : place(left, top);
+      if (Math.min(...at) < 0 || Math.max(...at) > 1) return null;
+      const [i, j] = at.map((a) => Math.min(n - 1, Math.floor(a * n))), code = codes[i * n + j];
+      const verdict = code < 0 ? "not yet computed" : VERDICTS[code];
+      return `α₁ = ${number(at[0], 3)} π, α₂ = ${number(at[1], 3)} π: ${verdict}`;
+    },
+  };
 }

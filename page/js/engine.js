@@ -302,20 +302,86 @@ export function run(engine, body, initial, stop, { onward = null, mostSteps = 20
   return { t, state, contact, first, steps, nodes, jets, contacts, changes, end };
 }
 
+/** Write the state of a step after `lapse` to place k of `states`. */
+function put({ tables: { order } }, { jets }, step, lapse, states, k) {
+  const terms = order + 1, from = step * SIZE * terms;
+  for (let i = 0; i < SIZE; i++) states[SIZE * k + i] = horner(jets, from + i * terms, order, lapse);
+}
+
 /** States (6 each) and contacts at rising times, in natural units. */
 export function sample(engine, motion, times) {
-  const { order } = engine.tables, terms = order + 1;
   const states = new Float64Array(SIZE * times.length), contacts = new Uint32Array(times.length);
   let step = 0;
   times.forEach((t, k) => {
     while (step < motion.steps - 1 && t >= motion.nodes[step + 1]) step++;
-    const lapse = t - motion.nodes[step], from = step * SIZE * terms;
-    for (let i = 0; i < SIZE; i++) {
-      states[SIZE * k + i] = horner(motion.jets, from + i * terms, order, lapse);
-    }
+    put(engine, motion, step, t - motion.nodes[step], states, k);
     contacts[k] = motion.contacts[step];
   });
   return { states, contacts };
+}
+
+/** The same at `each` places of every step, its ends among them, with the times. */
+export function trace(engine, motion, each) {
+  const n = motion.steps * each, { nodes } = motion;
+  const times = new Float64Array(n), contacts = new Uint32Array(n), states = new Float64Array(SIZE * n);
+  for (let k = 0; k < n; k++) {
+    const step = Math.floor(k / each), share = (k % each) / (each - 1);
+    const lapse = share * (nodes[step + 1] - nodes[step]);
+    times[k] = nodes[step] + lapse;
+    contacts[k] = motion.contacts[step];
+    put(engine, motion, step, lapse, states, k);
+  }
+  return { times, states, contacts, each };
+}
+
+const NEAR = 0.05; // of the range: so far the peaks lie at most above what was traced
+const GOLDEN = (Math.sqrt(5) - 1) / 2;
+
+/**
+ * Least and greatest value that `read(state, contact)` takes in the motion, not only at what was
+ * traced: about the highest places the peak of its step is searched.
+ */
+export function extremes(engine, motion, { times, contacts, each }, values, read) {
+  const state = new Float64Array(SIZE), n = values.length;
+  const ends = [Infinity, -Infinity];
+  for (const v of values) {
+    if (v < ends[0]) ends[0] = v;
+    if (v > ends[1]) ends[1] = v;
+  }
+  const margin = NEAR * (ends[1] - ends[0]);
+  return [-1, 1].map((sign, which) => {
+    let best = sign * ends[which];
+    const level = best - margin;
+    for (let k = 0; k < n; k++) {
+      const v = sign * values[k], step = Math.floor(k / each), first = step * each, last = first + each - 1;
+      const below = k > first ? sign * values[k - 1] : -Infinity, above = k < last ? sign * values[k + 1] : -Infinity;
+      if (!(v > level && v >= below && v >= above)) continue;
+      const at = (t) => {
+        put(engine, motion, step, t - motion.nodes[step], state, 0);
+        return sign * read(state, contacts[k]);
+      };
+      let low = times[Math.max(k - 1, first)], high = times[Math.min(k + 1, last)];
+      let inner = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)], heights = inner.map(at);
+      for (let pass = 0; pass < 24; pass++) {
+        const left = heights[0] > heights[1], t = inner[left ? 0 : 1];
+        if (left) [high, inner] = [inner[1], [inner[1] - GOLDEN * (inner[1] - low), t]];
+        else [low, inner] = [inner[0], [t, inner[0] + GOLDEN * (high - inner[0])]];
+        const kept = heights[left ? 0 : 1];
+        heights = left ? [at(inner[0]), kept] : [kept, at(inner[1])];
+      }
+      best = Math.max(best, ...heights.filter(Number.isFinite));
+    }
+    return sign * best;
+  });
+}
+
+/** Time spent in each contact state that `state` names, as shares. */
+export function shares({ nodes, contacts, t }, state) {
+  const found = {};
+  contacts.forEach((contact, step) => {
+    found[state(contact)] = (found[state(contact)] ?? 0) + (nodes[step + 1] - nodes[step]) / t;
+  });
+  return found;
 }
 
 /** Plain numbers of a motion in SI units. */

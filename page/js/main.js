@@ -1,17 +1,19 @@
 // The page: settings in, motion and stability out, everything again at each change.
 
-import { drawHistories, drawMap, drawModes, drawRoots, drawSpectrum, instantAt } from "./charts.js";
+import { drawHistories, drawMap, drawModes, drawRoots, drawSpectrum, instantAt, number } from "./charts.js";
 import { makeControls } from "./controls.js";
 import { bodyOf } from "./damped.js";
-import { edges, gapsAt, load, run, sample, signalsAt, summary } from "./engine.js";
+import { edges, extremes, gapsAt, load, run, shares, signalsAt, summary, trace } from "./engine.js";
 import * as linear from "./linear.js";
 import { drawPad, enlargement } from "./pad.js";
-import { fromCase, fromLink, toLink, toScene } from "./settings.js";
+import { paint, readColours } from "./plot.js";
+import { PRESETS, fromCase, fromLink, toLink, toScene } from "./settings.js";
 import { play, render, silence } from "./sound.js";
 import { spectrum } from "./spectrum.js";
-import { VERDICTS } from "./undamped.js";
+import { MARGINAL, STABLE, VERDICTS } from "./undamped.js";
 
-const SAMPLES = 1024, MOST_STEPS = 5000, MU_MAX = 2, MAP = 40;
+const POINTS = 1024; // of a curve at least, in all of its steps
+const MOST_STEPS = 5000, MU_MAX = 2, MAP = 40;
 const SWEEP = 12; // seconds in which the picture goes through the time shown
 const SLICE = 5; // ms of each frame that the map may take
 const CHOICES = ["line_force", "delta_from", "delta_moment", "springs"]; // of a formulation
@@ -25,8 +27,14 @@ async function start() {
   let settings = fromLink(tables, location.hash);
   let view = null, map = null, dirty = true, settled = false, later = 0, before = 0;
   let share = 0, playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
-  const say = (text) => (id("status").textContent = text);
-  const show = makeControls(document, tables, () => settings, { changed: touched, refused: say });
+  let reads = {};
+  const hover = {}; // where the pointer is over a chart
+  /** Words for all readers, or for those who hear the page only. */
+  const say = (text, quiet = false) => {
+    id("status").textContent = text;
+    id("status").classList.toggle("quiet", quiet);
+  };
+  const show = makeControls(document, tables, () => settings, touched);
 
   function touched() {
     dirty = true;
@@ -62,32 +70,38 @@ async function start() {
     const begun = performance.now();
     const body = bodyOf(engine, settings);
     const motion = run(engine, body, settings.initial, settings.stop, { mostSteps: MOST_STEPS });
-    const natural = Float64Array.from({ length: SAMPLES }, (_, k) => (motion.t * k) / (SAMPLES - 1));
-    const { states, contacts: touching } = sample(engine, motion, natural);
+    const each = Math.min(16, Math.max(4, Math.ceil(POINTS / motion.steps)));
+    const course = trace(engine, motion, each), { times, states, contacts: touching } = course;
     const contacts = Uint8Array.from(touching, (contact) => edges(body, contact));
     const { length, time, mass } = body.units, newton = (mass * length) / time ** 2;
-    const signals = [0, 1].map(() => new Float64Array(SAMPLES)), force = new Float64Array(SAMPLES);
     const units = settings.model === "B1" ? [body.pad.F_n, body.pad.F_n] : [body.pad.F_n, body.pad.w];
     const si = settings.model === "B1" ? [newton, newton] : [newton, length];
-    const gaps = [];
-    for (let k = 0; k < SAMPLES; k++) {
-      const state = states.subarray(6 * k, 6 * k + 6);
-      const values = signalsAt(engine, body, state, touching[k]);
+    const stateAt = (k) => states.subarray(6 * k, 6 * k + 6);
+    const signals = [0, 1].map(() => new Float64Array(times.length)), gaps = [];
+    times.forEach((_, k) => {
+      const values = signalsAt(engine, body, stateAt(k), touching[k]);
       for (const i of [0, 1]) signals[i][k] = (values[i] * si[i]) / units[i];
-      force[k] = values[2] * newton;
-      if (k % 8 === 0) gaps.push(...gapsAt(engine, body, state).slice(0, body.points));
-    }
-    const seconds = natural.map((t) => t * time);
+      if (k % each === 0) gaps.push(...gapsAt(engine, body, stateAt(k)).slice(0, body.points));
+    });
+    const ends = signals.map((values, i) => {
+      const read = (state, contact) => (signalsAt(engine, body, state, contact)[i] * si[i]) / units[i];
+      return extremes(engine, motion, course, values, read);
+    });
+    const rates = Float64Array.from(times, (_, k) => states[6 * k + 3] * body.factors[3]);
+    const [, fastest] = extremes(engine, motion, course, rates, (state) => state[3] * body.factors[3]);
+    const milliseconds = times.map((t) => 1000 * t * time);
     const displacements = [0, 1, 2].map((i) => {
-      return Float64Array.from({ length: SAMPLES }, (_, k) => states[6 * k + i] * length * 1e6);
+      return Float64Array.from(times, (_, k) => states[6 * k + i] * length * 1e6);
     });
     const points = linear.branch(engine, body, MU_MAX);
     const at = linear.onBranch(engine, body, points, body.pad.mu);
     const eigen = at ? linear.modeShapes(at, time) : [];
-    const names = tables.signals[body.law].map((n, i) => `${n} / ${units[i] === body.pad.F_n ? "Fn" : "w"}`);
+    const names = tables.signals[body.law].map((n, i) => `${n.replace("delta", "δ")} / ${units[i] === body.pad.F_n ? "Fn" : "w"}`);
     view = {
-      engine, body, settings, motion, states, contacts, signals, force, gaps, seconds, displacements,
-      names, points, at, eigen, thresholds: linear.thresholds(engine, body, points),
+      engine, body, settings, motion, states, contacts, signals, ends, fastest, gaps, milliseconds,
+      displacements, names, points, at, eigen, stop: settings.stop,
+      shares: shares(motion, (contact) => tables.contacts[settings.model][edges(body, contact)]),
+      thresholds: linear.thresholds(engine, body, points),
     };
     view.enlarged = enlargement(view);
     renewMap();
@@ -102,25 +116,48 @@ async function start() {
     const { alpha1, alpha2, ...others } = settings.parameters;
     const origin = id("origin").value === "origin";
     const of = JSON.stringify([settings.model, settings.formulation, settings.damping, others, origin]);
-    if (map?.of === of) map.place = null;
-    else map = { of, n: MAP, codes: new Int8Array(MAP * MAP).fill(-1), next: 0, origin, place: null };
+    if (map?.of !== of) map = { of, n: MAP, codes: new Int8Array(MAP * MAP).fill(-1), next: 0, origin };
   }
 
   function draw() {
-    drawHistories(id("histories"), view);
-    const { signal, name } = id("heard").value === "force"
-      ? { signal: view.force, name: "reaction" }
-      : { signal: Float64Array.from({ length: SAMPLES }, (_, k) => view.states[6 * k + 3]), name: "velocity" };
-    drawSpectrum(id("spectrum"), spectrum(signal, view.seconds[1]), view.eigen, name);
-    drawRoots(id("roots"), view);
+    const { body, motion, eigen, thresholds } = view, what = id("heard").value;
+    // without an equilibrium, and so without eigenfrequencies, what the stiffest spring would give
+    const fastest = Math.max(1 / (Math.PI * body.units.time), ...thresholds.map((t) => t.hertz));
+    const highest = 2 * (eigen.length ? Math.max(...eigen.map(({ im }) => im / 2 / Math.PI), 500) : fastest);
+    const lines = spectrum(engine, body, motion, what, highest);
+    reads = {
+      histories: drawHistories(id("histories"), view, () => share * motion.t * body.units.time / settings.stop),
+      spectrum: drawSpectrum(id("spectrum"), lines, eigen, what === "force" ? "reaction" : "velocity", highest),
+      roots: drawRoots(id("roots"), view),
+    };
     drawModes(id("modes"), view);
+    drawMapNow();
     drawPadNow();
+    for (const name of Object.keys(reads)) readOut(name);
+  }
+
+  function drawMapNow() {
+    map.chart = drawMap(id("map"), map, settings.parameters);
+    reads.map = map.chart.read;
+    id("n_map").textContent = mapWords();
+    readOut("map");
+  }
+
+  /** What a chart says under the pointer, or at the pad's own place. */
+  function readOut(name) {
+    const line = id(`${name}_line`), words = hover[name] && reads[name](...hover[name]);
+    line.hidden = !words || name === "map";
+    line.style.left = `${hover[name]?.[0]}px`;
+    const done = name === "map" && map.next < MAP * MAP ? ` (map: ${Math.round((100 * map.next) / MAP ** 2)} % computed)` : "";
+    id(`r_${name}`).textContent = (words || reads[name]() || "") + done;
   }
 
   function drawPadNow() {
     const t = share * view.motion.t;
     const { contact, values } = drawPad(id("pad"), view, t, view.enlarged);
-    id("instant").style.left = `${instantAt(id("histories").clientWidth, share)}px`;
+    const shown = (t * view.body.units.time) / settings.stop;
+    id("instant").style.left = `${instantAt(id("histories").clientWidth, shown)}px`;
+    if (!hover.histories) readOut("histories");
     const name = tables.contacts[settings.model][contact];
     const ms = (1000 * t * view.body.units.time).toFixed(3);
     id("now").textContent = `${ms} ms, state ${name} (${tables.meanings[settings.model][name]})`;
@@ -128,34 +165,26 @@ async function start() {
   }
 
   function numbers() {
-    const { motion, body, contacts, at, thresholds, points, signals, names, eigen } = view;
-    const counts = { 0: 0, 1: 0, 2: 0, 3: 0 };
-    for (const contact of contacts) counts[contact]++;
-    const shares = {};
-    for (const [bits, name] of Object.entries(tables.contacts[settings.model])) {
-      shares[name] = (shares[name] ?? 0) + counts[bits] / SAMPLES;
-    }
-    const percent = Object.entries(shares).map(([name, s]) => `${name} ${(100 * s).toFixed(1)} %`);
-    const extreme = (values, pick) => Array.from(values).filter(Number.isFinite).reduce((a, b) => pick(a, b), NaN);
-    const least = (a, b) => (a < b ? a : b), most = (a, b) => (a > b ? a : b);
-    const between = signals.map((v, i) => `${names[i]} ${extreme(v, least).toFixed(3)} to ${extreme(v, most).toFixed(3)}`);
-    const speed = extreme(displacementRate(), most), end = motion.state.map((v, i) => v * body.factors[i]);
+    const { motion, body, at, points, ends, names, eigen } = view;
+    const percent = Object.entries(view.shares).map(([name, s]) => `${name} ${(100 * s).toFixed(1)} %`);
+    const between = ends.map(([low, high], i) => `${names[i]} ${number(low, 6)} to ${number(high, 6)}`);
+    const end = motion.state.map((v, i) => v * body.factors[i]);
     const rows = {
       contacts: `${motion.changes.length}; ${percent.join(", ")}`,
       extrema: between.join("; "),
       final: `x ${(end[0] * 1e6).toFixed(4)} µm, y ${(end[1] * 1e6).toFixed(4)} µm, θ ${(end[2] * 1e3).toFixed(5)} mrad`,
-      ended: motion.end ? `${motion.end} at ${(motion.t * body.units.time * 1e3).toFixed(4)} ms` : `no, all ${(settings.stop * 1e3).toPrecision(4)} ms are shown`,
-      sliding: sliding(speed),
+      ended: motion.end ? `${motion.end} at ${(motion.t * body.units.time * 1e3).toFixed(4)} ms` : `no, all ${number(settings.stop * 1e3)} ms are shown`,
+      sliding: sliding(),
       equilibrium: at
         ? `state ${tables.contacts[settings.model][edges(body, at.contact)]}, reaction ${linear.reaction(engine, body, at)[0].toFixed(1)} N`
         : points.length ? `none: the branch from µ = 0 ends at µ = ${points.at(-1).mu.toPrecision(5)}` : "none without friction",
       verdict: at ? VERDICTS[at.verdict] : "none",
       damping: damped(body),
       origin: aboutOrigin(),
-      threshold: thresholds.length
-        ? thresholds.map((t) => `${t.kind} from µ = ${t.mu.toFixed(6)} at ${t.hertz.toFixed(0)} Hz`).join("; ")
-        : `none up to µ = ${(points.at(-1)?.mu ?? 0).toPrecision(4)}${points.at(-1)?.mu < MU_MAX ? ", where the branch ends" : ""}`,
+      threshold: view.thresholds.map((t) => `${t.kind} from µ = ${t.mu.toFixed(6)} at ${t.hertz.toFixed(0)} Hz`).join("; ") || loss(),
     };
+    id("origin_name").textContent = settings.model === "B2" ? "about the origin (model B3)" : "about the origin, full contact";
+    conclude();
     for (const [key, value] of Object.entries(rows)) id(`n_${key}`).textContent = value;
     id("eigenvalues").innerHTML = eigen.map(({ re, im }) => {
       return `<tr><td>${(im / 2 / Math.PI).toFixed(2)}</td><td>${re.toFixed(2)}</td>` +
@@ -165,6 +194,41 @@ async function start() {
     id("matrices").textContent = at
       ? Object.entries(linear.matrices(engine, body, at)).map(([k, v]) => `${k} =\n${matrix(v)}`).join("\n")
       : "no equilibrium";
+  }
+
+  /** The verdict in a line, as `squeal eigenvalues` words it. */
+  function verdict() {
+    const { at, eigen, points } = view, here = `at µ = ${number(settings.parameters.mu)}`;
+    if (!at) return points.length ? `No sliding equilibrium ${here}` : "No sliding equilibrium in contact without friction";
+    if (at.verdict === STABLE) return `Stable ${here}`;
+    if (at.verdict === MARGINAL) return `Marginal ${here}: nothing grows, not all decays`;
+    const rounding = 1e-9 * Math.max(...eigen.map(({ re, im }) => Math.hypot(re, im)));
+    const grow = eigen.filter(({ re }) => re > rounding).sort((p, q) => q.re - p.re), [{ re, im }] = grow;
+    const size = im ? `${number(im / 2 / Math.PI)} Hz, damping ratio ${number((-100 * re) / Math.hypot(re, im), 2)} %` : `${number(re)} 1/s`;
+    return `Unstable ${here}: ${grow.length === 1 ? "1 mode," : `${grow.length} modes, the fastest by`} ${im ? "flutter" : "divergence"} at ${size}`;
+  }
+
+  function loss() {
+    const first = view.thresholds.find(({ kind }) => kind !== "restabilised"), last = view.points.at(-1)?.mu ?? 0;
+    if (first) return `Stability is first lost at µ = ${number(first.mu)}: ${first.kind} at ${number(first.hertz)} Hz`;
+    return `No mode grows up to µ = ${number(last)}${last < MU_MAX ? ", where the branch of equilibria ends" : ""}`;
+  }
+
+  /** The first lines of the page: verdict, threshold, motion, and what a reader must not overlook. */
+  function conclude() {
+    const { at, motion, body, names, ends } = view, ms = (t) => `${number(1000 * t * body.units.time)} ms`;
+    const { length } = motion.changes, contact = length ? `${length} contact changes, the last at ${ms(motion.changes.at(-1).t)}` : "no contact change";
+    id("verdict").dataset.kind = at ? { [STABLE]: "stable", [MARGINAL]: "marginal" }[at.verdict] ?? "unstable" : "none";
+    id("conclusion").textContent = verdict();
+    id("because").textContent = `${loss()}. Motion over ${ms(motion.t)}: ${contact}; ${names[0]} ${number(ends[0][0], 3)} to ${number(ends[0][1], 3)}.`;
+    if (at?.verdict === STABLE && motion.changes.at(-1)?.t > 0.9 * motion.t) {
+      id("because").textContent += " Sliding is stable, and this larger motion does not die out.";
+    }
+    const { V } = settings.parameters, warnings = [];
+    if (motion.end) warnings.push(`Cut at ${ms(motion.t)} of ${number(1000 * settings.stop)} ms: ${motion.end}. Extremes, shares and spectrum are of this part alone.`);
+    if (V <= view.fastest) warnings.push("The pad becomes as fast as the surface, beyond which the equations do not hold.");
+    if (body.refusal) warnings.push(`Undamped: ${body.refusal}.`);
+    id("warnings").textContent = warnings.join(" ");
   }
 
   function damped({ refusal }) {
@@ -181,21 +245,15 @@ async function start() {
     return `${VERDICTS[at.verdict]}, ${hertz.join(", ")} Hz`;
   }
 
-  function* displacementRate() {
-    for (let k = 0; k < SAMPLES; k++) yield view.states[6 * k + 3] * view.body.factors[3];
-  }
-
-  function sliding(speed) {
-    const { V } = settings.parameters;
-    if (V === undefined) return `pad at most ${speed.toFixed(2)} m/s along the surface`;
-    return `${speed < V ? "yes" : "no"}: pad at most ${speed.toFixed(2)} m/s, surface ${V} m/s`;
+  function sliding() {
+    const { V } = settings.parameters, speed = `pad at most ${number(view.fastest, 3)} m/s`;
+    return V === undefined ? `${speed} along the surface` : `${view.fastest < V ? "yes" : "no"}: ${speed}, surface ${V} m/s`;
   }
 
   /** The words for those who do not see the pictures, and for the status line. */
   function describe() {
-    const { motion, at, thresholds } = view, text = (name) => id(`n_${name}`).textContent;
-    const first = thresholds[0] ? `${thresholds[0].kind} from µ = ${thresholds[0].mu.toFixed(3)}` : "no threshold";
-    say(`Model ${settings.model}: ${motion.changes.length} contact changes; ${at ? VERDICTS[at.verdict] : "no equilibrium"}; ${first}.${view.body.refusal ? ` Undamped: ${view.body.refusal}.` : ""}`);
+    const text = (name) => id(`n_${name}`).textContent;
+    say(["conclusion", "because", "warnings"].map((name) => id(name).textContent).join(" "), true);
     const labels = {
       pad: `Pad with springs, forces and contact. Share of time: ${text("contacts")}`,
       histories: `Contact states and ${view.names.join(", ")} over time: ${text("extrema")}`,
@@ -220,8 +278,7 @@ async function start() {
       const angle = (i) => (Math.PI * (i + 0.5)) / MAP;
       map.codes[k] = linear.mapCode(engine, settings, angle(Math.floor(k / MAP)), angle(k % MAP), map.origin);
     }
-    map.place = drawMap(id("map"), map, settings.parameters);
-    id("n_map").textContent = mapWords();
+    drawMapNow();
   }
 
   function frame(now) {
@@ -234,7 +291,7 @@ async function start() {
         share = (share + (now - before) / 1000 / SWEEP) % 1;
         id("time").value = Math.round(1000 * share);
       }
-      if (map.next < MAP * MAP || !map.place) workOnMap();
+      if (map.next < MAP * MAP) workOnMap();
       drawPadNow();
     }
     before = now;
@@ -268,7 +325,7 @@ async function start() {
   }
   for (const name of ["origin", "heard"]) id(name).addEventListener("change", touched);
   id("map").addEventListener("click", ({ offsetX, offsetY }) => {
-    const [a1, a2] = map.place(offsetX, offsetY).map((a) => Math.round(a * 1000) / 1000);
+    const [a1, a2] = map.chart.place(offsetX, offsetY).map((a) => Math.round(a * 1000) / 1000);
     if (Math.min(a1, a2) < 0 || Math.max(a1, a2) > 1) return;
     Object.assign(settings.parameters, { alpha1: a1 * Math.PI, alpha2: a2 * Math.PI });
     showAll();
@@ -321,17 +378,49 @@ async function start() {
     showAll();
   });
   addEventListener("resize", touched);
+  for (const name of ["histories", "spectrum", "roots", "map"]) {
+    const at = ({ offsetX, offsetY, type }) => {
+      if (type === "pointerleave") delete hover[name];
+      else hover[name] = [offsetX, offsetY];
+      if (view) readOut(name);
+    };
+    for (const type of ["pointermove", "pointerdown", "pointerleave"]) id(name).addEventListener(type, at);
+  }
+  for (const { title, point, link } of PRESETS) {
+    const button = document.createElement("button");
+    button.type = "button";
+    button.innerHTML = `<b>${title}</b> <span>${point}</span>`;
+    button.addEventListener("click", () => {
+      settings = fromLink(tables, link);
+      showAll();
+    });
+    id("presets").append(button);
+  }
+  const recolour = () => {
+    readColours();
+    if (view) draw();
+  };
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", recolour);
+  for (const [event, on] of [["beforeprint", true], ["afterprint", false]]) {
+    addEventListener(event, () => {
+      document.documentElement.classList.toggle("paper", on);
+      recolour();
+    });
+  }
   /** For the console and for tests: what is shown, and the motion of other settings. */
   globalThis.squeal = {
     get view() { return view; },
     get map() { return map; },
     get settings() { return settings; },
     get settled() { return settled; },
+    paint,
+    read: (name, ...place) => reads[name](...place),
     motion(other) {
       const body = bodyOf(engine, other), motion = run(engine, body, other.initial, other.stop);
       return summary(body, motion);
     },
   };
+  readColours();
   showPlaying();
   showAll();
   requestAnimationFrame(frame);

@@ -1,7 +1,7 @@
 // The pad, its springs, the surface and the forces at one instant, displacements enlarged.
 
 import { coefficient, edges, gapsAt, sample, signalsAt } from "./engine.js";
-import { COLOURS, sheet } from "./plot.js";
+import { paint, sheet } from "./plot.js";
 
 /** How much displacements are enlarged: the largest of the motion is seen as half the height. */
 export function enlargement({ engine, body, states, gaps }) {
@@ -47,9 +47,9 @@ function zigzag(g, x0, y0, x1, y1, turns, wide) {
 }
 
 function ground(g, level, width, height, travelled) {
-  g.fillStyle = "#eceae4";
+  g.fillStyle = paint.ground;
   g.fillRect(0, level, width, height - level);
-  g.strokeStyle = "#8a857a";
+  g.strokeStyle = paint.soft;
   g.lineWidth = 1;
   g.beginPath();
   g.moveTo(0, level);
@@ -84,12 +84,12 @@ export function drawPad(canvas, view, t, enlarged) {
   const [upper1, upper2, lead, trail] = ["1", "2", "l", "t"].map(corner);
   const centre = [px(enlarged * s[0]), py(enlarged * (lift + s[1]))];
 
-  g.strokeStyle = "#555";
+  g.strokeStyle = paint.soft;
   for (const [n, [x, y]] of [["1", upper1], ["2", upper2]]) {
     const [dx, dy] = [c(`D${n}x`), c(`D${n}y`)], reach = (1.05 * w) / Math.hypot(dx, dy);
     const foot = [px(c(`r${n}x`) - dx * reach), py(c(`r${n}y`) - dy * reach)];
     zigzag(g, ...foot, x, y, 9, 6);
-    g.fillStyle = "#555";
+    g.fillStyle = paint.soft;
     g.fillRect(foot[0] - 4, foot[1] - 4, 8, 8);
     g.textAlign = "center";
     const [sx, sy] = [x - foot[0], y - foot[1]], aside = 18 / (Math.hypot(sx, sy) || 1);
@@ -97,17 +97,17 @@ export function drawPad(canvas, view, t, enlarged) {
     const [tx, ty] = [(foot[0] + x) / 2 + aside * side * sy, (foot[1] + y) / 2 - aside * side * sx];
     g.fillText(`k${n}`, tx, ty + 4);
   }
-  const colour = COLOURS[contact];
+  const colour = paint.contacts[contact];
   // contact springs: where they are, or some for the distributed stiffness of the lower face
   const places = body.places.length ? body.places : [-3, -2, -1, 0, 1, 2, 3].map((i) => i / 3);
-  g.strokeStyle = "#6b6558";
+  g.strokeStyle = paint.soft;
   for (const place of places) {
     const [a, b] = [(1 - place) / 2, (1 + place) / 2];
     const [x, y] = [a * lead[0] + b * trail[0], a * lead[1] + b * trail[1]];
     zigzag(g, x, level + 40, x, Math.max(level, y), 5, Math.min(4, 60 / places.length));
   }
-  g.fillStyle = "rgba(226, 196, 150, 0.75)";
-  g.strokeStyle = "#444";
+  g.fillStyle = paint.pad;
+  g.strokeStyle = paint.ink;
   g.lineWidth = 1.5;
   g.beginPath();
   [upper1, upper2, trail, lead].forEach((p, i) => (i ? g.lineTo(...p) : g.moveTo(...p)));
@@ -123,7 +123,7 @@ export function drawPad(canvas, view, t, enlarged) {
   for (const [edge, p] of [[1, lead], [2, trail]]) {
     g.beginPath();
     g.arc(...p, 6, 0, 7);
-    g.fillStyle = contact & edge ? colour : "#fff";
+    g.fillStyle = contact & edge ? colour : paint.panel;
     g.fill();
     g.lineWidth = 2;
     g.stroke();
@@ -131,15 +131,15 @@ export function drawPad(canvas, view, t, enlarged) {
 
   const force = (0.55 * w * scale) / c("F_n"), most = 1.3 * w * scale;
   const capped = (f) => Math.min(force * f, most);
-  arrow(g, centre[0], centre[1] - 0.55 * w * scale - h * scale, 0, 0.55 * w * scale, "#333");
-  g.fillStyle = "#333";
+  arrow(g, centre[0], centre[1] - 0.55 * w * scale - h * scale, 0, 0.55 * w * scale, paint.ink);
+  g.fillStyle = paint.ink;
   g.beginPath();
   g.arc(...centre, 3, 0, 7);
   g.fill();
   const values = signalsAt(engine, body, s, touching);
   const [, , reaction, place] = values;
   const aside = contact && reaction > 0 && place > 0 ? -14 : 14; // away from the reaction
-  g.fillStyle = "#333";
+  g.fillStyle = paint.ink;
   g.fillText("Fn", centre[0] + aside, centre[1] - h * scale - 0.4 * w * scale);
   if (contact && reaction > 0) {
     const frame = settings.formulation.delta_from === "frame" ? c("x0") + s[0] : 0;
@@ -147,9 +147,9 @@ export function drawPad(canvas, view, t, enlarged) {
     arrow(g, x, level, 0, -capped(reaction), colour);
     arrow(g, x, level, capped(c("mu") * reaction), 0, colour);
     g.fillStyle = colour;
-    g.fillText("Rn", x, level - capped(reaction) - 6);
+    g.fillText("Rn", x + (place > 0 ? 16 : -16), level - capped(reaction) + 6);
   }
-  g.fillStyle = "#222";
+  g.fillStyle = paint.ink;
   g.textAlign = "left";
   g.fillText(`surface moves right; displacements × ${enlarged.toLocaleString("en")}`, 4, 12);
   return { state: s, contact, gaps, values };

@@ -1,6 +1,18 @@
 // Axes, lines and ticks on a canvas that follows its width and the screen's resolution.
 
-export const COLOURS = { 3: "#3498DB", 0: "#000000", 1: "#6A1B7B", 2: "#C8380E" };
+const CONTACTS = { 3: "both", 0: "separated", 1: "leading", 2: "trailing" };
+
+/** Colours of the style sheet, light or dark, by name, and those of the contact states. */
+export const paint = { contacts: {} };
+
+export function readColours() {
+  const style = getComputedStyle(document.documentElement);
+  const value = (name) => style.getPropertyValue(`--${name}`).trim();
+  for (const name of ["ink", "soft", "grid", "line", "panel", "ground", "pad", "grows", "accent"]) paint[name] = value(name);
+  paint.verdicts = ["marginal", "flutter", "divergence", "beyond", "stable", "unknown"].map(value);
+  for (const [contact, name] of Object.entries(CONTACTS)) paint.contacts[contact] = value(name);
+}
+
 /** Line styles of the contact states: the second cue beside the colour. */
 export const DASHES = { 3: [], 0: [1.5, 2.5], 1: [7, 2], 2: [7, 2, 1.5, 2] };
 const FONT = "12px system-ui, sans-serif";
@@ -18,7 +30,7 @@ export function sheet(canvas) {
   g.clearRect(0, 0, width, height);
   g.font = FONT;
   g.lineWidth = 1;
-  g.strokeStyle = g.fillStyle = "#222";
+  g.strokeStyle = g.fillStyle = paint.ink;
   return { g, width, height };
 }
 
@@ -53,8 +65,8 @@ export function axes({ g }, box, { x, y, xLabel, yLabel, xTicks = true }) {
   const px = (v) => left + ((v - x[0]) / (x[1] - x[0])) * width;
   const py = (v) => top + height - ((v - y[0]) / (y[1] - y[0])) * height;
   g.save();
-  g.strokeStyle = "#ddd";
-  g.fillStyle = "#222";
+  g.strokeStyle = paint.grid;
+  g.fillStyle = paint.ink;
   g.textBaseline = "middle";
   g.textAlign = "right";
   g.beginPath();
@@ -71,7 +83,7 @@ export function axes({ g }, box, { x, y, xLabel, yLabel, xTicks = true }) {
     if (xTicks) g.fillText(String(v), px(v), top + height + 5);
   }
   g.stroke();
-  g.strokeStyle = "#666";
+  g.strokeStyle = paint.soft;
   g.strokeRect(left, top, width, height);
   if (xLabel) g.fillText(xLabel, left + width / 2, top + height + 20);
   if (yLabel) {
@@ -85,7 +97,7 @@ export function axes({ g }, box, { x, y, xLabel, yLabel, xTicks = true }) {
 }
 
 /** A polyline through (x, y), broken where y is not finite, clipped to the box. */
-export function line({ g }, box, { px, py }, xs, ys, { colour = "#222", dash = [], wide = 1.4 } = {}) {
+export function line({ g }, box, { px, py }, xs, ys, { colour = paint.ink, dash = [], wide = 1.4 } = {}) {
   g.save();
   g.beginPath();
   g.rect(box.left, box.top, box.width, box.height);

@@ -17,6 +17,26 @@ export function fromCase(tables, model, name) {
   };
 }
 
+/** Settings that make one point each, as links. */
+export const PRESETS = [
+  {
+    title: "The article’s squeal", link: "model=B2&case=c",
+    point: "Friction 0.32, above the threshold 0.23: the pad begins to hammer.",
+  },
+  {
+    title: "Just below the threshold", link: "model=B2&case=c&mu=0.22&stop=0.01",
+    point: "Friction 0.22: the same pad rings on and nothing grows.",
+  },
+  {
+    title: "Damping saves it", link: "model=B2&case=c&damping=0.05&stop=0.01",
+    point: "Friction 0.32 again, with 5 % damping: the vibration dies out.",
+  },
+  {
+    title: "Stable, and it hammers", link: "model=B2&case=d&damping=0.005&start_y=7.463339e-06&start_y_dot=1.5&stop=0.03",
+    point: "A knock of 1.5 m/s starts a cycle that no eigenvalue shows. At ẏ = 0.5 m/s it dies out.",
+  },
+];
+
 /** Text after # that carries all settings. */
 export function toLink(settings) {
   const pairs = new URLSearchParams({ model: settings.model, case: settings.case });

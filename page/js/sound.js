@@ -5,7 +5,7 @@ import { run, sample, signalsAt } from "./engine.js";
 const RATE = 44100, PORTION = 2205; // samples a second, and of one portion
 
 /** Force on the surface over F_n, or velocity of the pad, at states of six numbers each. */
-function heard(engine, body, what, states, contacts) {
+export function heard(engine, body, what, states, contacts) {
   const values = new Float64Array(contacts.length);
   for (let k = 0; k < contacts.length; k++) {
     const state = states.subarray(6 * k, 6 * k + 6);

@@ -1,4 +1,4 @@
-"""A headless Chromium, driven over its debugging pipe: no driver and no package is needed."""
+"""Headless Chromium by its debugging pipe and Firefox by Marionette: no driver, no package."""
 
 from __future__ import annotations
 
@@ -6,12 +6,33 @@ import base64
 import itertools
 import json
 import os
+import socket
 import subprocess
+import time
 from pathlib import Path
 from typing import Any
 
 
-class Browser:
+class Opened:
+    """A page in a browser, as far as both browsers know the same."""
+
+    complaints: list[str]
+
+    def run(self, script: str) -> Any:
+        """The value of a script in the page; promises are awaited."""
+        raise NotImplementedError
+
+    def wait(self, condition: str, seconds: float = 300.0) -> None:
+        """Wait until a condition holds in the page."""
+        done = self.run(
+            f"(async () => {{ const end = Date.now() + {1000 * seconds};"
+            f"while (!({condition})) {{ if (Date.now() > end) return false;"
+            "await new Promise((go) => setTimeout(go, 20)); } return true; })()"
+        )
+        assert done, f"{condition} did not come true: {self.complaints}"
+
+
+class Chromium(Opened):
     """One page in one browser; requests that leave the machine are recorded in `requests`."""
 
     def __init__(self, program: str, profile: Path) -> None:
@@ -95,18 +116,9 @@ class Browser:
         self.ask("Page.navigate", url=address)
         self.wait("globalThis.squeal?.view != null")
 
-    def wait(self, condition: str, seconds: float = 300.0) -> None:
-        """Wait until a condition holds in the page."""
-        done = self.run(
-            f"(async () => {{ const end = Date.now() + {1000 * seconds};"
-            f"while (!({condition})) {{ if (Date.now() > end) return false;"
-            "await new Promise((go) => setTimeout(go, 20)); } return true; })()"
-        )
-        assert done, f"{condition} did not come true: {self.complaints}"
-
     def press(self, key: str, times: int = 1) -> None:
         """Press a key as a user would."""
-        codes = {"ArrowRight": 39, "ArrowLeft": 37, "Tab": 9, "Enter": 13, "Home": 36}
+        codes = {"ArrowRight": 39, "Tab": 9}
         for _ in range(times):
             for kind in ("rawKeyDown", "keyUp"):
                 self.ask(
@@ -131,3 +143,68 @@ class Browser:
         self._process.wait(30)
         self._write.close()
         self._read.close()
+
+
+class Firefox(Opened):
+    """One page in Firefox; what a script throws is its value."""
+
+    def __init__(self, program: str, profile: Path) -> None:
+        with socket.socket() as free:
+            free.bind(("127.0.0.1", 0))
+            port = free.getsockname()[1]
+        (profile / "user.js").write_text(f'user_pref("marionette.port", {port});\n')
+        self._process = subprocess.Popen(
+            [program, "--headless", "--marionette", "--no-remote", "--profile", str(profile)],
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        end = time.monotonic() + 120
+        while True:
+            try:
+                self._socket = socket.create_connection(("127.0.0.1", port))
+                break
+            except OSError:
+                assert time.monotonic() < end
+                assert self._process.poll() is None
+                time.sleep(0.2)
+        self._stream = self._socket.makefile("rb")
+        self._answer()  # its greeting
+        self.complaints = []
+        self.ask("WebDriver:NewSession", {})
+        self.ask("WebDriver:SetTimeouts", {"script": 300_000})
+
+    def _answer(self) -> Any:
+        size = b""
+        while not size.endswith(b":"):
+            byte = self._stream.read(1)
+            assert byte, "the browser has ended"
+            size += byte
+        return json.loads(self._stream.read(int(size[:-1])))
+
+    def ask(self, method: str, params: dict[str, Any]) -> Any:
+        """The answer to one command of Marionette."""
+        question = json.dumps([0, 1, method, params]).encode()
+        self._socket.sendall(b"%d:%s" % (len(question), question))
+        *_, error, result = self._answer()
+        assert error is None, error
+        return result
+
+    def run(self, script: str) -> Any:
+        """The value of a script in the page; promises are awaited."""
+        whole = (
+            "const done = arguments[arguments.length - 1];"
+            f"Promise.resolve(({script})).then(done, (e) => done(String(e)));"
+        )
+        return self.ask("WebDriver:ExecuteAsyncScript", {"script": whole, "args": []})["value"]
+
+    def open(self, address: str) -> None:
+        """Load a page and wait for its first picture."""
+        self.ask("WebDriver:Navigate", {"url": address})
+        self.wait("globalThis.squeal?.view != null")
+
+    def close(self) -> None:
+        """End the browser."""
+        self._socket.close()
+        self._process.terminate()
+        self._process.wait(30)

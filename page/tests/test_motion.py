@@ -1,5 +1,6 @@
 """The page's motion against the Python run: steps, contact changes and end states."""
 
+import dataclasses
 import itertools
 from functools import cache
 from typing import Any
@@ -109,3 +110,39 @@ def test_random_pads(node):
     assert refused > 0
     assert len(scenes) - ended - refused >= 200
     assert sum(len(answer["changes"]) for answer in answers) > 1000  # the switching is at work
+
+
+def test_extremes_and_shares_are_those_of_the_motion(node):
+    scenes = [read_scene(ROOT / "workflow" / "scenes" / f"{stem}.yaml") for stem in CASES]
+    answers = node("spectra.js", [as_json(scene) | {"highest": 1e4} for scene in scenes])
+    for scene, answer in zip(scenes, answers, strict=True):
+        result = simulate(scene)
+        ranges = result.extrema
+        assert ranges is not None
+        units, pad = answer["units"], scene.pad
+        force = units["mass"] * units["length"] / units["time"] ** 2 / pad.F_n
+        sizes = {"B1": (force, force), "B2": (force, units["length"] / pad.w)}[scene.model]
+        for ends, size, expected in zip(answer["ends"], sizes, ranges.values(), strict=True):
+            assert np.array(ends) * size == pytest.approx(expected, rel=1e-6, abs=1e-6)
+        names = {str(bits(s)): scene.pad_model.state_name(s) for s in scene.pad_model.states}
+        shares = dict.fromkeys(result.shares, 0.0)
+        for state, share in answer["shares"].items():
+            shares[names[state]] += share
+        assert shares == pytest.approx(result.shares, abs=1e-9)
+
+
+def test_no_line_folds_into_the_spectrum(node):
+    case = read_scene(ROOT / "workflow" / "scenes" / "b2-b.yaml")
+    highest, stop, n = 12e3, 0.04, 1 << 18  # 6.5 million samples a second
+    long = dataclasses.replace(case, stop=stop)
+    (answer,) = node("spectra.js", [as_json(long) | {"highest": highest}])
+    fine = dataclasses.replace(long, samples=n + 1, outputs=("history",))
+    force = simulate(fine).history["Rn"][:n]
+    window = 1.0 - np.cos(2.0 * np.pi * np.arange(n) / n)
+    level = np.abs(np.fft.rfft((force - force.mean()) * window))[: len(answer["hertz"])]
+    level = 20.0 * np.log10(level / level.max())
+    assert answer["hertz"][1] == pytest.approx(1.0 / stop)
+    loud = level > -55.0
+    assert np.count_nonzero(loud) > 20
+    assert np.array(answer["decibels"])[loud] == pytest.approx(level[loud], abs=1.0)
+    assert np.all(np.array(answer["decibels"])[~loud] < -50.0)

@@ -1,16 +1,17 @@
 """The page in a real browser: what it computes there, its controls, its words and its size."""
 
+import dataclasses
 import json
 import shutil
 import statistics
 
 import pytest
 
-from page.build import PAGE
-from page.tests.browser import Browser
-from page.tests.conftest import as_json
+from page import PAGE
+from page.tests.browser import Chromium, Firefox
+from page.tests.conftest import HERE, as_json
 from page.tests.test_motion import CASES, compare, random_scene, simulated
-from squeal.analysis.pads import analyse, critical_friction
+from squeal.analysis.pads import analyse, critical_friction, eigenvalues
 from squeal.cli.main import main
 from squeal.errors import ComputationError
 from squeal.io.scene import read_scene
@@ -27,7 +28,7 @@ def browser(built, tmp_path_factory):
     program = next(filter(None, map(shutil.which, PROGRAMS)), None)
     if program is None:
         pytest.skip("these tests open the page in Chromium, which is not installed")
-    opened = Browser(program, tmp_path_factory.mktemp("profile"))
+    opened = Chromium(program, tmp_path_factory.mktemp("profile"))
     yield opened
     opened.close()
 
@@ -120,7 +121,12 @@ def test_a_refused_number_is_named_and_changes_nothing(page):
         "(() => { const f = document.getElementById('k1_number'); f.value = '-3';"
         "f.dispatchEvent(new Event('change')); })()"
     )
-    assert "must be a finite number of at least 0" in text(page, "status")
+    assert "at least 0 MN/m" in text(page, "k1_refusal")
+    page.run(
+        "(() => { const f = document.getElementById('stop_number'); f.value = '200';"
+        "f.dispatchEvent(new Event('change')); })()"
+    )
+    assert "below 100 ms" in text(page, "stop_refusal")
     assert page.run("document.getElementById('k1_number').getAttribute('aria-invalid')") == "true"
     assert page.run("squeal.settings.parameters.k1") == 150e6
 
@@ -212,6 +218,7 @@ def test_a_click_on_the_map_moves_the_pad_there(page):
 
 
 def test_everything_has_a_name_for_a_screen_reader(page):
+    page.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
     nodes = page.ask("Accessibility.getFullAXTree")["nodes"]
     roles = ("slider", "spinbutton", "combobox", "button", "radio", "image", "img", "textbox")
     named = [n for n in nodes if not n["ignored"] and n["role"]["value"] in roles]
@@ -229,8 +236,147 @@ def test_tab_reaches_the_controls_in_order_and_shows_where_it_is(page):
     for _ in range(6):
         page.press("Tab")
         order.append(page.run("document.activeElement.id || document.activeElement.name"))
-    assert order == ["case", "reset", "line_force", "delta_from", "delta_moment", "alpha1"]
+    assert order == ["case", "reset", "mu_number", "mu", "damping_number", "damping"]
     assert page.run("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+
+
+FOCUSED = """(() => {
+  const a = document.activeElement, r = a.getBoundingClientRect();
+  const y = (r.top + r.bottom) / 2, x = (r.left + r.right) / 2;
+  if (a === document.body) return [null, true];
+  const above = document.elementFromPoint(x, y);
+  const seen = above !== null && (a.contains(above) || above.contains(a));
+  return [a.id || a.name || a.textContent, seen];
+})()"""
+
+
+@pytest.mark.parametrize(("width", "height"), [(1440, 900), (720, 450), (390, 844), (360, 640)])
+def test_what_has_the_focus_is_never_hidden(page, width, height):
+    page.open(page.address, width=width, height=height)
+    settled(page)
+    page.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
+    stops, hidden = 0, []
+    for _ in range(90):
+        page.press("Tab")
+        name, seen = page.run(FOCUSED)
+        if name is None and stops:
+            break
+        stops += 1
+        if not seen:
+            hidden.append(name)
+    assert stops > 45
+    assert hidden == []
+
+
+def preset(page, title):
+    """Press the button of an example."""
+    page.run(
+        "[...document.querySelectorAll('#presets button')]"
+        f".find((b) => b.textContent.startsWith('{title}')).click()"
+    )
+    page.wait("!squeal.settled")
+    settled(page)
+
+
+def test_each_example_shows_what_it_says(page, tmp_path):
+    verdicts, late = {}, {}
+    titles = ("The article", "Just below", "Damping saves", "Stable, and")
+    for title in titles:
+        preset(page, title)
+        scene = page_scene(page, tmp_path)
+        words = text(page, "conclusion").replace("µ", "mu").replace("−", "-")
+        assert words == eigenvalues(scene).conclusion
+        verdicts[title] = analyse(scene).judgement.verdict
+        events = simulate(scene).events
+        late[title] = bool(events) and events[-1].t > 0.9 * scene.stop
+    assert list(verdicts.values()) == ["flutter", "marginal", "stable", "stable"]
+    assert late == {t: t in ("The article", "Stable, and") for t in titles}
+    knocked = scene.replace(mu=scene.pad.mu)
+    gentle = dataclasses.replace(knocked, initial=(*scene.initial[:4], 0.5, 0.0))
+    assert simulate(gentle).events[-1].t < 0.5 * scene.stop  # the other half of the last one
+
+
+def test_a_run_cut_at_its_limit_says_so_first(page):
+    assert text(page, "warnings") == ""
+    page.run("location.hash = '#model=B2&case=c&k1=15e12&k_c=9e12&stop=0.09'")
+    page.wait("squeal.settings.stop === 0.09")
+    settled(page)
+    assert page.run("squeal.view.motion.end") is not None
+    assert "Cut at" in text(page, "warnings")
+    right = "squeal.read('histories', document.getElementById('histories').clientWidth - 20)"
+    assert page.run(right).endswith("not computed")
+
+
+def test_map_cells_that_are_not_yet_computed_look_unlike_all_verdicts(page):
+    for scheme in ("light", "dark"):
+        page.ask(
+            "Emulation.setEmulatedMedia",
+            features=[{"name": "prefers-color-scheme", "value": scheme}],
+        )
+        fills = page.run("squeal.paint.verdicts")
+        assert fills.count(fills[-1]) == 1
+    page.ask("Emulation.setEmulatedMedia", features=[])
+
+
+def test_only_the_line_contact_has_b3(page):
+    assert "B3" in text(page, "origin_name")
+    page.run("document.querySelector('[name=model][value=B1]').click()")
+    settled(page)
+    assert "B3" not in text(page, "origin_name")
+
+
+AXE = HERE.parent / "node_modules" / "axe-core" / "axe.min.js"
+VIOLATIONS = """axe.run().then(({ violations }) => violations.map(({ id, nodes }) => {
+  return `${id}: ${nodes.map((n) => n.target).join(", ")}`;
+}))"""
+
+
+@pytest.mark.skipif(not AXE.exists(), reason="axe-core is not installed: npm ci --prefix page")
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+@pytest.mark.parametrize("width", [390, 1440])
+def test_axe_finds_nothing(page, scheme, width):
+    features = [{"name": "prefers-color-scheme", "value": scheme}]
+    page.ask("Emulation.setEmulatedMedia", features=features)
+    page.open(page.address, width=width)
+    settled(page)
+    page.run("document.querySelectorAll('details').forEach((d) => { d.open = true; })")
+    page.run(f"(() => {{ {AXE.read_text(encoding='utf-8')} }})()")
+    found = page.run(VIOLATIONS)
+    page.ask("Emulation.setEmulatedMedia", features=[])
+    assert found == []
+
+
+def test_print_is_on_white(page):
+    dark = [{"name": "prefers-color-scheme", "value": "dark"}]
+    page.ask("Emulation.setEmulatedMedia", features=dark)
+    page.wait("squeal.paint.panel !== '#fff'")
+    page.run("dispatchEvent(new Event('beforeprint'))")
+    assert page.run("squeal.paint.panel") == "#fff"
+    page.run("dispatchEvent(new Event('afterprint'))")
+    assert page.run("squeal.paint.panel") != "#fff"
+    page.ask("Emulation.setEmulatedMedia", features=[])
+
+
+@pytest.fixture(scope="module")
+def firefox(built, tmp_path_factory):
+    program = next(filter(None, map(shutil.which, ("firefox", "firefox-esr"))), None)
+    if program is None:
+        pytest.skip("this test opens the page in Firefox, which is not installed")
+    opened = Firefox(program, tmp_path_factory.mktemp("firefox"))
+    yield opened
+    opened.close()
+
+
+def test_firefox_computes_the_same(firefox, built):
+    firefox.open((built / PAGE).as_uri())
+    firefox.wait("squeal.settled")
+    for stem in ("b1-c", "b2-c"):
+        scene = read_scene(ROOT / "workflow" / "scenes" / f"{stem}.yaml")
+        asked = f"JSON.stringify(squeal.motion({json.dumps(as_json(scene))}))"
+        assert compare(scene, json.loads(firefox.run(asked)), simulate(scene)) < 1e-10
+    words = firefox.run("document.getElementById('conclusion').textContent")
+    assert words.replace("µ", "mu").replace("−", "-") == eigenvalues(scene).conclusion
+    assert firefox.run("document.scrollingElement.scrollWidth <= innerWidth")
 
 
 def test_reduced_motion_is_respected(page):

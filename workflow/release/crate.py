@@ -31,7 +31,6 @@ CC_BY, MIT = "https://creativecommons.org/licenses/by/4.0/", "https://spdx.org/l
 NAMES = {
     "paper/report.pdf": "The paper",
     "paper/supplement.pdf": "Its supplement",
-    "squeal.html": "The live page",
 }
 
 
@@ -92,7 +91,7 @@ def described(folder: Path) -> dict[str, Any]:
     ):
         about_it = {"name": name, "license": {"@id": licence.id}}
         crate.add_dataset(folder / place, dest_path=place, properties=about_it)
-    for path in files("squeal.html", "dist/*"):
+    for path in files("dist/*"):
         add_file(path, mit)
 
     versions: dict[str, str] = {}

@@ -1,7 +1,7 @@
 """`python -m workflow.release.gather FOLDER`: what a release archive holds, in a new folder.
 
-That are all files under version control, and what `make report`, `make site` and `make dist` build;
-the live page too, where it was built.
+That are all files under version control, and what `make report`, `make site` and `make dist` build,
+the live page within the site.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from workflow.release import verify
 from workflow.release.pack import repack
 
 ROOT = Path(__file__).resolve().parents[2]
-SITE, PAGE = Path("docs/_build/html"), Path("page/built/squeal.html")
+SITE = Path("docs/_build/html")
 
 
 def tracked() -> list[Path]:
@@ -49,8 +49,6 @@ def built() -> Iterator[tuple[Path, Path]]:
         raise FileNotFoundError("the wheel or the sdist is missing: make dist")
     for path in packages:
         yield path.relative_to(ROOT), path.relative_to(ROOT)
-    if (ROOT / PAGE).is_file():
-        yield PAGE, Path("squeal.html")
 
 
 def main() -> int:
