@@ -381,16 +381,13 @@ class Sweep(Answer):
         def verdict(step: Step) -> str:
             return step.verdict or ("no equilibrium on the branch" if step.roots is None else "-")
 
-        def largest(step: Step) -> float | None:
-            return max((root.growth_rate for root in step.eigenvalues), default=None)
-
-        def error(step: Step) -> float | None:
+        def largest(step: Step) -> tuple[Any, Any]:
             each = [(root.growth_rate, root.rounding) for root in step.eigenvalues]
-            return max(each)[1] if each else None
+            return max(each, default=(None, None))
 
         contact = (Column("contact"),) * any(step.contact is not None for step in self.steps)
         look = (
-            Column("error, 1/s", value=error, shown=lambda step: number(error(step) or 0.0, 2)),
+            Column("error, 1/s", shown=lambda step: number(largest(step)[1] or 0.0, 2)),
             Column("corrected", value=lambda step: int(np.sum(step.corrected))),
         ) * self.looked
         table = (
@@ -398,7 +395,7 @@ class Sweep(Answer):
             *contact,
             Column("frequencies, Hz", value=lambda step: _hertz(step, growing=False)),
             Column("growing, Hz", value=lambda step: _hertz(step, growing=True)),
-            Column("largest real, 1/s", value=largest),
+            Column("largest real, 1/s", value=lambda step: largest(step)[0]),
             *look,
             Column("verdict", value=verdict),
         )

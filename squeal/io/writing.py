@@ -223,6 +223,8 @@ class Table:
 
     def html(self, most: int = FEW) -> str:
         """The table for a notebook."""
+        if not len(self.rows):
+            return f"<p>{html.escape(self.nothing or self.title)}</p>"
         cells = self._cells(self.rows[:most])
         rows = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in cells)
         body = "".join(f"<tr>{row}</tr>" for row in rows)

@@ -145,27 +145,19 @@ def _sure(report: Report) -> Iterator[str]:
     worst = max((root.residual for root in found.eigenvalues), default=math.nan)
     if math.isfinite(worst):
         yield f"The largest backward error of a listed root is {worst:.2g}."
-    if crossed.certified:
-        yield "Thresholds: a count of growing roots between the crossings agrees with the list."
-    elif crossed.certified is False:
-        yield f"Thresholds are not certified: {'; '.join(crossed.details['doubts'])}."
-    yield from (line for note in crossed.notes for line in note.splitlines() if line)
+    yield from str(crossed.parts()[-1]).splitlines()
 
 
 def _open(report: Report) -> Iterator[str]:
     """What the answers do not speak of."""
     found, crossed = report.eigenvalues, report.thresholds
-    details = found.details
     if found.extent:
         yield f"Roots outside of {found.extent}."
-    if (limit := details.get("growth_limit")) is not None:
+    if (limit := found.details.get("growth_limit")) is not None:
         yield f"Roots that grow by more than {number(limit, 4)} 1/s."
-    if outside := details.get("growing_outside"):
-        words = "1 mode grows" if outside == 1 else f"{outside} modes grow"
-        yield f"{words} outside of the band and not in the table."
-    yield f"Values of {crossed.parameter} above {number(crossed.high)}."
-    if crossed.low > 0.0:
-        yield f"Values of {crossed.parameter} below {number(crossed.low)}."
+    yield from found.notes[1:]
+    ends = number(crossed.low), number(crossed.high)
+    yield f"Values of {crossed.parameter} outside of {' to '.join(ends)}."
     yield "Other values of the other parameters: `squeal scatter` draws them from ranges."
     yield (
         "Motion of finite size: this is linear stability of steady sliding. Lost contact, limit "

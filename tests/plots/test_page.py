@@ -26,7 +26,7 @@ def test_verdict_and_loss_of_stability_are_those_of_the_closed_form(tmp_path, mu
     text = (tmp_path / "page.html").read_text(encoding="utf-8")
     assert report.verdict in text
     assert text.count(">0.75<") == 1 + (mu > 0.75)  # the crossing, and the onset of what grows
-    assert "Values of mu above 2" in text
+    assert "outside of 0 to 2" in text
 
 
 def test_the_page_needs_no_other_file_and_holds_no_markup_of_a_name(tmp_path):
