@@ -99,7 +99,7 @@ class Eigenvalue:
         return -self.value.real / abs(self.value) + 0.0 if self.value else 0.0
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False)
 class Spectrum:
     """All 2n eigenvalues, by rising frequency; of one frequency the fastest growing first.
 
@@ -119,23 +119,12 @@ class Spectrum:
         return np.array([e.rounding for e in self.eigenvalues])
 
     @property
-    def frequencies_hz(self) -> Array:
-        """Frequencies in Hz of the modes (n,), of which each has two eigenvalues."""
-        return np.array([e.frequency_hz for e in self.eigenvalues[::2]])
-
-    @property
     def dominant(self) -> Eigenvalue:
         """The eigenvalue of largest real part (of several, the one of largest frequency)."""
         return max(self.eigenvalues, key=lambda e: (e.value.real, e.value.imag))
 
     def __len__(self) -> int:
         return len(self.eigenvalues)
-
-    def __repr__(self) -> str:
-        shown = ", ".join(f"{f:.6g}" for f in self.frequencies_hz[:6])
-        more = ", ..." if len(self) > 12 else ""
-        growth = self.dominant.growth_rate
-        return f"Spectrum({len(self)} eigenvalues, {shown}{more} Hz, growth {growth:.6g} 1/s)"
 
 
 def ordered(values: ComplexArray) -> NDArray[np.intp]:

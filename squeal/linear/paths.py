@@ -209,12 +209,6 @@ class UnstableMode:
     onset: float | None = None
     interval: tuple[float, float] | None = None
 
-    def __str__(self) -> str:
-        at = "" if self.onset is None else f", from {self.onset:.6g} on"
-        return (
-            f"{self.kind} at {self.frequency_hz:.6g} Hz growing at {self.growth_rate:.4g} 1/s{at}"
-        )
-
 
 def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
     """What grows by more than rounding and is accepted, the fastest first; of pairs the upper."""

@@ -4,7 +4,7 @@ Steps of the continuation give guesses, which are located. What grows is counted
 neighbouring events. Where the count does not follow from what was located the range there is
 halved and searched again, until the events add up or what remains is known by the count alone.
 
-A search is certified if a second counter, the sign function of the matrix by default, agrees
+A search is certified if a second count, by the sign function of the matrix, agrees
 between all events, if what grows at every value looked at follows from them, if every interval is
 narrow, and if all factors of the terms are resolved: their second derivatives, bounded over each
 step by interval arithmetic, leave them no room for what the step does not see. Of a plain function
@@ -32,9 +32,6 @@ from squeal.linear.eigen import UnstableCount, hidden
 from squeal.linear.events import Event, certain, guesses_of, located, windows
 from squeal.linear.matrices import norm_of, reduce
 from squeal.linear.system import Slow, System, TermSystem, matrices_of
-
-Counter = Callable[[Continuation, float], int | None]
-"""(continuation, p) -> how many roots grow at p (two for a pair), None if it cannot tell."""
 
 
 def difference(below: State, above: State) -> Iterator[tuple[float, int]]:
@@ -80,9 +77,8 @@ def search(
     low: float,
     high: float,
     options: ContinuationOptions | None = None,
-    counter: Counter | None = None,
 ) -> Searched:
-    """All events for low <= p <= high; `counter` counts again, `sign_count` if none is given."""
+    """All events for low <= p <= high."""
     options = options or ContinuationOptions()
     along = Continuation(system, low, high, options)
     rows = along.size
@@ -103,7 +99,7 @@ def search(
     found = Searched(tuple(places), growths, along)
     if not isinstance(system, TermSystem):
         return found
-    counts = [(counter or sign_count)(along, p) for p in middles]
+    counts = [sign_count(along, p) for p in middles]
     doubts = ["more values are needed (steps, budget)"] * walk.unresolved
     return replace(found, doubts=(*doubts, *_doubts(found, counts)))
 

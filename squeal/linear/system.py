@@ -303,18 +303,6 @@ def matrices_at(system: System, p: float) -> Matrices:
     return given
 
 
-def finite_numbers(what: str, given: Iterable[Any], rising: bool = False) -> list[float]:
-    """Numbers as floats. Raises InputError unless there is one at least, and all are finite."""
-    try:
-        values = [float(x) for x in given]
-    except (TypeError, ValueError):
-        values = []
-    if not values or not all(map(math.isfinite, values)) or (rising and values[0] >= values[-1]):
-        words = "it must be finite numbers" + ", the first below the last" * rising
-        raise InputError(f"{what} = {given!r} is not allowed; {words}")
-    return values
-
-
 # Slow roots where some motion has no mass, or hardly any
 
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squeal.errors import InputError
 from squeal.linear.continuation import (
     Continuation,
     ContinuationOptions,
@@ -26,8 +27,8 @@ from squeal.linear.continuation import (
 from squeal.linear.eigen import GROWING
 from squeal.linear.events import Crossing, Event, hertz_of, located
 from squeal.linear.matrices import LightMassError
-from squeal.linear.search import Counter, Searched, difference, fastest_first, search
-from squeal.linear.system import Slow, System, finite_numbers
+from squeal.linear.search import Searched, difference, fastest_first, search
+from squeal.linear.system import Slow, System
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,6 @@ def thresholds(
     breakpoints: Iterable[float] = (),
     mu_min: float = 0.0,
     options: ContinuationOptions | None = None,
-    counter: Counter | None = None,
 ) -> Thresholds:
     """All thresholds of system(mu) -> (M, C, K) for mu_min <= mu <= mu_max, sorted.
 
@@ -90,9 +90,6 @@ def thresholds(
         for values next to them, never at them.
     options : ContinuationOptions
         Steps, budget and tolerances.
-    counter : callable
-        (continuation, p) -> how many roots grow at p: the second count of a certificate. The sign
-        function of the matrix if none is given.
 
     Returns
     -------
@@ -113,7 +110,10 @@ def thresholds(
     >>> print(*result.points)
     flutter at mu = 0.75, 0.225079 Hz
     """
-    mu_min, mu_max = finite_numbers("thresholds: mu_min, mu_max", (mu_min, mu_max), rising=True)
+    mu_min, mu_max = float(mu_min), float(mu_max)
+    if not -math.inf < mu_min < mu_max < math.inf:
+        words = "is not allowed; it must be finite numbers, the first below the last"
+        raise InputError(f"thresholds: mu_min, mu_max = {mu_min, mu_max} {words}")
     edges = [mu_min, *sorted({float(b) for b in breakpoints if mu_min < b < mu_max}), mu_max]
     points: list[CriticalPoint] = []
     crossings: list[Crossing] = []
@@ -122,10 +122,10 @@ def thresholds(
         low = float(np.nextafter(a, b)) if parts else a
         high = b if b == edges[-1] else float(np.nextafter(b, a))
         try:
-            part = search(system, low, high, options, counter)
+            part = search(system, low, high, options)
         except LightMassError:
             system = Slow(system, mu_min)
-            part = search(system, low, high, options, counter)
+            part = search(system, low, high, options)
         if parts:
             jumps = _jump(a, parts[-1].line.at(parts[-1].line.high), part.line.at(low))
             points, crossings = points + jumps[0], crossings + jumps[1]

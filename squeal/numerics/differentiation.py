@@ -36,15 +36,13 @@ def complex_step(f: Callable[[Any], Any], x: Any, along: Any = None) -> np.ndarr
     return np.asarray(f(np.asarray(x, dtype=complex) + 1j * STEP * np.asarray(along)).imag / STEP)
 
 
-def with_derivative(
-    f: Callable[[Any], Any], x: Any, unknowns: int | None = None
-) -> tuple[np.ndarray, np.ndarray]:
-    """f (p, ...) at real x (m, ...) and its derivative by the first `unknowns` (all) of x.
+def with_derivative(f: Callable[[Any], Any], x: Any) -> tuple[np.ndarray, np.ndarray]:
+    """f (p, ...) at real x (m, ...) and its derivative (p, m, ...).
 
     Both come from one evaluation of f at complex x (see `complex_step`).
     """
     at = np.asarray(x, dtype=complex)[:, None]
-    shifts = np.eye(len(at))[:, :unknowns].reshape((len(at), -1) + (1,) * (at.ndim - 2))
+    shifts = np.eye(len(at)).reshape((len(at), -1) + (1,) * (at.ndim - 2))
     values = np.asarray(f(at + 1j * STEP * shifts))
     return values.real[:, 0], values.imag / STEP
 
