@@ -99,7 +99,9 @@ async function start() {
     const names = tables.signals[body.law].map((n, i) => `${n.replace("delta", "δ")} / ${units[i] === body.pad.F_n ? "Fn" : "w"}`);
     view = {
       engine, body, settings, motion, states, contacts, signals, ends, fastest, gaps, milliseconds,
-      displacements, names, points, at, eigen, stop: settings.stop,
+      displacements, names, points, at, eigen,
+      // of a run that was cut, the end is seen and not only a sliver at the left
+      stop: motion.end ? Math.min(settings.stop, 1.4 * motion.t * time) : settings.stop,
       shares: shares(motion, (contact) => tables.contacts[settings.model][edges(body, contact)]),
       thresholds: linear.thresholds(engine, body, points),
     };
@@ -126,7 +128,7 @@ async function start() {
     const highest = 2 * (eigen.length ? Math.max(...eigen.map(({ im }) => im / 2 / Math.PI), 500) : fastest);
     const lines = spectrum(engine, body, motion, what, highest);
     reads = {
-      histories: drawHistories(id("histories"), view, () => share * motion.t * body.units.time / settings.stop),
+      histories: drawHistories(id("histories"), view, () => (share * motion.t * body.units.time) / view.stop),
       spectrum: drawSpectrum(id("spectrum"), lines, eigen, what === "force" ? "reaction" : "velocity", highest),
       roots: drawRoots(id("roots"), view),
     };
@@ -155,7 +157,7 @@ async function start() {
   function drawPadNow() {
     const t = share * view.motion.t;
     const { contact, values } = drawPad(id("pad"), view, t, view.enlarged);
-    const shown = (t * view.body.units.time) / settings.stop;
+    const shown = (t * view.body.units.time) / view.stop;
     id("instant").style.left = `${instantAt(id("histories").clientWidth, shown)}px`;
     if (!hover.histories) readOut("histories");
     const name = tables.contacts[settings.model][contact];

@@ -326,7 +326,7 @@ def test_only_the_line_contact_has_b3(page):
 
 
 AXE = HERE.parent / "node_modules" / "axe-core" / "axe.min.js"
-VIOLATIONS = """axe.run().then(({ violations }) => violations.map(({ id, nodes }) => {
+VIOLATIONS = """window.axe.run().then(({ violations }) => violations.map(({ id, nodes }) => {
   return `${id}: ${nodes.map((n) => n.target).join(", ")}`;
 }))"""
 
@@ -377,6 +377,9 @@ def test_firefox_computes_the_same(firefox, built):
     words = firefox.run("document.getElementById('conclusion').textContent")
     assert words.replace("µ", "mu").replace("−", "-") == eigenvalues(scene).conclusion
     assert firefox.run("document.scrollingElement.scrollWidth <= innerWidth")
+    if AXE.exists():
+        axe = AXE.read_text(encoding="utf-8")
+        assert firefox.run(f"(() => {{ {axe}; return {VIOLATIONS}; }})()") == []
 
 
 def test_reduced_motion_is_respected(page):
