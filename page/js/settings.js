@@ -32,8 +32,8 @@ export const PRESETS = [
     point: "Friction 0.32 again, with 5 % damping: the vibration dies out.",
   },
   {
-    title: "Stable, and it hammers", link: "model=B2&case=d&damping=0.005&start_y=7.463339e-06&start_y_dot=1.5&stop=0.03",
-    point: "A knock of 1.5 m/s starts a cycle that no eigenvalue shows. At ẏ = 0.5 m/s it dies out.",
+    title: "A cycle beside stable sliding", link: "model=B2&case=d&damping=0.005&start_y=7.463339e-06&start_y_dot=1.5&stop=0.03",
+    point: "A knock of 1.5 m/s starts a rocking that no eigenvalue shows. At ẏ = 0.5 m/s it dies out.",
   },
 ];
 
