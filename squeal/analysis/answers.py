@@ -494,7 +494,7 @@ def basis_text(basis: Mapping[str, Any], errors: bool = False) -> str:
     if basis["method"] == "modal":
         text = (
             f"first look: real modes up to {basis['real_modes_hz']:.4g} Hz and their corrections, "
-            f"{basis['size']} vectors"
+            f"{basis['size']} vectors; nothing was counted"
         )
     else:
         text = (

@@ -62,6 +62,7 @@ class Near(NamedTuple):
     vectors: ComplexArray  # (n, m) of unit length
     reach: float
     shift: complex
+    factor: Factor  # of P(shift)
 
 
 def near_roots(
@@ -72,9 +73,9 @@ def near_roots(
     seed: int,
     single: bool,
     options: SolverOptions,
-) -> tuple[Near, Factor]:
-    """Roots near a shift until (values, reach) are `enough` or no more can be had, and P(shift)
-    factorised, in `single` precision if so."""
+) -> Near:
+    """Roots near a shift until (values, reach) are `enough` or no more can be had, in `single`
+    precision if so."""
     PROGRESS.get()(f"factorising {problem.n} rows at {shift:.6g}")
     shift, factor = factorise_at(problem, shift, single)
     n, block, most = problem.n, options.block, min(options.steps, 2 * problem.n)
@@ -119,7 +120,7 @@ def near_roots(
     # the longer of theta x and x has the smaller error
     shapes = np.where(np.abs(theta) >= 1.0, Q[:n, :done] @ Y, Q[n:, :done] @ Y)
     shapes /= np.linalg.norm(shapes, axis=0)
-    return Near(shift + radius / theta, shapes, reach, shift), factor
+    return Near(shift + radius / theta, shapes, reach, shift, factor)
 
 
 def orthogonal(basis: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
@@ -148,8 +149,7 @@ class Modes:
     region: Region
     count: int | None  # None where none was made or settled
     roots: Roots = field(repr=False)  # the same in scaled coordinates
-    near: Near | None = field(default=None, repr=False)  # of one shift, if that showed all of them
-    factor: Factor | None = field(default=None, repr=False)  # P there, unless a count took it
+    near: Near | None = field(default=None, repr=False)  # of one shift that showed all, no count
 
     @property
     def certified(self) -> bool:
@@ -179,10 +179,9 @@ def corrected(
     other, before = problem.transposed(), np.inf
     matrices = problem.M, problem.C, problem.K
     M, C, K = parts or (V.T @ (A @ V) for A in matrices)
-    mirrors = problem.real and isinstance(region, Disc) and region.centre.imag == 0.0
     for _ in range(options.rounds):
         values = dense_values(M, C, K, problem.norms[2])
-        values = values[region.contains(values) & ((values.imag >= 0.0) | (not mirrors))]
+        values = values[region.contains(values)]
         ritz = roots_at(M, C, K, values, left=True, stiffness=problem.norms[2])
         x, y = combined(V, ritz.right), combined(V, ritz.left.conj())
         rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
@@ -193,8 +192,7 @@ def corrected(
             errors[:, aside] *= options.exact / options.counted
         worst = float(np.max(errors, initial=0.0))
         if worst <= options.exact or (before / 2 < worst <= options.accepted):
-            roots = Roots(ritz.values, x, y.conj())
-            return roots.with_conjugates() if mirrors else roots
+            return Roots(ritz.values, x, y.conj())
         before = worst
         steps = []
         for rest, error, transposed in zip(rests, errors, (False, True), strict=True):
@@ -253,7 +251,7 @@ def modes_in(
         if answer is None:
             todo += _halves(part)
             continue
-        roots, lacking, *around = answer
+        roots, lacking, near = answer
         # a root on the border of two parts might be in both of them, or in none
         edge = part.widened(1e-9).contains(roots.values) & inner.contains(roots.values)
         if np.any(edge & ~part.widened(-1e-9).contains(roots.values)):
@@ -262,8 +260,8 @@ def modes_in(
         every = every.joined(roots.picked(part.contains(roots.values)))
         if not todo:
             count = None if missing is None else len(every.values) + missing
-            one = (None, None) if certify or part != region else around
-            return Modes(listed(problem, every), region, count, every, *one)
+            one = None if certify or part != region else near
+            return Modes(listed(problem, every), region, count, every, one)
     raise ComputationError(
         f"the region holds too many roots: {len(every.values)} after {options.pieces} parts; a "
         "narrower band or region is required"
@@ -282,7 +280,7 @@ def _halves(region: Rectangle) -> list[Rectangle]:
 
 def _around(
     problem: Quadratic, region: Rectangle, certify: bool, V: Array, options: SolverOptions
-) -> tuple[Roots, int | None, Near, Factor] | None:
+) -> tuple[Roots, int | None, Near] | None:
     """The roots in and around a part with how many are missing among them (None if that is not
     known) and what showed them, or None where one subspace does not reach around the part."""
     # beside the middle: a root exactly there would hide all others from single precision
@@ -290,7 +288,7 @@ def _around(
     aside, best = abs(shift - region.centre), None
     for attempt in range(options.attempts):
         wide = aside + (options.beyond + 0.3 * attempt) * region.radius
-        near, factor = near_roots(
+        near = near_roots(
             problem,
             shift,
             region.radius,
@@ -306,10 +304,10 @@ def _around(
             continue  # single precision may be what hides them
         V = enlarged(V, near.vectors, 1e-6)
         around = disc_around(region, near.values, reach) if certify else region.widened(1e-6)
-        roots = corrected(problem, factor, V, around, options, region.widened(1e-6))
+        roots = corrected(problem, near.factor, V, around, options, region.widened(1e-6))
         if roots is None:
             continue
-        best = roots, _missing(problem, around, roots, near, factor), near, factor
+        best = roots, _missing(problem, around, roots, near), near
         # those close to the border may lie on its other side
         inner = np.sum(region.widened(-0.01).contains(near.values))
         if best[1] == 0 or (not certify and inner <= len(roots.values)):
@@ -321,9 +319,7 @@ def _around(
     return best
 
 
-def _missing(
-    problem: Quadratic, region: Region, roots: Roots, near: Near, factor: Factor
-) -> int | None:
+def _missing(problem: Quadratic, region: Region, roots: Roots, near: Near) -> int | None:
     """How many more roots lie in a disc than these, with others around it that are known; None if
     that is not settled, and for a rectangle."""
     if not isinstance(region, Disc):
@@ -334,7 +330,7 @@ def _missing(
         other = every.conj()[~region.contains(every.conj())]
         apart = np.abs(other[:, None] - every).min(axis=1, initial=np.inf)
         outside = np.append(outside, other[apart > 1e-3 * np.abs(other)])
-    count = count_roots(problem, region, np.append(roots.values, outside), factor)
+    count = count_roots(problem, region, np.append(roots.values, outside), near.factor)
     return None if count is None else count - len(roots.values)
 
 
@@ -353,7 +349,7 @@ def lowest_modes(
     def several(values: ComplexArray, _: float) -> bool:
         return int(np.sum(np.abs(values) > held)) >= 4
 
-    look, _ = near_roots(problem, complex(shift), shift, several, 0, False, options)
+    look = near_roots(problem, complex(shift), shift, several, 0, False, options)
     sizes = np.abs(look.values)
     scale = float(np.median(sizes[sizes > held])) if np.any(sizes > held) else shift
     shift, V = 0.3 * scale, np.zeros((problem.n, 0))
@@ -362,7 +358,7 @@ def lowest_modes(
         return bool(np.sum(np.abs(values) < (reach - shift) / 1.5) > 2 * modes)
 
     for attempt in range(options.attempts):
-        near, factor = near_roots(problem, complex(shift), scale, within, attempt, False, options)
+        near = near_roots(problem, complex(shift), scale, within, attempt, False, options)
         V = enlarged(V, near.vectors, 1e-6)
         # the disc ends between the last wanted root and the next one; both of a pair that may be
         # zero count
@@ -374,10 +370,10 @@ def lowest_modes(
             raise ComputationError("no root was found near zero; a band or region is required")
         last = sizes[min(modes, len(sizes)) - 1]
         region = Disc(float(last + np.min(sizes[sizes > last * same], initial=sure)) / 2)
-        roots = corrected(problem, factor, V, region, options)
+        roots = corrected(problem, near.factor, V, region, options)
         if roots is None:
             continue
-        missing = _missing(problem, region, roots, near, factor) if certify else None
+        missing = _missing(problem, region, roots, near) if certify else None
         if missing is None or missing <= 0:
             count = None if missing is None else len(roots.values) + missing
             return Modes(listed(problem, roots), region, count, roots)

@@ -300,15 +300,13 @@ class Factor:
         return complex(np.sum(np.log(pivots))) + (1j * np.pi if odd else 0j)
 
 
-def _odd(permutation: NDArray) -> bool:
+def _odd(order: NDArray) -> bool:
     """True if a permutation is odd: n minus its number of cycles."""
     from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
-    n = len(permutation)
-    graph = csr_array((np.ones(n, dtype=np.int8), permutation, np.arange(n + 1)), shape=(n, n))
-    cycles, _ = connected_components(graph, directed=False)
-    return bool((n - cycles) % 2)
+    graph = csr_array((np.ones(len(order)), order, np.arange(len(order) + 1)))
+    return bool((len(order) - connected_components(graph, directed=False)[0]) % 2)
 
 
 @lru_cache(maxsize=1)
@@ -355,17 +353,13 @@ class _Pardiso(Factor):
         right = np.zeros(0, self.kind) if right is None else np.asfortranarray(right)
         found, n = np.empty_like(right), len(self._arrays[1]) - 1
         many = right.shape[1] if right.ndim == 2 else 1
-        kind, error = 13 if self.kind.kind == "c" else 11, ctypes.c_int(0)
-        one, none = _whole(1), np.zeros(n, np.int32)
-        self._library.pardiso(
-            _place(self._memory), one, one, _whole(kind), _whole(phase), _whole(n),
-            *map(_place, (*self._arrays, none)), _whole(many), _place(self._control), _whole(0),
-            _place(right), _place(found), ctypes.byref(error),
-        )  # fmt: skip
-        if error.value == -4:
+        kind, none, error = 13 if self.kind.kind == "c" else 11, *np.zeros((2, n), np.int32)
+        given = self._memory, 1, 1, kind, phase, n, *self._arrays, none, many, self._control, 0
+        self._library.pardiso(*map(_place, (*given, right, found, error)))
+        if error[0] == -4:
             raise ZeroDivisionError
-        if error.value:
-            raise ComputationError(f"a sparse factorisation failed: PARDISO error {error.value}")
+        if error[0]:
+            raise ComputationError(f"a sparse factorisation failed: PARDISO error {error[0]}")
         return found
 
     def _solved(self, right: NDArray, transposed: bool) -> Any:
@@ -373,9 +367,9 @@ class _Pardiso(Factor):
         return self._call(33, right)
 
     def logarithm(self) -> complex:
-        pivots, error = np.empty((2, len(self._arrays[1]) - 1), self.kind), ctypes.c_int(0)
-        ends = _whole(1), ctypes.byref(error)
-        self._library.pardiso_getdiag(_place(self._memory), *map(_place, pivots), *ends)
+        pivots = np.empty((2, len(self._arrays[1]) - 1), self.kind)
+        given = self._memory, *pivots, 1, np.zeros(1, np.int32)
+        self._library.pardiso_getdiag(*map(_place, given))
         return complex(np.sum(np.log(pivots[0].astype(complex))))
 
     def __del__(self) -> None:
@@ -384,12 +378,9 @@ class _Pardiso(Factor):
                 self._call(-1)
 
 
-def _whole(number: int) -> Any:
-    return ctypes.byref(ctypes.c_int(number))
-
-
-def _place(array: NDArray) -> Any:
-    return array.ctypes.data_as(ctypes.c_void_p)
+def _place(one: NDArray | int) -> Any:
+    array = np.array(one, np.int32) if isinstance(one, int) else one
+    return array.ctypes.data_as(ctypes.c_void_p)  # which holds the array
 
 
 def factorise(matrix: Any, single: bool = False, like: Factor | None = None) -> Factor:

@@ -120,7 +120,7 @@ class Reduction:
             modes = modes_in(problem, region, False, self.vectors, OPTIONS.accepted)
             roots = modes.roots
             if self.factor is None and modes.near is not None:
-                self.factor, self._first = modes.factor, (changes, modes.near.shift)
+                self.factor, self._first = modes.near.factor, (changes, modes.near.shift)
                 self.extend(modes.near.vectors)
         self.extend(np.hstack([roots.right, roots.left]))
 
@@ -246,7 +246,7 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
     """
     found, wide = Reduction(scaled, region), region.widened(0.04)
     samples: dict[int, bool] = {}  # by index of the value; whether its roots were counted
-    where, ends = len(values) // 2, (0, len(values) - 1)
+    where = len(values) // 2
 
     while True:
         named = ", ".join(f"{name} = {value:.6g}" for name, value in values[where].items())
@@ -260,10 +260,10 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
             if around.radius > scaled.at(values[where]).rate + abs(region.centre):
                 raise ComputationError("no root lies in the region or around it")
             found.sample(values[where], around)
-        looked = range(len(values)) if samples.keys() >= {*ends} else {*samples, *ends}
-        errors = [np.zeros(0)] * len(values)
-        for k in looked:
-            errors[k] = found.residuals(found.roots(values[k]), values[k])
+        if waiting := [k for k in (0, len(values) - 1) if k not in samples]:
+            where = waiting[0]
+            continue
+        errors = [found.residuals(found.roots(p), p) for p in values]
         spurious = {k: int(np.sum(errors[k] > SPURIOUS)) for k in samples}
         doubtful = [k for k, proved in samples.items() if spurious[k] and not proved]
         if doubtful:
@@ -273,9 +273,7 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
         worst = [float(np.max(e, initial=0.0)) for e in genuine]
         left = [0.0 if k in samples else w for k, w in enumerate(worst)]
         where = int(np.argmax(left))
-        if left[where] <= TOLERANCE and len(looked) < len(values):
-            where = next(k for k in ends if k not in samples)
-        elif left[where] <= TOLERANCE or len(samples) == SAMPLES:
+        if left[where] <= TOLERANCE or len(samples) == SAMPLES:
             break
     found.samples = tuple(values[k] for k in samples)
     found.worst, found.spurious = max(worst), sum(spurious.values())

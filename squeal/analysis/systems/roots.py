@@ -110,7 +110,7 @@ def check_memory(system: TermSystem, limit: float | None = None) -> None:
     takes what its entries need. Raises ComputationError.
     """
     entries = max(int(getattr(t.matrix, "nnz", t.matrix.size)) for t in system.terms)
-    factor = min(16.0 * system.n**2, 18.0 * entries * system.n ** (1 / 3))
+    factor = min(16.0 * system.n**2, 12.0 * entries * system.n ** (1 / 3))
     needed, free = factor + 16 * 2 * 180 * system.n, math.inf if limit is None else limit
     if limit is None:
         with suppress(OSError, StopIteration):  # another machine than Linux does not say

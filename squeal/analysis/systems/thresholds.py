@@ -136,6 +136,8 @@ def system_thresholds(
     notes = [f"not confirmed on the full system: {words}" for words in unconfirmed] + left_out
     if system.follows:
         notes.append("each root at its own frequency: thresholds are located, nothing is counted")
+    elif certified is None:
+        notes.append("nothing was counted: that no threshold is missing is not proven")
     if outside:
         notes.append(f"crossings outside {wanted.words()}: {outside}")
     if certified is not None:
