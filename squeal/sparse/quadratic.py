@@ -313,13 +313,8 @@ def _odd(order: NDArray) -> bool:
 def _mkl() -> Any:
     """The library of the package `mkl`, on one thread. Raises ImportError."""
     names = importlib.metadata.files("mkl") or ()
-    library = next((f for f in names if f.name.startswith(("libmkl_rt.", "mkl_rt."))), None)
-    if library is None:
-        raise ImportError("the package mkl holds no library")
-    try:
-        mkl = ctypes.CDLL(str(library.locate()))
-    except OSError as error:
-        raise ImportError(str(error)) from None
+    library = next(f for f in names if f.name.startswith(("libmkl_rt.", "mkl_rt.")))
+    mkl = ctypes.CDLL(str(library.locate()))
     mkl.MKL_Set_Threading_Layer(1)  # sequential
     return mkl
 

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -36,8 +37,8 @@ from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import OPTIONS, modes_in
-from squeal.sparse.quadratic import PROGRESS, Factor, ScaledSystem
-from squeal.sparse.reduction import Reduction
+from squeal.sparse.quadratic import PROGRESS, Factor, ScaledSystem, factorise
+from squeal.sparse.reduction import CONTRACTS, Reduction, contraction
 
 STEPS = 13  # values at which a reduced system has to be good
 COUNTED_ROWS = 20_000  # larger systems are not counted again between their thresholds
@@ -174,11 +175,19 @@ def _diverging(scaled: ScaledSystem, values: Sequence[float]) -> list[float]:
     and may come from far above a band and leave it between two values."""
     from scipy.optimize import bisect
 
+    def stiffness(p: float) -> Any:
+        return scaled.at({scaled.system.parameter: p}).K
+
     def sign(p: float) -> float:
         with suppress(ZeroDivisionError):  # as of rigid bodies
-            factor = Factor(scaled.at({scaled.system.parameter: p}).K)  # whose sign is known
-            return math.copysign(1.0, math.cos(factor.logarithm().imag))
+            return math.copysign(1.0, math.cos(Factor(stiffness(p)).logarithm().imag))
         return 1.0
+
+    with suppress(ZeroDivisionError):  # where K(p) / K(middle) - 1 contracts it changes no sign
+        middle, none = stiffness(values[len(values) // 2]), np.zeros((scaled.n, 0))
+        given = none, none.T @ none, middle, factorise(middle)
+        if all(contraction(*given, stiffness(p)) < CONTRACTS for p in values):
+            return []
 
     pairs = itertools.pairwise(zip(values, map(sign, values), strict=True))
     return [float(bisect(sign, a, b, xtol=(b - a) / 64)) for (a, x), (b, y) in pairs if x != y]
