@@ -126,7 +126,7 @@ class Course:
         flips[self.point, np.arange(1, flips.shape[1])] = 1
         flips = flips.cumsum(axis=1)
         before = np.searchsorted(self.lane, lane)
-        return np.asarray((self.first[:, lane] + flips[:, changes] - flips[:, before]) & 1)
+        return np.asarray((self.first[:, lane] ^ flips[:, changes] ^ flips[:, before]) & 1)
 
     @cached_property
     def on(self) -> np.ndarray:

@@ -115,7 +115,7 @@ class Grid:
             step, share, tops = self.peaks(
                 lambda *where, s=sign: s * signal(*where), sign * whole, best[self.steps.lane]
             )
-            reach = np.minimum(share + np.diff(self.shares).max(), 1.0)
+            reach = share + np.diff(self.shares).max()
             late = self.steps.t[step] + self.steps.h[step] * reach >= begin[step]
             np.fmax.at(best, self.steps.lane[step[late]], tops[late])
             ends.append(sign * best)

@@ -210,3 +210,12 @@ def test_square_root_behaviour_is_infinite():
     change = np.array([[0.0, 1.0], [0.0, 0.0]])
     assert np.all(np.isinf(slopes_of(own, None, None, change)))
     assert np.all(np.isinf(sensitivities(own, {}, complex_eigenvalues(*own).eigenvalues)[1]))
+
+
+@pytest.mark.parametrize(("mass", "stiffness"), [(1e-9, 1e9), (1e9, 1e-9), (1e3, 1e9)])
+def test_a_free_body_is_regular_in_any_unit(mass, stiffness):
+    K = stiffness * np.array([[1.0, -1.0], [-1.0, 1.0]])
+    check_regular(mass * np.eye(2), None, K)
+    values = complex_eigenvalues(mass * np.eye(2), None, K).values
+    exact = np.sqrt(2 * stiffness / mass)
+    assert np.sort(values.imag) / exact == pytest.approx([-1.0, 0.0, 0.0, 1.0], abs=1e-7)
