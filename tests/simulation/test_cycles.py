@@ -12,7 +12,7 @@ from squeal.analysis.cycles import Cycles
 from squeal.analysis.pads import critical_friction
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
-from squeal.simulation.cycles import SIGNS, Cycle, Shooting
+from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Shooting
 from squeal.simulation.run import in_natural_units
 from tests.conftest import ROOT, hammering_scene, needs_heyoka
 from tests.simulation.closed import bouncing, upright
@@ -160,3 +160,43 @@ def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outs
     for name in ("period doubling", "torus"):
         before, after = (SIGNS[name](cycle, None) for cycle in both)
         assert (before != after) == (name == kind)
+
+
+class OnACurve(Shooting):
+    """Cycles on a known curve: (z1, T, value) = (sin a, 2 + 0.3 sin a + pitch a, cos a)."""
+
+    def solve(self, guess, direction=None, most=0):
+        around = self.at.pitch and (guess[6] - 2.0 - 0.3 * guess[0]) / self.at.pitch
+        a = np.arctan2(guess[0], guess[7])
+        a = a if direction is not None else np.copysign(np.arccos(guess[7]), guess[0])
+        a += 2 * np.pi * np.round((around - a) / (2 * np.pi))
+        ahead = np.zeros(8)
+        ahead[[0, 6, 7]] = np.cos(a), 0.3 * np.cos(a) + self.at.pitch, -np.sin(a)
+        ahead /= np.linalg.norm(ahead) * (1 if direction is None else np.sign(ahead @ direction))
+        place = np.zeros(8)
+        place[[0, 6, 7]] = np.sin(a), 2.0 + 0.3 * np.sin(a) + self.at.pitch * a, np.cos(a)
+        known = {"state": place[:6], "period": place[6], "value": place[7], "unknowns": place}
+        return SimpleNamespace(**known, contacts=1, stable=True), ahead
+
+    def _rates(self, state, value):
+        return np.ones(6)
+
+    def _turns(self, *step):
+        return []
+
+
+@pytest.mark.parametrize("towards", [1.0, -1.0])
+def test_a_branch_is_a_closed_curve_where_its_first_cycle_returns_and_no_other(towards):
+    """The value alone returns twice in a turn; on a helix the cycle never does."""
+    start = np.array([np.sin(1.0), 0, 0, 0, 0, 0, 2 + 0.3 * np.sin(1.0), np.cos(1.0)])
+    circle, helix = (OnACurve(SimpleNamespace(pitch=p), None) for p in (0.0, 0.05))
+    own = circle.solve(start)[0]
+    found, why = circle.branch(own, towards, (-2.0, 2.0), 0.2, 200)
+    assert why == CLOSED_CURVE
+    angles = np.unwrap([np.arctan2(one.unknowns[0], one.value) for one in found])
+    assert abs(angles[-1] - angles[0]) == pytest.approx(2 * np.pi, abs=0.2)
+    assert np.abs(np.diff(angles)).max() < 0.21
+    start[6] += 0.05
+    assert helix.branch(helix.solve(start)[0], towards, (-2.0, 2.0), 0.2, 80)[1] != CLOSED_CURVE
+    open_end, why = circle.branch(own, -1.0, (0.2, 2.0), 0.2, 200)
+    assert (why, open_end[-1].value) == ("", pytest.approx(0.2))
