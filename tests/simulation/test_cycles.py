@@ -165,16 +165,18 @@ def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outs
 class OnACurve(Shooting):
     """Cycles on a known curve: (z1, T, value) = (sin a, 2 + 0.3 sin a + pitch a, cos a)."""
 
+    pitch = 0.0
+
     def solve(self, guess, direction=None, most=0):
-        around = self.at.pitch and (guess[6] - 2.0 - 0.3 * guess[0]) / self.at.pitch
+        around = self.pitch and (guess[6] - 2.0 - 0.3 * guess[0]) / self.pitch
         a = np.arctan2(guess[0], guess[7])
         a = a if direction is not None else np.copysign(np.arccos(guess[7]), guess[0])
         a += 2 * np.pi * np.round((around - a) / (2 * np.pi))
         ahead = np.zeros(8)
-        ahead[[0, 6, 7]] = np.cos(a), 0.3 * np.cos(a) + self.at.pitch, -np.sin(a)
+        ahead[[0, 6, 7]] = np.cos(a), 0.3 * np.cos(a) + self.pitch, -np.sin(a)
         ahead /= np.linalg.norm(ahead) * (1 if direction is None else np.sign(ahead @ direction))
         place = np.zeros(8)
-        place[[0, 6, 7]] = np.sin(a), 2.0 + 0.3 * np.sin(a) + self.at.pitch * a, np.cos(a)
+        place[[0, 6, 7]] = np.sin(a), 2.0 + 0.3 * np.sin(a) + self.pitch * a, np.cos(a)
         known = {"state": place[:6], "period": place[6], "value": place[7], "unknowns": place}
         return SimpleNamespace(**known, contacts=1, stable=True), ahead
 
@@ -185,11 +187,16 @@ class OnACurve(Shooting):
         return []
 
 
+class OnAHelix(OnACurve):
+    pitch = 0.05
+
+
 @pytest.mark.parametrize("towards", [1.0, -1.0])
 def test_a_branch_is_a_closed_curve_where_its_first_cycle_returns_and_no_other(towards):
     """The value alone returns twice in a turn; on a helix the cycle never does."""
     start = np.array([np.sin(1.0), 0, 0, 0, 0, 0, 2 + 0.3 * np.sin(1.0), np.cos(1.0)])
-    circle, helix = (OnACurve(SimpleNamespace(pitch=p), None) for p in (0.0, 0.05))
+    nothing: Any = None
+    circle, helix = OnACurve(nothing, nothing), OnAHelix(nothing, nothing)
     own = circle.solve(start)[0]
     found, why = circle.branch(own, towards, (-2.0, 2.0), 0.2, 200)
     assert why == CLOSED_CURVE
@@ -199,4 +206,5 @@ def test_a_branch_is_a_closed_curve_where_its_first_cycle_returns_and_no_other(t
     start[6] += 0.05
     assert helix.branch(helix.solve(start)[0], towards, (-2.0, 2.0), 0.2, 80)[1] != CLOSED_CURVE
     open_end, why = circle.branch(own, -1.0, (0.2, 2.0), 0.2, 200)
-    assert (why, open_end[-1].value) == ("", pytest.approx(0.2))
+    assert why == ""
+    assert open_end[-1].value == pytest.approx(0.2)

@@ -1,9 +1,10 @@
 """What is observed of a motion against the geometry of the pad."""
 
 import numpy as np
+import pytest
 
 from squeal.io.scene import read_scene
-from squeal.simulation.observers import face_speed
+from squeal.simulation.observers import face_speed, lobatto
 from squeal.simulation.run import in_natural_units
 from tests.conftest import SCENES
 
@@ -22,3 +23,11 @@ def test_speed_of_the_face_is_the_change_of_its_place():
     expected = (place(step) - place(-step)) / (2 * step)
     expected[3] = np.nan  # off the surface
     np.testing.assert_allclose(face_speed(c, states, on), expected, rtol=1e-7)
+
+
+@pytest.mark.parametrize("count", [3, 4, 7, 12])
+def test_quadrature_over_a_step_is_exact_for_polynomials(count):
+    places, weights = lobatto(count)
+    assert (places[0], places[-1]) == (0.0, 1.0)
+    powers = np.arange(2 * count - 2)
+    assert weights @ places[:, None] ** powers == pytest.approx(1 / (powers + 1), rel=1e-12)
