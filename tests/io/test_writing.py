@@ -13,8 +13,8 @@ import numpy as np
 import pytest
 
 from squeal.cli.options import check_outputs
-from squeal.errors import InputError
-from squeal.io.writing import Column, Table, remaining
+from squeal.errors import ComputationError, InputError
+from squeal.io.writing import Column, Table, remaining, to_json
 
 
 def test_only_a_plain_file_in_a_writable_folder_is_an_output(tmp_path, monkeypatch):
@@ -77,3 +77,9 @@ def test_a_long_table_shows_some_rows_and_counts_the_others(left, form):
 def test_what_remains_takes_as_long_each_as_what_is_done(spent, done, count, left):
     (told,) = re.findall(r"[\d.]+", remaining(time.monotonic() - spent, done, count))
     assert float(told) == pytest.approx(left, rel=0.05)
+
+
+@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan])
+def test_json_holds_no_number_that_json_cannot_say(value):
+    with pytest.raises(ComputationError):
+        to_json({"one": [1.0, value]})

@@ -1,5 +1,7 @@
 """Matrices that depend on the frequency of each root: closed forms and larger linear systems."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
@@ -19,6 +21,7 @@ K0 = RATE**2 * np.array([[1.0, -0.3, 0.0], [-0.3, 1.1, -0.2], [0.0, -0.2, 1.6]])
 C0 = 1e-3 / RATE * K0
 b = np.array([1.0, 0.5, -0.2])
 B = 0.2 * RATE**2 * np.outer(b, b)
+SHORT = Table("t.csv", (200.0, 3100.0), (1.0, 1.2), (0.1, 0.1))
 FRICTION = np.zeros((3, 3))
 FRICTION[:2, :2] = 0.5 * RATE**2 * np.array([[0.0, 1.0], [-1.0, 0.0]])
 STORAGE, LOSS = f"(omega*{LATE!r})**2/(1 + (omega*{LATE!r})**2)", f"1/(omega*{LATE!r})"
@@ -162,6 +165,14 @@ def test_structural_damping_is_viscous_damping_at_the_frequency():
     ],
 )
 def test_refusals(ask):
-    table = Table("t.csv", (200.0, 3100.0), (1.0, 1.2), (0.1, 0.1))
     with pytest.raises(InputError):
-        ask(_brake(Modulus(table=table)))
+        ask(_brake(Modulus(table=SHORT)))
+
+
+@pytest.mark.parametrize(
+    ("band", "covered"),
+    [((200.0, 3100.0), True), ((199.0, 3000.0), False), ((300.0, 3101.0), False)],
+)
+def test_tables_must_cover_the_band(band, covered):
+    with nullcontext() if covered else pytest.raises(InputError):
+        squeal.eigenvalues(_brake(Modulus(table=SHORT)), band=band)
