@@ -23,6 +23,7 @@ from squeal.linear.matrices import (
     EPS,
     ILL,
     check_regular,
+    divisor,
     first_order,
     noise_of,
     norm_of,
@@ -93,8 +94,8 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     C = None if C is None or not C.any() else C
     U, masses, Wh = np.linalg.svd(M)
     n, r = len(M), rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
-    size = norm_of(K) or 1.0
-    rate = 2.0 ** round(np.log2(size / (masses[0] or 1.0)) / 2)
+    size = divisor(norm_of(K))
+    rate = 2.0 ** np.round(np.log2(size / divisor(masses[0])) / 2)
     M = np.diag(np.where(np.arange(n) < r, masses, 0.0) * (rate**2 / size))
     K, infinite = U.conj().T @ (K / size) @ Wh.conj().T, n - r
     E, F = M, K

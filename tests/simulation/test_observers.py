@@ -1,10 +1,14 @@
 """What is observed of a motion against the geometry of the pad."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 
 from squeal.io.scene import read_scene
-from squeal.simulation.observers import face_speed, lobatto
+from squeal.simulation.hybrid import Steps
+from squeal.simulation.observers import Grid, face_speed, lobatto
 from squeal.simulation.run import in_natural_units
 from tests.conftest import SCENES
 
@@ -31,3 +35,19 @@ def test_quadrature_over_a_step_is_exact_for_polynomials(count):
     assert (places[0], places[-1]) == (0.0, 1.0)
     powers = np.arange(2 * count - 2)
     assert weights @ places[:, None] ** powers == pytest.approx(1 / (powers + 1), rel=1e-12)
+
+
+@pytest.mark.parametrize("count", [4, 7])
+def test_each_maximum_of_a_parabola_is_found_wherever_in_its_step_it_lies(count):
+    places = np.linspace(0.002, 0.998, 250)
+    series = np.zeros((3, 6, len(places)))
+    series[:, 0] = -(places**2), 2 * places, -np.ones(len(places))  # -(share - place)^2
+    lane = np.zeros(len(places), dtype=int)
+    steps = Steps(lane, np.arange(250.0), np.ones(250), series, np.zeros((2, 250)))
+    course: Any = SimpleNamespace(steps=steps, t0=np.zeros(1), coefficients=lambda lane: None)
+    grid = Grid(course, count)
+    enough = np.full(250, -np.inf)
+    found, share, values = grid.peaks(lambda c, states, on: states[0], grid.states[0], enough)
+    assert np.array_equal(np.sort(found), np.arange(250))
+    assert share == pytest.approx(places[found], abs=1e-9)
+    assert values == pytest.approx(np.zeros(250), abs=1e-12)
