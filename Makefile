@@ -10,7 +10,7 @@
 # make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
 # make archive  report, page, site, data, scenes and packages as one file for a repository, in dist/
 # make cluster  what profiles/slurm needs               make cluster-test   a try on a node of its own
-# make brake DATA=folder   a published brake of 4669 degrees of freedom (its matrices, see docs/systems.md)
+# make brake DATA=folder   a published brake of 4669 degrees of freedom (its matrices, see docs/published.md)
 # make machines DIRECTORY=...  install, build and test on fresh machines, releases of Debian there
 # make platforms  does the lock hold packages for every platform?
 # make page     the live page, page/built/squeal.html   make page-test   its tests
@@ -34,6 +34,8 @@ UV_COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-versi
 	--fork-strategy fewest --generate-hashes --no-header
 
 EPOCH := SOURCE_DATE_EPOCH=1609459200
+# address of the repository at its public host, for packages; there is none yet
+URL :=
 
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
@@ -103,7 +105,7 @@ site: $(DOCS)
 
 dist: $(RELEASE)
 	mkdir -p dist && rm -f dist/*.whl dist/*.tar.gz
-	$(EPOCH) $(BIN)/python -c "from flit_core import buildapi as b; b.build_wheel('dist'); b.build_sdist('dist')"
+	$(EPOCH) $(BIN)/python -m workflow.release.dist dist $(URL)
 	.venv/archive/bin/twine check --strict dist/*.whl dist/*.tar.gz
 
 archive: $(RELEASE) report site dist

@@ -182,7 +182,7 @@ def frictionless(eqs: Literal, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
     """Where n pads rest at mu = 0: places (3, n), where there are any, and where it is a choice.
 
     Of several places the admissible ones (`Literal.admissible`) go before others, then the least
-    potential decides, as docs/queries.md has it. It is a choice where several are there of which
+    potential decides, as docs/trust.md has it. It is a choice where several are there of which
     none is admissible: which of them a search meets is then no property of the pad.
     """
     random = np.random.default_rng(0)

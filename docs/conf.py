@@ -16,9 +16,8 @@ version = release = squeal.__version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
-    "sphinx.ext.autosummary",
+    "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
-    "docstrings",
     "mathml",
     "pages",
     "run",
@@ -26,20 +25,20 @@ extensions = [
 root_doc = "index"
 exclude_patterns = ["_build", "_extensions", "gallery/*", "generated/*.md", "generated/commands"]
 nitpicky = True
-# names of other packages, whose documentation is not at hand, and type variables
-OTHERS = (*sys.stdlib_module_names, "numpy", "np", "scipy", "matplotlib", "heyoka", "hy")
+# names of packages whose documentation is not at hand, of rooms, and of types
+OTHERS = (*sys.stdlib_module_names, "numpy", "np", "scipy", "matplotlib", "control")
 nitpick_ignore_regex = [
-    (r"py:.*", rf"({'|'.join(OTHERS)})\b.*"),
-    (r"py:class", r"tuple\[.*"),
-    (r"py:class", r"(.*\.)?([A-Z]|Machine|Answer|StateSpace|Subject|string|\w*Array|Reference)"),
+    (r"py:.*", rf"({'|'.join(OTHERS)}).*"),
+    (r"py:class", r"squeal\..*\..*"),
 ]
-suppress_warnings = ["ref.python"]  # classes of one name in two modules
+default_role = "code"
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3
 
-autodoc_default_options = {"members": True, "member-order": "bysource", "ignore-module-all": True}
-autodoc_typehints_format = "short"
+autodoc_default_options = {"member-order": "bysource", "exclude-members": "columns, parts, table"}
+autodoc_typehints = "none"  # docstrings say more: shapes and units
+napoleon_use_param = napoleon_use_rtype = False  # types in words, which are no links
 autodoc_preserve_defaults = True
 
 sphinx_gallery_conf = {
@@ -73,5 +72,4 @@ html_theme_options = {
     "pygments_light_style": "a11y-high-contrast-light",
     "pygments_dark_style": "a11y-high-contrast-dark",
 }
-# a sidebar where there are pages below
-html_sidebars = {path.stem: [] for path in HERE.glob("*.md")}
+html_sidebars = {name: [] for name in ("index", "start")}  # no pages beside them

@@ -1,15 +1,12 @@
-"""Pages that the package writes itself: findings, contents of the report, lists of names."""
+"""Pages that the package writes itself: findings, contents of the report; the live page."""
 
 from __future__ import annotations
 
-import pkgutil
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from sphinx.application import Sphinx
 
-import squeal
 from page import PAGE, SITE
 from squeal.article.cases import STEMS
 from squeal.article.commands.claims import scene_files
@@ -19,7 +16,6 @@ from squeal.article.studies.findings import study
 from squeal.io.provenance import digest
 
 FINDINGS = "squeal.article.studies.findings"
-PACKAGES = sorted({m.name for m in pkgutil.iter_modules(squeal.__path__)} - {"__main__"})
 ROOT = Path(__file__).resolve().parents[2]
 LIVE = ROOT / "page" / "built" / PAGE
 
@@ -51,28 +47,6 @@ def _escaped(text: str) -> str:
     return text.replace("*", r"\*").replace("_", r"\_").replace("$", r"\$")
 
 
-def api(folder: Path, name: str) -> set[Path]:
-    """A page for a module and, below it, for all that it holds; returns their files.
-
-    autosummary would do the same, but for modules that share their name with a function beside.
-    """
-    held = import_module(name)
-    inner = sorted(m.name for m in pkgutil.iter_modules(getattr(held, "__path__", ())))
-    modules = [f"{name}.{last}" for last in inner if not last.startswith("_")]
-    lines = [name, "=" * len(name), "", f".. automodule:: {name}", ""]
-    if modules:
-        lines += [".. toctree::", "   :maxdepth: 1", "", *(f"   {one}" for one in modules), ""]
-    _write(folder / f"{name}.rst", "\n".join(lines))
-    return {folder / f"{name}.rst"}.union(*(api(folder, one) for one in modules))
-
-
-def public() -> str:
-    """What the package offers by itself: functions, then what they take and answer with."""
-    names = sorted(squeal._HOME, key=lambda name: (name[0].isupper(), name.lower()))
-    lines = "".join(f"   ~squeal.{squeal._HOME[name]}.{name}\n" for name in names)
-    return f"```{{eval-rst}}\n.. autosummary::\n   :nosignatures:\n\n{lines}```\n"
-
-
 def _write(place: Path, text: str) -> None:
     """Write a file unless it says the same already, so that Sphinx reads what is new only."""
     if not place.is_file() or place.read_text(encoding="utf-8") != text:
@@ -82,14 +56,8 @@ def _write(place: Path, text: str) -> None:
 def write(app: Sphinx) -> None:
     """Write the pages into generated/; findings only if their sources have changed."""
     folder = Path(app.srcdir) / "generated"
-    (folder / "api").mkdir(parents=True, exist_ok=True)
+    folder.mkdir(exist_ok=True)
     _write(folder / "contents.md", contents())
-    current: set[Path] = set().union(*(api(folder / "api", f"squeal.{name}") for name in PACKAGES))
-    for page in {*(folder / "api").glob("*.rst")} - current:  # of a module that is gone
-        page.unlink()
-    _write(folder / "public.md", public())
-    pages = "\n".join(f"/generated/api/squeal.{name}" for name in PACKAGES)
-    _write(folder / "modules.md", f"```{{toctree}}\n:maxdepth: 1\n\n{pages}\n```\n")
     measured, stamp = folder / "findings.md", f"% made from the sources {digest(FINDINGS)}\n"
     if not measured.is_file() or not measured.read_text(encoding="utf-8").startswith(stamp):
         measured.write_text(stamp + findings(), encoding="utf-8")

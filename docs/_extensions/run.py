@@ -1,8 +1,8 @@
 """```{run}: commands of squeal with what they print when the site is built.
 
 The content is one command a line. They run in a folder that holds the README's pad.yaml, the
-article's scenes, the systems of the literature, a table of a test and a brake of solids as Abaqus
-writes it.
+article's scenes, the systems of the literature, a table of a test, a brake of solids as Abaqus
+writes it, and a rotor from ROSS.
 `:head: N` shows the first N lines of each output, `:code: N` is the exit code that is expected.
 """
 
@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import re
 import shlex
 import shutil
@@ -18,6 +19,8 @@ from typing import Any, ClassVar
 
 from docutils import nodes
 from docutils.parsers.rst import directives
+from scipy.io import mmwrite
+from scipy.sparse import coo_array
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
@@ -43,6 +46,16 @@ LINING = """frequency,storage,loss
 2000,1.00,0.10
 8000,1.20,0.08
 """
+ROTOR = """\
+name: rotor
+parameters:
+  speed: 0.0   # rad/s
+  cross: 0.4   # share of the bearings' cross-coupled stiffness
+parameter: speed
+M: {file: M.mtx}
+C: [{file: C.mtx}, {file: G.mtx, factor: speed}]
+K: [{file: K.mtx}, {file: cross.mtx, factor: cross}]
+"""
 DAMPED = {  # a line of the brake's system file and what follows it in another one
     "damped": ("  factor: contact\n", "  structural: 0.1\n"),
     "lining": ("  factor: contact\n", "  modulus: {file: lining.csv}\n"),
@@ -66,10 +79,26 @@ def prepare(app: Sphinx) -> None:
     for name, (line, more) in DAMPED.items():
         text = system.replace(line, line + more) + "damping: {structural: 0.002}\n"
         (folder / "brake" / f"{name}.yaml").write_text(text, encoding="utf-8")
+    write_rotor(folder / "rotor")
     systems = ROOT / "squeal" / "article" / "literature" / "systems"
     for scene in (*(ROOT / "workflow" / "scenes").glob("*.yaml"), *systems.glob("*.yaml")):
         shutil.copy(scene, folder)
     app.env.squeal_work = folder  # type: ignore[attr-defined]
+
+
+def write_rotor(folder: Path) -> None:
+    """A system file of the rotor in the tests, its skew stiffness as a matrix of its own."""
+    data = json.loads((ROOT / "tests" / "data" / "rotor.json").read_text(encoding="utf-8"))
+    found = {}
+    for name, entries in data["matrices"].items():
+        rows, columns, values = zip(*entries, strict=True)
+        found[name] = coo_array((values, (rows, columns)), shape=(data["rows"],) * 2)
+    found["cross"] = (found["K"] - found["K"].T) / 2
+    found["K"] = found["K"] - found["cross"]
+    folder.mkdir()
+    for name, matrix in found.items():
+        mmwrite(folder / f"{name}.mtx", matrix)
+    (folder / "rotor.yaml").write_text(ROTOR, encoding="utf-8")
 
 
 class Run(SphinxDirective):

@@ -2,8 +2,8 @@
 A pad that hammers
 ==================
 
-Case (c) with line contact, the scene of the report's Fig. 11: the reaction wanders from edge to edge
-of the pad, and the surfaces separate at times.
+Case (c) with line contact, the scene of Fig. 11 of the report: the reaction wanders from edge to
+edge of the pad, and the surfaces separate at times.
 """
 
 from dataclasses import replace

@@ -94,7 +94,7 @@ class Optimum(Answer):
 
     @property
     def active(self) -> tuple[Eigenvalue, ...]:
-        """The roots whose growth rates hold the largest one where it is: the next to be changed."""
+        """The roots whose growth rates hold the largest one where it is, the next to be changed."""
         first, last = self.growth
         upper = (e for e in self.after.every if e.value.imag >= 0.0)
         return tuple(e for e in upper if e.growth_rate >= last - ACTIVE * abs(first - last))

@@ -34,7 +34,7 @@ def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
     Returns
     -------
     array (m, k)
-        |x^H y|^2 / (x^H x  y^H y); NaN where a shape is zero or not known.
+        `|x^H y|^2 / (x^H x  y^H y)`; NaN where a shape is zero or not known.
 
     Examples
     --------

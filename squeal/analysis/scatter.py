@@ -161,8 +161,8 @@ class Scatter(Answer):
 
     @property
     def propensity(self) -> float | None:
-        """Squeal propensity index: the mean over the samples of the sum of the negative damping
-        ratios -Re/|lambda| of the modes that grow; None of thresholds."""
+        """The squeal propensity index, the mean over the samples of the sum of the negative damping
+        ratios `-Re/|lambda|` of the modes that grow; None of thresholds."""
         each = [one.propensity for one in self.rows if one.propensity is not None]
         return math.fsum(each) / len(each) if each else None
 

@@ -220,7 +220,7 @@ class Advice(Answer):
 
     @property
     def changes(self) -> list[tuple[float, Lever, str]]:
-        """How each change moves the critical friction, by its effect: the most helpful last."""
+        """How each change moves the critical friction, by its effect, the most helpful last."""
         changes = (
             (change, lever, word)
             for lever in self.levers

@@ -405,7 +405,7 @@ class Assembly:
 
     @property
     def reduction(self) -> dict[str, Any] | None:
-        """What a JSON object says of a reduction: rows before and after it, cutoff; None if none of
+        """What a JSON object says of a reduction, rows before and after it, cutoff; None if none of
         the components is reduced."""
         rows = sum(body.rows or body.system.n for body in self.components)
         known = {"method": "components", "size": self.system.n, "rows": rows}
@@ -438,7 +438,7 @@ class Assembly:
 
         What a component lacks moves inside with the other nodes held, above the cutoff: K, at the
         component's own parameters, alone meets the residuals there but for what contracts by
-        (|z| / cutoff)^2.
+        `(|z| / cutoff)^2`.
         """
         z = np.asarray(roots)
         known, energies = np.zeros((len(z), len(z)), complex), np.zeros((2, len(z)))

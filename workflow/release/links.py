@@ -1,17 +1,34 @@
-"""`python -m workflow.release.links FOLDER`: do all links of the built site lead somewhere?
+"""`python -m workflow.release.links FOLDER`: do links and searches of the built site lead somewhere?
 
 Links within the site need a file and, after a #, an element of that name; links to elsewhere need
-https and a host, and are not followed.
+https and a host, and are not followed. What is searched most has to stand in a title of its page,
+which the search then shows first.
 """
 
 from __future__ import annotations
 
+import json
 import sys
 from collections.abc import Iterator
 from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
+
+
+SEARCHED = {
+    "Abaqus": "files",
+    "Ansys": "files",
+    "Campbell": "rotor",
+    "cluster": "cluster",
+    "JSON": "json",
+    "Nastran": "files",
+    "root locus": "modes",
+    "ROSS": "rotor",
+    "scikit-fem": "skfem",
+    "tolerances": "samples",
+    "unstable": "modes",
+}
 
 
 class Page(HTMLParser):
@@ -63,9 +80,21 @@ def wrong(folder: Path) -> Iterator[str]:
                 yield f"{at}: no such place in that page"
 
 
+def not_found(folder: Path) -> Iterator[str]:
+    """A line for each search whose words are in no title of the page that answers it."""
+    text = (folder / "searchindex.js").read_text(encoding="utf-8")
+    index = json.loads(text[text.index("(") + 1 : text.rindex(")")])
+    for words, page in SEARCHED.items():
+        number = index["docnames"].index(page)
+        titles = (title for title, at in index["alltitles"].items() if number in dict(at))
+        if not any(words.lower() in title.lower() for title in titles):
+            yield f"search for {words!r}: in no title of {page}"
+
+
 def main() -> int:
     """Print what is wrong; 1 if something is."""
-    found = list(wrong(Path(sys.argv[1])))
+    folder = Path(sys.argv[1])
+    found = [*wrong(folder), *not_found(folder)]
     print("\n".join(found), end="\n" if found else "")
     return int(bool(found))
 
