@@ -34,7 +34,15 @@ found = squeal.thresholds(column, 30.0)
 print(f"{found.first.kind} from P = {found.first.mu:.4f} on, Beck and others: 20.0510")
 
 # %%
-# The two lowest frequencies on the way meet and one mode grows:
+# The two lowest frequencies meet there, and one of two modes grows:
 
-squeal.sweep(column, np.linspace(0.0, 30.0, 61)).plot()
+loads = np.linspace(0.0, 30.0, 121)
+roots = np.array([step.roots for step in squeal.sweep(column, loads).steps])
+figure, (above, below) = plt.subplots(2, 1, sharex=True, layout="constrained")
+above.plot(loads, roots.imag, "k.", markersize=2)
+above.set_ylim(0.0, 30.0)
+above.set_ylabel(r"circular frequency [$\sqrt{EI/(\rho A L^4)}$]")
+below.plot(loads, roots.real, "k.", markersize=2)
+below.set_ylabel("growth rate")
+below.set_xlabel(r"load $P$ [$EI/L^2$]")
 plt.show()

@@ -40,8 +40,8 @@ def main() -> int:
             readme, project = (Path(name) / one for one in ("README.md", "pyproject.toml"))
             readme.write_text(absolute(readme.read_text(encoding="utf-8"), url), encoding="utf-8")
             table = f'\n[project.urls]\nSource = "{url}"\nIssues = "{url}/issues"\n'
-            with project.open("a", encoding="utf-8") as file:
-                file.write(table)
+            with project.open("a", encoding="utf-8") as end:
+                end.write(table)
         with contextlib.chdir(name):
             buildapi.build_wheel(str(folder))
             buildapi.build_sdist(str(folder))

@@ -1,4 +1,4 @@
-"""`python -m workflow.release.links FOLDER`: do links and searches of the built site lead somewhere?
+"""`python -m workflow.release.links FOLDER`: do links and searches of the site lead somewhere?
 
 Links within the site need a file and, after a #, an element of that name; links to elsewhere need
 https and a host, and are not followed. What is searched most has to stand in a title of its page,
@@ -14,7 +14,6 @@ from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 from urllib.parse import unquote, urlsplit
-
 
 SEARCHED = {
     "Abaqus": "files",
