@@ -123,3 +123,18 @@ def test_undamped_modes_that_coalesce_at_the_start(twice):
     assert [c.mu for c in result.crossings] == [0.0] * len(omegas)
     assert omegas_of(result) == pytest.approx(omegas, rel=1e-6)
     assert [2 * np.pi * p.frequency_hz for p in result.points] == pytest.approx(omegas[:1])
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.3])
+@pytest.mark.parametrize("stiffness", ["-mu", "mu", "-mu**2"])
+def test_what_is_at_rest_at_the_start_diverges_there_or_not_at_all(damping, stiffness):
+    """A coordinate whose stiffness leaves zero, beside an oscillator."""
+    rng = np.random.default_rng(2)
+    L, R = (np.eye(2) + 0.3 * rng.normal(size=(2, 2)) for _ in range(2))
+    still, moving = L @ np.diag([0.0, 4.0]) @ R, L @ np.diag([1.0, 0.0]) @ R
+    C = damping * (L @ R) if damping else None
+    found = thresholds(system_of(L @ R, C, (still, (moving, stiffness))), 1.0)
+    expected = [] if stiffness == "mu" else [(0.0, "divergence", "up", True)]
+    shown = [(c.mu, c.kind, c.direction, c.changes_verdict) for c in found.crossings]
+    assert shown == expected
+    assert [(p.mu, p.kind) for p in found.points] == [each[:2] for each in expected]
