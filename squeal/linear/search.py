@@ -86,7 +86,7 @@ def search(
     walk = _Walk(along, options.budget // cheaper)
     count = max(int(options.steps * fewer), 2)
     # values that thresholds do not like to lie at
-    inner = [(k + 0.0371) / count for k in range(1, count)]
+    inner = [(k + 0.0371 * (1 + k % 3)) / count for k in range(1, count)]
     values = [low, *(low + x * (high - low) for x in inner), high]
     along.prepare(values)
     for a, b in itertools.pairwise(values):

@@ -202,7 +202,7 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
             for one in ({"about": 0.1}, {"relative": 0.0}, {"within": np.nan}, {"between": [1, 0]})
         ),
         ({"spreads": {"k_c": {"relative": 0.1}}}, "k_c is no parameter here"),
-        ({"spreads": {"mu": {"relative": 0.1}}}, "mu is no parameter here"),
+        ({"spreads": {"mu": {"relative": 0.1}}}, "mu is varied to find its threshold"),
         ({"samples": 100, "design": "sobol"}, "a power of 2 for the design sobol, such as 128"),
         ({"band": (1.0, 2.0)}, "band: is not allowed with a scene"),
         ({"of": "noise"}, "one of threshold, growth"),
