@@ -50,7 +50,6 @@ sphinx_gallery_conf = {
     "show_signature": False,
     "write_computation_times": False,
     "min_reported_time": 600,
-    "notebook_extensions": set(),
     "abort_on_example_error": True,
 }
 

@@ -197,6 +197,8 @@ class Eigenvalues(Answer):
         count = f"{len(self.eigenvalues)} roots, {self.proof}"
         head = f"{self.name}\n{self.conclusion}"
         notes = [self.open] * bool(self.open and self.unstable) + [*self.notes[1:]]
+        if self.unstable and all(one.onset is None for one in self.unstable):
+            notes.append(f"from which {self.parameter} on: --sweep and critical-friction tell")
         return [head, *self.notes[:1], self.table(), count, self.growing, *notes]
 
     def to_dict(self) -> dict[str, Any]:

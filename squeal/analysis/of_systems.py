@@ -176,8 +176,9 @@ class Question:
         notes = ["\n".join(lines), *roots.notes]
         if count := roots.growing_outside:
             below = " and below the cutoff" * bool(self.joined)
+            least = "at least " * bool(self.joined)  # errors leave others open
             words = "1 mode grows" if count == 1 else f"{count} modes grow"
-            notes.append(f"{words} outside of the band or region{below}")
+            notes.append(f"{least}{words} outside of the band or region{below}")
         words = "" if region is None else self.wanted.words()
         if roots.growth_limit is not None:
             words += f" with growth below {roots.growth_limit:.4g} 1/s"

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.analysis.answers import Sweep, Thresholds
+from squeal.analysis.answers import Sweep, Thresholds, onset_of
 from squeal.linear import GROWING
 from squeal.linear.events import hertz_of
 from squeal.plots.maps import COLOUR_OF, symbol_of
@@ -193,8 +193,9 @@ def _onsets(sweep: Sweep, found: Thresholds | None) -> dict[str, Line2D]:
     """What a legend says of the first modes that grow: from where on."""
     at = symbol_of(sweep.parameter)
     if found is None:
-        began = [(m.mode, m.onset) for m in sweep.modes if m.onset is not None]
-        words = [f"mode {mode} grows from {at} = {onset:.4g}" for mode, onset in began]
+        between = onset_of(sweep.parameter).cell
+        began = [mode for mode in sweep.modes if mode.onset is not None]
+        words = [f"mode {m.mode}: growth begins at {at} = {between(m)}" for m in began]
     else:
         ups = [c for c in found.crossings if c.direction == "up"]
         words = [f"{c.kind} from {at} = {c.mu:.4g}{hertz_of(c.frequency_hz)}" for c in ups]
