@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from squeal import schema
-from squeal.io.matrices import FORMATS, MatrixFile, aligned, all_labels, read_matrix
+from squeal.io.matrices import aligned, all_labels, read_matrix
+from squeal.io.matrix_formats import FORMATS, MatrixFile
 from squeal.linear.matrices import dense, reduce
 from squeal.linear.moduli import Modulus, Table
 from squeal.linear.system import Damped, Term, TermSystem, damped, without_supports

@@ -15,7 +15,8 @@ from scipy.sparse import csc_array
 
 from squeal.analysis.answers import Eigenvalues, Sensitivity, Thresholds, basis_text
 from squeal.errors import ComputationError, InputError
-from squeal.io.matrices import MatrixFile, aligned, read_matrix
+from squeal.io.matrices import aligned, read_matrix
+from squeal.io.matrix_formats import MatrixFile
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING
 from squeal.linear.matrices import is_sparse

@@ -1,0 +1,523 @@
+"""Formats of matrix files, recognised by their content or else by their suffix: `FORMATS`.
+
+To add a format: a function that returns `MatrixFile` and a line of `FORMATS`, which is where
+refusals, documentation and `squeal` itself find it; its round trip goes to
+tests/io/test_matrices.py. Matrix Market is read here and not by SciPy, which takes 2.0D+01 for 2
+and may crash on a line that was cut off.
+"""
+
+import io
+import math
+import re
+import warnings
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+from zipfile import ZipFile
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csc_array
+
+from squeal.errors import InputError
+from squeal.schema import Place
+
+HEAD = 4096  # bytes that a format is recognised by
+MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
+MOST_FULL = 10_000_000  # numbers of full arrays, for each 1e6 bytes of a file
+SYMMETRIES = ("general", "symmetric", "skew-symmetric")
+MATRIX, COMPRESSED, SPARSE = 14, 15, 5  # data elements, and a class, of MATLAB's version 5
+TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
+# Ansys' names of degrees of freedom, with the numbers of the other programs
+FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6, "PRES": 8, "TEMP": 11}
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixFile:
+    """A matrix as it stands in a file.
+
+    `labels` are the (node, degree of freedom) of its rows, if they are named so; `open_ended` is
+    true if the file does not say how many rows there are (the last may be empty). `symmetric` says
+    whether entries on one side of the diagonal stand for those on the other too, None if the file
+    does not say. `form` names the format that the file was read as.
+    """
+
+    matrix: Any = field(repr=False)
+    labels: tuple[tuple[int, int], ...] | None = field(default=None, repr=False)
+    open_ended: bool = False
+    symmetric: bool | None = False
+    form: str = ""
+
+
+def _numbers(lines: Any, places: int, values: int) -> tuple[NDArray, NDArray]:
+    """The whole numbers (lines, places) and the numbers (lines, values) behind them, of each line.
+
+    Raises ValueError.
+    """
+    fields = ("places", np.int64, (places,)), ("values", np.float64, (values,))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of no data
+        try:
+            table = np.loadtxt(lines, [one for one in fields if one[2] != (0,)], comments=None)
+        except ValueError as error:
+            words = str(error).partition(";")[0].replace("the dtype passed requires ", "")
+            raise ValueError(words.replace("int64", "whole numbers")) from None
+    table = np.atleast_1d(table)
+    where, entries = (
+        table[name] if n[0] else np.empty((len(table), 0), kind) for name, kind, n in fields
+    )
+    return where, entries
+
+
+def _assembled(path: Path, indices: NDArray, values: NDArray, shape: tuple[int, int]) -> Any:
+    """The matrix of entries at (row, column) `indices` (2, entries); those that meet are summed."""
+    if max(shape) > MOST_ROWS:
+        raise ValueError(f"{max(shape):.6g} rows; at most {MOST_ROWS} are read")
+    matrix = coo_array((values, tuple(indices)), shape=shape).tocsc()
+    if matrix.nnz < len(values):
+        places, count = np.unique(indices, axis=1, return_counts=True)
+        row, column = places[:, np.argmax(count > 1)] + 1
+        words = f"{len(values) - matrix.nnz} entries stand where another one stands, the first "
+        Place(str(path)).warn(f"{words}at row {row}, column {column}; they are summed")
+    return matrix
+
+
+def is_half(matrix: Any) -> bool:
+    """True if no entry has another one on the other side of the diagonal, in whatever order."""
+    rows, columns = matrix.tocoo().coords
+    if np.all(rows >= columns) or np.all(rows <= columns):
+        return True
+    off = rows != columns
+    places = np.sort([rows[off], columns[off]], axis=0).astype(np.int64)
+    return len(np.unique(places[0] * matrix.shape[0] + places[1])) == len(places[0])
+
+
+def mirrored(matrix: Any, sign: int = 1) -> Any:
+    """Half a matrix with its mirror image added, the diagonal taken once. Raises ValueError."""
+    if not is_half(matrix):
+        words = "symmetric" if sign > 0 else "skew-symmetric"
+        raise ValueError(f"a {words} file holds one triangle, and this has entries on both sides")
+    entries = matrix.tocoo()
+    (rows, columns), data = entries.coords, entries.data
+    off = rows != columns
+    where = np.append(rows, columns[off]), np.append(columns, rows[off])
+    return coo_array((np.append(data, sign * data[off]), where), shape=matrix.shape).tocsc()
+
+
+def _read_matrix_market(path: Path) -> MatrixFile:
+    """Coordinate or array, general, symmetric or skew-symmetric."""
+    with path.open(encoding="utf-8") as stream:
+        _, kind, form, entry, symmetry, *_ = [*stream.readline().lower().split(), *[""] * 5]
+        if kind != "matrix" or form not in ("coordinate", "array") or symmetry not in SYMMETRIES:
+            words = f"matrix, coordinate or array, {', '.join(SYMMETRIES)} are read"
+            raise ValueError(f"{kind} {form} {symmetry}: {words}")
+        size = next((line for line in stream if line.strip() and line.lstrip()[0] != "%"), "")
+        placed, width = form == "coordinate", {"pattern": 0, "complex": 2}.get(entry, 1)
+        body = (line for line in stream if line.lstrip()[:1] != "%")
+        where, parts = _numbers(body, 2 * placed, width)
+    general, skew = symmetry == "general", symmetry[:4] == "skew"
+    numbers = [int(word) for word in size.split()]
+    if len(numbers) != 2 + placed:
+        raise ValueError(f"the line of sizes, {size.strip()}, must hold {2 + placed} numbers")
+    n = (numbers[0], numbers[1])
+    count = math.prod(n) if general else n[0] * (n[0] + 1 - 2 * skew) // 2
+    count = numbers[2] if placed else count
+    if len(parts) != count:
+        raise ValueError(f"{len(parts)} entries; {count} are required")
+    if entry == "integer" and np.any(parts != np.round(parts)):
+        raise ValueError("entries must be whole numbers, as the first line says")
+    if placed:
+        if where.min(initial=1) < 1:
+            raise ValueError("rows and columns must count from 1")
+        where = where.T - 1
+    elif general:
+        where = np.array(np.unravel_index(np.arange(count), n, order="F"))
+    else:
+        where = np.array(np.triu_indices(n[0], int(skew)))[::-1]
+    values = np.ones(count) if entry == "pattern" else parts[:, 0]
+    if entry == "complex":
+        values = values + 1j * parts[:, 1]
+    matrix = _assembled(path, where, values, n)
+    if skew and np.any(matrix.diagonal()):
+        raise ValueError("a skew-symmetric file has no diagonal, and this has")
+    return MatrixFile(matrix if general else mirrored(matrix, -1 if skew else 1))
+
+
+def _read_abaqus(path: Path) -> MatrixFile | dict[str, MatrixFile]:
+    """Lines `row, column, value` or `node, dof, node, dof, value`, by commas or blanks.
+
+    Internal nodes, such as those of Lagrange multipliers, have labels below zero. A line that
+    begins with * may say TYPE=SYMMETRIC or UNSYMMETRIC; each *MATRIX INPUT begins a matrix.
+    """
+    text = path.read_text(encoding="utf-8").replace(",", " ")
+    for mark in "#%":
+        if mark in text:
+            raise ValueError(f"{mark} is not what Abaqus writes; comments begin with **")
+    blocks = [["", "", ""]]  # name, what is said of it, entries
+    for part in re.split(r"(?m)^[ \t]*(\*.*)$", text) if "*" in text else [text]:
+        if part.startswith("*"):
+            if re.match(r"\*\s*MATRIX\s*INPUT", part, re.IGNORECASE):
+                name = re.search(r"NAME\s*=\s*(\S+)", part, re.IGNORECASE)
+                blocks.append([name[1] if name else "", "", ""])
+            elif not part.startswith("**"):
+                raise ValueError(f"the keyword {part.strip()} is not allowed; *MATRIX INPUT is")
+            blocks[-1][1] += f" {part.upper()} "
+        else:
+            blocks[-1][2] += part
+    blocks = [block for block in blocks if block[2].strip()]
+    found = {name: _abaqus_matrix(path, *rest) for name, *rest in blocks}
+    if len(found) < len(blocks) or not found:
+        raise ValueError("two matrices of one name" if blocks else "no entries")
+    return next(iter(found.values())) if len(found) == 1 else found
+
+
+def _abaqus_matrix(path: Path, head: str, text: str) -> MatrixFile:
+    """A matrix from its entries and what is said of it."""
+    width = len(next(line for line in io.StringIO(text) if line.strip()).split())
+    if width not in (3, 5):
+        raise ValueError(f"{width} columns; 3 or 5 are read")
+    given, values = _numbers(io.StringIO(text), width - 1, 1)
+    kind = re.search(r"TYPE\s*=\s*(UN)?SYMMETRIC", head)
+    scale = re.search(r"SCALE\s*FACTOR\s*=\s*(\S+)", head)
+    entries = float(scale[1]) * values[:, 0] if scale else values[:, 0]
+    symmetric = kind[1] is None if kind else None
+    if width == 5:
+        return _labelled(path, given, entries, symmetric)
+    if given.min() < 1:
+        raise ValueError("rows and columns must count from 1")
+    n = int(given.max())
+    labels = _labels(path.with_suffix(".dof"), n)
+    n = len(labels) if labels else n
+    matrix = _assembled(path, given.T - 1, entries, (n, n))
+    return MatrixFile(matrix, labels, labels is None, symmetric)
+
+
+def _labelled(path: Path, given: NDArray, values: NDArray, symmetric: bool | None) -> MatrixFile:
+    """The matrix of entries at (entries, 4) nodes and degrees of freedom of rows and columns."""
+    if not len(given):
+        raise ValueError("no entries")
+    nodes, directions = given[:, ::2], given[:, 1::2]
+    if directions.min() < 0:
+        raise ValueError("degrees of freedom must be at least 0")
+    base = int(directions.max()) + 1
+    each = (nodes * base + directions).T
+    codes = np.sort(each, axis=None)  # np.unique hashes, which takes twice as long
+    codes = codes[np.diff(codes, prepend=codes[0] - 1) > 0]
+    labels = tuple(divmod(code, base) for code in codes.tolist())
+    n = len(labels)
+    matrix = _assembled(path, np.searchsorted(codes, each), values, (n, n))
+    return MatrixFile(matrix, labels, symmetric=symmetric)
+
+
+def _fixed(lines: list[str], form: str, count: int) -> tuple[NDArray, list[str]]:
+    """Numbers (count,) in fields of a Fortran format such as (1P,3D24.16), and the lines behind."""
+    found = re.search(r"(\d*)[IEDFG](\d{1,2})", form.upper())
+    if not found:
+        raise ValueError(f"the format {form.strip()} is not read; (8I10) and (3D24.16) are")
+    each, width = max(1, min(int(found[1] or 1), count)), int(found[2])
+    used = -(-count // each)
+    if not 0 < used <= len(lines) or count > sum(map(len, lines[:used])):
+        raise ValueError(f"fewer numbers than the {count} of the header")
+    fields: Any = " ".join(lines[:used]).upper().replace("D", "E").split()
+    if len(fields) != count:  # they touch each other
+        text = "".join(line[: each * width].ljust(each * width) for line in lines[:used])
+        text = text.upper().replace("D", "E")
+        fields = [text[k : k + width].strip() for k in range(0, count * width, width)]
+        if not all(fields):
+            raise ValueError(f"fewer numbers than the {count} of the header")
+    return np.array(fields, np.int64 if "I" in form.upper() else float), lines[used:]
+
+
+def _read_harwell_boeing(path: Path) -> MatrixFile:
+    """Real or complex, assembled, as Ansys' HBMAT writes them too; no right-hand sides.
+
+    A file .mapping beside it, which HBMAT writes, names the rows.
+    """
+    lines = path.read_text(encoding="ascii").splitlines()
+    if len(lines) < 5 or len(lines[2].split()) < 4:
+        raise ValueError("the header is missing")
+    kind, *sizes = lines[2].upper().split()
+    if not re.fullmatch("[RIC][USZ]A", kind):
+        raise ValueError(f"type {kind}; real or complex (R, C), U, S or Z, assembled (A) are read")
+    rows, columns, count = map(int, sizes[:3])
+    sides, forms = int((lines[1].split() + [*"00000"])[4]), lines[3]
+    rest = lines[4 + (sides > 0) :]
+    pointers, rest = _fixed(rest, forms[:16], columns + 1)
+    indices, rest = _fixed(rest, forms[16:32], count)
+    values, _ = _fixed(rest, forms[32:52], count * (1 + (kind[0] == "C")))
+    if kind[0] == "C":
+        values = values.view(complex)
+    matrix = csc_array((values, indices - 1, pointers - 1), shape=(rows, columns))
+    sound(matrix)
+    if kind[1] != "U":
+        matrix = mirrored(matrix, 1 if kind[1] == "S" else -1)
+    return MatrixFile(matrix, _labels(path.with_suffix(".mapping"), rows))
+
+
+def _labels(path: Path, rows: int) -> tuple[tuple[int, int], ...] | None:
+    """The (node, degree of freedom) of each row, from lines `node.dof` of CalculiX or `row node
+    name` of Ansys; None without such a file."""
+    if not path.is_file():
+        return None
+    text = path.read_text(encoding="ascii").upper()
+    found = re.findall(r"(?m)^\s*(?:\d+\s+)?(\d+)(?:\.|\s+)(\w+)\s*$", text)
+    labels = tuple((int(node), FREEDOMS.get(name) or int(name)) for node, name in found)
+    if len(labels) < rows:
+        raise ValueError(f"{path.name} names {len(labels)} of its {rows} rows")
+    return labels
+
+
+def _read_dmig(path: Path) -> dict[str, MatrixFile]:
+    """Cards DMIG of bulk data or a punch file, in small, large or free fields."""
+    cards: list[list[str]] = []
+    ours = False
+    for full in path.read_text(encoding="latin-1").splitlines():
+        line = full.partition("$")[0].rstrip().expandtabs(8).upper()
+        wide = 16 if "*" in line[:8] else 8
+        if "," in line:
+            head, *data = [word.strip() for word in line.split(",")]
+            data = [*data, *[""] * 8][: 64 // wide]
+        else:
+            head, data = line[:8], [line[k : k + wide].strip() for k in range(8, 72, wide)]
+        name = head.strip(" *")
+        if name and name[0] != "+":
+            ours = name == "DMIG"
+            cards += [data] if ours else []
+        elif ours and line:
+            cards[-1] += data
+    heads = {card[0]: card for card in cards if card[1] == "0"}
+    if missing := {card[0] for card in cards} - heads.keys():
+        raise ValueError(f"the card DMIG {missing.pop()} 0, which says what it holds, is missing")
+    return {name: _dmig(path, head, cards) for name, head in heads.items()}
+
+
+def _dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
+    """One of the matrices that cards DMIG hold."""
+    name, form, polar = head[0], head[2], head[5]
+    if form not in ("1", "6"):
+        raise ValueError(f"{name} has the form {form}; 1 (square) and 6 (symmetric) are read")
+    each = [  # node, degree of freedom of row and column; real and imaginary part
+        (card[k], card[k + 1] or "0", card[1], card[2] or "0", card[k + 2], card[k + 3])
+        for card in cards
+        if card[0] == name and card[1] != "0"
+        for k in range(4, len(card) - 3, 4)
+        if card[k]
+    ]
+    text = " ".join(word or "0" for entry in each for word in entry).replace("D", "E")
+    words = re.sub(r"([\d.])([+-])", r"\1E\2", text).split()
+    if len(words) != 6 * len(each):
+        raise ValueError(f"a field of {name} is no number")
+    table = np.array(words, dtype=float).reshape(-1, 6)
+    if np.any(table[:, :4] != np.round(table[:, :4])):
+        raise ValueError(f"nodes and degrees of freedom of {name} must be whole numbers")
+    values = table[:, 4]
+    if polar not in ("", "0"):
+        values = values * np.exp(1j * np.radians(table[:, 5]))
+    elif head[3] in ("3", "4"):
+        values = values + 1j * table[:, 5]
+    return _labelled(path, table[:, :4].astype(np.int64), values, form == "6")
+
+
+def _bounded(path: Path, shapes: Iterable[Sequence[int]]) -> None:
+    """Refuse full arrays that a file holds compressed, or names only. Raises InputError."""
+    count = sum(map(math.prod, shapes))
+    most = MOST_FULL * max(1, path.stat().st_size // 1_000_000)
+    if count > most:
+        raise InputError(f"{count:.6g} numbers in so small a file; at most {most} are read")
+
+
+def _read_mat(path: Path) -> dict[str, Any]:
+    from scipy.io import loadmat, whosmat
+    from scipy.io.matlab import matfile_version
+
+    version = matfile_version(path)[0]
+    if version == 2:
+        return _read_hdf5(path)
+    if version == 1:
+        return _read_mat5(path)
+    held = [one for one in whosmat(path) if one[2] != "char"]
+    _bounded(path, [shape for _, shape, kind in held if kind != "sparse"])
+    content = loadmat(path, spmatrix=False, variable_names=[name for name, *_ in held])
+    return {name: content[name] for name, *_ in held}
+
+
+def _read_mat5(path: Path) -> dict[str, Any]:
+    """Read here, since SciPy trusts what stands in the file: a damaged one ends the process."""
+    data, found = path.read_bytes(), dict[str, Any]()
+    try:
+        for name, matrix in _variables(data[128:], "<" if data[126:128] == b"IM" else ">"):
+            found[name] = matrix
+            _bounded(path, [(one.size,) for one in found.values()])
+    except InputError:
+        raise
+    except (ValueError, LookupError, zlib.error):
+        raise ValueError("the file is damaged") from None
+    return found
+
+
+def _variables(data: bytes, order: str) -> Iterator[tuple[str, Any]]:
+    """Names and matrices among the data elements of MATLAB's version 5; text and the like is left
+    out. Raises ValueError, LookupError, zlib.error."""
+    for kind, inside in _elements(data, order):
+        if kind == COMPRESSED:
+            unpack = zlib.decompressobj()
+            unpacked = unpack.decompress(inside, 8 * MOST_FULL + 100 * len(inside))
+            if unpack.unconsumed_tail:
+                raise InputError("more numbers than so small a file may hold; a sparse matrix may")
+            if not unpack.eof:
+                raise ValueError
+            yield from _variables(unpacked, order)
+        elif kind == MATRIX and inside:
+            (_, flags), (_, sizes), (_, name), *parts = _elements(inside, order)
+            flag, _ = np.frombuffer(flags, f"{order}u4").tolist()
+            shape = np.frombuffer(sizes, f"{order}i4").tolist()
+            form, imaginary = flag & 0xFF, flag >> 11 & 1
+            if not (SPARSE <= form <= 15 and name and len(shape) == 2):
+                continue
+            arrays = [np.frombuffer(part, order + TYPES[kind]) for kind, part in parts]
+            *index, values = arrays[: len(arrays) - imaginary]
+            if imaginary:
+                values = values + 1j * arrays[-1].reshape(values.shape)
+            if min(shape) < 0 or len(index) != (2 if form == SPARSE else 0):
+                raise ValueError
+            if form == SPARSE:
+                rows, starts = index
+                count = starts[-1]
+                if not 0 <= count <= min(len(rows), len(values)):
+                    raise ValueError
+                made = csc_array((values[:count], rows[:count], starts), shape=shape)
+            else:
+                made = values.reshape(shape, order="F")
+            yield name.decode("latin-1"), made
+
+
+def _elements(data: bytes, order: str) -> list[tuple[int, bytes]]:
+    """The data elements of MATLAB's version 5, their types and bytes. Raises ValueError."""
+    at, found = 0, []
+    while at < len(data):
+        kind, size = np.frombuffer(data[at : at + 8], f"{order}u4").tolist()
+        at += 8
+        if kind >> 16:  # a small element holds its data in the tag
+            kind, size, place, after = kind & 0xFFFF, kind >> 16, at - 4, at
+        else:
+            place, after = at, at + size + (-size % 8 if kind != COMPRESSED else 0)
+        inside = data[place : min(place + size, after)]
+        if not 1 <= kind <= 18 or len(inside) != size:
+            raise ValueError
+        found.append((kind, inside))
+        at = after
+    return found
+
+
+def _read_hdf5(path: Path) -> dict[str, Any]:
+    """MATLAB's -v7.3: transposed arrays, sparse ones as groups data, ir, jc."""
+    import h5py
+
+    def numbers(data: Any) -> Any:
+        _bounded(path, [data.shape])
+        value = data[()]
+        return value["real"] + 1j * value["imag"] if value.dtype.names else value
+
+    found: dict[str, Any] = {}
+    with h5py.File(path) as file:
+        for name, item in file.items():
+            if "MATLAB_sparse" in item.attrs:
+                columns = numbers(item["jc"]).astype(np.int64)
+                rows = numbers(item["ir"]).astype(np.int64) if "ir" in item else columns[:0]
+                values = numbers(item["data"]) if "data" in item else columns[:0].astype(float)
+                shape = (int(item.attrs["MATLAB_sparse"]), len(columns) - 1)
+                found[name] = csc_array((values, rows, columns), shape=shape)
+            elif getattr(item, "ndim", 0) == 2 and item.attrs.get("MATLAB_class") != b"char":
+                found[name] = numbers(item).T
+    return found
+
+
+def _read_npz(path: Path) -> MatrixFile | dict[str, Any]:
+    from scipy.sparse import load_npz
+
+    with ZipFile(path) as members:
+        _bounded(path, [(one.file_size // 8,) for one in members.infolist()])
+    with np.load(path, allow_pickle=False) as archive:
+        if "format" in archive:
+            return MatrixFile(load_npz(path))
+        found = dict(archive)
+        _bounded(path, [array.shape for array in found.values()])
+        return found
+
+
+def _read_op4(path: Path) -> dict[str, Any]:
+    with np.printoptions():  # it takes digits from all that NumPy prints
+        from pyyeti.nastran import op4
+
+    found = op4.read(str(path), into="dct", sparse=True)
+    return {name.upper(): matrix for name, matrix in found.items()}  # as Nastran writes them
+
+
+def _read_op2(path: Path) -> dict[str, Any]:
+    with np.printoptions():  # see `_read_op4`
+        from pyyeti.nastran.op2 import OP2
+
+    with OP2(str(path)) as file:
+        return dict(file.rdop2mats())
+
+
+def _read_full(path: Path) -> dict[str, MatrixFile]:
+    """K and M of Ansys, one triangle each, without constrained rows."""
+    from ansys.mapdl.reader import read_binary
+
+    file = read_binary(str(path))
+    rows, *matrices = file.load_km()
+    held = set(map(tuple, file.const.tolist()))
+    free = [i for i, row in enumerate(rows.tolist()) if tuple(row) not in held]
+    labels = tuple((node, freedom + 1) for node, freedom in rows[free].tolist())
+    return {
+        name: MatrixFile(csc_array(X)[free][:, free], labels, symmetric=True)
+        for name, X in zip("KM", matrices, strict=True)
+        if X is not None
+    }
+
+
+def sound(matrix: Any) -> None:
+    """SciPy trusts indices, and checks no pointers whose last one is 0. Raises ValueError."""
+    matrix.check_format(full_check=True)
+    if np.any(np.diff(matrix.indptr) < 0):
+        raise ValueError("index pointers must not decrease")
+
+
+@dataclass(frozen=True)
+class Format:
+    """One kind of matrix file.
+
+    `head` is what its first bytes match, None leaves it to the suffix. `read` gives the matrix, or
+    those of a file that may hold several by their names. `extra` of squeal installs what it needs.
+    """
+
+    name: str
+    suffixes: tuple[str, ...]
+    head: bytes | None
+    read: Callable[[Path], MatrixFile | dict[str, Any]]
+    extra: str = ""
+
+
+# a type such as RUA begins the third line, and the second counts lines
+_TYPE = rb"[^\n]*\n[ \d]+\r?\n(?i:[rcpi][suhzr][ae])\s"
+# a head of four numbers, a name and perhaps a format; the same in binary, of either byte order
+_OP4 = rb"(?s)(?:[ \d-]{7}\d){4}[A-Z]\w{0,7} *1P,|(?:\x18\0\0\0|\0\0\0\x18).{16}[A-Z]\w{0,7} *"
+_OP2 = rb"\x04\0\0\0\x03\0\0\0\x04|\0\0\0\x04\0\0\0\x03\0\0\0\x04|\x08\0\0\0\x03\0\0\0\0"
+# the first line that is neither blank nor begins with * holds 3 or 5 numbers, the last a value
+_ROWS = rb"(?:[ \t]*(?:\*.*)?\r?\n)*[ \t]*(?:(?:-?\d+[ \t,]+){2}){1,2}[^\s,]+[ \t]*\r?(?:\n|$)"
+# fmt: off
+FORMATS = (
+    Format("Matrix Market", (".mtx",), b"(?i)%%matrixmarket", _read_matrix_market),
+    Format("MATLAB", (".mat",), b"MATLAB ", _read_mat, "matlab"),
+    Format("NumPy", (".npz",), b"PK\x03\x04", _read_npz),
+    Format("Harwell-Boeing", (".hb", ".rua", ".rsa"), _TYPE, _read_harwell_boeing),
+    Format("Nastran OP4", (".op4",), _OP4, _read_op4, "nastran"),
+    Format("Nastran OP2", (".op2",), _OP2, _read_op2, "nastran"),
+    Format("Nastran DMIG", (".pch", ".bdf", ".nas"), rb"(?ims)(?:.*^)?DMIG[ *,]", _read_dmig),
+    Format("Ansys full", (".full",), None, _read_full, "ansys"),
+    Format("Abaqus text", (".inp", ".txt", ".sti", ".mas"), _ROWS, _read_abaqus),
+)
+# fmt: on
