@@ -28,7 +28,7 @@ def mapped(scene, widths, cell, *options):
     return found, row, dict(zip(("alpha1", "alpha2"), angles, strict=True))
 
 
-@cases(12, 0.4)
+@cases(12, 0.21)
 @given(pads(), st.tuples(WIDTH, WIDTH), CELL)
 @example(PARTING, (1e-9, 1e-9), 0)  # an edge parts, the pad becomes soft, and this is no fold
 def test_a_map_has_the_verdicts_of_the_queries(scene, widths, cell):
