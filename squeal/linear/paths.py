@@ -155,7 +155,7 @@ def follow(
 
 def _shared(state: State, ids: NDArray[np.intp]) -> NDArray[np.intp]:
     """The numbers of roots, those below the real axis with that of their conjugates."""
-    if state.form == "undamped":  # a root stands for a pair
+    if state.form == "undamped" or not ids.size:  # a root stands for a pair
         return ids
     values = state.exponents
     lower = np.flatnonzero(values.imag < 0.0)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
+import squeal
 from squeal.linear import thresholds, unstable_modes
 from tests.known import coupled
 
@@ -62,3 +63,13 @@ def test_what_grows_from_the_start_has_no_onset():
     (mode,) = of(lambda mu: coupled(mu + 1.0), 0.5)
     assert mode.onset is None
     assert mode.kind == "flutter"
+
+
+@pytest.mark.parametrize("values", [[0.0, 0.1, 1.0], [1.0, 0.0]])
+def test_a_mode_enters_a_band_that_held_none(values):
+    one = squeal.System([[1.0]], [[0.01]], {"1": [[1.0]], "mu": [[3.0]]})
+    sweep = squeal.sweep(one, values, band=(1.5 / math.tau, 3 / math.tau))
+    (mode,) = sweep.modes
+    assert mode.first_hz == pytest.approx(math.sqrt(4.0 - 2.5e-5) / math.tau, rel=1e-12)
+    assert [loss.kind for loss in sweep.losses] == ["begin"]
+    assert [len(step.roots) for step in sweep.steps] == [int(v == 1.0) for v in values]
