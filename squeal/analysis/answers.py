@@ -81,7 +81,7 @@ class Eigenvalues(Answer):
     verdict: of these, None where they decide nothing; certified: whether a count says that none of
     the extent is missing; unstable: the modes that grow, the fastest first; shapes: mode shapes as
     JSON holds them; details: what else the JSON object says, M, C and K among it; notes: lines for
-    people; source: the analysis behind it.
+    people; beside: what grows outside of the extent, in words; source: the analysis behind it.
     """
 
     name: str
@@ -97,6 +97,7 @@ class Eigenvalues(Answer):
     shapes: Mapping[str, Any] | None = None
     details: Mapping[str, Any] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    beside: str = ""
     warnings: tuple[str, ...] = ()
     source: Any = None
 
@@ -120,8 +121,7 @@ class Eigenvalues(Answer):
 
     def mode_of(self, mode: UnstableMode) -> int | None:
         """The number of a mode that grows, None if it is not listed."""
-        root = complex(mode.growth_rate, math.tau * mode.frequency_hz)
-        near = np.abs(self.values - root) <= 1e-9 * abs(root)
+        near = np.abs(self.values - mode.root) <= 1e-9 * abs(mode.root)
         return int(self.modes[near][0]) if near.any() else None
 
     def save_shapes(self, path: Path | str) -> None:
@@ -195,7 +195,7 @@ class Eigenvalues(Answer):
 
     def parts(self) -> Sequence[str | Table]:
         count = f"{len(self.eigenvalues)} roots, {self.proof}"
-        head = f"{self.name}\n{self.conclusion}"
+        head = f"{self.name}\n{self.conclusion}\n{self.beside}".rstrip()
         notes = [self.open] * bool(self.open and self.unstable) + [*self.notes[1:]]
         if self.unstable and all(one.onset is None for one in self.unstable):
             notes.append(f"from which {self.parameter} on: --sweep and critical-friction tell")

@@ -48,6 +48,7 @@ from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
 from squeal.io.processes import counted, mapped, processes
 from squeal.io.system import SystemFile
+from squeal.io.writing import number
 from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.continuation import ContinuationOptions
@@ -134,6 +135,9 @@ class Question:
             bounded = partial(file.assembly.bounded, system) if self.joined else tuple
             roots = system_roots(system, self.wanted, bounded=bounded)
         matrices, checks, region = matrix_list(file), system_checks(system), roots.region
+        outside = roots.outside
+        if outside and self.joined:  # roots above the cutoff decide nothing
+            outside = tuple(z for z in outside if abs(z) < math.tau * file.assembly.cutoff)
         extent = {"radius": region.radius} if isinstance(region, Disc) else region and vars(region)
         details: dict[str, Any] = {
             "rows": system.n,
@@ -143,7 +147,8 @@ class Question:
             "damped": [one._asdict() for one in file.damped],
             "region": extent,
             "growth_limit": roots.growth_limit,
-            "growing_outside": roots.growing_outside,
+            "growing_outside": None if outside is None else len(outside),
+            "fastest_outside": None,
             "basis": self.joined,
         }
         shapes = None
@@ -174,11 +179,15 @@ class Question:
             lines += [f"  {seat}" for seat in file.assembly.seats]
             details["contact"] = [seat.summary() for seat in file.assembly.seats]
         notes = ["\n".join(lines), *roots.notes]
-        if count := roots.growing_outside:
-            below = " and below the cutoff" * bool(self.joined)
-            least = "at least " * bool(self.joined)  # errors leave others open
-            words = "1 mode grows" if count == 1 else f"{count} modes grow"
-            notes.append(f"{least}{words} outside of the band or region{below}")
+        beside = ""
+        if outside:
+            hertz, rate = abs(outside[0].imag) / math.tau, outside[0].real
+            details["fastest_outside"] = {"frequency_hz": hertz, "growth_rate": rate}
+            rough = bool(self.joined or not is_small(system))
+            count = "1 mode grows" if len(outside) == 1 else f"{len(outside)} modes grow"
+            beside = f"Outside of the {'band' if self.wanted.band else 'region'} "
+            beside += f"{'at least ' * rough}{count}, the fastest at {'about ' * rough}"
+            beside += f"{number(hertz, 5)} Hz by {number(rate, 3)} 1/s"
         words = "" if region is None else self.wanted.words()
         if roots.growth_limit is not None:
             words += f" with growth below {roots.growth_limit:.4g} 1/s"
@@ -196,6 +205,7 @@ class Question:
             shapes,
             details,
             tuple(notes),
+            beside=beside,
             source=(file, roots),
         )
 
@@ -316,12 +326,9 @@ def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]
     except InputError:  # no way from zero: a factor divides by the parameter, M has no factor
         return grow
 
-    def root(mode: UnstableMode) -> complex:
-        return complex(mode.growth_rate, 2 * np.pi * mode.frequency_hz)
-
     def onset(mode: UnstableMode) -> float | None:
-        same = min(known, key=lambda other: abs(root(other) - root(mode)), default=mode)
-        return same.onset if abs(root(same) - root(mode)) <= SAME * abs(root(mode)) else None
+        same = min(known, key=lambda other: abs(other.root - mode.root), default=mode)
+        return same.onset if abs(same.root - mode.root) <= SAME * abs(mode.root) else None
 
     return tuple(replace(mode, onset=onset(mode)) for mode in grow)
 

@@ -55,7 +55,8 @@ class Report(Answer):
         return self.eigenvalues.growing
 
     def parts(self) -> Sequence[str | Table]:
-        return [self.name, f"{self.verdict}\n{self.loss}", self.table()]
+        lines = self.verdict, self.eigenvalues.beside, self.loss
+        return [self.name, "\n".join(filter(None, lines)), self.table()]
 
     def to_dict(self) -> dict[str, Any]:
         head = {"name": self.name, "verdict_line": self.verdict, "loss_line": self.loss}

@@ -209,6 +209,11 @@ class UnstableMode:
     onset: float | None = None
     interval: tuple[float, float] | None = None
 
+    @property
+    def root(self) -> complex:
+        """The eigenvalue (rad/s), of a pair that above the axis."""
+        return complex(self.growth_rate, 2 * np.pi * self.frequency_hz)
+
 
 def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
     """What grows by more than rounding and is accepted, the fastest first; of pairs the upper."""
@@ -229,8 +234,7 @@ def unstable_modes(
     ends = list(_onsets(found, mu)) if found is not None and modes else [(0j, None)]
 
     def onset(mode: UnstableMode) -> float | None:
-        value = complex(mode.growth_rate, 2 * np.pi * mode.frequency_hz)
-        return min(ends, key=lambda end: abs(end[0] - value))[1]
+        return min(ends, key=lambda end: abs(end[0] - mode.root))[1]
 
     return tuple(replace(mode, onset=onset(mode)) for mode in modes)
 

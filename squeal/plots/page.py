@@ -56,6 +56,7 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
     parts = [
         f"<h1>{escape(report.name)}</h1>",
         f'<p class="verdict {grows}">{escape(report.verdict)}</p>',
+        f"<p>{escape(found.beside)}</p>" * bool(found.beside),
         f"<p>{escape(report.loss)}</p>",
         _table(found.growing),
         f"<h2>Frequencies and growth rates over {escape(crossed.parameter)}</h2>",

@@ -150,6 +150,7 @@ class Modes:
     count: int | None  # None where none was made or settled
     roots: Roots = field(repr=False)  # the same in scaled coordinates
     near: Near | None = field(default=None, repr=False)  # of one shift that showed all, no count
+    seen: tuple[complex, ...] = field(default=(), repr=False)  # roughly, also outside the region
 
     @property
     def certified(self) -> bool:
@@ -244,7 +245,7 @@ def modes_in(
     V = np.zeros((problem.n, 0)) if start is None else start
     none = np.zeros((problem.n, 0), dtype=complex)
     every, missing = Roots(np.zeros(0, dtype=complex), none, none), 0 if certify else None
-    todo, inner = [region], region.widened(-1e-9)
+    todo, inner, seen = [region], region.widened(-1e-9), list[complex]()
     for _ in range(options.pieces):
         part = todo.pop()
         answer = _around(problem, part, certify, V, options)
@@ -252,6 +253,7 @@ def modes_in(
             todo += _halves(part)
             continue
         roots, lacking, near = answer
+        seen += near.values.tolist()
         # a root on the border of two parts might be in both of them, or in none
         edge = part.widened(1e-9).contains(roots.values) & inner.contains(roots.values)
         if np.any(edge & ~part.widened(-1e-9).contains(roots.values)):
@@ -261,7 +263,7 @@ def modes_in(
         if not todo:
             count = None if missing is None else len(every.values) + missing
             one = None if certify or part != region else near
-            return Modes(listed(problem, every), region, count, every, one)
+            return Modes(listed(problem, every), region, count, every, one, tuple(seen))
     raise ComputationError(
         f"the region holds too many roots: {len(every.values)} after {options.pieces} parts; a "
         "narrower band or region is required"

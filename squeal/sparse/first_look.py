@@ -116,6 +116,7 @@ class Judged(NamedTuple):
     corrected: NDArray[np.bool_]  # in the full problem, else estimated
     spurious: int  # roots that the full problem has not
     projected: Roots  # roots of the projected problem, with its vectors
+    seen: ComplexArray  # all roots that the real modes reach, roughly
 
 
 class Lack(NamedTuple):
@@ -195,7 +196,7 @@ class FirstLook(Reduction):
             self.extend(structure.modes(self.reach), OPTIONS.dropped)
         self.held = self.size
         for _ in range(OPTIONS.rounds):
-            lacks = [self._lack(p, self._values(p)) for p in self.samples]
+            lacks = [self._lack(p, self._values(p)[0]) for p in self.samples]
             off = [np.max(each.errors / np.abs(each.roots.values), initial=0.0) for each in lacks]
             self.error = float(max(off))
             self.worst = float(max(np.max(each.residuals, initial=0.0) for each in lacks))
@@ -216,10 +217,10 @@ class FirstLook(Reduction):
         """True if what the basis lacks has no roots of its own in the region."""
         return self.contraction < CONTRACTS
 
-    def _values(self, changes: Changes) -> ComplexArray:
-        """Roots of the projected problem in and around the region."""
+    def _values(self, changes: Changes) -> tuple[ComplexArray, ComplexArray]:
+        """Roots of the projected problem in and around the region, and as far as real modes go."""
         values = dense_values(*self.system.at(changes), self._stiffness(changes))
-        return np.asarray(values[self.wide.contains(values)])
+        return values[self.wide.contains(values)], values[np.abs(values) <= self.reach]
 
     def _lack(self, changes: Changes, values: ComplexArray) -> Lack:
         """What some roots at the parameters lack."""
@@ -255,7 +256,7 @@ class FirstLook(Reduction):
     def judged(self, changes: Changes, deciding: bool = False) -> Judged:
         """The roots of the region with their errors; of those that clearly decay and are not near
         others the error is left out (NaN) if the ones that decide are wanted."""
-        problem, z = self.scaled.at(changes), self._values(changes)
+        problem, (z, seen) = self.scaled.at(changes), self._values(changes)
         wanted = z != 0.0  # what nothing holds stays where it is
         if deciding and len(z):
             near = (z.real > -self.error * np.abs(z)) | (z.real == z.real.max())
@@ -270,7 +271,7 @@ class FirstLook(Reduction):
         if not self.holds or np.any(errors[reaches] > coarse[reaches]):
             found = self._solved(problem, self.region)
             lost = max(0, int(inside.sum()) + len(other) - len(found[0]))
-            return Judged(*found, np.ones(len(found[0]), dtype=bool), lost, projected)
+            return Judged(*found, np.ones(len(found[0]), dtype=bool), lost, projected, seen)
         unknown = np.where(other == 0.0, 0.0, np.nan)
         values = np.concatenate([z[inside], other])
         residuals, bounds = (
@@ -281,7 +282,7 @@ class FirstLook(Reduction):
         doubtful = open_ | (np.abs(self.region.distance(z)) <= errors)
         doubtful |= inside & (lack.residuals > ACCEPTED)  # which decide nothing
         if not doubtful.any():
-            return Judged(values, residuals, bounds, done, 0, projected)
+            return Judged(values, residuals, bounds, done, 0, projected, seen)
         far = np.maximum(4 * errors, 1e-6 * np.abs(z))[doubtful]
         low, high = z[doubtful] - (1 + 1j) * far, z[doubtful] + (1 + 1j) * far
         part = Rectangle(
@@ -293,7 +294,7 @@ class FirstLook(Reduction):
         old = values, residuals, bounds, done
         joined = [np.concatenate([a[rest], b]) for a, b in zip(old, new, strict=True)]
         spurious = max(0, int((~rest).sum()) - int(within.sum()))
-        return Judged(joined[0], joined[1], joined[2], joined[3], spurious, projected)
+        return Judged(joined[0], joined[1], joined[2], joined[3], spurious, projected, seen)
 
     def _solved(
         self, problem: Quadratic, region: Rectangle, factor: Factor | None = None

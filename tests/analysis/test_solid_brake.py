@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+import squeal
 from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.io.system import read_system
+from squeal.io.writing import picked
 
 pytest.importorskip("skfem")
 from benchmarks.solid_brake import solid_brake, write_brake
@@ -40,6 +42,24 @@ def test_it_squeals_with_friction_and_not_without(brake):
     assert (still.verdict, loud.verdict) == (None, "flutter")
     assert still.certified
     assert loud.certified
+
+
+@pytest.mark.parametrize("band", [(500.0, 8000.0), (9000.0, 11000.0)])
+def test_growth_beside_the_band_is_that_of_a_wider_one(brake, band):
+    """As the search passes it, and as a first look sees all up to twice the band's end."""
+    wide = squeal.eigenvalues(brake.system, 0.6, band=(400.0, 25000.0))
+    known = [one for one in wide.unstable if not band[0] <= one.frequency_hz <= band[1]]
+    look = squeal.sweep(brake.system, [0.5, 0.6, 0.7], band=band)
+    for one in (None, look):
+        told = squeal.eigenvalues(brake.system, 0.6, band=band, look=one).details
+        fastest = told["fastest_outside"]
+        own = min(known, key=lambda mode: abs(mode.frequency_hz - fastest["frequency_hz"]))
+        assert fastest["frequency_hz"] == pytest.approx(own.frequency_hz, rel=5e-3)
+        assert fastest == pytest.approx(picked(own, "frequency_hz growth_rate"), rel=0.1)
+        assert 0 < told["growing_outside"] <= len(known)
+    reached = [m for m in known if m.frequency_hz < 1.95 * band[1] and m.damping_ratio < -2e-3]
+    assert told["growing_outside"] >= len(reached)
+    assert fastest["growth_rate"] >= 0.9 * reached[0].growth_rate
 
 
 def test_it_is_written_and_read_back(brake, tmp_path):

@@ -46,6 +46,7 @@ from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import ScaledSystem, quadratic
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 
+ROUGH = 1e-3  # of |lambda|: what roots that were seen on the way may be off
 MODES = 20  # of a larger system where nothing else is wanted
 NO_ROOT = "no root"  # the verdict on a band or region without one
 NO_BAND = (
@@ -139,7 +140,7 @@ class SystemRoots:
     criterion: str
     others: Known = field(default=(), repr=False)  # found, counted and judged beside the lowest
     growth_limit: float | None = None  # 1/s: of a band faster growth was not looked for
-    growing_outside: int | None = None  # pairs and real roots outside the region, if known
+    outside: tuple[complex, ...] | None = None  # what grows outside the region, if known or seen
     notes: tuple[str, ...] = ()
 
     @property
@@ -188,8 +189,22 @@ def system_roots(
         values, count = _upper(values, count, problem.real)
     values = bounded(values)
     words = judged(values, complete=False)
-    roots = SystemRoots(values, solution.region, count, *words, growth_limit=limit)
+    outside = _beside(solution.seen, wanted.rectangle) if wanted.rectangle else None
+    known = values, solution.region, count
+    roots = SystemRoots(*known, *words, growth_limit=limit, outside=outside)
     return roots if modes is None else roots.lowest(modes)
+
+
+def _beside(seen: Sequence[complex], region: Rectangle) -> tuple[complex, ...] | None:
+    """What grows outside a region by more than rough roots may be off, the fastest first; one root
+    may have been seen several times."""
+    wide, found = region.widened(ROUGH), list[complex]()
+    for z in sorted(seen, key=lambda z: -z.real):
+        off = ROUGH * abs(z)
+        new = z.real > off and z.imag >= -off and not wide.contains(np.array(z))
+        if new and all(abs(z - other) > off for other in found):
+            found.append(z)
+    return tuple(found) or None
 
 
 def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) -> SystemRoots:
@@ -262,7 +277,7 @@ def _of_all(
         wide = max(1.1 * max(reals, default=0.0), region.high_real)
         region = replace(region, low_real=-wide, high_real=wide)
     inside = tuple(e for e in values if region.contains(np.array(e.value)))
-    outside = growing(tuple(e for e in values if e not in inside))
+    outside = [m.root for m in growing(e for e in values if e not in inside)]
     disc = disc_around(region, known, 2 * farthest)
     # all roots of the disc are in the list, or it is not known where the others are
     complete = count_roots(problem, disc, known) == int(np.sum(disc.contains(known)))
@@ -271,7 +286,7 @@ def _of_all(
     # elsewhere
     own = judged(inside, complete=False)
     words = own if own[0] is not None or outside else words
-    return SystemRoots(inside, region, count, *words, growing_outside=len(outside))
+    return SystemRoots(inside, region, count, *words, outside=tuple(outside))
 
 
 def _upper(every: Known, count: int | None, real: bool) -> tuple[Known, int | None]:
@@ -315,7 +330,8 @@ def looked_at(look: FirstLook, wanted: Wanted, changes: Changes) -> SystemRoots:
     values = tuple(rows[k] for k in ordered(found.values))
     limit = None if wanted.band is None else look.region.high_real
     words = judged(values, complete=False)
-    roots = SystemRoots(values, look.region, None, *words, growth_limit=limit)
+    outside = _beside(found.seen.tolist(), look.region)
+    roots = SystemRoots(values, look.region, None, *words, growth_limit=limit, outside=outside)
     return roots if wanted.modes is None else roots.lowest(wanted.modes)
 
 

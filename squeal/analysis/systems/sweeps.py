@@ -90,7 +90,7 @@ def _row(common: Common, value: float) -> tuple[Step, Roots]:
     small, whole = is_small(system), wanted.rectangle is None and reduction is None
     at, rounding, corrected, spurious = {system.parameter: value}, None, None, 0
     if isinstance(reduction, FirstLook):
-        roots, residuals, errors, corrected, spurious, found = reduction.judged(at)
+        roots, residuals, errors, corrected, spurious, found, _ = reduction.judged(at)
         rounding = np.maximum(errors, rounding_of(system, roots))
     elif reduction is not None:
         found, residuals, spurious = reduction.modes(at, left=True)
