@@ -24,6 +24,8 @@ from squeal.schema import Number, Place, Whole
 
 LISTED = 8  # frequencies in a line of a table
 DEGREE = math.pi / 180
+UNSURE = "not certified: others may be missing"
+UNCOUNTED = "not certified: nothing was counted"
 
 ROOT = (
     Column("real", "1/s", lambda root: root.value.real),
@@ -154,7 +156,7 @@ class Eigenvalues(Answer):
             known = {
                 "stable": "Stable {}",
                 "marginal": "Marginal {}: nothing grows, not all decays",
-                None: f"No growing mode was found {{}}{where}",
+                None: f"No growing mode was found {{}}{where}; {self.proof}",
             }
             if self.open:
                 known[None] = f"Open {{}}{where}: {self.open}"
@@ -168,9 +170,9 @@ class Eigenvalues(Answer):
 
     @property
     def proof(self) -> str:
-        """Whether a root may be missing, in words."""
+        """Whether a count proves that no root is missing, in words."""
         of = " of the reduced system" * bool(self.details.get("basis"))
-        return f"none{of} is missing (count)" if self.certified else "the list may be incomplete"
+        return f"certified by a count{of}" if self.certified else UNSURE
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -496,7 +498,7 @@ def basis_text(basis: Mapping[str, Any], errors: bool = False) -> str:
     if basis["method"] == "modal":
         text = (
             f"first look: real modes up to {basis['real_modes_hz']:.4g} Hz and their corrections, "
-            f"{basis['size']} vectors; nothing was counted"
+            f"{basis['size']} vectors; {UNCOUNTED}"
         )
     else:
         text = (
@@ -572,8 +574,10 @@ class Thresholds(Answer):
 
     def parts(self) -> Sequence[str | Table]:
         lines = list(self.notes)
-        if self.certified is not None:
-            agrees = "a count of growing roots between the crossings agrees"
+        if self.certified is None:
+            lines.append(UNCOUNTED)
+        else:
+            agrees = "certified: a count of growing roots between the crossings agrees"
             unsure = "not certified: " + "; ".join(self.details.get("doubts", ()))
             lines.append(agrees if self.certified else unsure)
         lines.append(f"followed up to {self.parameter} = {self.high:.9g}: {self.end}")
