@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,7 @@ from typing import Any
 from squeal.analysis.answers import Eigenvalues, Sensitivity, Thresholds
 from squeal.analysis.check import Check, check
 from squeal.analysis.verbs import eigenvalues, sensitivity, thresholds
-from squeal.errors import InputError
+from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Table, number, write_text
 
@@ -19,12 +20,14 @@ from squeal.io.writing import Answer, Table, number, write_text
 @dataclass(frozen=True, eq=False, repr=False)
 class Report(Answer):
     """Eigenvalues at the brake's own parameter, thresholds up to `thresholds.high`, and what moves
-    the eigenvalues; `check` says what matrices are. `save` writes the page."""
+    both, `onset` the first loss (None where several modes are lost at once); `check` says what
+    matrices are. `save` writes the page."""
 
     name: str
     eigenvalues: Eigenvalues
     thresholds: Thresholds
     sensitivity: Sensitivity
+    onset: Sensitivity | None
     check: Check | None
     subject: Any = field(repr=False)
 
@@ -64,6 +67,7 @@ class Report(Answer):
             "eigenvalues": self.eigenvalues.to_dict(),
             "thresholds": self.thresholds.to_dict(),
             **self.sensitivity.to_dict(),
+            "onset_sensitivity": self.onset and self.onset.to_dict()["sensitivity"],
             "check": self.check and self.check.to_dict(),
         }
 
@@ -120,6 +124,8 @@ def report(
     asked: Any = {"band": band, "memory": memory, "progress": progress}
     crossed = thresholds(subject, high, **asked)  # it refuses what the others take
     found = eigenvalues(subject, **asked)
-    moved = sensitivity(subject, known=found)
+    moved, onset = sensitivity(subject, known=found), None
+    with suppress(ComputationError):  # several modes are lost at once
+        onset = sensitivity(subject, of="threshold", known=crossed)
     read = None if isinstance(subject, Scene) else check(subject)  # type: ignore[arg-type]  # as the verbs before have found
-    return Report(found.name, found.with_onsets(crossed), crossed, moved, read, subject)
+    return Report(found.name, found.with_onsets(crossed), crossed, moved, onset, read, subject)

@@ -19,6 +19,10 @@ from squeal.plots.answers import drawing
 from squeal.plots.style import Drawing, rendered
 
 SHAPES = 3  # modes whose shapes are drawn
+OPPOSED = (
+    "This table, as `squeal advise`, says where instability begins; that of growth rates says how "
+    "fast it grows at the brake's own value. A change may help the one and harm the other."
+)
 
 STYLE = """
 :root { color-scheme: light dark; --ink: #1b1b1b; --paper: #fff; --rule: #ccc; --soft: #f3f3f3; }
@@ -67,6 +71,9 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
         parts += ["<h2>Mode shapes</h2>", *shapes]
     if found.unstable:
         parts += ["<h2>What moves the growth rates</h2>", _table(_moved(report))]
+    if report.onset is not None and report.onset.slopes:
+        parts += ["<h2>What moves the onset</h2>", _table(report.onset.table())]
+        parts.append(f"<p>{escape(OPPOSED)}</p>")
     parts += ["<h2>What was read</h2>", *map(_part, _read(report))]
     parts += ["<h2>How sure this is</h2>", _list(_sure(report))]
     parts += ["<h2>What was not looked at</h2>", _list(_open(report))]

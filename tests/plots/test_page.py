@@ -50,3 +50,19 @@ def test_the_command_writes_it_and_refuses_what_it_cannot_write(capsys, tmp_path
     assert (tmp_path / "b.html").read_text() == "mine"
     with pytest.raises(InputError, match="must end in"):
         squeal.report(pair(1.0)).save(tmp_path / "a.pdf")
+
+
+@pytest.mark.parametrize("copies", [1, 2])
+def test_the_page_says_what_moves_the_onset_too(tmp_path, copies):
+    """At c mu = 1 the pair coalesces; of two equal pairs at once no derivative is known."""
+    K = {"1": np.kron(np.eye(copies), [[2, -1], [-1, 2]])}
+    K["c*mu"] = np.kron(np.eye(copies), [[0, 1], [0, 0]])
+    report = squeal.report(squeal.System(np.eye(2 * copies), K=K, parameters={"mu": 1, "c": 2.0}))
+    report.save(tmp_path / "page.html")
+    text = (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert ("first loss (flutter at mu = 0.5)" in text) == (copies == 1)
+    told = report.to_dict()["onset_sensitivity"]
+    if copies == 1:
+        assert told["parameters"]["c"] == pytest.approx(-0.25, rel=1e-9)
+    else:
+        assert told is None
