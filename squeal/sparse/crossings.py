@@ -297,7 +297,7 @@ def _newton(
     small &= abs(turn) <= OPTIONS.converged * max(abs(w + turn), 1.0)
     w, p = min(max(w + turn, least), most), p + move
     rate, turned = -slope_p / slope_root, slope_w / slope_root
-    slope = float((rate - turned * (rate.imag / (1.0 + turned.imag or 1.0))).real)
+    slope = float((rate - turned * (rate.imag / (1.0 + turned.imag))).real)
     half, way = uncertain + abs(move) + 2 * EPS * abs(p), 1 if slope > 0 else -1
     residual = float(np.linalg.norm(image) / size)
     one = AxisCrossing(
