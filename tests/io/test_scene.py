@@ -133,6 +133,7 @@ TIMES = [
     ("{stop: 0, samples: 10}", "time.stop", "above 0"),
     ("{stop: 1}", "time.samples"),
     ("{stop: 1, samples: 1}", "time.samples", "2 to 10000000"),
+    ("{stop: 1, samples: 10000001}", "time.samples"),
     ("{stop: 1, samples: 2.5}", "time.samples", "whole number"),
     ("{stop: 1, samples: true}", "time.samples"),
 ]
