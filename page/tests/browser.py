@@ -9,18 +9,19 @@ import os
 import socket
 import subprocess
 import time
+from abc import ABC, abstractmethod
 from pathlib import Path
 from typing import Any
 
 
-class Opened:
+class Opened(ABC):
     """A page in a browser, as far as both browsers know the same."""
 
     complaints: list[str]
 
+    @abstractmethod
     def run(self, script: str) -> Any:
         """The value of a script in the page; promises are awaited."""
-        raise NotImplementedError
 
     def wait(self, condition: str, seconds: float = 300.0) -> None:
         """Wait until a condition holds in the page."""
