@@ -87,6 +87,11 @@ def test_angles(read, given, value):
     assert read(text(alpha1=given)).pad.alpha1 == pytest.approx(value * math.pi, rel=1e-15)
 
 
+def test_a_face_may_turn_by_less_than_a_right_angle(read):
+    for turn in ("0.45*pi", "-0.45*pi"):
+        assert read(text(more=f"initial: {{theta: {turn}}}\n")).initial[2] != 0.0
+
+
 # value of a parameter, as it stands in the file
 NO_ANGLES = ["0.75pi", "tau", "pi/0", "__import__('os')", "'0.5'", "1e400*pi", "", "pi.real"]
 NO_NUMBERS = ["0x10", "1_000", "1:30", "0o17", "1e6m", "\uff11"]

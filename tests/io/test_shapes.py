@@ -165,3 +165,11 @@ def test_rotations_and_internal_rows_move_no_node(tmp_path):
     found = displacements(_read_coordinates(tmp_path / "nodes.csv", 5, labels), np.arange(1.0, 6))
     assert (found != 0).sum() == 2
     assert found[0, 0] / found[1, 1] == pytest.approx(1 / 3)
+
+
+def test_real_parts_of_displacements_are_as_large_as_any_turn_makes_them(cubes):
+    file, rng = read_system(cubes), np.random.default_rng(4)
+    shape = rng.normal(size=24) + 0.3j * rng.normal(size=24)
+    found = displacements(file.coordinates, np.exp(1.1j) * shape)
+    turned = found * np.exp(1j * np.linspace(0.1, 3.0, 30))[:, None, None]
+    assert np.all(np.linalg.norm(turned.real, axis=(1, 2)) < np.linalg.norm(found.real))
