@@ -36,8 +36,18 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 ROOMS = ("linear", "sparse", "equilibrium", "simulation", "io")
-SUITES = (*ROOMS, "model", "numerics", "analysis", "two_ways", "cli", "plots", "docs")
-SUITES += ("test_doctests.py", "article")
+SUITES = (
+    *ROOMS,
+    "model",
+    "numerics",
+    "analysis",
+    "two_ways",
+    "cli",
+    "plots",
+    "docs",
+    "article",
+    "test_doctests.py",
+)
 COMPARED: dict[type[ast.cmpop], type[ast.cmpop]] = {
     **{ast.Lt: ast.GtE, ast.GtE: ast.Lt, ast.Gt: ast.LtE, ast.LtE: ast.Gt, ast.Eq: ast.NotEq},
     **{ast.NotEq: ast.Eq, ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn},
