@@ -36,7 +36,7 @@ from squeal.linear.search import Searched, search, together
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
 from squeal.sparse.crossings import crossings_along
-from squeal.sparse.eigensolver import OPTIONS, modes_in
+from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.quadratic import PROGRESS, Factor, ScaledSystem, factorise
 from squeal.sparse.reduction import CONTRACTS, Reduction, contraction
 
@@ -198,7 +198,7 @@ def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
     PROGRESS.get()(f"counting growing roots at {name} = {value:.6g}")
     problem = reduction.scaled.at({name: value})
     try:
-        full = modes_in(problem, reduction.region, start=reduction.vectors, exact=OPTIONS.accepted)
+        full = modes_in(problem, reduction.region, start=reduction.vectors)
     except ComputationError:
         return False
     roots = sum(2 if mode.kind == "flutter" else 1 for mode in growing(full.eigenvalues))
