@@ -219,7 +219,8 @@ class Step:
     far rounding, and what a first look leaves out, may move them (rad/s).
 
     `modes` (m,) numbers the mode of each root, 0 where it is not known; `corrected` (m,) tells of a
-    first look which roots solve the full problem, the others are estimated. Of a pad
+    first look which roots solve the full problem, the others are estimated; `certified` whether a
+    count proves that none is missing, None where none was made. Of a pad
     `contact` names the contact state; roots are None where its branch does not reach.
     """
 
@@ -233,6 +234,7 @@ class Step:
     rounding: NDArray[np.float64] | None = field(default=None, repr=False)
     modes: NDArray[np.intp] | None = field(default=None, repr=False)
     corrected: NDArray[np.bool_] | None = field(default=None, repr=False)
+    certified: bool | None = None
 
     @property
     def numbers(self) -> list[int | None]:
@@ -259,6 +261,7 @@ class Step:
             rows = [row | {"error": root.rounding, "corrected": how} for row, root, how in known]
         row = valued(parameter, self.value) | {"eigenvalues": None if self.roots is None else rows}
         row |= picked(self, "verdict spurious")
+        row |= {} if self.certified is None else picked(self, "certified")
         return row if self.admissible is None else row | picked(self, "contact admissible")
 
 
@@ -323,11 +326,14 @@ class Sweep(Answer):
 
     @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
-        """How many of the values have no equilibrium that the model means."""
-        lost = [step.value for step in self.steps if step.admissible is False]
-        count = f"{len(lost)} of {len(self.steps)} values of {self.parameter}, the first of them "
-        words = "have no equilibrium that the model means"
-        return tuple(f"sweep: {count}{value:.6g}, {words}" for value in lost[:1])
+        """How many of the values have no equilibrium that the model means, or may lack roots."""
+        told, doubts = [], {"admissible": "have no equilibrium that the model means"}
+        doubts |= {"certified": "have a list that may be incomplete"}
+        for key, words in doubts.items():
+            lost = [step.value for step in self.steps if getattr(step, key) is False]
+            count = f"{len(lost)} of {len(self.steps)} values of {self.parameter}, the first of them "
+            told += [f"sweep: {count}{value:.6g}, {words}" for value in lost[:1]]
+        return tuple(told)
 
     def named(self, names: Mapping[int, str]) -> Sweep:
         """The same with names of modes by their numbers."""

@@ -13,6 +13,7 @@ from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
 from squeal.sparse.eigensolver import OPTIONS, lowest_modes, modes_in
 from squeal.sparse.quadratic import ScaledSystem, quadratic
 from tests import large
+from tests.known import affine
 
 
 def assert_same(found, expected, relative=1e-8):
@@ -94,11 +95,14 @@ def test_rigid_body_roots_are_among_the_lowest():
 
 def test_a_missing_root_is_noticed(monkeypatch):
     """The count does not follow the list: with a root hidden from the search it stays right."""
+    import squeal
+    from squeal.analysis.systems import roots as analysed
     from squeal.sparse import eigensolver
 
     rng = np.random.default_rng(8)
     a, w = rng.uniform(0.01, 0.1, 40), np.linspace(1.0, 10.0, 40)
-    problem = quadratic(*large.blocks(a, w, rng))
+    M, C, K = large.blocks(a, w, rng)
+    problem, turn = quadratic(M, C, K), 2 * np.pi
     complete = eigensolver.corrected
 
     def hiding(*given):
@@ -109,6 +113,13 @@ def test_a_missing_root_is_noticed(monkeypatch):
     found = modes_in(problem, Rectangle(-1.0, 1.0, 2.9, 6.05))
     assert not found.certified
     assert found.count == len(found.eigenvalues) + 1
+    monkeypatch.setattr(analysed, "ALL_ROWS", 8)
+    system, values, band = affine(M, K, C0=C), [0.1, 0.2], (2.9 / turn, 6.05 / turn)
+    for search, told in ((hiding, 1), (complete, 0)):
+        monkeypatch.setattr(eigensolver, "corrected", search)
+        swept = squeal.sweep(system, values, band, method="full")
+        assert {step.certified for step in swept.steps} == {not told}
+        assert len(swept.warnings) == told
 
 
 def test_a_disc_around_zero_of_real_matrices_is_counted_by_its_upper_half():

@@ -88,7 +88,8 @@ def _row(common: Common, value: float) -> tuple[Step, Roots]:
     """The roots at a value of the parameter, and those that are followed, with vectors."""
     system, wanted, reduction, scaled = common
     small, whole = is_small(system), wanted.rectangle is None and reduction is None
-    at, rounding, corrected, spurious = {system.parameter: value}, None, None, 0
+    at, rounding, corrected, certified = {system.parameter: value}, None, None, None
+    spurious = 0
     if isinstance(reduction, FirstLook):
         roots, residuals, errors, corrected, spurious, found, _ = reduction.judged(at)
         rounding = np.maximum(errors, rounding_of(system, roots))
@@ -104,7 +105,8 @@ def _row(common: Common, value: float) -> tuple[Step, Roots]:
         found = Roots(found.values, size * found.right, size * found.left)
     else:
         PROGRESS.get()(f"{system.parameter} = {value:g}")
-        every = system_roots(system, wanted, at).every
+        answer = system_roots(system, wanted, at)
+        every, certified = answer.every, answer.certified
         roots = np.array([e.value for e in every], dtype=complex)
         residuals = np.array([e.residual for e in every])
         rounding = np.array([e.rounding for e in every])
@@ -120,5 +122,5 @@ def _row(common: Common, value: float) -> tuple[Step, Roots]:
         order = order[roots[order].imag >= 0.0][: wanted.modes]
     how = None if corrected is None else corrected[order]
     each = roots[order], residuals[order], verdict
-    step = Step(value, *each, spurious=spurious, rounding=rounding[order], corrected=how)
-    return step, found
+    known = {"spurious": spurious, "corrected": how, "certified": certified}
+    return Step(value, *each, rounding=rounding[order], **known), found
