@@ -331,7 +331,9 @@ class Sweep(Answer):
         doubts |= {"certified": "have a list that may be incomplete"}
         for key, words in doubts.items():
             lost = [step.value for step in self.steps if getattr(step, key) is False]
-            count = f"{len(lost)} of {len(self.steps)} values of {self.parameter}, the first of them "
+            count = (
+                f"{len(lost)} of {len(self.steps)} values of {self.parameter}, the first of them "
+            )
             told += [f"sweep: {count}{value:.6g}, {words}" for value in lost[:1]]
         return tuple(told)
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from contextvars import ContextVar
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache, partial
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -48,7 +48,6 @@ class Quadratic:
     K: Any
     scale: Array  # (n,) powers of two
     norms: tuple[float, float, float]
-    summed: Callable[[complex], Any]
 
     @property
     def n(self) -> int:
@@ -66,8 +65,9 @@ class Quadratic:
         return float(np.sqrt(self.norms[2] / self.norms[0]))
 
     def at(self, value: complex) -> Any:
-        """P(value), a CSC array; real where both are. All of a system have one pattern."""
-        return self.summed(value.real if value.imag == 0.0 else value)
+        """P(value), a CSC array; real where both are."""
+        value = value.real if value.imag == 0.0 else value
+        return value * (value * self.M + self.C) + self.K
 
     def slope(self, value: complex) -> Any:
         """dP/dlambda = 2 value M + C, a CSC array; real where both are."""
@@ -90,8 +90,7 @@ class Quadratic:
 
     def transposed(self) -> Quadratic:
         """The problem of the left vectors: P(lambda)' y = 0, y not conjugated."""
-        parts = self.M.T, self.C.T, self.K.T
-        return Quadratic(*parts, self.scale, self.norms, lambda value: self.summed(value).T)
+        return Quadratic(self.M.T, self.C.T, self.K.T, self.scale, self.norms)
 
 
 def combined(A: Any, columns: ComplexArray) -> ComplexArray:
@@ -129,38 +128,13 @@ class ScaledSystem:
             raise MatrixError("M: is zero beside C and K in double precision; a mass is required")
         if not np.isfinite(norms).all():
             raise MatrixError("M, C and K: all entries must be finite")
-        return Quadratic(M, C, K, self.scale, norms, partial(self._pencil, p))
+        return Quadratic(M, C, K, self.scale, norms)
 
     def slope(self, name: str, changes: Mapping[str, float] | None, value: complex) -> Any:
         """dP(value)/d name as a CSC array."""
         p = self.system.values(changes)
         M, C, K = self._sums(lambda factor: factor.slope(p, name))
         return value * (value * M + C) + K
-
-    def _pencil(self, p: Mapping[str, float], value: complex) -> Any:
-        """P(value) at the values of all parameters."""
-        pattern, *places = self._places
-        each = zip((value * value, value, 1.0), self.system.parts, self.terms, strict=True)
-        parts = [
-            power * term.factor.value(p) * A.data
-            for power, terms, matrices in each
-            for term, A in zip(terms, matrices, strict=True)
-        ]
-        data = np.zeros(pattern.nnz, np.result_type(float, *parts))
-        for part, place in zip(parts, places, strict=True):
-            data[place] += part
-        return type(pattern)((data, pattern.indices, pattern.indptr), shape=pattern.shape)
-
-    @cached_property
-    def _places(self) -> list[Any]:
-        """The union of the patterns of all terms, and where in it each of them lies."""
-        each = [A.astype(bool).astype(float) for A in itertools.chain(*self.terms)]
-        for A in each:
-            A.data[:] = 1.0
-        every = [sum(each, self._zero), *each]
-        columns = (np.repeat(np.arange(self.n) * self.n, np.diff(A.indptr)) for A in every)
-        whole, *parts = (A.indices + start for A, start in zip(every, columns, strict=True))
-        return [every[0], *(np.searchsorted(whole, part) for part in parts)]
 
     def _sums(self, number: Callable[[Any], complex]) -> Iterator[Any]:
         for terms, each in zip(self.system.parts, self.terms, strict=True):
