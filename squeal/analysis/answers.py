@@ -328,7 +328,7 @@ class Sweep(Answer):
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
         """How many of the values have no equilibrium that the model means, or may lack roots."""
         told, doubts = [], {"admissible": "have no equilibrium that the model means"}
-        doubts |= {"certified": "have a list that may be incomplete"}
+        doubts |= {"certified": f"are {UNSURE}"}
         for key, words in doubts.items():
             lost = [step.value for step in self.steps if getattr(step, key) is False]
             count = (
