@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import cast
+from typing import Any, cast
 
 import numpy as np
 
@@ -122,5 +122,5 @@ def _row(common: Common, value: float) -> tuple[Step, Roots]:
         order = order[roots[order].imag >= 0.0][: wanted.modes]
     how = None if corrected is None else corrected[order]
     each = roots[order], residuals[order], verdict
-    known = {"spurious": spurious, "corrected": how, "certified": certified}
-    return Step(value, *each, rounding=rounding[order], **known), found
+    known: dict[str, Any] = {"corrected": how, "certified": certified}
+    return Step(value, *each, spurious=spurious, rounding=rounding[order], **known), found
