@@ -41,6 +41,11 @@ ROOT = (
 ERROR = Column("error", "1/s", shown=lambda e: "-" if e.error is None else number(e.error, 2))
 
 
+def _growth(row: Any) -> float:
+    """The growth rate in three digits, by which long tables show rows."""
+    return float(number(row.growth_rate, 3))
+
+
 def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
     """Mode shapes as a JSON object."""
     rows = [
@@ -182,7 +187,8 @@ class Eigenvalues(Answer):
     def table(self) -> Table:
         numbers = dict(zip(map(id, self.eigenvalues), self.modes.tolist(), strict=True))
         mode = Column("mode", value=lambda root: numbers[id(root)])
-        return Table((mode, *self.columns), self.eigenvalues, nothing="no root")
+        table = (mode, *self.columns)
+        return Table(table, self.eigenvalues, "", "no root", _growth)
 
     @property
     def growing(self) -> Table:
@@ -193,7 +199,8 @@ class Eigenvalues(Answer):
         table = (Column("mode", value=self.mode_of), *columns("kind frequency_hz"))
         table += (Column("growth_rate", "1/s"), *[error] * (ERROR in self.columns))
         table += (Column("damping_ratio"), onset_of(self.parameter))
-        return Table(table, self.unstable, "unstable modes", "no unstable mode is listed")
+        words = "unstable modes", "no unstable mode is listed"
+        return Table(table, self.unstable, *words, _growth)
 
     def parts(self) -> Sequence[str | Table]:
         count = f"{len(self.eigenvalues)} roots, {self.proof}"
@@ -422,11 +429,16 @@ class Sweep(Answer):
             onset_of(self.parameter),
         )
         basis = [] if self.basis is None else [basis_text(self.basis)]
-        first = Table(table, self.steps, f"sweep of {self.parameter}")
+        count = [sum(root.kind in GROWING for root in step.eigenvalues) for step in self.steps]
+        pairs = zip(itertools.pairwise(self.steps), itertools.pairwise(count), strict=True)
+        edges = {id(step) for both, (a, b) in pairs if a != b for step in both}
+        title = f"sweep of {self.parameter}"
+        first = Table(table, self.steps, title, rank=lambda step: id(step) in edges)
         title = "modes"
         if self.own is not None:
             title += f", numbered as at {self.parameter} = {number(self.own.value)}"
-        return [first, Table(each, self.modes, title), "\n".join(self.lost()), *basis]
+        modes = Table(each, self.modes, title, rank=_growth)
+        return [first, modes, "\n".join(self.lost()), *basis]
 
     def lost(self) -> list[str]:
         """A sentence for each place where it is not known which mode is which."""
@@ -755,7 +767,12 @@ class Sensitivity(Answer):
                 moved = step * np.where(np.isfinite(pair).all() | loss, pair, np.nan)
                 if step:
                     own.append((*mode, name, words, *moved.tolist()))
-            rows += sorted(own, key=lambda row: -np.nan_to_num(abs(row[-2]), nan=np.inf))
+            own.sort(key=lambda row: -np.nan_to_num(abs(row[-2]), nan=np.inf))
+            rate, grows = (
+                at[i].real,
+                at[i].real > 0.0,
+            )  # the strongest of each mode that grows first
+            rows += [(*row, (grows, -k if grows else rate)) for k, row in enumerate(own)]
         heads = [("parameter", ""), ("change", ""), ("dRe", "1/s"), ("df", "Hz")]
         if not loss:
             heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s"), *heads]
@@ -768,7 +785,7 @@ class Sensitivity(Answer):
             title = f"what moves the first loss ({self.kind} at {place})"
             heads[2] = f"d {self.parameter}", ""
         table = [Column(*head, itemgetter(k)) for k, head in enumerate(heads)]
-        return Table(table, rows, title, nothing)
+        return Table(table, rows, title, nothing, itemgetter(-1))
 
     def parts(self) -> Sequence[str | Table]:
         """The table, and which modes leave it in doubt."""

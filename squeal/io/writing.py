@@ -9,6 +9,7 @@ from __future__ import annotations
 import csv
 import html
 import importlib
+import itertools
 import json
 import math
 import os
@@ -24,7 +25,7 @@ from typing import IO, Any
 
 from squeal.errors import BEYOND, ComputationError, InputError, visible
 
-SHOWN = 40  # rows that the command line prints; of a longer table both ends
+SHOWN = 40  # rows that the command line prints
 FEW = 10  # rows in a representation
 
 
@@ -195,37 +196,42 @@ def aligned(rows: Sequence[Sequence[str]], right: bool = True) -> str:
 class Table:
     """Columns and the records that they take their values from.
 
-    title: stands above; nothing: is said where there is no record.
+    title: stands above; nothing: is said where there is no record; rank: which rows of a long table
+    are shown to people, those of the greatest value, among equal ones both ends.
     """
 
     columns: Sequence[Column]
     rows: Sequence[Any]
     title: str = ""
     nothing: str = ""
+    rank: Callable[[Any], Any] = lambda _: 0
 
-    def _cells(self, rows: Sequence[Any]) -> list[list[str]]:
-        """The heads and some rows for people."""
-        shown = [column for column in self.columns if not column.hidden]
-        heads = [column.head for column in shown]
-        return [heads, *([column.cell(row) for column in shown] for row in rows)]
+    def _cells(self, most: int) -> tuple[list[list[str]], list[int]]:
+        """The heads and at most so many rows for people, and which rows these are."""
+        shown, count = [column for column in self.columns if not column.hidden], len(self.rows)
+        order = sorted(
+            (self.rank(row), -min(i, count - 1 - i), -i) for i, row in enumerate(self.rows)
+        )
+        places = sorted(-order[-k][-1] for k in range(1, 1 + min(most, count)))
+        rows = ([column.cell(self.rows[i]) for column in shown] for i in places)
+        return [[column.head for column in shown], *rows], places
 
     def text(self, most: int = SHOWN) -> str:
-        """The table for people; of more than `most` rows both ends."""
+        """The table for people, with at most so many rows."""
         if not len(self.rows):
             return self.nothing or self.title
-        left = max(len(self.rows) - most, 0)
-        first = most // 2 if left else len(self.rows)
-        cells = self._cells([*self.rows[:first], *self.rows[first + left :]])
+        cells, places = self._cells(most)
         lines = aligned(cells).split("\n")
-        if left:
-            lines.insert(1 + first, f"  ... {left} more rows (all with --json or --csv)")
+        for k, (a, b) in reversed([*enumerate(itertools.pairwise([-1, *places, len(self.rows)]))]):
+            if b > a + 1:
+                lines.insert(1 + k, f"  ... {b - a - 1} more rows (all with --json or --csv)")
         return "\n".join([self.title] * bool(self.title) + lines)
 
     def html(self, most: int = FEW) -> str:
         """The table for a notebook."""
         if not len(self.rows):
             return f"<p>{html.escape(self.nothing or self.title)}</p>"
-        cells = self._cells(self.rows[:most])
+        cells, _ = self._cells(most)
         rows = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in cells)
         body = "".join(f"<tr>{row}</tr>" for row in rows)
         left = len(self.rows) - most

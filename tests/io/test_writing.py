@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import os
+import random
 import re
 import time
 from argparse import Namespace
@@ -12,6 +13,7 @@ from operator import itemgetter
 import numpy as np
 import pytest
 
+import squeal
 from squeal.cli.options import check_outputs
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import Column, Table, remaining, to_json
@@ -71,6 +73,32 @@ def test_a_long_table_shows_some_rows_and_counts_the_others(left, form):
     if form == "text" and left:  # the count stands where the rows are left out
         assert found == [1000, 1001, 1002, left, *range(1003 + left, 1006 + left)]
     assert "a title" in getattr(table, form)(6)
+
+
+def test_a_long_table_shows_the_rows_of_greatest_rank():
+    order = [*range(1000, 1100)]
+    random.Random(1).shuffle(order)
+    table = Table([Column("n", "", int)], order, rank=int)
+    found = [int(one) for one in re.findall(r"\d+", table.text(7))]
+    assert [n for n in found if n >= 1000] == [n for n in order if n > 1092]
+    assert sum(n for n in found if n < 1000) == 93
+
+
+def test_the_one_mode_that_grows_is_shown_among_a_hundred():
+    """Two equal frequencies in the middle, which friction couples: growth mu b / (2 omega)."""
+    hertz = np.arange(1.0, 101.0)
+    hertz[50] = hertz[49]
+    turn = np.zeros((100, 100))
+    turn[49, 50], turn[50, 49] = 1.0, -1.0
+    K = {"a": np.diag((math.tau * hertz) ** 2), "mu*b": turn}
+    parameters = {"mu": 0.5, "a": 1.0, "b": 100.0}
+    system = squeal.System(np.eye(100), 1e-3 * np.eye(100), K, parameters)
+    found, swept = squeal.eigenvalues(system, modes=100), squeal.sweep(system, [0.0, 0.25, 0.5])
+    assert found.unstable[0].growth_rate == pytest.approx(25.0 / (math.tau * 50), rel=1e-2)
+    growth = f"{found.unstable[0].growth_rate:.6g}"
+    moved = squeal.sensitivity(system, known=found).text()
+    assert [growth in text for text in (found.table().text(), swept.text(), moved)] == [True] * 3
+    assert len(re.findall(f"  {growth} +(?:mu|a|b) ", moved)) == 3
 
 
 @pytest.mark.parametrize(("spent", "done", "count", "left"), [(10, 2, 6, 20), (600, 1, 3, 20)])
