@@ -230,6 +230,8 @@ class Scatter(Answer):
             ]
             heads = ["parameter", "first", "total"]
             parts.append(Table(_in_order(heads), rows, "Sobol indices: shares of the variance"))
+        elif len(self.spreads) > 1:
+            parts.append("which parameter decides: `indices: true` in the file of spreads tells")
         if self.basis is not None:
             parts.append(
                 f"on a reduced system of {self.basis['size']} vectors; worst residual of a root in "

@@ -28,8 +28,11 @@ def scatter_drawing(scatter: Scatter, name: str) -> Drawing:
         upper.sharex(lower)
         upper.tick_params(labelbottom=False)
         if len(known):
-            bins = int(np.clip(np.sqrt(len(known)), 8, 60))
-            upper.hist(known, bins, color="#CFE6F5", edgecolor="k", linewidth=0.4)
+            width = np.ptp(known) / np.clip(np.round(np.sqrt(len(known))), 8, 60) or 1.0
+            edge = own + 1e-6 * width  # what neither grows nor decays lies below the limit
+            low, high = (np.array([known.min(), known.max()]) - edge) / width
+            edges = edge + width * np.arange(np.floor(low), np.floor(high) + 2)
+            upper.hist(known, edges, color="#CFE6F5", edgecolor="k", linewidth=0.4)
             share = np.arange(1, len(known) + 1) / n
             lower.step(known, share, where="post", color="k", label="share of samples")
         label = f"quantiles, {100 * CONFIDENCE:g} %"

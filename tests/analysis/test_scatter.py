@@ -211,3 +211,15 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
 def test_refusals(given, words):
     with pytest.raises(InputError, match=words):
         scatter(SCENE, **{"spreads": {"k1": {"relative": 0.1}}, "samples": 10} | given)
+
+
+@pytest.mark.parametrize("factor", ["p", "(p + (p*p)**0.5)"])  # decays, or is exactly zero
+@pytest.mark.parametrize("spread", [{"between": [-1.0, 0.3]}, {"between": [0.2, 0.3]}])
+def test_bars_of_the_histogram_lie_on_one_side_of_the_limit(spread, factor):
+    answer = scatter(damped(factor, p=0.2), {"p": spread}, samples=100, of="growth")
+    bars = answer.plot().axes[0].patches
+    ends = [(one.get_x(), one.get_x() + one.get_width(), one.get_height()) for one in bars]
+    assert all(high < 1e-6 or low > 0.0 for low, high, _ in ends)
+    assert sum(count for *_, count in ends) == 100
+    grow = sum(count for low, _, count in ends if low > 0.0)
+    assert grow == np.sum(answer.values > 0.0) == 100 * (1.0 - answer.stable)
