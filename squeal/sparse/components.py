@@ -365,13 +365,14 @@ class Seat:
     """A contact under the load.
 
     `closed` (m,) are the pairs that touch, `forces` (m,) their normal forces in N and `pressures`
-    (m,) these over the areas.
+    (m,) these over the areas; `constant` if their stiffness does not depend on it.
     """
 
     name: str
     closed: NDArray[np.bool_] = field(repr=False)
     forces: Array = field(repr=False)
     pressures: Array = field(repr=False)
+    constant: bool = False
 
     def summary(self) -> dict[str, Any]:
         """What a JSON object says of it: pairs, force in N, largest pressure in Pa."""
@@ -381,7 +382,10 @@ class Seat:
 
     def __str__(self) -> str:
         words = "contact {between}: {closed} of {pairs} pairs closed, {force:.6g} N, largest "
-        return (words + "pressure {largest_pressure:.4g}").format(**self.summary())
+        words += "pressure {largest_pressure:.4g}"
+        if self.constant and self.closed.all():
+            words += "; as long as all are, load and gap move the forces alone, not the roots"
+        return words.format(**self.summary())
 
 
 @dataclass(frozen=True, eq=False)
@@ -610,7 +614,8 @@ def _seated(
     found = closed, closed * factor * forces, closed * factor * forces / areas, closed * slopes
     ends = np.cumsum([len(joint.area) for joint in joints])[:-1]
     *seated, rates = (np.split(x, ends) for x in found)
-    return [Seat(j.contact.name, *one) for j, *one in zip(joints, *seated, strict=True)], rates, u
+    each = [(j.contact, *one) for j, *one in zip(joints, *seated, strict=True)]
+    return [Seat(of.name, a, b, c, not of.exponent) for of, a, b, c in each], rates, u
 
 
 def _solved(A: Matrix, right: Array) -> Array:
