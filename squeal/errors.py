@@ -3,7 +3,9 @@
 What they say holds names, keys and values from outside, and reaches terminals.
 """
 
+import difflib
 import re
+from collections.abc import Iterable
 
 # why a computation with numbers of wild size fails
 BEYOND = "the numbers of the scene are too large or too small for double precision"
@@ -21,6 +23,16 @@ def visible(text: str) -> str:
     a\x1b[2Jb
     """
     return _CONTROL.sub(lambda match: ascii(match[0])[1:-1], text)
+
+
+def meant(name: str, known: Iterable[str]) -> str:
+    """What is allowed in place of an unknown name: one that is near, or all.
+
+    >>> meant("facter", ["file", "factor"]), meant("x", ["file", "factor"])
+    ('did you mean factor?', 'allowed are file, factor')
+    """
+    close = difflib.get_close_matches(name, known := list(known), 1, 0.7)
+    return f"did you mean {close[0]}?" if close else f"allowed are {', '.join(known)}"
 
 
 class _Said(Exception):

@@ -23,12 +23,13 @@ from typing import Any
 import numpy as np
 import yaml
 
-from squeal.errors import InputError, InputWarning
+from squeal.errors import InputError, InputWarning, meant
 from squeal.numerics.differentiation import Formula
 
 MOST = 100_000  # values that aliases may make of a file, if it is shorter than that
 _TAG = "tag:yaml.org,2002:"
 
+_COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")  # a number as some countries write it
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _PLAIN = (int, float, np.integer, np.floating)
 _CHECKED = (*_PLAIN, np.bool_, str, bytes, list, tuple, set, dict)
@@ -53,6 +54,8 @@ class Place:
 
     def must_be(self, value: Any, allowed: str) -> InputError:
         """The InputError of a value that is not what is allowed."""
+        if isinstance(value, str) and _COMMA.fullmatch(value):
+            allowed += f"; its decimals follow a point: {value.replace(',', '.')}"
         return self.refuse(f"{shown(value)} is not allowed; it must be {allowed}")
 
     def warn(self, words: str) -> None:
@@ -279,7 +282,8 @@ def _value(node: yaml.Node, left: Iterator[int]) -> Any:
         for key_node, entry in node.value:
             key = _value(key_node, left)
             if not isinstance(key, str):
-                raise _refused(f"the key {shown(key)} is not a word", key_node.start_mark)
+                comma = "; decimals follow a point, as in 0.4" * isinstance(key, int)
+                raise _refused(f"the key {shown(key)} is not a word{comma}", key_node.start_mark)
             if key in mapping:
                 raise _refused(f"the key {key} stands there twice", key_node.start_mark)
             mapping[key] = _value(entry, left)
@@ -412,7 +416,7 @@ class Group(Kind):
             raise at.must_be(value, self.named)
         for name in value:
             if name not in self.keys:
-                raise (at / name).refuse(f"unknown key; allowed are {', '.join(self.keys)}")
+                raise (at / name).refuse(f"unknown key; {meant(name, self.keys)}")
         if self.only_one and len(value) != 1:
             each = " or ".join(f"{name} ({key.meaning})" for name, key in self.keys.items())
             raise at.refuse(f"it must hold one of {each}")
@@ -440,7 +444,7 @@ class Group(Kind):
         for keys, key in every.items():
             if name in (".".join(keys), keys[-1]):
                 return keys, key
-        raise at.refuse(f"unknown key; allowed are {', '.join(keys[-1] for keys in every)}{more}")
+        raise at.refuse(f"unknown key; {meant(name, (keys[-1] for keys in every))}{more}")
 
     def _paths(self, before: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Key]]:
         """Every key in the group and the groups in it, with the keys that lead to it."""

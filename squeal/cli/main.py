@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import importlib
 import sys
 from collections.abc import Sequence
@@ -10,7 +9,7 @@ from typing import Any
 
 from squeal import __version__
 from squeal.cli.streams import exit_code, open_closed, printed, say
-from squeal.errors import InputError
+from squeal.errors import InputError, meant
 
 ARTICLE = "the article: squeal article COMMAND"
 GROUPS = {
@@ -83,9 +82,7 @@ def _run(name: str = "", *arguments: str) -> int:
     if name == "--version":
         return printed(f"squeal {__version__}")
     if name not in known:
-        close = difflib.get_close_matches(name, known, 1)
-        meant = f"did you mean {close[0]}?" if close else f"allowed are {', '.join(known)}"
-        raise InputError(f"{name!r} is no command; {meant}")
+        raise InputError(f"{name!r} is no command; {meant(name, known)}")
     from squeal.cli.command import run
 
     module, parser = parser_of(name)

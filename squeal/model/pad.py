@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal import schema
+from squeal.errors import meant
 from squeal.numerics import differentiation as dual
 from squeal.schema import Key, Place, check_needs
 
@@ -179,8 +180,7 @@ class Pad:
         Raises InputError for an unknown name or a value out of range.
         """
         for name in changes.keys() - PARAMETERS.keys():
-            words = f"unknown key; allowed are {', '.join(PARAMETERS)}"
-            raise (Place("Pad") / name).refuse(words)
+            raise (Place("Pad") / name).refuse(f"unknown key; {meant(name, PARAMETERS)}")
         own = {name: v for name, v in self.given().items() if name not in self.derived}
         return Pad(**(own | changes))
 

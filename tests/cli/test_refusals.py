@@ -22,6 +22,8 @@ FILES = {
     "t.csv": "",
     "plain.yaml": "M: [[1]]\nK0: [[1]]\nK1: [[1]]\n",
     "nested.json": 100_000 * "[",
+    "comma.yaml": "M: [[1]]\nparameters: {mu: 0,4}\nK: [[1]]\n",
+    "typed.yaml": "M: [[1]]\nK: [{matrix: [[1]]}, {matrix: [[1]], facter: mu}]\n",
     "free.yaml": "spreads: {mu: {absolute: 1}}\n",
 }
 REFUSED = """\
@@ -46,6 +48,9 @@ eigenvalues pair.yaml --region 1:0:0:1 | --region 1:0:0:1
 eigenvalues pair.yaml --method best | best
 eigenvalues pair.yaml --set nu=1 | --set nu=1
 eigenvalues pair.yaml --set mu=1 --at 2 | --at 2
+eigenvalues pair.yaml --set gap=0,55 | 0.55
+check comma.yaml | comma.yaml: line 2
+check typed.yaml | typed.yaml: K.2.facter: unknown key; did you mean factor
 eigenvalues pair.yaml --memory 0 | --memory 0
 eigenvalues pair.yaml --shape 1 --png s.png | --shape 1
 eigenvalues plain.yaml --set nu=0.9 | --set nu=0.9

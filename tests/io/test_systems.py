@@ -142,7 +142,7 @@ NO_TERMS = [
     ("{file: k0.mtx}", "{file: k0.mtx, key: K}", "K.1", "key K"),
     ("{file: k0.mtx}", "{factor: mu}", "K.1", "file", "matrix"),
     ("{file: k0.mtx}", "{file: k0.mtx, matrix: [[1]]}", "K.1.matrix", "file"),
-    ("{file: k0.mtx}", "{fil: k0.mtx}", "K.1.fil", "file, key"),
+    ("{file: k0.mtx}", "{fil: k0.mtx}", "K.1.fil", "did you mean file?"),
     ("{file: k0.mtx}", "{file: k0.mtx, symmetric: 3}", "K.1.symmetric", "true or false"),
     ("M: {file: m.mtx}", "M: [{file: m.mtx}, 3]", "M.2", "3"),
     ("M: {file: m.mtx}", "M: []", "M: []"),
