@@ -25,7 +25,9 @@ def tracked() -> list[Path]:
         ["git", "ls-files", "-z"], cwd=ROOT, capture_output=True, text=True, check=True
     )
     names = [Path(name) for name in listed.stdout.split("\0") if name]
-    return [name for name in names if not (ROOT / name).is_dir()]  # a link to a folder of scenes
+    # where a link leads to a folder (of scenes), the files there: archives hold no links
+    inside = (path for name in names for path in ((ROOT / name), *(ROOT / name).rglob("*")))
+    return [path.relative_to(ROOT) for path in inside if path.is_file()]
 
 
 def built() -> Iterator[tuple[Path, Path]]:
