@@ -9,11 +9,21 @@ from collections.abc import Iterable
 
 # why a computation with numbers of wild size fails
 BEYOND = "the numbers of the scene are too large or too small for double precision"
+# packages that a plain install lacks, and the extra of brake-squeal that brings each
+EXTRAS = {"ansys": "ansys", "cma": "search", "h5py": "matlab", "pyyeti": "nastran"}
+EXTRAS |= {"shtab": "completion"}
 
 # but tab and the line's end; also what turns the direction of writing, and what are no letters
 _CONTROL = re.compile(
     r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]"
 )
+
+
+def missing(error: ImportError) -> str:
+    """The name of a package that is not installed, with what installs it."""
+    package = (error.name or "squeal").partition(".")[0]
+    extra = EXTRAS.get(package)
+    return f"{package} (pip install 'brake-squeal[{extra}]')" if extra else package
 
 
 def visible(text: str) -> str:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import TextIO
 
-from squeal.errors import BEYOND, ComputationError, InputError, visible
+from squeal.errors import BEYOND, ComputationError, InputError, missing, visible
 from squeal.io.writing import remaining
 
 _COLOURS = {"Unstable": 31, "Stable": 32}
@@ -34,10 +34,9 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
     except MemoryError:
         words = "there is not enough memory for this scene"
     except ImportError as error:
-        package = (error.name or "squeal").partition(".")[0]
-        if package == "squeal":
+        if (package := missing(error)) == "squeal":
             raise
-        words = f"the package {package} cannot be imported ({error})"
+        words = f"the package {package} cannot be imported: {error}"
     except OSError as error:
         words = f"{error.filename or 'output'}: {error.strerror or error}"
     except KeyboardInterrupt:
@@ -54,8 +53,7 @@ def open_closed() -> None:
     ways = (("stdin", os.O_RDONLY), ("stdout", os.O_RDONLY), ("stderr", os.O_WRONLY))
     for name, way in ways:
         if getattr(sys, name) is None:
-            mode = "r" if name == "stdin" else "w"
-            setattr(sys, name, os.fdopen(os.open(os.devnull, way), mode))
+            setattr(sys, name, os.fdopen(os.open(os.devnull, way), "r" if name == "stdin" else "w"))
 
 
 def say(text: str) -> None:
@@ -81,7 +79,6 @@ def steps() -> Callable[[str], None] | None:
 
 def counter(what: str) -> Callable[[int, int], None] | None:
     """What shows (done, count) on standard error until all is done, if that is a terminal."""
-
     begun = time.monotonic()
 
     def show(done: int, count: int) -> None:

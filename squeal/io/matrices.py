@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
-from squeal.errors import InputError
+from squeal.errors import InputError, missing
 from squeal.io.matrix_formats import FORMATS, HEAD, MatrixFile, is_half, mirrored, sound
 from squeal.io.writing import write_whole
 from squeal.schema import Place
@@ -71,8 +71,7 @@ def read_matrix(
     except InputError as error:
         words = str(error)
     except ImportError as error:
-        extra = f"(extra {fitting[0].extra})"
-        words = f"{name} needs the package {error.name}, which is not installed {extra}"
+        words = f"{name} needs the package {missing(error)}, which is not installed"
     except Exception as error:  # each library has its own words for a broken file
         lines = str(error).strip().splitlines() or [type(error).__name__]
         words = f"no readable {name} matrix: {lines[0].rstrip('.:')}"

@@ -491,14 +491,13 @@ class Format:
     """One kind of matrix file.
 
     `head` is what its first bytes match, None leaves it to the suffix. `read` gives the matrix, or
-    those of a file that may hold several by their names. `extra` of squeal installs what it needs.
+    those of a file that may hold several by their names.
     """
 
     name: str
     suffixes: tuple[str, ...]
     head: bytes | None
     read: Callable[[Path], MatrixFile | dict[str, Any]]
-    extra: str = ""
 
 
 # a type such as RUA begins the third line, and the second counts lines
@@ -511,13 +510,13 @@ _ROWS = rb"(?:[ \t]*(?:\*.*)?\r?\n)*[ \t]*(?:(?:-?\d+[ \t,]+){2}){1,2}[^\s,]+[ \
 # fmt: off
 FORMATS = (
     Format("Matrix Market", (".mtx",), b"(?i)%%matrixmarket", _read_matrix_market),
-    Format("MATLAB", (".mat",), b"MATLAB ", _read_mat, "matlab"),
+    Format("MATLAB", (".mat",), b"MATLAB ", _read_mat),
     Format("NumPy", (".npz",), b"PK\x03\x04", _read_npz),
     Format("Harwell-Boeing", (".hb", ".rua", ".rsa"), _TYPE, _read_harwell_boeing),
-    Format("Nastran OP4", (".op4",), _OP4, _read_op4, "nastran"),
-    Format("Nastran OP2", (".op2",), _OP2, _read_op2, "nastran"),
+    Format("Nastran OP4", (".op4",), _OP4, _read_op4),
+    Format("Nastran OP2", (".op2",), _OP2, _read_op2),
     Format("Nastran DMIG", (".pch", ".bdf", ".nas"), rb"(?ims)(?:.*^)?DMIG[ *,]", _read_dmig),
-    Format("Ansys full", (".full",), None, _read_full, "ansys"),
+    Format("Ansys full", (".full",), None, _read_full),
     Format("Abaqus text", (".inp", ".txt", ".sti", ".mas"), _ROWS, _read_abaqus),
 )
 # fmt: on

@@ -298,8 +298,7 @@ class Answer(ABC):
         try:
             pandas = importlib.import_module("pandas")
         except ImportError:
-            words = "to_dataframe: pandas is not installed; to_records needs it not"
-            raise InputError(words) from None
+            raise InputError("pandas is not installed; to_records needs it not") from None
         names = [column.name for column in self.table().columns]
         return pandas.DataFrame.from_records(self.to_records(), columns=names)
 

@@ -134,10 +134,7 @@ def heyoka() -> ModuleType:
     try:
         import squeal.simulation.taylor as taylor
     except ImportError:
-        raise ComputationError(
-            "heyoka is not installed on this machine; ensembles need it, and a single motion can "
-            "use the integrator scipy"
-        ) from None
+        raise ComputationError("heyoka is not installed; a single motion can use scipy") from None
     return taylor
 
 
@@ -147,8 +144,7 @@ def make_integrator(
     """The integrator of a scaled pad: heyoka where it is installed, else SciPy."""
     if backend != "scipy":
         try:
-            made: Integrator = heyoka().TaylorIntegrator(model, tolerance, options=options)
-            return made
+            return heyoka().TaylorIntegrator(model, tolerance, options=options)
         except ComputationError:
             if backend == "heyoka":
                 raise
