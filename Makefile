@@ -142,14 +142,17 @@ cluster-test: $(CLUSTER)
 metadata: $(ENVIRONMENT)
 	$(BIN)/python -m workflow.release.codemeta > codemeta.json
 	$(BIN)/python -m workflow.release.codecheck > codecheck.yml
+	$(BIN)/python -m workflow.release.journal > .paper.md && mv .paper.md paper/paper.md
 
 cite-check: $(CITE) $(ENVIRONMENT)
 	.venv/cite/bin/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 	.venv/cite/bin/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
 	.venv/cite/bin/check-jsonschema --builtin-schema vendor.github-issue-forms \
 		.github/ISSUE_TEMPLATE/bug.yml .github/ISSUE_TEMPLATE/need.yml
+	.venv/cite/bin/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
 	$(BIN)/python -m workflow.release.codemeta | diff codemeta.json -
 	$(BIN)/python -m workflow.release.codecheck | diff codecheck.yml -
+	$(BIN)/python -m workflow.release.journal | diff paper/paper.md -
 
 lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group build -o requirements/build.txt

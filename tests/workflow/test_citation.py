@@ -8,10 +8,12 @@ import yaml
 import squeal
 from squeal.article.report.bibliography import entries
 from tests.conftest import ROOT
-from workflow.release import codemeta
+from workflow.release import codemeta, journal
 
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+PROJECT = PYPROJECT["project"]
+RECIPE = yaml.safe_load((ROOT / "workflow/release/recipe.yaml").read_text(encoding="utf-8"))
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 
@@ -23,15 +25,54 @@ def field(bibtex, name):
 
 def test_one_title_and_one_version():
     title = CITATION["title"]
-    assert CITATION["preferred-citation"]["title"] == title
     assert README.splitlines()[0] == f"# {title}"
     assert (squeal.__doc__ or "").splitlines()[0] == f"{title}."
     assert title.lower() == f"squeal: {PROJECT['description']}".lower()
     assert field(entries()["squeal"], "title") == title
-    versions = [found["version"] for found in (CITATION, CITATION["preferred-citation"], PROJECT)]
-    assert {squeal.__version__, field(entries()["squeal"], "version"), *versions} == {
-        PROJECT["version"]
-    }
+    versions = {squeal.__version__, field(entries()["squeal"], "version"), CITATION["version"]}
+    assert versions | {RECIPE["context"]["version"]} == {PROJECT["version"]}
+
+
+def test_the_recipe_requires_what_the_package_does():
+    needs = RECIPE["requirements"]
+    python, *run = needs["run"]
+    renamed = [re.sub("^matplotlib ", "matplotlib-base ", one) for one in PROJECT["dependencies"]]
+    assert run == renamed
+    assert python == "python >=${{ python_min }}"
+    backend = [
+        one.replace("flit_core", "flit-core") for one in PYPROJECT["build-system"]["requires"]
+    ]
+    assert needs["host"] == ["python ${{ python_min }}.*", *backend, "pip"]
+    scripts = [f"{name} = {place}" for name, place in PROJECT["scripts"].items()]
+    assert RECIPE["build"]["python"]["entry_points"] == scripts
+    about = RECIPE["about"]
+    assert (RECIPE["package"]["name"], about["license"]) == (PROJECT["name"], PROJECT["license"])
+    assert (about["summary"], [about["license_file"]]) == (
+        PROJECT["description"],
+        PROJECT["license-files"],
+    )
+
+
+def test_authors_are_those_of_the_citation_file():
+    names = [codemeta.party(author)["name"] for author in CITATION["authors"]]
+    assert [author["name"] for author in PROJECT["authors"]] == names
+    assert field(entries()["squeal"], "author").split(" and ") == names
+    assert (ROOT / "paper" / "paper.md").read_text(encoding="utf-8") == journal.text(), (
+        "make metadata"
+    )
+
+
+def test_persons_are_named_in_full_and_share_their_affiliation():
+    ada = {"given-names": "Ada", "name-particle": "van", "family-names": "Es", "affiliation": "TU"}
+    ada["orcid"] = "https://orcid.org/0000-0002-1825-0097"
+    found = journal.credits(
+        {"authors": [ada, {"name": "Others"}, ada], "date-released": "2026-02-03"}
+    )
+    assert [author["affiliation"] for author in found["authors"]] == [1, 2, 1]
+    assert found["affiliations"][0] == {"name": "TU", "index": 1}
+    assert found["authors"][0]["orcid"] == "0000-0002-1825-0097"
+    assert (found["authors"][2]["name"], found["date"]) == ("Ada van Es", "3 February 2026")
+    assert codemeta.party(ada)["@id"] == ada["orcid"]
 
 
 def test_the_entry_in_the_readme_is_the_one_that_is_printed():

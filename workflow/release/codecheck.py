@@ -12,6 +12,7 @@ import yaml
 
 from squeal.article.contents import FIGURES
 from squeal.article.report.captions import captions, title
+from workflow.release.codemeta import party
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAD = """\
@@ -34,7 +35,7 @@ def text() -> str:
         "manifest": entries,
         "paper": {
             "title": citation["title"],
-            "authors": [{"name": author["name"]} for author in citation["authors"]],
+            "authors": [{"name": party(author)["name"]} for author in citation["authors"]],
         },
     }
     return HEAD + yaml.safe_dump(found, sort_keys=False, allow_unicode=True, width=100)

@@ -1,4 +1,4 @@
-"""CITATION.cff and pyproject.toml in the terms of CodeMeta 3.
+"""CITATION.cff and pyproject.toml in the terms of CodeMeta 3; all authors come from the former.
 
 `python -m workflow.release.codemeta > codemeta.json` (`make metadata`) writes the file anew; a
 test compares the two.
@@ -26,12 +26,11 @@ def party(found: dict[str, str]) -> dict[str, str]:
     """A person or an entity of a citation file."""
     if "name" in found:
         return {"@type": "Organization", "name": found["name"]}
-    family = [found[key] for key in ("name-particle", "family-names") if key in found]
-    return {
-        "@type": "Person",
-        "givenName": found["given-names"],
-        "familyName": " ".join(family),
-    }
+    given = found["given-names"]
+    family = " ".join(found[key] for key in ("name-particle", "family-names") if key in found)
+    person = {"@type": "Person", "name": f"{given} {family}"}
+    person |= {"givenName": given, "familyName": family}
+    return person | ({"@id": found["orcid"]} if "orcid" in found else {})
 
 
 def work(found: dict[str, Any]) -> dict[str, Any]:

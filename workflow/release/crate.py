@@ -46,7 +46,8 @@ def described(folder: Path) -> dict[str, Any]:
 
     mit = add(MIT, "CreativeWork", name="MIT License", alternateName="MIT")
     cc_by = add(CC_BY, "CreativeWork", name="CC BY 4.0", alternateName="CC-BY-4.0")
-    maker = add("#contributors", "Organization", name=about["author"][0]["name"])
+    names = ", ".join(author["name"] for author in about["author"])
+    maker = add("#contributors", "Organization", name=names)
     publication = about["referencePublication"]
     article = add("#article", "ScholarlyArticle", name=publication["name"])
     article["datePublished"] = publication["datePublished"]
