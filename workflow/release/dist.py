@@ -40,6 +40,7 @@ def main() -> int:
             readme, project = (Path(name) / one for one in ("README.md", "pyproject.toml"))
             readme.write_text(absolute(readme.read_text(encoding="utf-8"), url), encoding="utf-8")
             table = f'\n[project.urls]\nSource = "{url}"\nIssues = "{url}/issues"\n'
+            table += f'Changelog = "{url}/blob/main/CHANGELOG.md"\n'
             with project.open("a", encoding="utf-8") as end:
                 end.write(table)
         with contextlib.chdir(name):
