@@ -2,8 +2,9 @@
 
 The content is one command a line. They run in a folder that holds the README's pad.yaml, the
 article's scenes, the systems of the literature, a table of a test, a brake of solids as Abaqus
-writes it, and a rotor from ROSS.
-`:head: N` shows the first N lines of each output, `:code: N` is the exit code that is expected.
+writes it and in parts, changes of its matrices, and a rotor from ROSS.
+`:head: N` shows the first N lines of each output, 0 the commands alone; `:code: N` is the exit code
+that is expected.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ from scipy.sparse import coo_array
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from benchmarks.solid_brake import solid_brake, write_brake
+from benchmarks.solid_brake import solid_brake, write_brake, write_parts
 from squeal.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -35,6 +36,7 @@ spreads:
   mu: {between: [0.2, 0.5]}
   k1: {relative: 0.05}
 """
+RANGES = "samples: 64\nspreads: {mu: {between: [0.2, 0.5]}, contact: {relative: 0.1}}\n"
 TEST = """name,frequency_hz,damping_ratio
 bending 3,3562,0.001
 bending 4,4885,
@@ -46,6 +48,7 @@ LINING = """frequency,storage,loss
 2000,1.00,0.10
 8000,1.20,0.08
 """
+SHIM = {"dK.mtx": 1.0e6, "dM.mtx": 1.0e-3}  # what it adds at three nodes of the pad's face
 ROTOR = """\
 name: rotor
 parameters:
@@ -72,8 +75,13 @@ def prepare(app: Sphinx) -> None:
     assert pad is not None
     (folder / "pad.yaml").write_text(pad[1], encoding="utf-8")
     (folder / "samples.yaml").write_text(SAMPLES, encoding="utf-8")
+    (folder / "ranges.yaml").write_text(RANGES, encoding="utf-8")
     (folder / "test.csv").write_text(TEST, encoding="utf-8")
     write_brake(folder / "brake", solid_brake(500), "abaqus")
+    write_parts(folder / "brake", solid_brake(500))
+    for name, entry in SHIM.items():
+        rows = (f"{node},3, {node},3, {entry}\n" for node in (721, 724, 727))
+        (folder / name).write_text("".join(rows), encoding="utf-8")
     (folder / "brake" / "lining.csv").write_text(LINING, encoding="utf-8")
     system = (folder / "brake" / "system.yaml").read_text(encoding="utf-8")
     for name, (line, more) in DAMPED.items():
@@ -128,11 +136,12 @@ class Run(SphinxDirective):
                 problems.append(f"{command!r} ended with {code}: {errors.getvalue()}")
             lines = (out.getvalue() + errors.getvalue()).rstrip("\n").split("\n")
             head = self.options.get("head", len(lines))
-            rest = ["..."] if len(lines) > head else []
+            rest = ["..."] if 0 < head < len(lines) else []
             shown.append("\n".join([f"$ {command}", *lines[:head], *rest]))
         if problems:
             raise self.error("; ".join(problems))
-        block = nodes.literal_block("", "\n\n".join(shown))
+        between = "\n\n" if self.options.get("head", 1) else "\n"
+        block = nodes.literal_block("", between.join(shown))
         block["language"] = "console"
         self.set_source_info(block)
         return [block]
