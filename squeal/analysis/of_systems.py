@@ -258,7 +258,6 @@ class Question:
         parts = mapped(_cell, points, processes(workers), (system, wanted, reduction))
         cells = np.array(list(counted(parts, len(points), PROGRESS.get(), "points")))
         codes = cells[:, 0].astype(np.int8).reshape(grid[0].shape)
-        growth = cells[:, 1].reshape(codes.shape)
         basis = basis_of(reduction, wanted) or self.joined
         return Map(
             system.name,
@@ -266,7 +265,7 @@ class Question:
             ("", ""),
             NAMES,
             codes,
-            ("largest_real", "1/s", growth),
+            ("largest_real", "1/s", cells[:, 1].reshape(codes.shape)),
             details={"verdicts": [[NAMES[k] for k in row] for row in codes], "basis": basis},
             notes=(basis_text(basis),) if basis else (),
             source=(self.file,),

@@ -302,6 +302,7 @@ def optimise(
     )
     free = system.parameter
     own_at = f" at {free} = {system.parameters[free]:g}" * (free not in ends)
-    head = system.name, f"{own_at} (not its onset), {wanted.words()}", parameters, before, after
+    where = f", {wanted.words()}" * (wanted.rectangle is not None)
+    head = system.name, f"{own_at} (not its onset){where}", parameters, before, after
     ended = tuple(growth for growth, _ in found)
     return Optimum(*head, ended, seed, len(search.seen), basis_of(reduction, wanted))

@@ -224,7 +224,7 @@ class Table:
         lines = aligned(cells).split("\n")
         for k, (a, b) in reversed([*enumerate(itertools.pairwise([-1, *places, len(self.rows)]))]):
             if b > a + 1:
-                lines.insert(1 + k, f"  ... {b - a - 1} more rows (all with --json or --csv)")
+                lines.insert(1 + k, f"  ... {b - a - 1} more rows (all with --json)")
         return "\n".join([self.title] * bool(self.title) + lines)
 
     def html(self, most: int = FEW) -> str:

@@ -9,6 +9,7 @@ import pytest
 from scipy import sparse
 from scipy.sparse import coo_array
 
+import squeal
 from squeal.analysis.systems import roots
 from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.errors import ComputationError, MatrixError
@@ -39,6 +40,14 @@ def test_some_roots_alone_never_say_stable(n, growth):
     assert above.verdict == (whole if n == 100 or growth > 0 else None)
     assert below.verdict == ("stable" if n == 100 and growth < 0 else None)
     assert len(below.eigenvalues) == 20
+
+
+def test_an_answer_names_the_modes_that_it_is_about():
+    """The one that grows lies above the 20 that are listed."""
+    found = squeal.eigenvalues(brake(420, 20.0))
+    assert not found.unstable
+    assert "20" in found.extent
+    assert squeal.eigenvalues(brake(100, 20.0)).extent == ""
 
 
 def test_a_root_that_does_not_solve_the_equations_decides_nothing():

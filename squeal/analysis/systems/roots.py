@@ -50,8 +50,8 @@ ROUGH = 1e-3  # of |lambda|: what roots that were seen on the way may be off
 MODES = 20  # of a larger system where nothing else is wanted
 NO_ROOT = "no root"  # the verdict on a band or region without one
 NO_BAND = (
-    "band: is missing; more than 400 rows, complex matrices, matrices that follow the frequency "
-    "of each root, and the methods reduced and modal need one (--band LOW:HIGH, in Hz)"
+    "band: is missing, such as --band 500:5000 (Hz); systems of more than 400 rows, complex "
+    "matrices, matrices that follow the frequency, and the methods reduced and modal need one"
 )
 Changes = Mapping[str, float]
 Known = tuple[Eigenvalue, ...]
@@ -96,7 +96,7 @@ class Wanted:
         if self.region is not None:
             r = self.region
             return f"{r.low_real:g} < Re < {r.high_real:g}, {r.low_imag:g} < Im < {r.high_imag:g}"
-        return "all" if self.modes is None else f"the lowest {self.modes}"
+        return f"the lowest {self.modes or MODES} modes"
 
 
 def is_small(system: TermSystem) -> bool:
