@@ -50,7 +50,10 @@ report: $(ENVIRONMENT)
 test: $(ENVIRONMENT)
 	@. workflow/setup/system.sh; store_here; $(BIN)/pytest $(TESTS)
 
-.PHONY: quick
+.PHONY: quick help
+help:
+	@sed -n '/^#/!q; s/^# //p' Makefile
+
 quick: $(LINTERS)
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
