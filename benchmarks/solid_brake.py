@@ -96,7 +96,8 @@ def _assembled(places: NDArray, cells: NDArray, material: tuple[float, float, fl
         from skfem.models.elasticity import lame_parameters
     except ImportError:
         raise ComputationError(
-            "a brake of solids needs the package scikit-fem, which is not installed (extra fe)"
+            "a brake of solids needs the package scikit-fem, which is not installed: "
+            "pip install brake-squeal[fe]"
         ) from None
     young, poisson, density = material
     volume, shear = lame_parameters(young, poisson)
