@@ -173,18 +173,22 @@ def _diverging(scaled: ScaledSystem, values: Sequence[float]) -> list[float]:
     and may come from far above a band and leave it between two values."""
     from scipy.optimize import bisect
 
+    system, name = scaled.system, scaled.system.parameter
+
     def stiffness(p: float) -> Any:
-        return scaled.at({scaled.system.parameter: p}).K
+        return scaled.at({name: p}).K
 
     def sign(p: float) -> float:
         with suppress(ZeroDivisionError):  # as of rigid bodies
             return math.copysign(1.0, math.cos(Factor(stiffness(p)).logarithm().imag))
         return 1.0
 
+    each = (tuple(t.factor.slope(system.values({name: p}), name) for t in system.K) for p in values)
+    far = values if len({*each}) > 1 else [values[0], values[-1]]  # a linear K is farthest there
     with suppress(ZeroDivisionError):  # where K(p) / K(middle) - 1 contracts it changes no sign
         middle, none = stiffness(values[len(values) // 2]), np.zeros((scaled.n, 0))
         given = none, none.T @ none, middle, factorise(middle)
-        if all(contraction(*given, stiffness(p)) < CONTRACTS for p in values):
+        if all(contraction(*given, stiffness(p)) < CONTRACTS for p in far):
             return []
 
     pairs = itertools.pairwise(zip(values, map(sign, values), strict=True))
