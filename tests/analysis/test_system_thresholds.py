@@ -121,6 +121,20 @@ def test_a_gyroscopic_band_flutters_where_two_frequencies_meet():
     assert found.certified
 
 
+def test_growth_of_a_billionth_of_the_frequency_is_counted():
+    """A chain whose dashpots change their sign at 0.5: w = 2 sin(k pi / (2 n + 2)) there."""
+    n, rate = 500, 1e-9
+    K = diags_array([[2.0] * n, [-1.0] * n, [-1.0] * n], offsets=[0, 1, -1], shape=(n, n))
+    D = csc_array(diags_array(rate * np.random.default_rng(0).uniform(0.5, 1.5, n)))
+    system = affine(eye_array(n, format="csc"), csc_array(K), C0=0.5 * D, C1=-D)
+    found = system_thresholds(system, 1.0, wanted=Wanted(band=(0.016, 0.032)))
+    hertz = np.sin(np.arange(1, n + 1) * np.pi / (2 * n + 2)) / np.pi
+    hertz = hertz[(hertz > 0.016) & (hertz < 0.032)]
+    assert sorted(c.frequency_hz for c in found.crossings) == pytest.approx(hertz)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * len(hertz))
+    assert found.certified
+
+
 HERTZ = np.array([1.0, 2.0, 3.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0])
 
 
