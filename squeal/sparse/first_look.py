@@ -16,7 +16,7 @@ Without q < 1 something that V lacks may have roots of its own: then the full pr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -58,7 +58,6 @@ class LookOptions:
     dropped: float = 1e-2  # of unit vectors: what they add less is left out
     around: float = 0.05  # of the region's size: roots that close to it are looked at too
     coarse: float = 1e-3  # of |lambda|: greater errors are corrected
-    exact: float = 1e-11  # backward error of corrected roots
 
 
 OPTIONS = LookOptions()
@@ -301,11 +300,11 @@ class FirstLook(Reduction):
     ) -> tuple[ComplexArray, Array, Array]:
         """Roots of the full problem in a region with backward errors and what these may move: on
         the basis, corrected with a factor, or by Krylov subspaces where that does not converge."""
-        roots, options = None, replace(eigensolver.OPTIONS, exact=OPTIONS.exact)
+        roots = None
         if factor is not None:
-            roots = corrected(problem, factor, self.vectors, region, options)
+            roots = corrected(problem, factor, self.vectors, region, eigensolver.OPTIONS)
         if roots is None:
-            roots = modes_in(problem, region, False, self.vectors, options.exact).roots
+            roots = modes_in(problem, region, False, self.vectors).roots
         each = listed(problem, roots)
         numbers = [(e.value, e.residual, e.rounding) for e in each]
         values, residuals, errors = np.array(numbers, dtype=complex).reshape(-1, 3).T
