@@ -1,8 +1,9 @@
 """Roots of a brake of solids in a band: certified here, by SLEPc and by SciPy's `eigs`.
 
 `python -m benchmarks.large_peers [ROWS ...]` runs each way in a process of its own on one thread
-and prints CPU seconds, peak memory and the number of roots in the band. SLEPc (complex build with
-MUMPS) is asked where Debian's python3-slepc4py-complex is installed.
+and prints CPU seconds, peak memory and the number of roots in the band; a first look at seven
+frictions and a loop of `eigs` print those of all values. SLEPc (complex build with MUMPS) is asked
+where Debian's python3-slepc4py-complex is installed.
 """
 
 from __future__ import annotations
@@ -22,7 +23,8 @@ from typing import Any
 import numpy as np
 
 BAND, NEAR = (500.0, 5000.0), 20  # Hz; roots around the middle of the band
-WAYS = ("squeal", "thresholds", "slepc", "eigs")
+SWEPT = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7)
+WAYS = ("squeal", "thresholds", "slepc", "eigs", "look", "loop")
 DEBIAN = "/usr/bin/python3"
 BUILD = "/usr/lib/{}dir/{}*/x86_64-linux-gnu-complex/lib/python3/dist-packages"
 LOW, HIGH = (2 * math.pi * f for f in BAND)
@@ -79,7 +81,17 @@ def _eigs(parts: Any) -> tuple[float, Any]:
     return time.process_time() - start, shift + size / theta
 
 
+def _parts(system: Any, changes: Any = None) -> dict[str, Any]:
+    """Arrays of M, C and K by rows."""
+    parts: dict[str, Any] = {}
+    for key, matrix in zip("MCK", system.at(changes), strict=True):
+        A = matrix.tocsr()
+        parts |= {key + "p": A.indptr, key + "i": A.indices, key + "x": A.data}
+    return parts
+
+
 def _squeal(folder: Path, way: str) -> tuple[float, Any]:
+    from squeal.analysis.of_systems import Question
     from squeal.analysis.systems.roots import Wanted, system_roots
     from squeal.analysis.systems.thresholds import system_thresholds
     from squeal.io.system import read_system
@@ -91,6 +103,12 @@ def _squeal(folder: Path, way: str) -> tuple[float, Any]:
     if way == "thresholds":
         found = system_thresholds(system, 1.0, wanted=wanted)
         return time.process_time() - start, np.full(len(found.crossings), 0.5j * (LOW + HIGH))
+    if way == "look":
+        steps = Question.of(system, BAND).sweep(SWEPT, "modal").steps
+        return time.process_time() - start, np.concatenate([step.roots for step in steps])
+    if way == "loop":
+        each = [_eigs(_parts(system, {"mu": mu})) for mu in SWEPT]
+        return sum(seconds for seconds, _ in each), np.concatenate([z for _, z in each])
     roots = system_roots(system, wanted)
     if not roots.certified:
         raise SystemExit(f"{system.n} rows: the roots are not certified")
@@ -99,7 +117,7 @@ def _squeal(folder: Path, way: str) -> tuple[float, Any]:
 
 def one(way: str, folder: Path) -> str:
     """What one way takes: CPU seconds, GB, number of roots in the band (of thresholds all)."""
-    if way in ("squeal", "thresholds"):
+    if way not in ("slepc", "eigs"):
         seconds, values = _squeal(folder, way)
     else:
         parts = np.load(folder / "parts.npz")
@@ -121,11 +139,7 @@ def main() -> int:
         with tempfile.TemporaryDirectory() as name:
             folder, brake = Path(name) / "brake", solid_brake(rows)
             write_brake(folder, brake)
-            parts: dict[str, Any] = {}
-            for key, matrix in zip("MCK", brake.system.at(), strict=True):
-                A = matrix.tocsr()
-                parts |= {key + "p": A.indptr, key + "i": A.indices, key + "x": A.data}
-            np.savez(folder / "parts.npz", **parts)
+            np.savez(folder / "parts.npz", **_parts(brake.system))
             for way in WAYS:
                 python = DEBIAN if way == "slepc" else sys.executable
                 if way == "slepc" and not glob.glob(BUILD.format("slepc", "slepc")):
