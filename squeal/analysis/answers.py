@@ -443,7 +443,7 @@ class Sweep(Answer):
     def lost(self) -> list[str]:
         """A sentence for each place where it is not known which mode is which."""
         words = {
-            "meet": "meet: which is which from there on is not known",
+            "meet": "meet, as at an onset of flutter; which is which from there on is a convention",
             "end": "not followed further: they leave what is looked at or are not recognised",
             "begin": "seen first: they enter what is looked at or are not recognised",
         }
