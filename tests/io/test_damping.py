@@ -23,6 +23,7 @@ TABLE = "frequency,storage,loss\n100,1.0,0.1\n1000,1.2,0.1\n3000,1.3,0.05\n"
 @pytest.fixture
 def read(tmp_path):
     matrices = {"m": M, "a": A, "b": B, "eta": 0.1 * B, "complex": A + 0.05j * A}
+    matrices |= {"once": A + B, "twice": A + 2 * B}
     for name, matrix in matrices.items():
         mmwrite(tmp_path / f"{name}.mtx", csc_array(matrix))
 
@@ -60,8 +61,16 @@ LINING = "{file: b.mtx, factor: lining"
             A + 1.5 * B,
         ),
         ("K: {file: complex.mtx}\ndamping: {structural: 0.01}", None, (1 + 0.06j) * A),
+        (
+            "K: [{file: once.mtx, factor: 2}, {file: twice.mtx, factor: -1},\n"
+            "    {file: twice.mtx, structural: 0.1*lining},\n"
+            "    {file: once.mtx, factor: -1, structural: 0.1*lining}]\n"
+            "damping: {structural: 0.02}",
+            None,
+            (1 + 0.02j) * A + (1 + 0.15j) * B,
+        ),
     ],
-    ids=["term", "both", "K4", "rayleigh", "complex"],
+    ids=["term", "both", "K4", "rayleigh", "complex", "two runs"],
 )
 def test_each_kind_is_what_it_means_and_comes_back_from_its_export(read, tmp_path, text, C, K):
     given = read(text)
