@@ -51,7 +51,6 @@ from squeal.io.system import SystemFile
 from squeal.io.writing import number
 from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
-from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.paths import growing
 from squeal.linear.system import TermSystem
@@ -226,15 +225,11 @@ class Question:
         )
 
     def thresholds(
-        self,
-        high: float,
-        low: float | None = None,
-        workers: int | None = None,
-        options: ContinuationOptions | None = None,
+        self, high: float, low: float | None = None, workers: int | None = None
     ) -> Thresholds:
         """Every threshold of the wanted roots from low to high."""
         workers = processes(workers)
-        answer = system_thresholds(self.system, high, low, self.wanted, workers, options)
+        answer = system_thresholds(self.system, high, low, self.wanted, workers)
         return widened(self.system, self.file.assembly, answer) if self.joined else answer
 
     def map(self, axes: tuple[Axis, Axis] | None, workers: int | None = None) -> Map:

@@ -243,9 +243,7 @@ def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
     return Sweep(scene.model, "mu", tuple(steps), losses, own, source=scene)
 
 
-def critical_friction(
-    scene: Scene, high: float = 2.0, options: ContinuationOptions | None = None
-) -> Thresholds:
+def critical_friction(scene: Scene, high: float = 2.0) -> Thresholds:
     """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
 
     The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
@@ -261,7 +259,7 @@ def critical_friction(
     if path is not None and hidden(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
     end = high if path is None else path.mu_end
-    located = thresholds(system, end, path.breakpoints if path else (), options=options)
+    located = thresholds(system, end, path.breakpoints if path else ())
     points, crossings = located.points, located.crossings
     words, admissible_to, warnings = f"mu = {high:g} is reached", end, list[str]()
     if path is not None:

@@ -18,7 +18,6 @@ from squeal.analysis.maps import stability_map
 from squeal.analysis.sensitivity import sensitivity as pad_sensitivity
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Number, Place, Several
@@ -209,7 +208,6 @@ def thresholds(
     memory: float | None = None,
     progress: Progress | None = None,
     workers: int | None = None,
-    options: ContinuationOptions | None = None,
 ) -> Thresholds:
     """Find every change of stability over a range of the friction or of the free parameter.
 
@@ -222,8 +220,6 @@ def thresholds(
     low : float, optional
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
-    options : squeal.linear.continuation.ContinuationOptions, optional
-        Steps and tolerances of the search; a band of a damped system takes the steps alone.
 
     Returns
     -------

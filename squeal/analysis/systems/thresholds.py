@@ -50,7 +50,6 @@ def system_thresholds(
     low: float | None = None,
     wanted: Wanted | None = None,
     workers: int = 1,
-    options: ContinuationOptions | None = None,
     served: Reduction | None = None,
 ) -> Thresholds:
     """Every threshold of a system in low <= p <= high, of the band if one is wanted.
@@ -64,9 +63,8 @@ def system_thresholds(
 
     Without `low` the range begins at 0, or at high / 1000 where a factor divides by the parameter.
     In the details `unconfirmed` names what the full system did not confirm, `left_out` what leaves
-    the band while it grows, `doubts` why the answer is not certified. `options` are those of
-    `linear.thresholds`, of which a damped band takes the `steps`. `served` is a large system as it
-    was reduced already; nothing is counted then. Raises InputError for an empty range, and for a
+    the band while it grows, `doubts` why the answer is not certified. `served` is a large system as
+    it was reduced already; nothing is counted then. Raises InputError for an empty range, and for a
     large system or complex matrices without a band or region.
     """
     wanted, name = wanted or Wanted(), system.parameter
@@ -94,13 +92,12 @@ def system_thresholds(
         whole = system.n <= ContinuationOptions.small
         whole &= ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0
     if whole:
-        every = thresholds(system, high, mu_min=low, options=options)
+        every = thresholds(system, high, mu_min=low)
         searched, certified = every.searched, every.certified
         points, crossings = every.points, every.crossings
     else:
         # inner values that thresholds do not like to lie at
-        steps = STEPS - 1 if options is None else options.steps
-        inner = [(k + 0.0371 * (1 + k % 3)) / steps for k in range(1, steps)]
+        inner = [(k + 0.0371 * (1 + k % 3)) / (STEPS - 1) for k in range(1, STEPS - 1)]
         values[1:1] = [low + x * (high - low) for x in inner]
         reduction = served or reduced_for(system, wanted, [{name: v} for v in values])
         roots, region = reduction.values, reduction.region
@@ -112,7 +109,7 @@ def system_thresholds(
         if not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
             rows, unconfirmed = crossings_along(reduction, name, values)
         else:  # coalescences of the reduced system
-            searched = (search(reduction.system, low, high, options),)
+            searched = (search(reduction.system, low, high),)
     doubts += [words for part in searched for words in part.doubts or ()]
     line = _Band(system, low, high, roots)
     if region is not None:
