@@ -25,7 +25,6 @@ from squeal.schema import Number, Place, Whole
 LISTED = 8  # frequencies in a line of a table
 DEGREE = math.pi / 180
 UNSURE = "not certified: others may be missing"
-UNCOUNTED = "not certified: nothing was counted"
 
 ROOT = (
     Column("real", "1/s", lambda root: root.value.real),
@@ -518,7 +517,7 @@ def basis_text(basis: Mapping[str, Any], errors: bool = False) -> str:
     if basis["method"] == "modal":
         text = (
             f"first look: real modes up to {basis['real_modes_hz']:.4g} Hz and their corrections, "
-            f"{basis['size']} vectors; {UNCOUNTED}"
+            f"{basis['size']} vectors; not certified: nothing was counted"
         )
     else:
         text = (
@@ -593,16 +592,13 @@ class Thresholds(Answer):
         return Table(table, sorted(rows, key=attrgetter("mu")), nothing="no change of stability")
 
     def parts(self) -> Sequence[str | Table]:
-        lines = list(self.notes)
-        if self.certified is None:
-            lines.append(UNCOUNTED)
-        else:
-            agrees = "certified: a count of growing roots between the crossings agrees"
-            unsure = "not certified: " + "; ".join(self.details.get("doubts", ()))
-            lines.append(agrees if self.certified else unsure)
-        lines.append(f"followed up to {self.parameter} = {self.high:.9g}: {self.end}")
+        proof = "certified: a count of growing roots between the crossings agrees"
+        if not self.certified:
+            doubts = self.details.get("doubts") or ["nothing was counted"]
+            proof = f"not certified: {'; '.join(doubts)}"
+        end = f"followed up to {self.parameter} = {self.high:.9g}: {self.end}"
         head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict}"
-        return [head, self.table(), "\n".join(lines)]
+        return [head, self.table(), "\n".join([*self.notes, proof, end])]
 
     def to_dict(self) -> dict[str, Any]:
         points, crossings = (
