@@ -44,14 +44,14 @@ class Report(Answer):
     @property
     def loss(self) -> str:
         """The first loss of stability in a line."""
-        found, parameter = self.thresholds, self.thresholds.parameter
+        found, where = self.thresholds, " within the band" * bool(self.eigenvalues.extent)
+        own, first = found.parameter, found.first
         if found.verdict in ("flutter", "divergence"):
-            return f"Unstable from {parameter} = {number(found.low, 4)} on"
-        if found.first is None:
-            return f"No loss of stability up to {parameter} = {number(found.high, 4)}"
-        kind, hertz = found.first.kind, found.first.frequency_hz
-        at = f" at {number(hertz, 4)} Hz" if hertz else ""
-        return f"Stability is first lost at {parameter} = {number(found.first.mu, 4)}: {kind}{at}"
+            return f"Unstable from {own} = {number(found.low, 4)} on"
+        if first is None:
+            return f"No loss of stability{where} up to {own} = {number(found.high, 4)}"
+        at = f" at {number(first.frequency_hz, 4)} Hz" if first.frequency_hz else ""
+        return f"Stability is first lost{where} at {own} = {number(first.mu, 4)}: {first.kind}{at}"
 
     def table(self) -> Table:
         """The modes that grow."""

@@ -29,6 +29,15 @@ def test_verdict_and_loss_of_stability_are_those_of_the_closed_form(tmp_path, mu
     assert "outside of 0 to 2" in text
 
 
+def test_the_loss_of_stability_is_one_of_the_band_where_one_is_given():
+    """The pair at 0.1 to 0.3 Hz flutters, the band above holds no root."""
+    assert "band" not in squeal.report(pair(1.0)).loss
+    for band, value in (((0.1, 0.3), "0.75"), ((0.4, 0.5), "up to")):
+        loss = squeal.report(pair(1.0), band=band).loss
+        assert "within the band" in loss
+        assert value in loss
+
+
 def test_the_page_needs_no_other_file_and_holds_no_markup_of_a_name(tmp_path):
     squeal.report(pair(1.0, "<script>x\x1b</script>")).save(tmp_path / "page.html")
     text = (tmp_path / "page.html").read_text(encoding="utf-8")

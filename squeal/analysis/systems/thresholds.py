@@ -132,10 +132,10 @@ def system_thresholds(
             doubts = [f"a count on the full system at {name} = {p:.9g} disagrees" for p in wrong]
             certified = not unconfirmed and not doubts
     notes = [f"not confirmed on the full system: {words}" for words in unconfirmed] + left_out
-    if system.follows:
-        notes.append("each root at its own frequency")
-    if outside:
-        notes.append(f"crossings outside {wanted.words()}: {outside}")
+    notes += ["each root at its own frequency"] * bool(system.follows)
+    if region is not None:
+        beside = "not looked for" if outside is None else f"{outside}"
+        notes.append(f"crossings outside {wanted.words()}: {beside}")
     if certified is not None:
         foreseen = "foreseen, not excluded by proof" if system.real else "not foreseen"
         notes.append(f"windows between the computed values are {foreseen}")
