@@ -206,7 +206,8 @@ def crossings_along(
         along = Along(part, name)
         for a, b in itertools.pairwise(values):
             for value, omega, *vectors in along.crossings(a, b, OPTIONS.least * (high - low)):
-                both = reduction.vectors @ (along.scaled.scale[:, None] * np.array(vectors).T)
+                guess = along.scaled.scale * np.array(vectors, dtype=complex)
+                both = combined(reduction.vectors, guess.T)
                 try:
                     one = confirmed(finer, name, value, omega, *both.T)
                 except ComputationError as error:
@@ -319,13 +320,11 @@ def confirmed(
         if factor is None:
             break
         small = ScaledSystem(reduction.system)
-        x, y = ((reduction.vectors.T @ v) / small.scale for v in (right, left))
-        one = axis_crossing(small, name, value, omega, x, y)
+        both = combined(reduction.vectors.T, np.array([right, left]).T)
+        one = axis_crossing(small, name, value, omega, *(both / small.scale[:, None]).T)
         value, omega = one.value, one.omega
-        right, left = (
-            combined(reduction.vectors, (small.scale * v)[:, None]) for v in (one.vector, one.left)
-        )
-        right, left = right / np.linalg.norm(right), left / np.linalg.norm(left)
+        both = combined(reduction.vectors, (small.scale * np.array([one.vector, one.left])).T)
+        right, left = np.hsplit(both / np.linalg.norm(both, axis=0), 2)
         problem = scaled.at({name: value, **scaled.system.frequency(omega)})
         root = np.array([complex(0.0, omega)])
         rests = problem.apply(root, right), problem.transposed().apply(root, left.conj())
