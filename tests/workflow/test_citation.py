@@ -7,6 +7,7 @@ import yaml
 
 import squeal
 from squeal.article.report.bibliography import entries
+from squeal.errors import EXTRAS, missing
 from tests.conftest import ROOT
 from workflow.release import codemeta, journal
 
@@ -51,6 +52,13 @@ def test_the_recipe_requires_what_the_package_does():
         PROJECT["description"],
         PROJECT["license-files"],
     )
+
+
+def test_a_missing_package_is_named_with_its_extra():
+    for package, extra in EXTRAS.items():
+        assert any(one.startswith(package) for one in PROJECT["optional-dependencies"][extra])
+    assert "brake-squeal[matlab]" in missing(ModuleNotFoundError(name="h5py.sub"))
+    assert missing(ModuleNotFoundError(name="other")) == "other"
 
 
 def test_authors_are_those_of_the_citation_file():
