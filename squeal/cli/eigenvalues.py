@@ -23,6 +23,8 @@ def options(parser: Parser) -> None:
     take(parser, "values workers band")
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
+    words = "what the verdict was held against too"
+    parser.add_argument("--verbose", action="store_true", help=words)
     take(parser, "at modes region method memory shape test")
     take_changes(parser)
     table = "the eigenvalues, or those of the sweep,"
@@ -76,4 +78,5 @@ def run(given: argparse.Namespace) -> Reply:
         matrices = changes(given)
         answers.append(squeal.sensitivity(subject, known=spectrum, matrices=matrices))
     answers[1:1] = pairs
-    return Reply.of(*answers, judged=scene)
+    more = f"\n\nheld against rounding: {spectrum.criterion}" * given.verbose
+    return Reply.of(*answers, judged=scene, more=more)

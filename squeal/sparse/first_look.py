@@ -156,8 +156,8 @@ def movements(
 class FirstLook(Reduction):
     """A reduction onto real modes and their corrections, which knows the errors of its roots.
 
-    `contraction` is q, `error` the largest error at the samples before the last corrections, as a
-    share of |lambda|.
+    `contraction` is q, `held` the number of real modes, `error` the largest error at the samples
+    before the last corrections, as a share of |lambda|.
     """
 
     method, contraction, error = "modal", 0.5, np.inf
@@ -193,6 +193,7 @@ class FirstLook(Reduction):
         for structure in self.structures:
             PROGRESS.get()(f"real modes of {self.scaled.n} rows")
             self.extend(structure.modes(self.reach), OPTIONS.dropped)
+        self.held = self.size
         for _ in range(OPTIONS.rounds):
             lacks = [self._lack(p, self._values(p)[0]) for p in self.samples]
             off = [np.max(each.errors / np.abs(each.roots.values), initial=0.0) for each in lacks]
