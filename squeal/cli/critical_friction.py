@@ -1,5 +1,5 @@
-"""`squeal critical-friction`: every flutter and divergence threshold in 0 < mu <= --mu-max, along
-the branch from mu = 0; also of the parameter of a system from matrices.
+"""`squeal critical-friction`: every flutter and divergence threshold in 0 < mu <= --max, along the
+branch from mu = 0; also of the parameter of a system from matrices.
 
 squeal critical-friction pad.yaml --sensitivity
 squeal critical-friction brake.yaml --max 1 --band 500:5000 --figure loci.png
