@@ -116,16 +116,14 @@ def check(subject: SystemFile | TermSystem, modes: int = 10) -> Check:
     file = Question.of(subject).file
     system = file.system.frozen()
     squares, noise = _real_modes(system, modes)
-    elastic = squares[squares > noise][:modes]
-    hertz = tuple((np.sqrt(elastic) / (2 * np.pi)).tolist())
+    hertz = tuple((np.sqrt(squares[squares > noise][:modes]) / (2 * np.pi)).tolist())
     mass = centre = size = None
     if file.coordinates is not None:
         mass, centre = _mass(system.at()[0], file.coordinates)
         size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
     free, negative = int(np.sum(np.abs(squares) <= noise)), int(np.sum(squares < -noise))
     hints = tuple(_units(mass, max(size) if size else None, hertz[0] if hertz else None))
-    listed, checks = tuple(matrix_list(file)), system_checks(system)
-    what = system.name or "system", system.n, listed, checks
+    what = system.name or "system", system.n, tuple(matrix_list(file)), system_checks(system)
     return Check(*what, mass, centre, size, hertz, free, negative, hints)
 
 
@@ -150,9 +148,11 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], fl
         inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
         while np.sum(squares > noise) < count and wanted < count + 25:
             wanted += 6
-            squares = eigsh(K, wanted, own.M, shift, OPinv=inverse, return_eigenvectors=False)
+            squares = eigsh(  # where all modes are one, as of a stiffness for M, it never ends
+                K, wanted, own.M, shift, OPinv=inverse, maxiter=100, return_eigenvectors=False
+            )
     except (ArpackError, ArithmeticError, RuntimeError, ValueError) as error:
-        raise ComputationError(f"the real modes were not found: {error}") from None
+        raise ComputationError(f"the real modes were not found (is M the mass?): {error}") from None
     return np.sort(squares), noise
 
 

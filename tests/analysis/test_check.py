@@ -7,7 +7,7 @@ from scipy.sparse import block_diag, csc_array
 
 import squeal
 from benchmarks.solid_brake import solid_brake, write_brake
-from squeal.errors import InputError
+from squeal.errors import ComputationError, InputError
 from squeal.io.system import Coordinates, SystemFile
 from squeal.linear.system import Term, TermSystem
 from tests.conftest import SCENES
@@ -86,3 +86,12 @@ def test_nodes_are_found_by_the_labels_of_rows(tmp_path, brake):
     (tmp_path / "nodes.csv").write_text("\n".join(text[:-1]))
     with pytest.raises(InputError, match=f"no line for 1 nodes.* {each[-1] + 1}"):
         squeal.read_system(tmp_path / "system.yaml")
+
+
+def test_a_stiffness_for_the_mass_is_refused_in_time(brake):
+    """All modes are one then, which no restart of ARPACK tells apart: it went on for 9 minutes."""
+    own = brake.system
+    stiffness = own.K[:1]
+    file = SystemFile(TermSystem(stiffness, (), own.K, own.parameters))
+    with pytest.raises(ComputationError, match="mass"):
+        squeal.check(file)
