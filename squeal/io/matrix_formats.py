@@ -177,7 +177,7 @@ def _abaqus_matrix(path: Path, head: str, text: str) -> MatrixFile:
     """A matrix from its entries and what is said of it."""
     width = len(next(line for line in io.StringIO(text) if line.strip()).split())
     if width not in (3, 5):
-        raise ValueError(f"{width} columns; 3 or 5 are read")
+        raise ValueError(f"{width} columns; 3 or 5 are read, decimals behind a point")
     given, values = _numbers(io.StringIO(text), width - 1, 1)
     kind = re.search(r"TYPE\s*=\s*(UN)?SYMMETRIC", head)
     scale = re.search(r"SCALE\s*FACTOR\s*=\s*(\S+)", head)
@@ -505,8 +505,8 @@ _TYPE = rb"[^\n]*\n[ \d]+\r?\n(?i:[rcpi][suhzr][ae])\s"
 # a head of four numbers, a name and perhaps a format; the same in binary, of either byte order
 _OP4 = rb"(?s)(?:[ \d-]{7}\d){4}[A-Z]\w{0,7} *1P,|(?:\x18\0\0\0|\0\0\0\x18).{16}[A-Z]\w{0,7} *"
 _OP2 = rb"\x04\0\0\0\x03\0\0\0\x04|\0\0\0\x04\0\0\0\x03\0\0\0\x04|\x08\0\0\0\x03\0\0\0\0"
-# the first line that is neither blank nor begins with * holds 3 or 5 numbers, the last a value
-_ROWS = rb"(?:[ \t]*(?:\*.*)?\r?\n)*[ \t]*(?:(?:-?\d+[ \t,]+){2}){1,2}[^\s,]+[ \t]*\r?(?:\n|$)"
+# the first line neither blank nor with * holds 3 or 5 numbers (the last as 1,5 is refused later)
+_ROWS = rb"(?:[ \t]*(?:\*.*)?\r?\n)*[ \t]*(?:(?:-?\d+[ \t,]+){2}){1,2}\S+[ \t]*\r?(?:\n|$)"
 # fmt: off
 FORMATS = (
     Format("Matrix Market", (".mtx",), b"(?i)%%matrixmarket", _read_matrix_market),

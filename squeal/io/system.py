@@ -217,8 +217,8 @@ def read_table(
         raise at.refuse(f"no table of comma-separated values: {error}") from None
     heads = [name.strip().lower() for name in head]
     if missing := [name for name in names if name not in heads]:
-        allowed = f" and {more}" if more else ""
-        raise at.refuse(f"no column {missing[0]}; the columns {', '.join(names)}{allowed} are")
+        named = ", ".join(names) + (f" and {more}" if more else "")
+        raise at.refuse(f"no column {missing[0]}; the first line must name, with commas, {named}")
     table = []
     for number, cells in enumerate(filter(None, rest), 2):
         here = at / f"line {number}"

@@ -403,6 +403,7 @@ REFUSED = [
     ("K.txt", "1.5 1 1\n", "1.5", "whole"),
     ("K.txt", "0 1 1\n", "from 1"),
     ("K.txt", "1,1,1,1,2.\n1,1,1,2\n", "columns"),
+    ("K.mtx", "1,1,1,1,2,5\n1,2,1,2,2,5\n", "point"),
     ("K.txt", "% by hand\n2 2 1\n1 1 1\n", "% is not"),
     ("K.dat", "# by hand\n1 1 1\n", "suffix"),
     ("K.mtx", "*CLOAD\n1, 1, 4.0\n", "*CLOAD"),
