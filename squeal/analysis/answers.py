@@ -157,10 +157,11 @@ class Eigenvalues(Answer):
         grow, where = self.unstable, f" on {self.extent}" * bool(self.extent)
         at = f"at {self.parameter} = {number(self.value, 4)}"
         if not grow:
+            what = "growing mode" if self.eigenvalues else "root"
             known = {
                 "stable": "Stable {}",
                 "marginal": "Marginal {}: nothing grows, not all decays",
-                None: f"No growing mode was found {{}}{where}; {self.proof}",
+                None: f"No {what} was found {{}}{where}; {self.proof}",
             }
             if self.open:
                 known[None] = f"Open {{}}{where}: {self.open}"

@@ -11,7 +11,9 @@ from squeal.errors import BEYOND, ComputationError, InputError, missing, visible
 from squeal.io.writing import remaining
 
 _COLOURS = {"Unstable": 31, "Stable": 32}
-_COLOURS |= dict.fromkeys(("Marginal", "No growing mode was found", "Open"), 33)
+_COLOURS |= dict.fromkeys(
+    ("Marginal", "No growing mode was found", "No root was found", "Open"), 33
+)
 _VERDICT = re.compile(f"^({'|'.join(_COLOURS)}) .*", re.M)
 
 
