@@ -334,15 +334,13 @@ class Sweep(Answer):
     @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
         """How many of the values have no equilibrium that the model means, or may lack roots."""
-        told, doubts = [], {"admissible": "have no equilibrium that the model means"}
+        lines, doubts = [], {"admissible": "have no equilibrium that the model means"}
         doubts |= {"certified": f"are {UNSURE}"}
         for key, words in doubts.items():
             lost = [step.value for step in self.steps if getattr(step, key) is False]
-            count = (
-                f"{len(lost)} of {len(self.steps)} values of {self.parameter}, the first of them "
-            )
-            told += [f"sweep: {count}{value:.6g}, {words}" for value in lost[:1]]
-        return tuple(told)
+            count = f"{len(lost)} of {len(self.steps)} values of {self.parameter}, the first "
+            lines += [f"sweep: {count}of them {value:.6g}, {words}" for value in lost[:1]]
+        return tuple(lines)
 
     def named(self, names: Mapping[int, str]) -> Sweep:
         """The same with names of modes by their numbers."""
@@ -765,11 +763,8 @@ class Sensitivity(Answer):
                 if step:
                     own.append((*mode, name, words, *moved.tolist()))
             own.sort(key=lambda row: -np.nan_to_num(abs(row[-2]), nan=np.inf))
-            rate, grows = (
-                at[i].real,
-                at[i].real > 0.0,
-            )  # the strongest of each mode that grows first
-            rows += [(*row, (grows, -k if grows else rate)) for k, row in enumerate(own)]
+            rate = at[i].real  # first in rank is the strongest of each mode that grows
+            rows += [(*row, (rate > 0.0, -k if rate > 0.0 else rate)) for k, row in enumerate(own)]
         heads = [("parameter", ""), ("change", ""), ("dRe", "1/s"), ("df", "Hz")]
         if not loss:
             heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s"), *heads]
