@@ -20,8 +20,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.literal import Literal, frictionless, literal, part, together
-from squeal.analysis.answers import Axis
-from squeal.analysis.maps import NAMES, stability_map
+from squeal.analysis.maps import NAMES, Axis, stability_map
 from squeal.analysis.pads import critical_friction
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene

@@ -17,13 +17,15 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from squeal.analysis.answers import Axis, Eigenvalues, Map, Sensitivity, Sweep, Thresholds
+    from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
     from squeal.analysis.check import Check, check
     from squeal.analysis.cycles import Cycles, cycles
+    from squeal.analysis.maps import Axis, Map
     from squeal.analysis.optimisation import Optimum, optimise
     from squeal.analysis.pairing import Pairs, compare, mac
     from squeal.analysis.report import Report, report
     from squeal.analysis.scatter import Scatter, read_spreads, scatter
+    from squeal.analysis.sensitivity import Sensitivity
     from squeal.analysis.state_space import state_space
     from squeal.analysis.variations import Advice, advise
     from squeal.analysis.verbs import (
@@ -46,14 +48,16 @@ if TYPE_CHECKING:
     from squeal.sparse.components import Assembly, Component, Contact, assemble
 
 _HOMES = {
-    "analysis.answers": "Axis Eigenvalues Map Sensitivity Sweep Thresholds",
+    "analysis.answers": "Eigenvalues Sweep Thresholds",
     "analysis.check": "Check check",
     "analysis.cycles": "Cycles cycles",
+    "analysis.maps": "Axis Map",
     "analysis.optimisation": "Optimum optimise",
     "analysis.state_space": "state_space",
     "analysis.pairing": "Pairs compare mac",
     "analysis.report": "Report report",
     "analysis.scatter": "Scatter read_spreads scatter",
+    "analysis.sensitivity": "Sensitivity",
     "analysis.variations": "Advice advise",
     "analysis.verbs": "System eigenvalues map reduce sensitivity sweep thresholds",
     "io.writing": "Answer Column Table",

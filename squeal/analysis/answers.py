@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import cmath
 import importlib
 import itertools
 import math
@@ -16,14 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.io.writing import Answer, Column, Table, columns, located, number, picked, plain
+from squeal.io.writing import Answer, Column, Table, columns, located, number, picked
 from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import Eigenvalue, assigned
 from squeal.linear.paths import Loss, mode_numbers
-from squeal.schema import Number, Place, Whole
 
 LISTED = 8  # frequencies in a line of a table
-DEGREE = math.pi / 180
 UNSURE = "not certified: others may be missing"
 
 ROOT = (
@@ -61,7 +58,7 @@ def valued(parameter: str, value: float | None) -> dict[str, Any]:
     return {"parameter": parameter, "value": value, "mu": value}
 
 
-def _led(name: str, others: Collection[str]) -> str:
+def led(name: str, others: Collection[str]) -> str:
     """The head of a parameter's column: parameter.NAME if another column has its name."""
     return f"parameter.{name}" if name in others else name
 
@@ -390,7 +387,7 @@ class Sweep(Answer):
         for step in self.steps:
             pairs = zip(step.eigenvalues, step.numbers, strict=True)
             rows += [(step, *pair) for pair in pairs] or [(step, None, None)]
-        name = _led(self.parameter, [column.name for column in others])
+        name = led(self.parameter, [column.name for column in others])
         return Table([Column(name, value=lambda row: row[0].value), *others], rows)
 
     def parts(self) -> Sequence[str | Table]:
@@ -613,197 +610,3 @@ class Thresholds(Answer):
             "mu_end": self.high,
         }
         return answer | dict(self.details)
-
-
-@dataclass(frozen=True)
-class Axis:
-    """One parameter of a map: n values at the middles of n equal cells between low and high.
-
-    log: the cells are equal in the logarithm. Raises InputError for an empty range.
-    """
-
-    name: str
-    low: float
-    high: float
-    n: int
-    log: bool = False
-
-    def __post_init__(self) -> None:
-        at = Place("Axis", self.name)
-        Whole(1, 100_000).read(self.n, at / "n")
-        Number().check(self.low, at, "low")
-        Number().check(self.high, at, "high")
-        if not self.low < self.high or (self.log and not self.low > 0.0):
-            allowed = "a range with low < high" + (", above 0 on a logarithmic axis" * self.log)
-            raise at.must_be(f"{self.low:g} to {self.high:g}", allowed)
-
-    @property
-    def values(self) -> NDArray[np.float64]:
-        """The n values."""
-        return np.asarray(self.at((np.arange(self.n) + 0.5) / self.n))
-
-    def at(self, share: Any) -> Any:
-        """Values at shares of the way from low to high."""
-        if self.log:
-            low, high = np.log10(self.low), np.log10(self.high)
-            return 10.0 ** (low + (high - low) * share)
-        return self.low + (self.high - self.low) * share
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Map(Answer):
-    """The verdict over two parameters.
-
-    codes (n1, n2): indices into `verdicts`; quantity: name, unit and values (n1, n2) of a number
-    beside them; admissible (n1, n2): where a pad has an equilibrium that the model means.
-    """
-
-    name: str
-    axes: tuple[Axis, Axis]
-    units: tuple[str, str]
-    verdicts: tuple[str, ...]
-    codes: NDArray[np.int8]
-    quantity: tuple[str, str, NDArray[np.float64]] | None = None
-    admissible: NDArray[np.bool_] | None = None
-    warnings: tuple[str, ...] = ()
-    details: Mapping[str, Any] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    source: Any = None
-
-    @property
-    def share(self) -> dict[str, float]:
-        """Share of the area for each verdict."""
-        counts = np.bincount(self.codes.ravel(), minlength=len(self.verdicts))
-        pairs = zip(self.verdicts, counts.tolist(), strict=True)
-        return {name: count / self.codes.size for name, count in pairs}
-
-    def table(self) -> Table:
-        others: dict[str, tuple[str, Any]] = {"verdict": ("", np.array(self.verdicts)[self.codes])}
-        if self.quantity is not None:
-            others[self.quantity[0]] = self.quantity[1:]
-        if self.admissible is not None:
-            others["admissible"] = "", 1 * self.admissible
-        grid = np.meshgrid(*(axis.values for axis in self.axes), indexing="ij")
-        names = (_led(axis.name, others) for axis in self.axes)
-        each = dict(zip(names, zip(self.units, grid, strict=True), strict=True)) | others
-        heads = enumerate((name, unit) for name, (unit, _) in each.items())
-        rows = zip(*(part.ravel().tolist() for _, part in each.values()), strict=True)
-        return Table([Column(*head, itemgetter(k)) for k, head in heads], list(rows))
-
-    def parts(self) -> Sequence[str | Table]:
-        (a, b), shape = self.axes, self.codes.shape
-        title = f"share of the area: {a.name} x {b.name}, {shape[0]} x {shape[1]} points"
-        share = Column("share, %", value=lambda pair: f"{100 * pair[1]:.3f}")
-        shares = (Column("verdict", value=itemgetter(0)), share)
-        return [Table(shares, list(self.share.items()), title), *self.notes]
-
-    def curves(self) -> Table:
-        """A row for each point of each curve on which stability is lost."""
-        rows = [
-            (k, *point, curve["kind"], hertz)
-            for k, curve in enumerate(self.details["threshold_curve"], 1)
-            for point, hertz in zip(curve["points"], curve["frequency_hz"], strict=True)
-        ]
-        names = ["curve", *(axis.name for axis in self.axes), "kind", "frequency_hz"]
-        heads = enumerate(zip(names, ["", *self.units, "", ""], strict=True))
-        return Table([Column(name, unit, itemgetter(k)) for k, (name, unit) in heads], rows)
-
-    def to_dict(self) -> dict[str, Any]:
-        axes = [
-            picked(axis, "name low high") | {"scale": "log" if axis.log else "linear"}
-            for axis in self.axes
-        ]
-        answer = {"share": self.share, "n": int(self.codes.shape[0]), "axes": axes}
-        if self.admissible is not None:
-            answer["admissible_share"] = float(self.admissible.mean())
-        if self.quantity is not None:
-            name, unit, numbers = self.quantity
-            rows = [[plain(value) for value in row] for row in numbers.tolist()]
-            answer |= {"quantity": name, "unit": unit, "values": rows}
-        return answer | dict(self.details)
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Sensitivity(Answer):
-    """Derivatives by each parameter, per unit of it, all others held.
-
-    what: the eigenvalues `at`, or the first loss of stability in `parameter` at a value of it;
-    slopes: (m,) of the eigenvalues, not finite at a coalescence, or (2,) of the loss and of its
-    frequency in Hz, empty where stability is not lost; values, units: of the parameters;
-    condition (m,): of the eigenvalues, 1 of real modes, infinite where two of them coalesce.
-    """
-
-    what: str
-    parameter: str
-    at: Any
-    kind: str
-    slopes: Mapping[str, np.ndarray]
-    values: Mapping[str, float]
-    units: Mapping[str, str]
-    condition: NDArray[np.float64] | None = None
-
-    def table(self) -> Table:
-        """What a small step of each parameter moves, the strongest first: the loss, or each mode
-        of a pair's two, the fastest growing first. A step is 1 per cent, of an angle a degree, and
-        1 of what is 0 and has no unit."""
-        loss, rows = self.what == "threshold", list[tuple[Any, ...]]()
-        at = np.zeros(1, complex) if loss else np.asarray(self.at, complex)
-        numbers = mode_numbers(at)
-        for i in sorted(np.flatnonzero(at.imag >= 0.0).tolist(), key=lambda i: -at[i].real):
-            mode = () if loss else (int(numbers[i]), at[i].imag / math.tau, at[i].real)
-            own = []
-            for name, slopes in self.slopes.items():
-                step, words = 0.01 * self.values[name], "1 %"
-                if self.units[name] == "rad":
-                    step, words = DEGREE, "1 degree"
-                elif not (step or self.units[name]):
-                    step, words = 1.0, "1"
-                pair = slopes if loss else np.array([slopes[i].real, slopes[i].imag / math.tau])
-                moved = step * np.where(np.isfinite(pair).all() | loss, pair, np.nan)
-                if step:
-                    own.append((*mode, name, words, *moved.tolist()))
-            own.sort(key=lambda row: -np.nan_to_num(abs(row[-2]), nan=np.inf))
-            rate = at[i].real  # first in rank is the strongest of each mode that grows
-            rows += [(*row, (rate > 0.0, -k if rate > 0.0 else rate)) for k, row in enumerate(own)]
-        heads = [("parameter", ""), ("change", ""), ("dRe", "1/s"), ("df", "Hz")]
-        if not loss:
-            heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s"), *heads]
-            title = "what a small change of a parameter does to each mode"
-            nothing = "no root" if self.values else "no parameter is named"
-        elif self.at is None:
-            title = nothing = "stability is not lost: nothing moves its loss"
-        else:
-            nothing, place = "no other parameter", f"{self.parameter} = {self.at:.6g}"
-            title = f"what moves the first loss ({self.kind} at {place})"
-            heads[2] = f"d {self.parameter}", ""
-        table = [Column(*head, itemgetter(k)) for k, head in enumerate(heads)]
-        return Table(table, rows, title, nothing, itemgetter(-1))
-
-    def parts(self) -> Sequence[str | Table]:
-        """The table, and which modes leave it in doubt."""
-        if self.condition is None:
-            return [self.table()]
-        numbers = mode_numbers(np.asarray(self.at))
-        near = np.flatnonzero((0.01 * self.condition**2 >= 1.0) & (np.imag(self.at) >= 0.0))
-        lines = [
-            f"mode {numbers[i]} nearly coalesces with another one: its derivatives hold for "
-            f"changes far below {number(100 * self.condition[i] ** -2, 2)} %"
-            for i in near.tolist()
-        ]
-        return [self.table(), "\n".join(lines)]
-
-    def to_dict(self) -> dict[str, Any]:
-        if self.what == "threshold":
-            loss: dict[str, Any] = {"mu": self.at, "value": self.at, "kind": self.kind}
-            for key, k in (("parameters", 0), ("frequency_hz", 1)):
-                loss[key] = {name: plain(float(pair[k])) for name, pair in self.slopes.items()}
-            return {"sensitivity": loss if self.slopes else None}
-        rows = []
-        for name, slopes in self.slopes.items():
-            moved = [
-                {"real": d.real, "imag": d.imag} if cmath.isfinite(d) else None
-                for d in slopes.astype(complex).tolist()
-            ]
-            rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": moved})
-        condition = [None if c == math.inf else c for c in np.asarray(self.condition).tolist()]
-        return {"sensitivity": rows, "sensitivity_condition": condition}

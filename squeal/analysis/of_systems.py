@@ -11,16 +11,15 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.answers import (
-    Axis,
     Eigenvalues,
-    Map,
-    Sensitivity,
     Sweep,
     Thresholds,
     basis_text,
     shape_rows,
 )
+from squeal.analysis.maps import Axis, Map
 from squeal.analysis.pads import mode_shapes
+from squeal.analysis.sensitivity import Sensitivity
 from squeal.analysis.systems.matrices import matrix_list, system_checks
 from squeal.analysis.systems.roots import (
     NO_ROOT,

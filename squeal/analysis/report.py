@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from squeal.analysis.answers import Eigenvalues, Sensitivity, Thresholds
+from squeal.analysis.answers import Eigenvalues, Thresholds
 from squeal.analysis.check import Check, check
+from squeal.analysis.sensitivity import Sensitivity
 from squeal.analysis.verbs import eigenvalues, sensitivity, thresholds
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene

@@ -13,7 +13,7 @@ from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass, field
 from hashlib import sha256
-from operator import attrgetter, itemgetter
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +36,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.matrices import fingerprint
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Column, Table, number, picked, write_text
+from squeal.io.writing import Answer, Table, in_order, number, picked, write_text
 from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
 from squeal.schema import (
@@ -201,16 +201,16 @@ class Scatter(Answer):
         for k, one in enumerate(self.rows, 1):
             changed = (one.parameters[name] for name in self.spreads)
             rows.append((one.value, k / len(self.rows), *attrgetter(*names)(one), *changed))
-        return Table([Column(*head, itemgetter(k)) for k, head in enumerate(heads)], rows)
+        return Table(in_order(heads), rows)
 
     def parts(self) -> Sequence[str | Table]:
         name, beyond = self.name, f"> {self.mu_max:g}"
         what, more = f"first loss of stability up to {name} = {self.mu_max:g}", self.beyond
-        heads, text = ["share unstable, %", name, "from", "to"], f"without a threshold {more}"
+        heads, text = ("share unstable, %", name, "from", "to"), f"without a threshold {more}"
         if self.of == "growth":
             band = "" if self.band is None else " from {:g} to {:g} Hz".format(*self.band)
             what, beyond = f"largest growth rate{band}, 1/s", "-"
-            heads[:2] = "share of the samples, %", "growth rate"
+            heads = ("share of the samples, %", "growth rate", "from", "to")
             text = f"squeal propensity index {number(self.propensity or 0.0, 4)}"
         rows = [(100 * q[0], *(beyond if v is None else v for v in q[1:])) for q in self.quantiles]
         two = f" (2 x {self.samples // 2} for the indices)" * bool(self.indices)
@@ -222,14 +222,17 @@ class Scatter(Answer):
         line += f"; {text}"
         line += f"; no possible pad or system: {self.no_pad}" * bool(self.no_pad)
         line += f"; not computed: {self.failed}" * bool(self.failed)
-        parts: list[str | Table] = [Table(_in_order(heads), rows, title), line]
+        parts: list[str | Table] = [
+            Table(in_order((head, "") for head in heads), rows, title),
+            line,
+        ]
         if self.indices:
             form = "{:.2f} ({:.2f} to {:.2f})".format
             rows = [
                 (name, form(a, *near), form(b, *wide)) for name, a, near, b, wide in self.indices
             ]
-            heads = ["parameter", "first", "total"]
-            parts.append(Table(_in_order(heads), rows, "Sobol indices: shares of the variance"))
+            table = in_order((head, "") for head in ("parameter", "first", "total"))
+            parts.append(Table(table, rows, "Sobol indices: shares of the variance"))
         elif len(self.spreads) > 1:
             parts.append("which parameter decides: `indices: true` in the file of spreads tells")
         if self.basis is not None:
@@ -248,11 +251,6 @@ class Scatter(Answer):
         scatter["quantiles"] = [dict(zip(keys, one, strict=True)) for one in self.quantiles]
         scatter |= picked(self, "interval propensity basis") | {"confidence": CONFIDENCE}
         return {"scatter": scatter | {"indices": [one._asdict() for one in self.indices]}}
-
-
-def _in_order(heads: Sequence[str]) -> list[Column]:
-    """Columns of rows that are tuples, for people."""
-    return [Column(head, "", itemgetter(k), words=head) for k, head in enumerate(heads)]
 
 
 Judge = tuple[Any, Wanted, float | None]

@@ -5,13 +5,18 @@ taken; both are in the derivatives below. Damping by ratios or Rayleigh's factor
 damping matrix stays.
 """
 
+from __future__ import annotations
+
+import cmath
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from squeal.analysis.answers import Sensitivity
 from squeal.analysis.pads import analyse, critical_friction
 from squeal.analysis.stack import parameters
 from squeal.equilibrium import Path
@@ -23,13 +28,102 @@ from squeal.equilibrium.find import (
 )
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
+from squeal.io.writing import Answer, Table, in_order, number, plain
 from squeal.linear import CriticalPoint
+from squeal.linear.paths import mode_numbers
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, linearise, net_loads
 from squeal.model.pad import PARAMETERS, at_speed, coefficients, pose
 from squeal.numerics import differentiation as dual
 from squeal.numerics.differentiation import Dual, complex_step, with_derivative
+
+DEGREE = math.pi / 180
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sensitivity(Answer):
+    """Derivatives by each parameter, per unit of it, all others held.
+
+    what: the eigenvalues `at`, or the first loss of stability in `parameter` at a value of it;
+    slopes: (m,) of the eigenvalues, not finite at a coalescence, or (2,) of the loss and of its
+    frequency in Hz, empty where stability is not lost; values, units: of the parameters;
+    condition (m,): of the eigenvalues, 1 of real modes, infinite where two of them coalesce.
+    """
+
+    what: str
+    parameter: str
+    at: Any
+    kind: str
+    slopes: Mapping[str, np.ndarray]
+    values: Mapping[str, float]
+    units: Mapping[str, str]
+    condition: NDArray[np.float64] | None = None
+
+    def table(self) -> Table:
+        """What a small step of each parameter moves, the strongest first: the loss, or each mode
+        of a pair's two, the fastest growing first. A step is 1 per cent, of an angle a degree, and
+        1 of what is 0 and has no unit."""
+        loss, rows = self.what == "threshold", list[tuple[Any, ...]]()
+        at = np.zeros(1, complex) if loss else np.asarray(self.at, complex)
+        numbers = mode_numbers(at)
+        for i in sorted(np.flatnonzero(at.imag >= 0.0).tolist(), key=lambda i: -at[i].real):
+            mode = () if loss else (int(numbers[i]), at[i].imag / math.tau, at[i].real)
+            own = []
+            for name, slopes in self.slopes.items():
+                step, words = 0.01 * self.values[name], "1 %"
+                if self.units[name] == "rad":
+                    step, words = DEGREE, "1 degree"
+                elif not (step or self.units[name]):
+                    step, words = 1.0, "1"
+                pair = slopes if loss else np.array([slopes[i].real, slopes[i].imag / math.tau])
+                moved = step * np.where(np.isfinite(pair).all() | loss, pair, np.nan)
+                if step:
+                    own.append((*mode, name, words, *moved.tolist()))
+            own.sort(key=lambda row: -np.nan_to_num(abs(row[-2]), nan=np.inf))
+            rate = at[i].real  # first in rank is the strongest of each mode that grows
+            rows += [(*row, (rate > 0.0, -k if rate > 0.0 else rate)) for k, row in enumerate(own)]
+        heads = [("parameter", ""), ("change", ""), ("dRe", "1/s"), ("df", "Hz")]
+        if not loss:
+            heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s"), *heads]
+            title = "what a small change of a parameter does to each mode"
+            nothing = "no root" if self.values else "no parameter is named"
+        elif self.at is None:
+            title = nothing = "stability is not lost: nothing moves its loss"
+        else:
+            nothing, place = "no other parameter", f"{self.parameter} = {self.at:.6g}"
+            title = f"what moves the first loss ({self.kind} at {place})"
+            heads[2] = f"d {self.parameter}", ""
+        return Table(in_order(heads), rows, title, nothing, itemgetter(-1))
+
+    def parts(self) -> Sequence[str | Table]:
+        """The table, and which modes leave it in doubt."""
+        if self.condition is None:
+            return [self.table()]
+        numbers = mode_numbers(np.asarray(self.at))
+        near = np.flatnonzero((0.01 * self.condition**2 >= 1.0) & (np.imag(self.at) >= 0.0))
+        lines = [
+            f"mode {numbers[i]} nearly coalesces with another one: its derivatives hold for "
+            f"changes far below {number(100 * self.condition[i] ** -2, 2)} %"
+            for i in near.tolist()
+        ]
+        return [self.table(), "\n".join(lines)]
+
+    def to_dict(self) -> dict[str, Any]:
+        if self.what == "threshold":
+            loss: dict[str, Any] = {"mu": self.at, "value": self.at, "kind": self.kind}
+            for key, k in (("parameters", 0), ("frequency_hz", 1)):
+                loss[key] = {name: plain(float(pair[k])) for name, pair in self.slopes.items()}
+            return {"sensitivity": loss if self.slopes else None}
+        rows = []
+        for name, slopes in self.slopes.items():
+            moved = [
+                {"real": d.real, "imag": d.imag} if cmath.isfinite(d) else None
+                for d in slopes.astype(complex).tolist()
+            ]
+            rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": moved})
+        condition = [None if c == math.inf else c for c in np.asarray(self.condition).tolist()]
+        return {"sensitivity": rows, "sensitivity_condition": condition}
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis import pads
-from squeal.analysis.answers import Eigenvalues, Map, Sensitivity, Sweep, Thresholds
-from squeal.analysis.maps import stability_map
+from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
+from squeal.analysis.maps import Map, stability_map
+from squeal.analysis.sensitivity import Sensitivity
 from squeal.analysis.sensitivity import sensitivity as pad_sensitivity
 from squeal.errors import InputError
 from squeal.io.scene import Scene

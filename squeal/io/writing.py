@@ -19,6 +19,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from operator import itemgetter
 from pathlib import Path
 from secrets import token_hex
 from typing import IO, Any
@@ -182,6 +183,11 @@ def unit_word(unit: str) -> str:
 def columns(names: str) -> tuple[Column, ...]:
     """Columns without a unit that are attributes of a row."""
     return tuple(map(Column, names.split()))
+
+
+def in_order(heads: Iterable[Sequence[str]]) -> list[Column]:
+    """Columns of rows that are tuples, by their names and units."""
+    return [Column(name, unit, itemgetter(k)) for k, (name, unit) in enumerate(heads)]
 
 
 def aligned(rows: Sequence[Sequence[str]], right: bool = True) -> str:

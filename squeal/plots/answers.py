@@ -9,8 +9,9 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from squeal.analysis import of_systems, pads
-from squeal.analysis.answers import Eigenvalues, Map, Sweep, Thresholds
+from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
 from squeal.analysis.cycles import Cycles
+from squeal.analysis.maps import Map
 from squeal.analysis.scatter import Scatter
 from squeal.errors import InputError
 from squeal.io.provenance import provenance

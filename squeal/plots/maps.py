@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.analysis.answers import Map
-from squeal.analysis.maps import NAMES, QUANTITIES
+from squeal.analysis.maps import NAMES, QUANTITIES, Map
 from squeal.plots.style import SINGLE, Drawing, literal, origin, style
 
 VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#E0B040")

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.answers import Axis
-from squeal.analysis.maps import NAMES, angle_axes, codes_at, stability_map
+from squeal.analysis.maps import NAMES, Axis, angle_axes, codes_at, stability_map
 from squeal.analysis.pads import analyse, critical_friction
 from squeal.analysis.stack import QUIET, PadStack
 from squeal.equilibrium import sliding_equilibrium

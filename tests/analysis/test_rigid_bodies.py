@@ -7,7 +7,7 @@ import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
-from squeal.analysis.answers import Axis
+from squeal.analysis.maps import Axis
 from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.sparse.argument_principle import Rectangle

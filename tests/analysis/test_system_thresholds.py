@@ -8,7 +8,7 @@ import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
-from squeal.analysis.answers import Axis
+from squeal.analysis.maps import Axis
 from squeal.analysis.systems import roots
 from squeal.analysis.systems import thresholds as critical
 from squeal.analysis.systems.roots import Wanted

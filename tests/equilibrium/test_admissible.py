@@ -8,8 +8,7 @@ import pytest
 
 import squeal
 from benchmarks.literal import frictionless, literal
-from squeal.analysis.answers import Axis
-from squeal.analysis.maps import NAMES, codes_at, stability_map
+from squeal.analysis.maps import NAMES, Axis, codes_at, stability_map
 from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.commands.sliding import judged_equilibria
 from squeal.equilibrium import Path, find_all, sliding_equilibrium

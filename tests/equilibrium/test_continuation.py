@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.answers import Axis
-from squeal.analysis.maps import NAMES, stability_map
+from squeal.analysis.maps import NAMES, Axis, stability_map
 from squeal.equilibrium import Path, branch, find_all, sliding_equilibrium
 from squeal.equilibrium.branch import REACHED, BranchOptions
 from squeal.equilibrium.find import branch_of

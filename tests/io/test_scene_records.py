@@ -7,7 +7,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.answers import Axis
+from squeal.analysis.maps import Axis
 from squeal.errors import InputError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation, models_with

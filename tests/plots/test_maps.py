@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.answers import Axis, Map, Step, Sweep
-from squeal.analysis.maps import NAMES, angle_axes
+from squeal.analysis.answers import Step, Sweep
+from squeal.analysis.maps import NAMES, Axis, Map, angle_axes
 from squeal.io.scene import read_scene
 from squeal.plots import maps
 from squeal.plots.coupling import sweep_drawing

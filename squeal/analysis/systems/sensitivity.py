@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from squeal.analysis.answers import Eigenvalues, Sensitivity, Thresholds, basis_text
+from squeal.analysis.answers import Eigenvalues, Thresholds, basis_text
+from squeal.analysis.sensitivity import Sensitivity
 from squeal.errors import ComputationError, InputError
 from squeal.io.matrices import aligned, read_matrix
 from squeal.io.matrix_formats import MatrixFile
