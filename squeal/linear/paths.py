@@ -96,10 +96,9 @@ def _near(
     """Pairs of the rows, the closest first, whose mean goes on: where two roots coalesce it is
     smooth, and neither of them is."""
     left = {k for k in rows if order[k] >= 0}
-    for both in sorted(
-        map(list, itertools.combinations(sorted(left), 2)),
-        key=lambda two: min(abs(np.ptp(x[two])), abs(np.ptp(y[order[two]]))),
-    ):
+    pairs = [list(two) for two in itertools.combinations(sorted(left), 2)]
+    pairs.sort(key=lambda two: min(abs(np.ptp(x[two])), abs(np.ptp(y[order[two]]))))
+    for both in pairs:
         mean, then = x[both].mean(), y[order[both]].mean()
         if left.issuperset(both) and abs(then - mean) <= options.near * abs(mean):
             left -= set(both)
