@@ -190,7 +190,7 @@ async function start() {
     for (const [key, value] of Object.entries(rows)) id(`n_${key}`).textContent = value;
     id("eigenvalues").innerHTML = eigen.map(({ re, im }) => {
       return `<tr><td>${(im / 2 / Math.PI).toFixed(2)}</td><td>${re.toFixed(2)}</td>` +
-        `<td>${(-re / Math.hypot(re, im) || 0).toFixed(6)}</td></tr>`;
+        `<td>${((-100 * re) / Math.hypot(re, im) || 0).toFixed(4)}</td></tr>`;
     }).join("");
     const matrix = (v) => [0, 3, 6].map((i) => v.slice(i, i + 3).map((e) => e.toExponential(4)).join("  ")).join("\n");
     id("matrices").textContent = at

@@ -26,7 +26,7 @@ UNSURE = "not certified: others may be missing"
 ROOT = (
     Column("real", "1/s", lambda root: root.value.real),
     Column("imag", "rad/s", lambda root: root.value.imag),
-    *columns("frequency_hz damping_ratio"),
+    *columns("frequency_hz damping_ratio%"),
     Column("residual", shown=lambda root: number(root.residual, 2)),
     # infinite where roots coalesce, which JSON cannot say
     Column(
@@ -195,7 +195,7 @@ class Eigenvalues(Answer):
         error = replace(ERROR, shown=lambda mode: cells.get(self.mode_of(mode), "-"))
         table = (Column("mode", value=self.mode_of), *columns("kind frequency_hz"))
         table += (Column("growth_rate", "1/s"), *[error] * (ERROR in self.columns))
-        table += (Column("damping_ratio"), onset_of(self.parameter))
+        table += (*columns("damping_ratio%"), onset_of(self.parameter))
         words = "unstable modes", "no unstable mode is listed"
         return Table(table, self.unstable, *words, _growth)
 

@@ -110,7 +110,7 @@ class Optimum(Answer):
             text += f"  {words}: {number(growth)} 1/s ({proof})\n"
         found = ", ".join(number(growth, 4) for growth in self.starts)
         text += f"searches ended at {found} 1/s (seed {self.seed})"
-        table = columns("frequency_hz growth_rate damping_ratio")
+        table = columns("frequency_hz growth_rate damping_ratio%")
         active = Table(table, self.active, "roots that hold the largest growth rate there")
         basis = [] if self.basis is None else [basis_text(self.basis)]
         return [text, self.table(), active, *basis]

@@ -87,7 +87,7 @@ class Pairs(Answer):
 
     def table(self) -> Table:
         names = columns("reference reference_hz mode frequency_hz")
-        more = (Column("difference", "%"), *columns(f"mac reference_damping {DAMPING}"))
+        more = (Column("difference", "%"), *columns(f"mac reference_damping% {DAMPING}%"))
         title = f"modes paired with {self.reference}, within {100 * self.tolerance:g} %"
         return Table((*names, *more), self.pairs, title, "no mode")
 

@@ -140,7 +140,8 @@ class Column:
     """A column of a table: its name, its unit ("" for none) and its value in a row.
 
     value: of a row's record, left out the attribute of that name; shown: the same for people;
-    hidden: in files and rows alone; words: the head for people instead of the name.
+    hidden: in files and rows alone; words: the head for people instead of the name; percent: a
+    share, which people read in %.
     """
 
     name: str
@@ -149,6 +150,7 @@ class Column:
     shown: Callable[[Any], str] | None = None
     hidden: bool = False
     words: str = ""
+    percent: bool = False
 
     def of(self, row: Any) -> Any:
         """The value in a row."""
@@ -161,7 +163,7 @@ class Column:
         value = plain(self.of(row))
         if isinstance(value, bool):
             return "yes" if value else "no"
-        text = number(value) if isinstance(value, float) else str(value)
+        text = number(value * 100**self.percent) if isinstance(value, float) else str(value)
         return "-" if value is None else text
 
     @property
@@ -169,7 +171,7 @@ class Column:
         """The name for people, with its unit."""
         if self.words:
             return self.words
-        unit = self.unit or ("Hz" if self.name.endswith("_hz") else "")
+        unit = self.unit or "Hz" * self.name.endswith("_hz") or "%" * self.percent
         parts = self.name.removesuffix("_hz").split("_")
         words = " ".join(parts) if min(map(len, parts)) > 2 else self.name  # R_n stays R_n
         return f"{words}, {unit}" if unit else words
@@ -181,8 +183,8 @@ def unit_word(unit: str) -> str:
 
 
 def columns(names: str) -> tuple[Column, ...]:
-    """Columns without a unit that are attributes of a row."""
-    return tuple(map(Column, names.split()))
+    """Columns without a unit that are attributes of a row; shares are marked by a % at the end."""
+    return tuple(Column(n.rstrip("%"), percent="%" in n) for n in names.split())
 
 
 def in_order(heads: Iterable[Sequence[str]]) -> list[Column]:
