@@ -294,20 +294,31 @@ def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]
 
 def write_brake(folder: Path, brake: SolidBrake, form: str = "npz") -> None:
     """Matrices in the form of a program, coordinates, elements and the system file in a folder."""
-    beside = {"coordinates": {"file": "nodes.csv"}, "elements": {"file": "elements.csv"}}
+    one = form in ("abaqus", "calculix")  # their input file names nodes and elements
+    tables = ("brake.inp", "brake.inp") if one else ("nodes.csv", "elements.csv")
+    keys = "coordinates", "elements"
+    beside = {key: {"file": name} for key, name in zip(keys, tables, strict=True)}
     if form == "npz":
         write_system(folder, brake.system, "npz", **beside)
     else:
         with whole_folder(folder) as place:
             document = write_matrices(place, brake, form) | beside
             write_text(place / "system.yaml", yaml.safe_dump(document, sort_keys=False))
+    places, cells = brake.places.tolist(), (brake.cells + 1).tolist()
+    if one:
+        lines = ["*NODE", *(f"{k}, {x}, {y}, {z}" for k, (x, y, z) in enumerate(places, 1))]
+        lines += ["*ELEMENT, TYPE=C3D8"]
+        lines += [", ".join(map(str, (k, *row))) for k, row in enumerate(cells, 1)]
+        write_text(folder / tables[0], "\n".join(lines) + "\n")
+        return
     ways = [(node, "xyz"[way]) for node, way in zip(brake.nodes, brake.directions, strict=True)]
-    ways += [(node, "fixed") for node in np.setdiff1d(np.arange(len(brake.places)), brake.nodes)]
-    rows = ((int(node) + 1, way, *map(float, brake.places[node])) for node, way in ways)
-    write_csv(folder / "nodes.csv", ["node", "dof", "x", "y", "z"], rows)
+    ways += [(node, "fixed") for node in np.setdiff1d(np.arange(len(places)), brake.nodes)]
+    rows = ((int(node) + 1, way, *places[node]) for node, way in ways)
+    write_csv(folder / tables[0], ["node", "dof", "x", "y", "z"], rows)
     heads = ["element", "type", *(f"node{k}" for k in range(1, 9))]
-    cells = ((k, "hexahedron", *row) for k, row in enumerate((brake.cells + 1).tolist(), 1))
-    write_csv(folder / "elements.csv", heads, cells)
+    write_csv(
+        folder / tables[1], heads, ((k, "hexahedron", *row) for k, row in enumerate(cells, 1))
+    )
 
 
 def parts(brake: SolidBrake, geometry: Geometry | None = None) -> tuple[list[Component], Contact]:

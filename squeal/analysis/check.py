@@ -14,7 +14,7 @@ from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.matrices import ALL_ROWS, matrix_list, system_checks
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
-from squeal.io.system import Coordinates, SystemFile
+from squeal.io.system import POINTS, Coordinates, SystemFile
 from squeal.io.writing import Answer, Column, Table, number, picked
 from squeal.linear.matrices import EPS, dense
 from squeal.linear.system import TermSystem, frictionless
@@ -27,9 +27,9 @@ class Check(Answer):
 
     matrices: each with its part, file, format, rows and symmetry; checks: what is to be said of M,
     C and K; mass: total, None without coordinates, and its centre (3,); size: of the box around all
-    nodes (3,); frequencies_hz: the lowest real modes that are no free motions, without friction and
-    damping; free: how many motions no stiffness holds; negative: how many have a negative one;
-    hints: what looks like an error of units.
+    nodes (3,); elements: how many have faces; frequencies_hz: the lowest real modes that are no
+    free motions, without friction and damping; free: how many motions no stiffness holds;
+    negative: how many have a negative one; hints: what looks like an error of units.
     """
 
     name: str
@@ -39,6 +39,7 @@ class Check(Answer):
     mass: float | None
     centre: tuple[float, ...] | None
     size: tuple[float, ...] | None
+    elements: int
     frequencies_hz: tuple[float, ...]
     free: int
     negative: int
@@ -63,6 +64,7 @@ class Check(Answer):
             mass = f"{number(self.mass)} in the unit of M, centre at ({centre})"
             lines.append(f"mass of the rows that move: {mass}")
             lines.append(f"nodes in a box of {box}")
+            lines.append(f"elements with faces: {self.elements}" if self.elements else POINTS)
         else:
             lines.append("mass: unknown without coordinates (coordinates: {file: nodes.csv})")
         lines.append(f"free motions: {self.free}")
@@ -73,7 +75,9 @@ class Check(Answer):
         return [head, files, "\n".join(lines), self.table(), "\n".join(self.hints)]
 
     def to_dict(self) -> dict[str, Any]:
-        names = "name rows matrices checks mass centre size frequencies_hz free negative hints"
+        names = (
+            "name rows matrices checks mass centre size elements frequencies_hz free negative hints"
+        )
         return picked(self, names)
 
 
@@ -118,13 +122,14 @@ def check(subject: SystemFile | TermSystem, modes: int = 10) -> Check:
     squares, noise = _real_modes(system, modes)
     hertz = tuple((np.sqrt(squares[squares > noise][:modes]) / (2 * np.pi)).tolist())
     mass = centre = size = None
+    elements = len(file.coordinates.cells) if file.coordinates else 0
     if file.coordinates is not None:
         mass, centre = _mass(system.at()[0], file.coordinates)
         size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
     free, negative = int(np.sum(np.abs(squares) <= noise)), int(np.sum(squares < -noise))
     hints = tuple(_units(mass, max(size) if size else None, hertz[0] if hertz else None))
     what = system.name or "system", system.n, tuple(matrix_list(file)), system_checks(system)
-    return Check(*what, mass, centre, size, hertz, free, negative, hints)
+    return Check(*what, mass, centre, size, elements, hertz, free, negative, hints)
 
 
 def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], float]:

@@ -6,7 +6,8 @@ K0 + K1 mu + K2 mu^2 + ...; C likewise.
 
 import csv
 import importlib
-from collections.abc import Sequence
+import re
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import zip_longest
@@ -54,24 +55,27 @@ DOF = schema.Word(tuple(DIRECTIONS))
 
 
 class Cell(NamedTuple):
-    """A kind of element: its corners, its numbers in VTK and UNV files, corners of its faces."""
+    """A kind of element: its corners, its numbers in VTK and UNV files, its types in Abaqus and
+    CalculiX up to what follows the number of nodes, corners of its faces."""
 
     corners: int
     vtk: int
     unv: int
+    types: str
     faces: tuple[tuple[int, ...], ...]
 
 
 _PRISM = ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
 _BRICK = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
 CELLS = {
-    "triangle": Cell(3, 5, 91, ((0, 1, 2),)),
-    "quad": Cell(4, 9, 94, ((0, 1, 2, 3),)),
-    "tetra": Cell(4, 10, 111, ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))),
-    "wedge": Cell(6, 13, 112, _PRISM),
-    "hexahedron": Cell(8, 12, 115, _BRICK),
+    "triangle": Cell(3, 5, 91, "(S|M3D|R3D|SFM3D)[36]|STRI65", ((0, 1, 2),)),
+    "quad": Cell(4, 9, 94, "(S|M3D|R3D|SFM3D)[489]", ((0, 1, 2, 3),)),
+    "tetra": Cell(4, 10, 111, "C3D(4|10)", ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))),
+    "wedge": Cell(6, 13, 112, "(C3D|COH3D|GK3D|SC)(6|15|18)", _PRISM),
+    "hexahedron": Cell(8, 12, 115, "(C3D|COH3D|GK3D|SC)(8|20|27)", _BRICK),
 }
 CELL = schema.Word(tuple(CELLS))
+POINTS = "mode shapes are points; `elements: {file: job.inp}` in the system file gives faces"
 
 FACTOR = Kind("text or a number", lambda v: TEXT.convert(repr(v) if type(v) in (int, float) else v))
 CSV = Group({"file": Key("a .csv file", TEXT, required=True)}, owner="a table")
@@ -156,10 +160,12 @@ SYSTEM = Group({
         "of the structure: M and the symmetric K without friction", DAMPING, default="none"),
     "coordinates": Key(
         "a table with the columns node, dof, x, y, z, a line for each row, or node, x, y, z where "
-        "the matrices name their rows; for mode shapes and the mass", CSV, default="none"),
+        "the matrices name their rows, or there an input file (.inp) of Abaqus or CalculiX; for "
+        "mode shapes and the mass", CSV, default="none"),
     "elements": Key(
         "a table with the columns element, type (triangle, quad, tetra, wedge, hexahedron) and "
-        "nodes in the order of VTK, corners first; for pictures and files of mode shapes",
+        "nodes in the order of VTK, corners first, or an input file (.inp) of Abaqus or CalculiX; "
+        "for faces in pictures and files of mode shapes",
         CSV, default="none", needs=("coordinates",)),
 }, owner="every system")
 # fmt: on
@@ -207,25 +213,56 @@ class Coordinates:
 def read_table(
     path: Path, names: Sequence[str], more: str = ""
 ) -> tuple[Place, list[tuple[Place, dict[str, str]]]]:
-    """The lines of a .csv file that has some columns, perhaps one `more`. Raises InputError."""
+    """The lines of a .csv file that has some columns, perhaps one `more`, or of the nodes or
+    elements of an .inp file. Raises InputError."""
     at = Place(str(path))
-    text = schema.read_content(path, at).decode("utf-8-sig", "backslashreplace")
-    lines = [line for line in text.splitlines() if line.strip()]
+    text = schema.read_content(path, at).decode("utf-8-sig", "backslashreplace").splitlines()
+    table = csv.reader(text)
+    rows = ((table.line_num, cells) for cells in table)
     try:
-        head, *rest = csv.reader(lines) if lines else [[]]
+        lines = _input_file(text, at, names[0]) if path.suffix.lower() == ".inp" else rows
+        (_, head), *rest = [one for one in lines if "".join(one[1]).strip()] or [(1, [])]
     except csv.Error as error:
         raise at.refuse(f"no table of comma-separated values: {error}") from None
     heads = [name.strip().lower() for name in head]
     if missing := [name for name in names if name not in heads]:
         named = ", ".join(names) + (f" and {more}" if more else "")
-        raise at.refuse(f"no column {missing[0]}; the first line must name, with commas, {named}")
-    table = []
-    for number, cells in enumerate(filter(None, rest), 2):
+        words = f"no column {missing[0]}; the first line of a .csv file must name, with commas,"
+        raise at.refuse(f"{words} {named}")
+    known = []
+    for number, cells in rest:
         here = at / f"line {number}"
         if any(cell.strip() for cell in cells[len(heads) :]):
             raise here.refuse(f"{len(cells)} cells; the first line names {len(heads)} columns")
-        table.append((here, dict(zip_longest(heads, cells[: len(heads)], fillvalue=""))))
-    return at, table
+        known.append((here, dict(zip_longest(heads, cells[: len(heads)], fillvalue=""))))
+    return at, known
+
+
+def _input_file(text: list[str], at: Place, wanted: str) -> Iterator[tuple[int, list[str]]]:
+    """The head of a table and the lines below *NODE or *ELEMENT of an input file of Abaqus or
+    CalculiX. Elements without faces, such as springs, are left out. Raises InputError."""
+    below, kind, begun = False, "", ""
+    yield (
+        0,
+        ["node", "x", "y", "z"] if wanted == "node" else ["element", "type", *map(str, range(8))],
+    )
+    for number, line in enumerate(text, 1):
+        line = line.upper() if line.startswith("*") else begun + line
+        cells = [cell.strip() for cell in line.split(",")]
+        if line.startswith("*") and not line.startswith("**"):
+            if cells[0] in ("*INSTANCE", "*SYSTEM") or any(c.startswith("SYSTEM") for c in cells):
+                words = f"{cells[0]} is not allowed; write the file without parts and local axes"
+                raise (at / f"line {number}").refuse(words)
+            below, begun = cells[0] == f"*{wanted.upper()}", ""
+            typed = "".join(c.split("=")[-1].strip() for c in cells if c.startswith("TYPE"))
+            fit = (k for k, c in CELLS.items() if re.fullmatch(f"({c.types})[A-Z]*5?", typed))
+            kind = next(fit, "")
+        elif below and line.strip() and line[0] != "*":
+            if wanted == "node":
+                yield number, [cell or "0" for cell in [*cells, "0", "0", "0"][:4]]
+            elif kind and cells[-1]:
+                yield number, [cells[0], kind, *cells[1:9]]
+            begun = line if wanted != "node" and not cells[-1] else ""  # goes on in the next one
 
 
 def number_in(text: str, at: Place, kind: Kind = ANY) -> float:

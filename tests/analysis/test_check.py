@@ -1,5 +1,7 @@
 """What `squeal check` says of files, against what was put into them."""
 
+import re
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -75,17 +77,20 @@ def test_what_cannot_be_checked_is_refused(brake):
 
 def test_nodes_are_found_by_the_labels_of_rows(tmp_path, brake):
     write_brake(tmp_path, brake, "abaqus")
-    whole = squeal.check(squeal.read_system(tmp_path / "system.yaml"))
+    system = tmp_path / "system.yaml"
+    whole = squeal.check(squeal.read_system(system))  # by the input file
+    assert whole.elements == len(brake.cells)
+    system.write_text(re.sub(r"(?s)file: brake.inp\n.*", "file: nodes.csv\n", system.read_text()))
     held = np.setdiff1d(np.arange(len(brake.places)), brake.nodes)  # corners of elements
     each = np.concatenate([held, np.unique(brake.nodes)[::-1]])
     lines = (f"{node + 1},{','.join(map(repr, brake.places[node].tolist()))}" for node in each)
     (tmp_path / "nodes.csv").write_text("\n".join(["node,x,y,z", *lines]))
-    again = squeal.check(squeal.read_system(tmp_path / "system.yaml"))
-    assert (again.mass, again.centre) == (whole.mass, whole.centre)
+    again = squeal.check(squeal.read_system(system))
+    assert (again.mass, again.centre, again.size) == (whole.mass, whole.centre, whole.size)
     text = (tmp_path / "nodes.csv").read_text().splitlines()
     (tmp_path / "nodes.csv").write_text("\n".join(text[:-1]))
     with pytest.raises(InputError, match=f"no line for 1 nodes.* {each[-1] + 1}"):
-        squeal.read_system(tmp_path / "system.yaml")
+        squeal.read_system(system)
 
 
 def test_a_stiffness_for_the_mass_is_refused_in_time(brake):

@@ -8,7 +8,7 @@ from squeal.cli.main import main
 from squeal.errors import InputError
 from squeal.io.shapes import displacements, outer_faces
 from squeal.io.system import CELLS as SOLIDS
-from squeal.io.system import _read_coordinates, read_system
+from squeal.io.system import _read_coordinates, _read_elements, read_system
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 PLACES = [(*xy, z) for z in (0.0, 0.5, 1.0) for *xy, _ in CORNERS]  # two cubes, one on the other
@@ -138,6 +138,58 @@ def test_wrong_tables_are_refused(cubes, table, wrong, words):
     with pytest.raises(InputError, match=words) as caught:
         read_system(cubes)
     assert name in str(caught.value)
+
+
+INPUT = """*HEADING
+** two kinds of element, a spring, a line that goes on in the next one
+*Node, NSET=ALL
+5, 0., 0.
+15, 1.,,
+25, 1., 1., 0.
+35,0,1,0
+45,0,0,1
+55,1,0,1
+65,1,1,1
+75,0,1,1
+*NODE PRINT, NSET=ALL
+U,
+*ELEMENT, type = C3D20R, ELSET=BLOCK
+1, 5,15,25,35,45,55,65,
+ 75, 81,82,83,84,85,86,87,88,89,90,91,92
+*ELEMENT, TYPE=SPRINGA
+9, 5, 15
+*ELEMENT, TYPE=S4R5
+2, 5,15,25,35
+"""
+
+
+def of_input(path):
+    labels = [(10 * k + 5, way) for k in range(8) for way in (1, 2, 3)]
+    return _read_elements(path, _read_coordinates(path, 24, labels))
+
+
+def test_the_input_file_of_abaqus_names_nodes_and_elements(tmp_path):
+    (tmp_path / "job.inp").write_text(INPUT)
+    where = of_input(tmp_path / "job.inp")
+    places = dict(zip(where.names, where.places.tolist(), strict=True))
+    assert places == {str(10 * k + 5): [*map(float, PLACES[k][:2]), float(k > 3)] for k in range(8)}
+    corners = [(kind, [where.names[k] for k in cell]) for kind, cell in where.cells]
+    assert corners == [
+        ("hexahedron", [str(10 * k + 5) for k in range(8)]),
+        ("quad", ["5", "15", "25", "35"]),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [("*HEADING", "*INSTANCE, NAME=A", "line 1: .INSTANCE"), ("15, 1.,,", "15, 1., a", r"5\.y: .a"),
+     ("*Node,", "*NODE, SYSTEM=C,", "line 3"), ("75,0,", "76,0,", "first is 75")],
+)  # fmt: skip
+def test_an_input_file_that_would_mislead_is_refused(tmp_path, old, new, words):
+    (tmp_path / "job.inp").write_text(INPUT.replace(old, new, 1))
+    with pytest.raises(InputError, match=words) as caught:
+        of_input(tmp_path / "job.inp")
+    assert "job.inp" in str(caught.value)
 
 
 def test_files_of_shapes_need_coordinates_and_a_known_suffix(cubes, tmp_path):
