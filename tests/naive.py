@@ -101,7 +101,7 @@ def loads(name, p, form, q, state):
 
 
 def jacobian(name, p, form, q, state):
-    """Derivative of the loads by q, by central differences at 50 digits or more."""
+    """Rows of the loads' derivative by q, by central differences at 50 digits or more."""
     step = mp.mpf(10) ** -round(0.36 * mp.mp.dps)
     columns = []
     for i in range(3):
@@ -110,4 +110,4 @@ def jacobian(name, p, form, q, state):
         down[i] -= step
         a, b = loads(name, p, form, up, state), loads(name, p, form, down, state)
         columns.append([(u - d) / (2 * step) for u, d in zip(a, b, strict=True)])
-    return mp.matrix(columns).T
+    return [list(row) for row in zip(*columns, strict=True)]

@@ -280,7 +280,7 @@ def critical_friction(scene: Scene, high: float = 2.0) -> Thresholds:
     events = tuple(points), tuple(crossings), words, located.certified, tuple(warnings)
     details = {"admissible_to": min(admissible_to, end)}
     head = scene.model, "mu", 0.0, end, at_zero
-    return Thresholds(*head, *events, details=details, source=(scene,))
+    return Thresholds(*head, *events, details=details, source=(scene, path))
 
 
 def _widened(at: Located, path: Path) -> Located:

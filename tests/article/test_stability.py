@@ -32,8 +32,8 @@ def record():
 
 def exact_stiffness(scene, mu, at):
     pad = scene.pad.replace(mu=mu)
-    K = -naive.jacobian(scene.model, pad, scene.formulation, at.q, at.state)
-    return np.array([pad.m, pad.m, pad.I]), K
+    slopes = naive.jacobian(scene.model, pad, scene.formulation, at.q, at.state)
+    return np.array([pad.m, pad.m, pad.I]), slopes
 
 
 @pytest.mark.parametrize("share", [0.5, 0.95, 1.05, 2.0])
@@ -42,11 +42,11 @@ def test_growth_of_a_simulation_is_an_exact_eigenvalue(share):
     mu = share * critical_friction(scene, 1.0).points[0].mu
     at = Path.of(scene.pad_model, 1.0).equilibrium(mu)
     predicted, fitted = fit(scene, at)
-    masses, K = exact_stiffness(scene, mu, at)
+    masses, slopes = exact_stiffness(scene, mu, at)
     A = mp.matrix(3, 3)
     for i, m in enumerate(masses.tolist()):
         for j in range(3):
-            A[i, j] = -K[i, j] / m
+            A[i, j] = slopes[i][j] / m
     roots = [complex(mp.sqrt(v)) for v in mp.eig(A, left=False, right=False)]
     exact = np.array([s * r for r in roots for s in (1, -1)])
     assert np.abs(exact - predicted).min() < 1e-9 * abs(fitted)
@@ -77,8 +77,8 @@ def test_mode_shapes_solve_the_eigenvalue_problem(record):
     for one in record.scenes:
         scene = scene_of(one.name)
         at, _ = sliding_equilibrium(scene.pad_model)
-        masses, K = exact_stiffness(scene, scene.pad.mu, at)
-        A = np.array(K.tolist(), dtype=float) / masses[:, None]
+        masses, slopes = exact_stiffness(scene, scene.pad.mu, at)
+        A = -np.array(slopes, dtype=float) / masses[:, None]
         assert len(one.equilibrium.modes) == 3
         for mode in one.equilibrium.modes:
             shape = np.array(mode.real) + 1j * np.array(mode.imag)

@@ -10,7 +10,7 @@ from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import State
 from squeal.model.pad import Pad
 from tests.conftest import SCENES
-from tests.exact import Exact
+from tests.exact import Exact, det
 
 # contact 1e5 times as stiff as the spring that holds the pad along the surface
 STIFF = Scene(
@@ -44,7 +44,7 @@ def exact_places(scene, path):
         exact = Exact(scene, State(*before))
 
         def singular(q, mu, exact=exact):
-            return mp.det(exact.stiffness(q, mu) / mp.mpf(scene.pad.k1))
+            return det(exact.stiffness(q, mu)) / mp.mpf(scene.pad.k1) ** 3
 
         def touching(q, mu, exact=exact, edge=int(before[0] == state[0])):
             return exact.gaps(q)[edge]

@@ -32,10 +32,10 @@ def exact_verdict(squares: list) -> str:
         radius = max(abs(s) for s in squares)
         growth = []
         for s in squares:
-            oscillates = abs(mp.im(s)) > radius * mp.mpf(10) ** -25
-            if oscillates or mp.re(s) < -radius * mp.mpf(10) ** -25:
+            oscillates = abs(s.imag) > radius * 1e-25
+            if oscillates or s.real < -radius * 1e-25:
                 name = "flutter" if oscillates else "divergence"
-                growth.append((float(abs(mp.re(mp.sqrt(-s)))), name))
+                growth.append((float(abs(((-s) ** 0.5).real)), name))
         return max(growth)[1] if growth else "marginal"
 
 
