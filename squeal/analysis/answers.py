@@ -517,8 +517,8 @@ def basis_text(basis: Mapping[str, Any], errors: bool = False) -> str:
         )
     else:
         text = (
-            f"basis of {basis['size']} vectors ({basis['method']}), {len(basis['samples'])} full "
-            f"solutions; worst residual in the full problem {basis['residual']:.2g}"
+            f"basis of {basis['size']} vectors ({basis['method']}), {len(basis['samples'])} "
+            f"solutions of all {basis['rows']} rows; worst residual there {basis['residual']:.2g}"
         )
     if basis["spurious"]:
         text += f"; {basis['spurious']} roots that the full problem has not are left out"

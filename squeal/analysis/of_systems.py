@@ -181,11 +181,12 @@ class Question:
         if outside:
             hertz, rate = abs(outside[0].imag) / math.tau, outside[0].real
             details["fastest_outside"] = {"frequency_hz": hertz, "growth_rate": rate}
-            rough = bool(self.joined or not is_small(system))
+            fastest = f"{number(hertz, 5)} Hz by {number(rate, 3)} 1/s"
             count = "1 mode grows" if len(outside) == 1 else f"{len(outside)} modes grow"
-            beside = f"Outside of the {'band' if self.wanted.band else 'region'} "
-            beside += f"{'at least ' * rough}{count}, the fastest at {'about ' * rough}"
-            beside += f"{number(hertz, 5)} Hz by {number(rate, 3)} 1/s"
+            beside = f"{count}, the fastest at {fastest}"
+            if self.joined or not is_small(system):  # only those that the search came upon
+                beside = f"growth was seen too, the fastest at about {fastest}"
+            beside = f"Outside of the {'band' if self.wanted.band else 'region'} {beside}"
         words = "" if region is None else self.wanted.words()
         if roots.growth_limit is not None:
             words += f" with growth below {roots.growth_limit:.4g} 1/s"

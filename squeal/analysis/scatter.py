@@ -237,8 +237,8 @@ class Scatter(Answer):
             parts.append("which parameter decides: `indices: true` in the file of spreads tells")
         if self.basis is not None:
             parts.append(
-                f"on a reduced system of {self.basis['size']} vectors; worst residual of a root in "
-                f"the full problem, over all samples: {self.basis['residual']:.2g}"
+                f"on a basis of {self.basis['size']} vectors; worst residual of a root in all "
+                f"{self.basis['rows']} rows, over all samples: {self.basis['residual']:.2g}"
             )
         return parts
 

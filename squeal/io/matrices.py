@@ -177,11 +177,8 @@ def fingerprint(matrix: Any) -> str:
     entries = _canonical(matrix)
     digest = hashlib.sha256(repr(entries.shape).encode())
     of_data = "<c16" if np.iscomplexobj(entries) else "<f8"
-    for numbers, kind in (
-        (entries.indptr, "<i8"),
-        (entries.indices, "<i8"),
-        (entries.data, of_data),
-    ):
+    parts = (entries.indptr, "<i8"), (entries.indices, "<i8"), (entries.data, of_data)
+    for numbers, kind in parts:
         digest.update(numbers.astype(kind).tobytes())
     return digest.hexdigest()[:16]
 

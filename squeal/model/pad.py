@@ -12,6 +12,7 @@ import copy
 import dataclasses
 import math
 import operator
+from collections import namedtuple
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -54,15 +55,8 @@ _TURN = schema.Angle(low=-math.pi / 2, high=math.nextafter(math.pi / 2, 0.0))
 
 
 def _field(meaning: str, unit: str, kind: schema.Number, **more: Any) -> Any:
-    required = "default" not in more or "unless" in more
-    p = Parameter(
-        meaning=meaning,
-        unit=unit,
-        dimension=_DIMENSIONS[unit],
-        kind=kind,
-        required=required,
-        **more,
-    )
+    more |= {"required": "default" not in more or "unless" in more}
+    p = Parameter(meaning, unit, kind=kind, dimension=_DIMENSIONS[unit], **more)
     # a placement is zero unless it is given; everything else is None where no model needs it
     return field(default=0.0 if p.default == "0" else None, metadata={"p": p})
 
@@ -198,43 +192,20 @@ PARAMETERS: dict[str, Parameter] = {
     f.name: f.metadata["p"] for f in dataclasses.fields(Pad) if f.init
 }
 
+_Coefficients = namedtuple(
+    "_Coefficients",
+    "m I w h mu F_n x0 k1 k2 L1 L2 D1x D1y D2x D2y r1x r1y r2x r2y rlx rly rtx rty gap_l gap_t "
+    "k3 k4 k_c",
+)
 
-class Coefficients(NamedTuple):
+
+class Coefficients(_Coefficients):
     """The numbers of a pad that enter the equations of motion.
 
     D1, D2: spring vectors r_i - r_f,i of the undeformed springs; r1, r2: upper corners and
     rl, rt: lower corners (leading, trailing) from the mass centre at theta = 0;
     gap_l, gap_t: height of the lower corners over the surface at x = y = theta = 0.
     """
-
-    m: Number
-    I: Number
-    w: Number
-    h: Number
-    mu: Number
-    F_n: Number
-    x0: Number
-    k1: Number
-    k2: Number
-    L1: Number
-    L2: Number
-    D1x: Number
-    D1y: Number
-    D2x: Number
-    D2y: Number
-    r1x: Number
-    r1y: Number
-    r2x: Number
-    r2y: Number
-    rlx: Number
-    rly: Number
-    rtx: Number
-    rty: Number
-    gap_l: Number
-    gap_t: Number
-    k3: Number
-    k4: Number
-    k_c: Number
 
     def place(self, state: Any) -> tuple[Number, Number, Number]:
         """q = (x, y, theta) of a state that starts with x, y and w theta."""

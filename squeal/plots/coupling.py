@@ -109,22 +109,23 @@ Span = tuple[float, float, str]
 
 
 def _spans(sweep: Sweep, found: Thresholds | None, ends: tuple[float, float]) -> list[Span]:
-    """Ranges with their verdict: between thresholds, without them around the values that have it;
-    where there is no equilibrium the last ones."""
+    """Ranges with their verdict: between thresholds, without them between values that have the same
+    one, so that none is claimed where it changes; where there is no equilibrium the last ones."""
     if found is None:
-        x = [step.value for step in sweep.steps]
-        edges = [x[0], *(0.5 * (a + b) for a, b in itertools.pairwise(x)), x[-1]]
-        words = [step.verdict or (NOWHERE if step.roots is None else "-") for step in sweep.steps]
+        each = [(s.value, s.verdict or (NOWHERE if s.roots is None else "-")) for s in sweep.steps]
+        pairs = itertools.pairwise(each)
+        spans = [(low, high, word) for (low, word), (high, other) in pairs if word == other]
     else:
         edges = [found.low, *(point.mu for point in found.points), found.high, max(ends)]
         words = [found.verdict, *(point.kind for point in found.points), NOWHERE]
-    spans = list[Span]()
-    for low, high, word in zip(edges, edges[1:], words, strict=False):
+        spans = list(zip(edges, edges[1:], words, strict=False))
+    joined = list[Span]()
+    for low, high, word in spans:
         low, high = max(low, ends[0]), min(high, ends[1])
-        if spans and spans[-1][2] == word:
-            low = spans.pop()[0]
-        spans += [(low, high, word)] * (high > low)
-    return spans
+        if joined and joined[-1][1:] == (low, word):
+            low = joined.pop()[0]
+        joined += [(low, high, word)] * (high > low)
+    return joined
 
 
 def sweep_drawing(

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import ComputationError, InputError
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import Eigenvalue, assumed_rounding
 from squeal.linear.matrices import EPS, divisor, is_sparse, norm_of
 from squeal.linear.system import Matrix, Term, TermSystem, structure_stiffness
 from squeal.numerics.differentiation import Formula
@@ -416,8 +416,8 @@ class Assembly:
         return known | {"cutoff_hz": self.cutoff} if np.isfinite(self.cutoff) else None
 
     def bounded(self, system: TermSystem, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
-        """Roots of the system at its parameters with the error of the reduction, to which the
-        rounding is raised: infinite above the cutoff."""
+        """Roots of the system at its parameters with the error of the reduction, at least rounding,
+        and a rounding raised to it: infinite above the cutoff."""
         top = math.tau * self.cutoff
         some = [e for e in roots if e.value.imag >= 0.0 and abs(e.value) < top]
         known: dict[complex, tuple[float | None, float]] = {}
@@ -427,8 +427,9 @@ class Assembly:
             slope = np.add.outer(z, z) * (Y.conj().T @ M @ X)
             slope += 0.0 if C is None else Y.conj().T @ C @ X
             moved, steady = movements(z, slope, *self.lack(z, X, Y, system.parameters))
-            steady &= system.real and not system.C
-            errors = zip(moved.tolist(), np.where(steady, 0.0, moved).tolist(), strict=True)
+            steady &= (undamped := system.real and not system.C)
+            far = np.maximum(moved, assumed_rounding(z, undamped))
+            errors = zip(far.tolist(), np.where(steady, 0.0, moved).tolist(), strict=True)
             known = dict(zip(z.tolist(), errors, strict=True))
         known |= {z.conjugate(): error for z, error in known.items()}
         each = ((e, *known.get(e.value, (None, np.inf))) for e in roots)

@@ -325,7 +325,8 @@ def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rec
 def looked_at(look: FirstLook, wanted: Wanted, changes: Changes) -> SystemRoots:
     """The wanted roots at some parameters as a first look has them: nothing counts them."""
     found, none = look.judged(changes), np.empty(0, dtype=complex)
-    each = zip(found.values.tolist(), found.residuals.tolist(), found.errors.tolist(), strict=True)
+    errors = np.maximum(found.errors, rounding_of(look.scaled.system, found.values))
+    each = zip(found.values.tolist(), found.residuals.tolist(), errors.tolist(), strict=True)
     rows = [Eigenvalue(z, none, none, r, math.nan, error) for z, r, error in each]
     values = tuple(rows[k] for k in ordered(found.values))
     limit = None if wanted.band is None else look.region.high_real
@@ -379,6 +380,7 @@ def basis_of(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | No
     return {
         "method": reduction.method,
         "size": reduction.size,
+        "rows": reduction.scaled.n,
         "samples": [dict(changes) for changes in reduction.samples],
         "residual": reduction.worst,
         "converged": reduction.converged,
