@@ -44,7 +44,6 @@ class SolverOptions:
     block: int = 3  # vectors of a step: roots of that multiplicity converge at once
     rough: float = 1e-4  # residual of a Ritz value that has converged
     exact: float = 1e-12  # backward error of right vectors with which corrections end
-    counted: float = 1e-6  # ... of roots that are counted, not wanted
     accepted: float = 2e-9  # ... of left vectors, and of right ones where they gain no more
     rounds: int = 12  # corrections
     beyond: float = 1.6  # reach around a region, relative: the count then needs few determinants
@@ -112,7 +111,7 @@ def near_roots(
         if done >= look:  # an eigenproblem of its own: not after every block
             look = done + max(2 * block, done // 8)
             theta, Y, reach = ritz()
-            if enough(shift + radius / theta, reach):
+            if len(theta) and enough(shift + radius / theta, reach):
                 break
     else:
         theta, Y, reach = ritz()
@@ -164,22 +163,15 @@ class Modes:
 
 
 def corrected(
-    problem: Quadratic,
-    factor: Factor,
-    V: Array,
-    region: Region,
-    options: SolverOptions,
-    wanted: Region | None = None,
-    parts: tuple[Array, ...] | None = None,
+    problem: Quadratic, factor: Factor, V: Array, region: Region, options: SolverOptions
 ) -> Roots | None:
     """The roots in a region from an orthonormal basis (n, d) that nearly holds their right vectors,
-    and a factor of P near them; None if they do not come to be good. Those outside what is `wanted`
-    are only as good as a count needs. `parts` are V' M V, V' C V, V' K V if they are known."""
+    and a factor of P near them; None if they do not come to be good."""
     if not V.size:
         return Roots(np.zeros(0, dtype=complex), V.astype(complex), V.astype(complex))
     other, before = problem.transposed(), np.inf
     matrices = problem.M, problem.C, problem.K
-    M, C, K = parts or (V.T @ (A @ V) for A in matrices)
+    M, C, K = (V.T @ (A @ V) for A in matrices)
     for _ in range(options.rounds):
         values = dense_values(M, C, K, problem.norms[2])
         values = values[region.contains(values)]
@@ -188,9 +180,6 @@ def corrected(
         rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
         errors = np.linalg.norm(rests, axis=1) / problem.size(ritz.values)
         errors[1] *= options.exact / options.accepted  # they enter conditions and derivatives
-        if wanted is not None:
-            aside = ~wanted.contains(ritz.values)
-            errors[:, aside] *= options.exact / options.counted
         worst = float(np.max(errors, initial=0.0))
         if worst <= options.exact or (before / 2 < worst <= options.accepted):
             return Roots(ritz.values, x, y.conj())
@@ -288,13 +277,13 @@ def _around(
     # beside the middle: a root exactly there would hide all others from single precision
     shift = region.centre + (0.03 + 0.04j) * region.radius
     aside, best = abs(shift - region.centre), None
+    wide = aside + options.beyond * region.radius
     for attempt in range(options.attempts):
-        wide = aside + (options.beyond + 0.3 * attempt) * region.radius
         near = near_roots(
             problem,
             shift,
             region.radius,
-            lambda _, reach, wide=wide: reach >= wide,  # type: ignore[misc]
+            lambda _, reach: reach >= wide,
             attempt,
             not attempt,
             options,
@@ -306,7 +295,7 @@ def _around(
             continue  # single precision may be what hides them
         V = enlarged(V, near.vectors, 1e-6)
         around = disc_around(region, near.values, reach) if certify else region.widened(1e-6)
-        roots = corrected(problem, near.factor, V, around, options, region.widened(1e-6))
+        roots = corrected(problem, near.factor, V, around, options)
         if roots is None:
             continue
         best = roots, _missing(problem, around, roots, near), near

@@ -112,14 +112,12 @@ class Reduction:
         if certify:
             roots = modes_in(problem, region).roots
         elif self.factor is not None and self.size and self._reaches(problem):
-            M, C, K = self.system.at(changes)
-            parts = M, np.zeros_like(M) if C is None else C, K
             options = replace(OPTIONS, exact=TOLERANCE / 3, accepted=TOLERANCE / 3)
-            roots = corrected(problem, self.factor, self.vectors, region, options, None, parts)
+            roots = corrected(problem, self.factor, self.vectors, region, options)
         if roots is None:
             modes = modes_in(problem, region, False, self.vectors, OPTIONS.accepted)
             roots = modes.roots
-            if self.factor is None and modes.near is not None:
+            if self.factor is None and modes.near is not None and len(roots.values):
                 self.factor, self._first = modes.near.factor, (changes, modes.near.shift)
                 self.extend(modes.near.vectors)
         self.extend(np.hstack([roots.right, roots.left]))

@@ -1,0 +1,167 @@
+"""What searches for roots are made of, each against its definition on problems that are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array, diags_array
+
+from squeal.linear.system import Term, TermSystem
+from squeal.numerics.differentiation import Formula
+from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _same
+from squeal.sparse.eigensolver import OPTIONS, enlarged, grown, near_roots, orthogonal
+from squeal.sparse.first_look import Structure, movements
+from squeal.sparse.quadratic import Roots, ScaledSystem, factorise, listed, quadratic
+from squeal.sparse.reduction import contraction
+from tests import large
+
+
+def test_rows_are_scaled_to_a_unit_diagonal_by_powers_of_two(rng):
+    m, c, k, unit = *rng.uniform(0.5, 2.0, (3, 41)), 10.0 ** rng.uniform(-6, 6, 41)
+    m[7] = 0.0
+    C = Term(np.diag(c * unit**2), Formula("p"))
+    system = TermSystem(
+        (Term(np.diag(m * unit**2)),), (C,), (Term(np.diag(k * unit**2)),), {"p": 3}
+    )
+    scaled = ScaledSystem(replace(system, parameter="p"))
+    assert np.array_equal(np.log2(scaled.scale) % 1, np.zeros(41))
+    problem, rate = scaled.at(), np.sqrt(np.sort(k / np.where(m > 0, m, 1e-9))[19])
+    diagonal = (rate * problem.M + problem.C) * rate + problem.K
+    assert np.all(np.abs(np.log2(diagonal.diagonal())) <= 1.0 + 1e-12)
+    value, h = 0.3 + 2.0j, 1e-6
+    ahead, back = (scaled.at({"p": 3 + x}).at(value) for x in (h, -h))
+    slope = scaled.slope("p", None, value).toarray()
+    assert slope == pytest.approx(((ahead - back) / (2 * h)).toarray(), rel=1e-8, abs=1e-12)
+    ahead, back = (problem.at(value + x) for x in (h, -h))
+    slope = problem.slope(value).toarray()
+    assert slope == pytest.approx(((ahead - back) / (2 * h)).toarray(), rel=1e-8, abs=1e-7)
+    assert problem.slope(2.0).dtype == float
+    assert problem.rate == pytest.approx(np.sqrt(problem.norms[2] / problem.norms[0]))
+
+
+@pytest.mark.parametrize(("m", "c", "k"), [(2.0, 0.3, 5.0), (0.1, 7.0, 3.0)])
+def test_conditions_and_vectors_of_one_degree_of_freedom(m, c, k):
+    """kappa = (|z|^2 m + |z| c + k) / (|z| |2 z m + c|), x = 1 / sqrt(m)."""
+    z = np.roots([m, c, k]).astype(complex)
+    problem, x = (
+        quadratic(
+            *(np.array([[v]]) for v in (m, c, k)),
+        ),
+        np.array([[-1j, 2.0]]),
+    )
+    size = abs(z) ** 2 * m + abs(z) * c + k
+    order = np.lexsort((z.real, z.imag))
+    each = sorted(listed(problem, Roots(z, x, 1j * x)), key=lambda e: (e.value.imag, e.value.real))
+    for e, j in zip(each, order, strict=True):
+        assert e.value == z[j]
+        assert e.condition == pytest.approx(size[j] / abs(z[j] * (2 * z[j] * m + c)))
+        assert (e.right[0], e.left[0]) == pytest.approx((m**-0.5, m**-0.5), rel=1e-12)
+        assert e.residual < 1e-15
+        assert 0.0 < e.rounding < 1e-12 * abs(z[j])
+    off = problem.backward_errors(1.5 * z, x)
+    rest = abs(2.25 * z**2 * m + 1.5 * z * c + k)
+    assert off == pytest.approx(rest / (2.25 * abs(z) ** 2 * m + 1.5 * abs(z) * c + k), rel=1e-12)
+
+
+@pytest.mark.parametrize("kind", [np.float32, complex])
+def test_columns_join_an_orthonormal_basis(kind, rng):
+    """Also what is nearly in it; what is in it to rounding adds nothing."""
+    eps = np.finfo(kind).eps
+    basis = np.linalg.qr(rng.standard_normal((50, 7)))[0].astype(kind)
+    x = rng.standard_normal((50, 4)).astype(kind)
+    x[:, 1], x[:, 3] = basis @ np.ones(7) + 1e-4 * x[:, 1], x[:, 0] + basis[:, 2]
+    new, inside = orthogonal(basis, x)
+    whole = np.hstack([basis, new])
+    assert new.shape == (50, 3)
+    assert np.abs(whole.conj().T @ whole - np.eye(10)).max() < 40 * eps
+    assert np.abs(whole @ inside - x).max() < 40 * eps
+    real, wide = whole.real[:, :7].astype(float), x.astype(complex) * (1 + 0.5j)
+    more = enlarged(np.linalg.qr(real)[0], wide, 1e-8)
+    assert np.abs(more.T @ more - np.eye(more.shape[1])).max() < 1e-13
+    assert np.abs(wide - more @ (more.T @ wide)).max() < 1e-6
+    A = csc_array(rng.standard_normal((50, 50)))
+    parts = more[:, :7].T @ (A @ more[:, :7]), A, more[:, :7], more[:, 7:]
+    assert grown(*parts) == pytest.approx(more.T @ (A @ more), abs=1e-12)
+
+
+@pytest.mark.parametrize("single", [True, False])
+@pytest.mark.parametrize("shift", [2.0 + 5.0j, 0.1j + 4.0, 3.0])
+def test_roots_around_a_shift_are_all_within_its_reach(single, shift, rng):
+    a, w = rng.uniform(-2.0, 2.0, 90), rng.uniform(1.0, 20.0, 90)
+    every = np.concatenate([-a + 1j * w, -a - 1j * w])
+    problem, asked = quadratic(*large.blocks(a, w, rng)), []
+
+    def enough(values, reach):
+        asked.append(reach)
+        return reach > 3.0
+
+    near = near_roots(problem, shift, 3.0, enough, 0, single, OPTIONS)
+    assert near.reach > 3.0 >= max([0.0, *asked[:-1]])
+    sure = near.values[abs(near.values - near.shift) < near.reach]
+    exact = every[abs(every - near.shift) < near.reach]
+    assert len(sure) == len(exact) >= 3
+    assert np.abs(sure[:, None] - exact).min(axis=0).max() < 0.02
+    rest = problem.backward_errors(near.values, near.vectors.astype(complex))
+    assert rest[abs(near.values - near.shift) < 3.0].max() < 1e-3
+    assert np.linalg.norm(near.vectors, axis=0) == pytest.approx(1.0, rel=1e-5)
+
+
+def test_movements_bound_how_far_roots_are(rng):
+    """Of z - A - E, as first and second order in E say: never less, never much more."""
+    for _ in range(200):
+        z, E = np.array([0.0, 1.0, 3.0j]), 1e-3 * rng.standard_normal((3, 3))
+        exact = np.linalg.eigvals(np.diag(z) + E)
+        moved = np.abs(exact[:, None] - z).min(axis=0)
+        errors, _ = movements(z, np.eye(3), E, np.zeros((3, 3)))
+        assert np.all(moved <= 1.001 * errors)
+        assert np.all(errors <= 1.01 * moved + 20e-6)
+        more, steady = movements(z, 2 * np.eye(3), E, abs(E))
+        assert more == pytest.approx(errors, rel=0.1)
+        assert steady.tolist() == [True, False, True]
+    near, off = np.array([1j, 1.0001j]), np.array([[0.0, 1e-3], [1e-3, 0.0]])
+    errors, steady = movements(near, np.eye(2), off, 0 * off)
+    assert errors == pytest.approx([1e-3, 1e-3], rel=1e-9)  # a pair that meets: the square root
+    assert not steady.any()
+    assert np.isinf(movements(near, 0 * off, off, off)[0]).all()
+
+
+def test_what_a_basis_lacks_contracts_as_the_worst_of_its_directions():
+    f, p = np.linspace(1.0, 2.0, 30), np.linspace(1.0, 2.0, 30)
+    p[3], p[20], p[25] = 5.0, 1.4, 0.5
+    F, P = (csc_array(diags_array(d)) for d in (f, p))
+    for axes in ([3], [3, 25], [3, 25, 20], range(25, 30)):
+        V, left = np.eye(30)[:, list(axes)], np.delete(abs(1 - p / f), list(axes))
+        found = contraction(V, V.T @ (F @ V), F, factorise(F), P)
+        assert found == pytest.approx(left.max(), rel=0.02, abs=1e-12)
+
+
+@pytest.mark.parametrize("n", [5, 80])
+def test_real_modes_reach_as_far_as_is_asked(n):
+    w = np.linspace(1.0, 40.0, n)
+    problem = quadratic(
+        np.diag(np.linspace(1.0, 3.0, n)), None, np.diag(np.linspace(1, 3, n) * w**2)
+    )
+    modes = Structure(problem, 9.7).modes(19.4)
+    held = np.abs(modes).max(axis=1) > 0.3
+    assert held[w < 19.4].all()
+    assert modes.shape[1] >= held.sum() >= 1
+
+
+def crossing(value=1.0, omega=2.0, way=1, interval=(0.9, 1.1), vector=(1.0, 0.0)):
+    return AxisCrossing(value, omega, way, interval, 0.0, vector=np.array(vector, complex))
+
+
+def test_crossings_at_the_ends_of_a_range():
+    """At the start a root that begins to grow counts there, and none that begins to decay."""
+    falls = crossing(way=-1)
+    assert [c.value for c in _in_range(crossing(), 1.05, 2.0)] == [1.05]
+    assert [c.interval for c in _in_range(crossing(), 1.05, 2.0)] == [(1.05, 1.1)]
+    assert _in_range(falls, 1.05, 2.0) == []
+    assert [c.value for c in _in_range(falls, 0.0, 0.95)] == [0.95]
+    assert [c.value for c in _in_range(falls, 0.0, 2.0)] == [1.0]
+    assert _in_range(falls, 1.2, 2.0) == _in_range(falls, 0.0, 0.8) == []
+    same, other = crossing(1 + 5e-8, 2 + 1e-7), crossing(vector=(0.3, 0.9))
+    assert _same(crossing(), same)
+    assert not any(_same(crossing(), x) for x in (other, crossing(1 + 2e-7), crossing(omega=2.1)))
+    pairs = np.array([[1 + 1j, -1 + 1j], [1 + 1j, 2.0], [1 + 1j, -1e-17 + 1j], [-1.0, 1.0]]).T
+    assert _changes_sign(*pairs).tolist() == [True, False, False, True]
