@@ -244,9 +244,9 @@ def _read_harwell_boeing(path: Path) -> MatrixFile:
     rows, columns, count = map(int, sizes[:3])
     sides, forms = int((lines[1].split() + [*"00000"])[4]), lines[3]
     rest = lines[4 + (sides > 0) :]
-    pointers, rest = _fixed(rest, forms[:16], columns + 1)
-    indices, rest = _fixed(rest, forms[16:32], count)
-    values, _ = _fixed(rest, forms[32:52], count * (1 + (kind[0] == "C")))
+    pointers, rest = _fixed(rest, forms, columns + 1)
+    indices, rest = _fixed(rest, forms[16:], count)
+    values, _ = _fixed(rest, forms[32:], count * (1 + (kind[0] == "C")))
     if kind[0] == "C":
         values = values.view(complex)
     matrix = csc_array((values, indices - 1, pointers - 1), shape=(rows, columns))

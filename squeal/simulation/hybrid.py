@@ -160,7 +160,7 @@ class Course:
     def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States (k, 6) and contact (points, k) of a single motion at times (k,)."""
         steps = self.steps.some(np.searchsorted(self.steps.t[1:], t))
-        share = np.divide(t - steps.t, steps.h, out=np.zeros_like(t), where=steps.h > 0.0)
+        share = (t - steps.t) / np.maximum(steps.h, np.finfo(float).tiny)  # one may have no length
         return steps.states(share).T, steps.on
 
     @staticmethod
@@ -253,7 +253,7 @@ def _late(model: PadModel, course: Course, point: int) -> np.ndarray:
     is as far beyond zero as that of the located point, which rounding may leave just before it.
     """
     wrong, contact = course.wrong[:, 0], course.last[:, 0]
-    near = wrong >= min(-wrong[point], 0.0)
+    near = wrong >= -abs(wrong[point])
     near[point] = False
     if near.any():
         end = np.asarray(course.end[:, 0], dtype=float)

@@ -315,12 +315,11 @@ class Watch:
         # a quarter of a radian of the fast rotation
         self._step = 0.25 / max(1.0, math.sqrt(pad.m * (pad.w**2 + pad.h**2) / pad.I))
         # of a long run no more samples than tell its frequency well
-        first = np.arange(min(8_192, int(stop / self._step) + 1)) * self._step
-        count = min(32_768, int(LAST * stop / self._step) + 1)
-        last = stop - self._step * np.arange(count)[::-1]
+        first = np.arange(min(32_768, int(stop / self._step) + 1)) * self._step
+        last = stop - first[first <= LAST * stop][::-1]
         # places that no frequency is in step with
         number = np.arange(200 * PARTS)
-        spread = stop * (number + number * 0.6180339887498949 % 1.0) / len(number)
+        spread = stop * (number + np.random.default_rng(0).random(len(number))) / len(number)
         self._samples = [Samples(model, times) for times in (first, last, spread)]
         self._changed = np.inf
 

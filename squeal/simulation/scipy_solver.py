@@ -9,6 +9,7 @@ from squeal.errors import ComputationError
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Coefficients, at_speed, facing, pose, spring_vectors
 from squeal.simulation.hybrid import DEFAULT, Course, Integrator, Options
+from squeal.simulation.observers import lobatto
 
 _UPRIGHT, _SLOWER = 0, 3  # entries of `LIMITS` that are events here, in their order
 
@@ -100,7 +101,7 @@ class SciPyIntegrator(Integrator):
 
 def _smooth(nodes: np.ndarray, motion: Any) -> tuple[np.ndarray, ...]:
     """The polynomials of SciPy's dense output, of degree 7, between nodes (s + 1,)."""
-    shares = (1.0 - np.cos(np.pi * np.arange(8) / 7)) / 2.0
+    shares, _ = lobatto(8)
     h, fit = np.diff(nodes), np.linalg.inv(np.vander(shares, increasing=True))
     states = motion((nodes[:-1, None] + h[:, None] * shares).ravel()).reshape(6, len(h), -1)
     return np.zeros(len(h), dtype=int), nodes[:-1], h, (states @ fit.T).transpose(2, 0, 1)

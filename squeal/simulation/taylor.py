@@ -169,7 +169,7 @@ class Machine:
         return tcs, times
 
 
-@lru_cache(maxsize=64)
+@lru_cache
 def _machine(_thread: int, *how: Any) -> Machine:
     return Machine(*how)
 

@@ -3,7 +3,9 @@
 import contextlib
 import os
 import struct
+import sys
 import zlib
+from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -341,6 +343,21 @@ def test_ansys_full_without_its_constrained_rows():
     assert K.shape == (900, 900)
     hertz = np.sqrt(eigsh(K, 4, M, sigma=0)[0]) / (2 * np.pi)
     assert hertz == pytest.approx([1283.200, 1283.200, 5781.975, 6919.399], abs=1e-3)
+
+
+def test_ansys_full_with_a_reader_in_its_place(tmp_path, monkeypatch):
+    """Triangles of node 3, whose second row is held, and of node 4."""
+    K, M = np.triu(np.arange(1.0, 17.0).reshape(4, 4)), np.diag([1.0, 2, 3, 4])
+    rows, held = np.array([[3, 0], [3, 1], [3, 2], [4, 0]]), np.array([[3, 1]])
+    file = SimpleNamespace(load_km=lambda: (rows, K, M), const=held)
+    for name in ("ansys", "ansys.mapdl", "ansys.mapdl.reader"):
+        monkeypatch.setitem(sys.modules, name, module := ModuleType(name))
+    monkeypatch.setattr(module, "read_binary", lambda path: file, raising=False)
+    (tmp_path / "a.full").write_bytes(b"any")
+    found = read_matrix(tmp_path / "a.full", "K")
+    assert found.labels == ((3, 1), (3, 3), (4, 1))
+    assert found.matrix.toarray().tolist() == [[1, 3, 4], [3, 11, 12], [4, 12, 16]]
+    assert read_matrix(tmp_path / "a.full", "M").matrix.diagonal().tolist() == [1, 3, 4]
 
 
 @pytest.mark.parametrize("form", FILES)

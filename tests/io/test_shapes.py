@@ -1,5 +1,7 @@
 """Mode shapes on nodes and elements: what other programs read is what was computed."""
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -225,3 +227,30 @@ def test_real_parts_of_displacements_are_as_large_as_any_turn_makes_them(cubes):
     found = displacements(file.coordinates, np.exp(1.1j) * shape)
     turned = found * np.exp(1j * np.linspace(0.1, 3.0, 30))[:, None, None]
     assert np.all(np.linalg.norm(turned.real, axis=(1, 2)) < np.linalg.norm(found.real))
+
+
+# of each kind its places in the order of VTK, numbers of VTK's manual and of UNV's dataset 2412
+UNIT = {
+    "triangle": ([(0, 0, 0), (1, 0, 0), (0, 1, 0)], 5, 91, 0.0),
+    "quad": (CORNERS, 9, 94, 0.0),
+    "tetra": ([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)], 10, 111, 1 / 6),
+    "wedge": ([(x, y, z) for z in (1, 0) for x, y in ((0, 0), (1, 0), (0, 1))], 13, 112, 1 / 2),
+    "hexahedron": ([(x, y, z) for z in (0, 1) for x, y, _ in CORNERS], 12, 115, 1.0),
+}
+
+
+@pytest.mark.parametrize("kind", UNIT)
+def test_faces_close_a_volume(kind):
+    """Each edge of a solid belongs to two faces, which pass it in opposite senses."""
+    places, vtk, unv, volume = UNIT[kind]
+    cell = SOLIDS[kind]
+    assert (cell.corners, cell.vtk, cell.unv) == (len(places), vtk, unv)
+    assert {k for face in cell.faces for k in face} == set(range(cell.corners))
+    edges = [pair for f in cell.faces for pair in zip(f, (*f[1:], f[0]), strict=True)]
+    assert len({*edges}) == len(edges)
+    if volume:
+        assert {*edges} == {(b, a) for a, b in edges}
+    x, found = np.array(places, dtype=float), 0.0
+    for face in cell.faces:  # pyramids with the origin
+        found += sum(np.linalg.det(x[[face[0], a, b]]) for a, b in itertools.pairwise(face))
+    assert abs(found) / 6 == pytest.approx(volume, abs=1e-12)

@@ -51,3 +51,29 @@ def test_each_maximum_of_a_parabola_is_found_wherever_in_its_step_it_lies(count)
     assert np.array_equal(np.sort(found), np.arange(250))
     assert share == pytest.approx(places[found], abs=1e-9)
     assert values == pytest.approx(np.zeros(250), abs=1e-12)
+
+
+def test_ranges_are_those_of_sines_in_closed_form():
+    """Two motions side by side, of other lengths; from their begin, and from a later time on."""
+    h, orders, lane = 0.5, np.arange(16)[:, None], np.repeat([0, 1], [20, 6])
+    t = np.concatenate([np.arange(0.0, 10.0, h), np.arange(0.0, 3.0, h)])
+    size, phase, series = (1.0 + lane), 0.3 + 0.7 * lane, np.zeros((16, 6, len(t)))
+    factorial = np.cumprod(np.maximum(orders, 1.0), axis=0)
+    series[:, 0] = size * np.sin(t + phase + orders * np.pi / 2) * h**orders / factorial
+    steps = Steps(lane, t, np.full(len(t), h), series, np.ones((2, len(t))))
+    course: Any = SimpleNamespace(steps=steps, t0=np.zeros(2), coefficients=lambda lane: None)
+
+    def signal(_c, states, _on):
+        return states[0]
+
+    for count in (4, 8):
+        grid, ends = Grid(course, count), [[-1.0, 1.0], [2 * np.sin(4.0), 2.0]]
+        assert grid.ranges(signal) == pytest.approx(np.array(ends), rel=1e-10)
+        late = [[np.sin(10.3), np.sin(9.3)], [2 * np.sin(4.0), 2 * np.sin(2.0)]]
+        found = grid.ranges(signal, since=np.array([9.0, 1.0]))
+        assert found == pytest.approx(np.array(late), rel=1e-12)
+        spent = np.bincount(lane, (grid.weights @ grid.states[0]) * h)
+        whole = [np.cos(0.3) - np.cos(10.3), 2 * np.cos(1.0) - 2 * np.cos(4.0)]
+        assert spent == pytest.approx(whole, rel=1e-5)
+        none = grid.ranges(lambda *where: np.nan * signal(*where))
+        assert none.tolist() == [[np.inf, -np.inf]] * 2

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.linalg import eigh
 
 import squeal
 from squeal.errors import InputError
@@ -108,6 +109,29 @@ def test_a_reduced_brake_has_the_roots_of_the_full_one():
         errors.append(gaps.max())
     assert errors[0] < 1e-5
     assert errors[1] < errors[0] / 5
+
+
+@pytest.mark.parametrize("n", [60, 160])
+def test_modes_of_a_chain_that_one_node_holds(n):
+    """w_j = 2 sin((2 j - 1) pi / (4 n - 2)) of n - 1 masses, all up to the cutoff and no other."""
+    K = 2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1)
+    K[0, 0] = K[-1, -1] = 1.0
+    w = 2 * np.sin((2 * np.arange(1, n) - 1) * np.pi / (4 * n - 2))
+    chain = squeal.Component(squeal.System(np.eye(n), K=K), np.arange(n), np.full(n, 2))
+    free = 2 * np.sin(np.arange(1, n) * np.pi / (2 * n))
+    for count in (1, 10, 40):
+        small = chain.reduced([0], (w[count - 1] + w[count]) / (4 * np.pi))
+        M, _, stiff = small.system.at()
+        modes = slice(1, count + 1)
+        assert M[modes, modes] == pytest.approx(np.eye(count), abs=1e-9)
+        found = np.sort(np.diag(stiff)[modes])
+        assert found == pytest.approx(w[:count] ** 2, rel=1e-9)
+        assert np.all(np.diag(stiff)[count + 1 :] > w[count] ** 2 - 1e-9)  # what late motions add
+        assert small.nodes.tolist() == ["0"] + [""] * (small.system.n - 1)
+        assert small.system.n <= count + 2
+        exact = free[free < w[count - 1] / 2]
+        roots = np.sqrt(eigh(stiff, M, eigvals_only=True)[1:][: len(exact)])
+        assert roots == pytest.approx(exact, rel=1e-4)
 
 
 def test_errors_hold_of_components_that_turn():

@@ -5,6 +5,7 @@ import pytest
 
 from squeal.linear import complex_eigenvalues
 from squeal.sparse.dense import dense_values, pencil_values
+from tests.sparse.test_modes import assert_same
 
 CHAIN = np.array([[1.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
 TURN = np.linalg.qr(np.arange(9.0).reshape(3, 3) ** 2 + np.eye(3))[0]
@@ -28,12 +29,19 @@ NONE = np.zeros((3, 3))
     ],
 )
 def test_roots_of_free_motions_are_zero_in_every_form(C, K, zeros):
-    M = ROOT @ ROOT
+    M, turned = ROOT @ ROOT, TURN + 2 * np.eye(3)
     C, K = 1e2 * C, 1e6 * K
-    assert np.sum(complex_eigenvalues(M, C, K).values == 0) == zeros
-    for size in (None, float(np.linalg.norm(K, 2))):
-        assert np.sum(dense_values(M, C, K, size) == 0) == zeros
-    assert np.sum(pencil_values(M, C, K) == 0) == zeros
+    values = complex_eigenvalues(M, C, K).values
+    assert np.sum(values == 0) == zeros
+    for T in (np.eye(3), turned, turned * (1 + 1j)):  # rows that are combined have the same roots
+        parts = T @ M, T @ C, T @ K
+        for size in (None, float(np.linalg.norm(T @ K, 2))):
+            found = dense_values(*parts, size)
+            assert np.sum(found == 0) == zeros
+            assert_same(found, values, 1e-7)
+        found = pencil_values(*parts)
+        assert np.sum(found == 0) == zeros
+        assert_same(found, values, 1e-7)
 
 
 def test_what_a_greater_stiffness_leaves_of_rounding_holds_nothing():
