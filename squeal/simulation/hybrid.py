@@ -289,7 +289,6 @@ def integrate(
         at = f"t = {float(t) * units.time:.9g} s"
         point = int(course.point[-1]) if course.t.size and course.t[-1] == t else -1
         missed = course.wrong[:, 0] > options.missed
-        missed[course.point[course.t == t]] = False
         if missed.any():
             raise ComputationError(
                 f"a contact change was missed before {at}; ask for a smaller tolerance"

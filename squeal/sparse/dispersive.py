@@ -61,7 +61,7 @@ def frequencies(system: TermSystem, region: Rectangle) -> Array:
     Raises InputError unless the region lies above the real axis and the tables cover it.
     """
     low, high = max(region.low_imag, 0.0), region.high_imag
-    if not 0.0 <= low < high:
+    if not low < high:
         raise InputError("region: lies below the real axis, where frequencies mean nothing")
     least, most = system.covered
     ends = low / (2 * np.pi), high / (2 * np.pi)

@@ -3,6 +3,7 @@
 import math
 from dataclasses import replace
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import FULL, NONE
 from squeal.model.equations import PadModel, Units
+from squeal.model.pad import Coefficients
 from squeal.simulation.hybrid import (
     COLLAPSED,
     LIMITS,
@@ -63,12 +65,14 @@ def falls(**changes):
     same course again and again, with some of its parts changed."""
     model = PadModel("B1", upright(k1=0.0, k2=0.0))
     none, high = np.zeros((2, 1), dtype=int), np.array([[0.0], [0.5], [0.0], [0.0], [0.0], [0.0]])
-    ends = {"t0": np.zeros(1), "t1": np.full(1, 0.5), "first": none, "end": high}
-    empty = {"lane": none[0, :0], "point": none[0, :0], "t": np.empty(0), "state": high[:, :0]}
-    count, c = {"count": np.array([7]), "limit": np.array([-1])}, model.c
-    course = Course(law=model.law, c=type(c)(*np.reshape(c, (-1, 1))), **ends, **empty, **count)
-    wrong = SimpleNamespace(run=lambda *_: replace(course, **changes))
-    return integrate(model, wrong, UNIT, high[:, 0], 0.5)  # type: ignore[arg-type]
+    ends: Any = {"t0": np.zeros(1), "t1": np.full(1, 0.5), "first": none, "end": high}
+    empty: Any = {"lane": none[0, :0], "point": none[0, :0], "t": np.empty(0), "state": high[:, :0]}
+    count: Any = {"count": np.array([7]), "limit": np.array([-1])}
+    course = Course(
+        law=model.law, c=Coefficients(*np.reshape(model.c, (-1, 1))), **ends, **empty, **count
+    )
+    wrong: Any = SimpleNamespace(run=lambda *_: replace(course, **changes))
+    return integrate(model, wrong, UNIT, high[:, 0], 0.5)
 
 
 def at(height):

@@ -1,6 +1,7 @@
 """What searches for roots are made of, each against its definition on problems that are known."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,9 +16,11 @@ from squeal.sparse.quadratic import Roots, ScaledSystem, factorise, listed, quad
 from squeal.sparse.reduction import contraction
 from tests import large
 
+ONE: Any = np.eye(3)
+
 
 def test_rows_are_scaled_to_a_unit_diagonal_by_powers_of_two(rng):
-    m, c, k, unit = *rng.uniform(0.5, 2.0, (3, 41)), 10.0 ** rng.uniform(-6, 6, 41)
+    (m, c, k), unit = rng.uniform(0.5, 2.0, (3, 41)), 10.0 ** rng.uniform(-6, 6, 41)
     m[7] = 0.0
     C = Term(np.diag(c * unit**2), Formula("p"))
     system = TermSystem(
@@ -58,9 +61,20 @@ def test_conditions_and_vectors_of_one_degree_of_freedom(m, c, k):
         assert (e.right[0], e.left[0]) == pytest.approx((m**-0.5, m**-0.5), rel=1e-12)
         assert e.residual < 1e-15
         assert 0.0 < e.rounding < 1e-12 * abs(z[j])
-    off = problem.backward_errors(1.5 * z, x)
+    off = problem.backward_errors((1.5 * z).astype(complex), x)
     rest = abs(2.25 * z**2 * m + 1.5 * z * c + k)
     assert off == pytest.approx(rest / (2.25 * abs(z) ** 2 * m + 1.5 * abs(z) * c + k), rel=1e-12)
+
+
+@pytest.mark.parametrize("slow", [1e-1, 1e-4, 1e-7])
+def test_rounding_of_a_slow_root_is_what_rounding_of_the_stiffness_moves(slow, rng):
+    """w^2 = q' K q: eight roundings of |K| move it, and w at most by their root."""
+    Q = np.linalg.qr(rng.standard_normal((2, 2)))[0]
+    problem = quadratic(np.eye(2), None, Q * [1.0, slow**2] @ Q.T)
+    x: Any = Q[:, 1:] / problem.scale[:, None] + 0j
+    (found,) = listed(problem, Roots(np.array([1j * slow]), x, x))
+    moved = np.sqrt(slow**2 + 8 * np.finfo(float).eps) - slow
+    assert 0.2 * moved < found.rounding < 20 * moved
 
 
 @pytest.mark.parametrize("kind", [np.float32, complex])
@@ -112,14 +126,14 @@ def test_movements_bound_how_far_roots_are(rng):
         z, E = np.array([0.0, 1.0, 3.0j]), 1e-3 * rng.standard_normal((3, 3))
         exact = np.linalg.eigvals(np.diag(z) + E)
         moved = np.abs(exact[:, None] - z).min(axis=0)
-        errors, _ = movements(z, np.eye(3), E, np.zeros((3, 3)))
+        errors, _ = movements(z, ONE, E, np.zeros((3, 3)))
         assert np.all(moved <= 1.001 * errors)
         assert np.all(errors <= 1.01 * moved + 20e-6)
-        more, steady = movements(z, 2 * np.eye(3), E, abs(E))
+        more, steady = movements(z, 2 * ONE, E, abs(E))
         assert more == pytest.approx(errors, rel=0.1)
         assert steady.tolist() == [True, False, True]
     near, off = np.array([1j, 1.0001j]), np.array([[0.0, 1e-3], [1e-3, 0.0]])
-    errors, steady = movements(near, np.eye(2), off, 0 * off)
+    errors, steady = movements(near, ONE[:2, :2], off, 0 * off)
     assert errors == pytest.approx([1e-3, 1e-3], rel=1e-9)  # a pair that meets: the square root
     assert not steady.any()
     assert np.isinf(movements(near, 0 * off, off, off)[0]).all()
@@ -141,7 +155,11 @@ def test_real_modes_reach_as_far_as_is_asked(n):
     problem = quadratic(
         np.diag(np.linspace(1.0, 3.0, n)), None, np.diag(np.linspace(1, 3, n) * w**2)
     )
-    modes = Structure(problem, 9.7).modes(19.4)
+    structure = Structure(problem, 9.7)
+    assert (
+        abs(structure.F - (problem.K - 9.7**2 / 2 * problem.M)).max() < 1e-14 * abs(problem.K).max()
+    )
+    modes = structure.modes(19.4)
     held = np.abs(modes).max(axis=1) > 0.3
     assert held[w < 19.4].all()
     assert modes.shape[1] >= held.sum() >= 1
