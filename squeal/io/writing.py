@@ -116,8 +116,8 @@ def remaining(begun: float, done: int, count: int) -> str:
 def number(value: float, digits: int = 6) -> str:
     """A number in so many digits, never "-0".
 
-    >>> number(-0.0), number(2 / 3, 3)
-    ('0', '0.667')
+    >>> number(-0.0), number(2 / 3), number(2 / 3, 3)
+    ('0', '0.666667', '0.667')
     """
     return f"{value + 0.0:.{digits}g}"
 

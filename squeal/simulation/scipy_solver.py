@@ -62,7 +62,7 @@ class SciPyIntegrator(Integrator):
         if "falling" in self._model.terms:
             events.append(lambda _t, s: V - s[3])
         for event, on in zip(events, [*contact, 0, 0], strict=False):
-            event.terminal, event.direction = True, 1.0 if on else -1.0
+            event.terminal, event.direction = True, on - 0.5  # upwards from contact
         return events
 
     def run(

@@ -375,7 +375,7 @@ def factorise_at(
 
     Raises ComputationError if it is singular there as well.
     """
-    for nudge in (0.0, 1e-9, 1e-6):
+    for nudge in (0.0, 1e-6):
         place = value + nudge * (1 + 0.5j) * (abs(value) or problem.rate)
         with suppress(ZeroDivisionError):
             return place, factorise(problem.at(place), single and not nudge, like)

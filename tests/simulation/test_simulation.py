@@ -10,9 +10,9 @@ import pytest
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Scene, read_scene
 from squeal.model.contact import FULL, NONE, Formulation
-from squeal.simulation.hybrid import first_contact, integrate, state_of
-from squeal.simulation.run import in_natural_units, simulate
-from tests.conftest import BACKENDS, HEYOKA, SCENES, needs_heyoka
+from squeal.simulation.hybrid import first_contact, integrate, state_of, whole
+from squeal.simulation.run import in_natural_units, make_integrator, simulate
+from tests.conftest import BACKENDS, HEYOKA, INSTALLED, SCENES, needs_heyoka
 from tests.simulation.closed import bouncing, quad, upright
 
 if HEYOKA:
@@ -124,3 +124,42 @@ def test_a_start_beside_the_equilibrium_is_so_far_from_it():
     history = simulate(dataclasses.replace(scene, initial=(*offset, 0, 0, 0), **more)).history
     first = [history[name][0] for name in ("x", "y", "theta")]
     assert first - np.array(rest) == pytest.approx(offset, rel=1e-9)
+
+
+@needs_heyoka
+def test_a_tolerance_is_no_finer_than_its_numbers():
+    _, model, _, _ = in_natural_units(read_scene(SCENES / "b1-c.yaml"))
+    given = (
+        (float, 1e-20, np.finfo(float).eps),
+        (float, 1e-9, 1e-9),
+        (np.longdouble, 1e-20, 1e-20),
+    )
+    for kind, tolerance, expected in given:
+        assert TaylorIntegrator(model, tolerance, kind).tolerance == expected
+
+
+@needs_heyoka
+@pytest.mark.parametrize("stem", ["b1-c", "b2-c"])
+def test_a_motion_as_one_course_is_that_of_another_integrator(stem):
+    """States, contact changes and, by the sign of each gap, contact between them."""
+    units, model, start, stop = in_natural_units(read_scene(SCENES / f"{stem}.yaml"))
+    times, stop = np.linspace(0.0, 0.2 * stop, 777), 0.2 * stop
+    ours, theirs = (
+        whole(model, make_integrator(model, 1e-12, name), units, start, stop, True)
+        for name in INSTALLED
+    )
+    for course in (ours, theirs):
+        states, on = course.at(times)
+        gaps = model.gaps(model.c.place(states[:, :3].T))
+        clear = np.abs(gaps) > 1e-6
+        assert np.array_equal(on[clear] > 0, gaps[clear] < 0)
+        assert [course.t0[0], course.t1[0], course.limit[0]] == [0.0, stop, -1]
+        assert course.last[:, 0].tolist() == on[:, -1].tolist()
+        assert course.first[:, 0].tolist() == on[:, 0].tolist()
+        assert course.steps.h.sum() == pytest.approx(stop, rel=1e-12)
+        assert len(course.steps.t) == course.count[0]
+    assert len(ours.t) > 1
+    assert ours.point.tolist() == theirs.point.tolist()
+    assert ours.t == pytest.approx(theirs.t, rel=1e-8)
+    apart = np.abs(ours.at(times)[0] - theirs.at(times)[0]).max(axis=0)
+    assert np.all(apart < 1e-7 * np.abs(states).max(axis=0))
