@@ -43,7 +43,7 @@ class BranchOptions:
     correction: float = 0.2  # largest, as a share of the step: farther off lies another branch
     most_steps: int = 4000
     farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
-    shares: tuple[float, ...] = (1 / 6, 1 / 3, 1 / 2, 2 / 3, 5 / 6, 1.0)  # of a step, looked at
+    looks: int = 6  # places within a step at which events are looked for
 
 
 @dataclass(frozen=True, eq=False)
@@ -294,7 +294,7 @@ class _Front(NamedTuple):
             good &= (((z - guess) * self.scale) ** 2).sum(axis=0) <= (o.correction * self.step) ** 2
         good &= (turn * self.ahead).sum(axis=0) >= o.cosine
         z, event = np.where(good, z, self.z), np.full(good.size, -1)
-        shares = np.array([0.0, *o.shares])
+        shares = np.linspace(0.0, 1.0, o.looks + 1)
         for fold in (True, False):  # other events lie on the way to the fold
             curve = _cubic(self.z, z, self.ahead, turn, self.scale)
             past = np.any(self.past(curve[:, :, None], shares[1:, None], fold), axis=0)

@@ -96,9 +96,9 @@ def _near_seeds(statics: Statics, n: int) -> np.ndarray:
 
 
 def _far_seeds(statics: Statics) -> np.ndarray:
-    """Places (4, seeds, 1) of the size of load, pad and springs, at all tilts."""
+    """Places (4, seeds, 1) as far off as the springs are long, at all tilts."""
     pad, sides = statics.model.pad, (-1.0, 0.0, 1.0)
-    lengths, limit = (1.0, 10.0, pad.w, pad.L1, pad.L2), 0.98 * np.pi / 2
+    lengths, limit = (pad.L1, pad.L2), 0.98 * np.pi / 2
     tilts = pad.w * (np.linspace(-limit, limit, 13) - pad.theta0)
     places = sorted({(s * x, s * y) for s in lengths for x in sides for y in sides})
     return np.array([(*place, tilt, 0.0) for place in places for tilt in tilts]).T[:, :, None]
