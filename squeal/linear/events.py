@@ -89,32 +89,27 @@ class Event:
 def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float | None]:
     """Where roots may cross the line within a step, whose `ends` may be those of the range, and the
     share at which it has to be divided first, None if the matches are good enough to tell."""
-    form, (za, da, zb, db) = step.a.form, step.ends
+    form, (za, _, zb, _) = step.a.form, step.ends
     on_a, on_b = step.a.on_line, step.b.on_line[step.order]
     # what lies on the line at one end alone has met another one, unless the range ends there
     known = step.matched & ((on_a == on_b) | (ends[0] & on_a) | (ends[1] & on_b))
     low, high = step.least, step.most
     unsure = 2 * np.abs(step.off.real)
     real = step.a.real & step.b.real[step.order]
-    passes = far = np.zeros(len(za), dtype=bool)
+    passes = np.zeros(len(za), dtype=bool)
     if form == "damped":
         unsure = unsure + step.rounding
         clear = (high + unsure < 0.0) | (low - unsure > 0.0)
-        # whichever of them is which, they stay on their side
-        way = np.abs(step.off) + np.abs(zb - za)
-        way = np.maximum(way, np.minimum(np.abs(da), np.abs(db)))
-        far = np.sign(za.real) == np.sign(zb.real)
-        far &= np.minimum(np.abs(za.real), np.abs(zb.real)) > 2 * way
     else:  # pairs off the line stay such; real roots of s = -lambda^2 may pass zero
         if form == "undamped":
             still = (np.abs(za) <= step.rounding) & (np.abs(zb) <= step.rounding)
             passes = real & (low - unsure <= 0.0) & (high + unsure >= 0.0) & ~still
         apart = np.minimum(np.abs(za.imag), np.abs(zb.imag))
-        clear = (apart > 2 * np.abs(step.off.imag) + 4 * step.rounding) | (real & ~passes)
+        clear = (apart > 2 * np.abs(step.off.imag)) | (real & ~passes)
     settled = known & (clear | (on_a & on_b & ~passes))
     reach = np.maximum(np.abs((zb - za).real), high - low)
     single = known & ~settled & (np.abs(step.off.real) <= step.options.doubt * reach)
-    left = np.flatnonzero(~settled & ~single & ~far).tolist()
+    left = np.flatnonzero(~settled & ~single).tolist()
     guesses = [g for k in np.flatnonzero(single).tolist() for g in _singles(step, k, True)]
     pairs = list(step.pairs(left))
     guesses += [g for pair in pairs for g in _of_pair(step, *pair)]
@@ -132,9 +127,9 @@ def _touch(step: Step, some: NDArray[np.bool_], reach: Array) -> float | None:
         q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
         t = np.stack([q / (3 * c[3]), c[1] / q])
         off = 1.6 * (t * (1 - t)) ** 2 * np.maximum(reach, np.abs(step.off.real))
-        part = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) / off
-    near = some & (t > 0) & (t < 1) & (part <= 1) & (off > step.rounding)
-    return float(t[near][np.argmin(part[near])]) if near.any() else None
+        near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= off
+    near &= some & (t > 0) & (t < 1) & (off > step.rounding)
+    return float(t[near][0]) if near.any() else None
 
 
 def _singles(step: Step, k: int, sure: bool) -> Iterator[Guess]:
@@ -265,23 +260,17 @@ def roots_near(along: Continuation, p: float, near: complex, right: NDArray, lef
 
 
 def _subspace(A: NDArray, size: float, start: NDArray, solve: Callable, rounds: int) -> NDArray:
-    """The invariant subspace (N, 1) or (N, 2) that inverse iteration turns `start` to."""
-    # next to a coalescence both columns become one vector but for half the digits; what these
-    # leave is lessened by Newton's steps
-    X, before, step = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0], np.inf, False
+    """The invariant subspace (N, 1) or (N, 2) next to `start`, by Newton's method."""
+    # inverse iteration would make both columns one vector next to a coalescence
+    X, before = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0], np.inf
     for _ in range(2 * rounds):
         image = A @ X
         rest = image - X @ (X.conj().T @ image)
         left = float(np.linalg.norm(rest))
-        if left <= 64 * EPS * size or (step and left > 0.9 * before):
+        if left <= 64 * EPS * size or left > 0.9 * before:
             break
-        step = step or left > 0.9 * before
-        if step:
-            beside = solve(rest)
-            X = np.linalg.qr(X - beside + X @ (X.conj().T @ beside))[0]
-        else:
-            X = np.linalg.qr(solve(X))[0]
-        before = left
+        beside = solve(rest)
+        X, before = np.linalg.qr(X - beside + X @ (X.conj().T @ beside))[0], left
     return X
 
 
@@ -303,9 +292,6 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
         if not slope or not np.isfinite(slope):
             return None
         move = -value / slope
-        if (inner := slope**2 - 4 * bend * value) >= 0.0:  # the nearer zero of the parabola
-            move = -2 * value / (slope + math.copysign(math.sqrt(inner), slope))
-        move = float(np.clip(move, -guess.width / 2, guess.width / 2))
         p = float(np.clip(p + move, along.low, along.high))
         if abs(p - start) > 1.5 * guess.width:
             return None
