@@ -1,5 +1,7 @@
 """Intervals hold the threshold of closed forms; no window of growth is missed."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
@@ -73,6 +75,29 @@ def test_two_damped_modes_flutter_in_a_window_known_in_closed_form(most):
     crossings = thresholds(lambda mu: (np.eye(2), c * np.eye(2), k + mu * K1), most).crossings
     assert [x.direction for x in crossings] == ["up", "down"]
     assert [x.mu for x in crossings] == pytest.approx(expected, rel=1e-11)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_windows_of_two_modes_that_only_a_third_one_couples(seed):
+    """They end where the discriminant of the characteristic cubic vanishes, here in fractions."""
+    rng = np.random.default_rng([seed, 6])
+    at, slope, e = rng.uniform(0.3, 0.7), rng.uniform(1, 3), 10.0 ** -rng.uniform(1, 3)
+    a, b, c, d = e * rng.uniform(0.5, 1.0, 4) * [1, 1, 1, -1]  # a d and b c differ in sign
+    K0, K1 = np.array([[4.0 - slope * at, 0, a], [0, 4.0, b], [c, d, 9.0]]), np.zeros((3, 3))
+    K1[0, 0] = slope
+    found = thresholds(affine(np.eye(3), K0, K1), 1.0)
+    ac, bd = Fraction(a) * Fraction(c), Fraction(b) * Fraction(d)
+
+    def discriminant(p):
+        first = Fraction(K0[0, 0]) + Fraction(slope) * p
+        T, B, D = first + 13, 13 * first + 36 - ac - bd, first * (36 - bd) - 4 * ac
+        return T**2 * B**2 - 4 * B**3 - 4 * T**3 * D + 18 * T * B * D - 27 * D**2
+
+    assert [x.direction for x in found.crossings] == ["up", "down"]
+    for x in found.crossings:
+        ends = [discriminant(Fraction(end)) for end in x.interval]
+        assert ends[0] * ends[1] < 0
+        assert (ends[1] < 0) == (x.direction == "up")
 
 
 @pytest.mark.parametrize("eps", [1e-3, 1e-4, 1e-6])

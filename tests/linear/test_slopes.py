@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from squeal.linear.continuation import Continuation, Step
+from squeal.linear.continuation import Continuation, Step, near_coalescences
 from squeal.linear.eigen import square_roots
-from squeal.linear.events import guesses_of
+from squeal.linear.events import certain, guesses_of, roots_near
 
 H = 1e-6
 
@@ -71,3 +71,63 @@ def test_rounding_of_square_roots_is_how_far_rounding_moves_them():
     assert (roots.real >= 0).all()
     assert rounding == pytest.approx(away.min(axis=0), rel=1e-6)
     assert square_roots(np.zeros(1, dtype=complex), np.full(1, 1e-8))[1] == pytest.approx(1e-4)
+
+
+@pytest.mark.parametrize("form", ["undamped", "gyroscopic", "damped"])
+@pytest.mark.parametrize(("count", "meets"), [(1, False), (2, False), (2, True)])
+def test_what_vanishes_at_an_event_has_the_slope_of_differences(form, count, meets, rng):
+    X, Y, W = rng.normal(size=(3, 5, 5))
+
+    def system(p):
+        K = np.diag([4.0, 4.3, 9.0, 16.0, 25.0]) + 0.1 * p * (X + X.T + (form != "gyroscopic") * Y)
+        return np.eye(5), {"undamped": None, "gyroscopic": W - W.T}.get(form, 0.3 * W + p * X), K
+
+    along = Continuation(system, 0.0, 1.0)
+    assert along.form == form
+    state = along.at(0.4)
+    apart = np.abs(state.roots[:, None] - state.roots) + np.diag(np.full(along.size, np.inf))
+    both = list(np.unravel_index(np.argmin(apart), apart.shape))[:count]
+    vectors = state.right[:, both], state.left[:, both]
+    at = roots_near(along, 0.4, complex(state.roots[both].mean()), *vectors)
+    value, slope, *_ = at.vanishing(meets)
+    up, down = (at.moved(along, p).vanishing(meets)[0] for p in (0.4 + H, 0.4 - H))
+    assert slope == pytest.approx((up - down) / (2 * H), rel=1e-6, abs=1e-9)
+    z = state.roots[both]
+    if not meets:  # the real part, or the product of both times what does not vanish
+        rest = 1.0 if count == 1 else -(z.mean().real ** 2 + (z[0] - z[1]).imag ** 2 / 4)
+        assert value == pytest.approx(z.real.prod() * rest, rel=1e-9)
+    else:
+        assert value == pytest.approx((((z[0] - z[1]) / 2) ** 2).real, rel=1e-9)
+
+
+@pytest.mark.parametrize("half", [1e-12, 1e-6, 1e-2])
+@pytest.mark.parametrize("way", [-1, 1])
+def test_a_sign_is_certain_next_to_where_rounding_ends(half, way):
+    """Its distance is known to a factor of two; what reaches beyond the range ends with it."""
+
+    def sign(x, hidden=1e-4):
+        return way * int(np.sign(x - 0.3)) if abs(x - 0.3) > hidden else 0
+
+    low, high, rise = certain(sign, (0.3, 0.3), half, 0.0, 1.0)
+    assert rise == way
+    assert 1e-4 < 0.3 - low <= 2e-4
+    assert 1e-4 < high - 0.3 <= 2e-4
+    assert certain(sign, (0.3, 0.3), half, 0.29995, 1.0) == (0.29995, high, way)
+    assert certain(lambda x: abs(sign(x)), (0.3, 0.3), half, 0.0, 1.0) is None
+
+
+@pytest.mark.parametrize("e", [1e-1, 1e-4, 1e-7])
+def test_a_window_within_a_step_is_foreseen_from_both_ends(e):
+    """4 + s (p - 0.45) and 4, coupled by e and -e, are one pair while |s (p - 0.45)| < 2 e."""
+    s, F = 3.0, np.array([[0.0, e], [-e, 0.0]])
+    along = Continuation(
+        lambda p: (np.eye(2), None, np.diag([4 + s * (p - 0.45), 4.0]) + F), 0.0, 1.0
+    )
+    before, after = along.at(0.2), along.at(0.8)
+    found = list(near_coalescences(before, after))
+    assert [g.value for g in found] == pytest.approx([0.45, 0.45], abs=1e-9)
+    assert [g.width for g in found] == pytest.approx([2 * e / s] * 2, rel=1e-6)
+    assert [g.root for g in found] == pytest.approx([4.0, 4.0], rel=1e-9)
+    for one, state in zip(found, (before, after), strict=True):
+        assert np.allclose(np.abs(one.right), np.abs(state.right), rtol=0, atol=1e-12)
+    assert not list(near_coalescences(along.at(0.6), after))
