@@ -53,7 +53,7 @@ from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.paths import growing
 from squeal.linear.system import TermSystem
-from squeal.schema import Place, shown
+from squeal.schema import Place
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.components import Assembly
 from squeal.sparse.first_look import FirstLook
@@ -170,7 +170,7 @@ class Question:
             for m in matrices
         ]
         if file.damped:
-            each = (f"{one.of} by {one.by} {shown(one.value)}" for one in file.damped)
+            each = (f"{one.of} by {one.by} {one.value!s:.60}" for one in file.damped)
             lines.append(f"  damped terms: {', '.join(each)}")
         lines += [f"  {name}: {text}" for name, text in checks.items()]
         if file.assembly is not None:

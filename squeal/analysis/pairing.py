@@ -21,6 +21,7 @@ FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
 EVEN = 2e-4  # difference, of the frequency, that tells nothing: a growing one pairs
 POSITIVE = Number(0.0)
 DAMPING = "damping_ratio"
+BESIDE = ("real [1/s]", "error [1/s]", "residual", "condition")  # in a table of eigenvalues
 
 
 def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
@@ -102,7 +103,8 @@ def compare(
 
     Pairs are assigned together: the sum of their differences in frequency, over the tolerance, and
     of 1 - MAC, where shapes are known, is the least. Of modes equally near to one of the reference
-    that which grows is taken, since what squeals is measured, and the tie is a warning.
+    that which grows is taken if the latter does, or its damping is not known, since what squeals is
+    measured; the tie is a warning.
 
     Parameters
     ----------
@@ -110,7 +112,8 @@ def compare(
         Of a pad or a system; of each pair of eigenvalues the mode is taken once.
     reference : Eigenvalues, or the path of a .csv file
         An answer with the same rows, or a table with the columns name, frequency_hz, if known
-        damping_ratio, and shapes in columns NODE:DOF, numbers such as 0.3 or 0.3+0.1j.
+        damping_ratio, and shapes in columns NODE:DOF, numbers such as 0.3 or 0.3+0.1j; or what
+        `save` of another answer wrote.
     tolerance : float
         Largest difference of a pair, of the frequency of the reference.
 
@@ -149,7 +152,8 @@ def compare(
     cost = np.abs(apart) / tolerance + np.where(np.isnan(alike), 0.0, 1.0 - alike)
     least = EVEN / tolerance
     even = [np.flatnonzero(np.abs(row - row.min()) <= least) for row in cost if len(own)]
-    cost = cost + least * np.array([heads[2] >= 0.0 for heads, _ in own])
+    grows = [np.array([h[2] is None or h[2] < 0.0 for h, _ in each]) for each in (other, own)]
+    cost = cost + least * (grows[0][:, None] != grows[1])
     cost = np.where(np.abs(apart) <= tolerance, cost, FORBIDDEN)
     pairs = np.transpose(linear_sum_assignment(cost)).tolist()
     pairs = [(i, j) for i, j in pairs if cost[i, j] < FORBIDDEN]
@@ -186,8 +190,12 @@ def read_test(path: Path, where: Coordinates | None) -> list[Mode]:
         ways = zip(where.nodes.tolist(), where.directions.tolist(), strict=True)
         rows = {(where.names[k].lower(), way): 3 * k + way for k, way in ways if way >= 0}
     modes: dict[str, Mode] = {}
-    for here, line in read_table(path, ("name", "frequency_hz"))[1]:
-        name, damping = line.pop("name").strip(), line.pop(DAMPING, "")
+    for here, line in read_table(path, ("frequency_hz",))[1]:
+        line = {key: cell for key, cell in line.items() if key not in BESIDE}
+        if number_in(line.pop("imag [rad/s]", "1"), here / "imag") <= 0.0:
+            continue  # the other of a pair, or no vibration
+        name, damping = line.pop("mode", ""), line.pop(DAMPING, "")
+        name = line.pop("name", name).strip()
         if not name or name in modes:
             raise (here / "name").must_be(name, "a name that no other line has")
         frequency = number_in(line.pop("frequency_hz"), here / "frequency_hz", POSITIVE)

@@ -86,7 +86,7 @@ OPTIONS: dict[str, tuple[str, str, str, Read | tuple[str, ...]]] = {
         ("full", "reduced", "modal"),
     ),
     "memory": ("--memory", "GB", "memory that may be used (what is free)", MEMORY),
-    "test": ("--test", "FILE", "pair the modes with test frequencies (name, frequency_hz)", Path),
+    "test": ("--test", "FILE", "pair modes with a test (name, frequency_hz) or a --table", Path),
     "shape": ("--shape", "N", "draw this mode on the nodes", whole(1, MOST)),
 }  # fmt: skip
 _OF_SYSTEMS = ("modes", "region", "at", "low", "method", "memory", "shape", "test")

@@ -87,6 +87,19 @@ def test_two_answers_are_paired_by_mac_and_names_reach_a_sweep(chain):
         squeal.compare(here, squeal.eigenvalues(squeal.read_system(chain)))
 
 
+def test_a_table_of_eigenvalues_stands_for_a_test(tmp_path):
+    """Two pairs of one frequency each, of which one mode grows: turned round in the variant."""
+    rates = np.array([-1.0, 2.0, 3.0, -4.0])
+    C, K = -2 * np.diag(rates), np.diag(rates**2 + np.array([100.0, 100.0, 300.0, 300.0]) ** 2)
+    turned = [1, 0, 3, 2]
+    one = squeal.eigenvalues(squeal.System(np.eye(4), C, K))
+    one.save(tmp_path / "one.csv")
+    other = squeal.eigenvalues(squeal.System(np.eye(4), C[turned][:, turned], K[turned][:, turned]))
+    pairs = squeal.compare(other, tmp_path / "one.csv", 0.1).pairs
+    assert sorted(p.reference for p in pairs) == ["1", "2", "3", "4"]
+    assert all(p.damping_ratio == pytest.approx(p.reference_damping) for p in pairs)
+
+
 WRONG = [
     ("a,1\na,2", "name"), (",1", "name"), ("a,-1", "frequency_hz"), ("a,0", "frequency_hz"),
     ("a,x", "frequency_hz"), ("a,nan", "frequency_hz"),
