@@ -5,7 +5,7 @@ from __future__ import annotations
 import importlib
 import itertools
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import asdict, dataclass, field, replace
 from operator import attrgetter, itemgetter
 from pathlib import Path
@@ -17,8 +17,9 @@ from numpy.typing import NDArray
 from squeal.errors import InputError
 from squeal.io.writing import Answer, Column, Table, columns, located, number, picked
 from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
+from squeal.linear.continuation import State
 from squeal.linear.eigen import Eigenvalue, assigned
-from squeal.linear.paths import Loss, mode_numbers
+from squeal.linear.paths import Loss, follow, mode_numbers, numbers_at
 
 LISTED = 8  # frequencies in a line of a table
 UNSURE = "not certified: others may be missing"
@@ -115,10 +116,14 @@ class Eigenvalues(Answer):
         return mode_numbers(self.values)
 
     @property
+    def of_modes(self) -> list[tuple[int, Eigenvalue]]:
+        """Each with the number of its mode."""
+        return list(zip(self.modes.tolist(), self.eigenvalues, strict=True))
+
+    @property
     def open(self) -> str:
         """Which modes the error of a reduction leaves open, in words; empty if none."""
-        pairs = zip(self.modes.tolist(), self.eigenvalues, strict=True)
-        each = sorted({k for k, root in pairs if root.open})
+        each = sorted({k for k, root in self.of_modes if root.open})
         words = f"mode{'s' * (len(each) > 1)} {', '.join(map(str, each))}"
         return f"growth of {words} is within the error of the reduction" * bool(each)
 
@@ -134,9 +139,8 @@ class Eigenvalues(Answer):
         if where is None:
             words = "save_shapes: needs `coordinates: {file: nodes.csv}` in the system file"
             raise InputError(words)
-        modes = dict(zip(self.modes.tolist()[::-1], self.eigenvalues[::-1], strict=True))
-        room = importlib.import_module("squeal.io.shapes")
-        room.write_shapes(Path(path), where, sorted(modes.items()))
+        modes = sorted(dict(self.of_modes[::-1]).items())
+        importlib.import_module("squeal.io.shapes").write_shapes(Path(path), where, modes)
 
     def with_onsets(self, others: Sweep | Thresholds) -> Eigenvalues:
         """The same with the onset of each mode that grows, where it is not known, as a sweep or the
@@ -182,7 +186,7 @@ class Eigenvalues(Answer):
         return ROOT + (ERROR,) * any(root.error is not None for root in self.eigenvalues)
 
     def table(self) -> Table:
-        numbers = dict(zip(map(id, self.eigenvalues), self.modes.tolist(), strict=True))
+        numbers = {id(root): k for k, root in self.of_modes}
         mode = Column("mode", value=lambda root: numbers[id(root)])
         table = (mode, *self.columns)
         return Table(table, self.eigenvalues, "", "no root", _growth)
@@ -190,8 +194,7 @@ class Eigenvalues(Answer):
     @property
     def growing(self) -> Table:
         """The modes that grow, with the error of a reduction if it is known."""
-        pairs = zip(self.modes.tolist(), self.eigenvalues, strict=True)
-        cells = {k: ERROR.cell(root) for k, root in pairs}
+        cells: dict[Any, str] = {k: ERROR.cell(root) for k, root in self.of_modes}
         error = replace(ERROR, shown=lambda mode: cells.get(self.mode_of(mode), "-"))
         table = (Column("mode", value=self.mode_of), *columns("kind frequency_hz"))
         table += (Column("growth_rate", "1/s"), *[error] * (ERROR in self.columns))
@@ -270,19 +273,24 @@ class Step:
 
 
 def numbered(
-    steps: Sequence[Step], ids: Sequence[NDArray[np.intp]], losses: Sequence[Loss], own: float
+    steps: Sequence[Step], at: Callable[[float], State] | None, own: float, spare: int = 10**6
 ) -> tuple[list[Step], tuple[Loss, ...], Step]:
-    """Rows of a sweep whose modes (m,) have their numbers: those by frequency at the value `own`,
-    else at the first one, then others as they appear; ids: which root is which. And the losses,
-    and the row of that value."""
+    """Rows of a sweep by rising value, whose modes (m,) have their numbers: those by frequency at
+    the value `own`, else at the first, then others as they appear. And the losses, and the row of
+    that value. at: the roots that are followed, at up to `spare` values more, None of one row."""
+    ids, losses = [mode_numbers(np.asarray(step.roots)) for step in steps], list[Loss]()
+    if at is not None:
+        ids, losses = follow(at, [step.value for step in steps], spare)
+        both = zip(steps, ids, strict=True)
+        ids = [numbers_at(at(step.value), i, np.asarray(step.roots)) for step, i in both]
     first = next((k for k, step in enumerate(steps) if step.value == own), 0)
     number: dict[int, int] = {}
     for k in (first, *range(len(steps))):
         roots, rank = steps[k].roots, max(number.values(), default=0)
         at_own = [] if roots is None else mode_numbers(roots).tolist()
-        for one, at in zip(ids[k].tolist(), at_own, strict=True):
+        for one, rank_here in zip(ids[k].tolist(), at_own, strict=True):
             if one and one not in number:
-                number[one] = at if k == first else (rank := rank + 1)
+                number[one] = rank_here if k == first else (rank := rank + 1)
     rows = [
         replace(step, modes=np.array([number.get(i, 0) for i in each.tolist()], dtype=int))
         for step, each in zip(steps, ids, strict=True)

@@ -190,23 +190,10 @@ class Question:
         words = "" if region is None else self.wanted.words()
         if roots.growth_limit is not None:
             words += f" with growth below {roots.growth_limit:.4g} 1/s"
-        return Eigenvalues(
-            system.name,
-            free,
-            system.parameters[free],
-            roots.eigenvalues,
-            roots.verdict,
-            roots.criterion,
-            _growing(system, roots),
-            roots.certified,
-            roots.count,
-            words,
-            shapes,
-            details,
-            tuple(notes),
-            beside=beside,
-            source=(file, roots),
-        )
+        value, grow, source = system.parameters[free], _growing(system, roots), (file, roots)
+        head = system.name, free, value, roots.eigenvalues, roots.verdict, roots.criterion, grow
+        more = (shapes, details, tuple(notes), beside)
+        return Eigenvalues(*head, roots.certified, roots.count, words, *more, source=source)
 
     def sweep(
         self, values: Sequence[float], method: str | None = None, workers: int | None = None
@@ -254,17 +241,10 @@ class Question:
         cells = np.array(list(counted(parts, len(points), PROGRESS.get(), "points")))
         codes = cells[:, 0].astype(np.int8).reshape(grid[0].shape)
         basis = basis_of(reduction, wanted) or self.joined
-        return Map(
-            system.name,
-            axes,
-            ("", ""),
-            NAMES,
-            codes,
-            ("largest_real", "1/s", cells[:, 1].reshape(codes.shape)),
-            details={"verdicts": [[NAMES[k] for k in row] for row in codes], "basis": basis},
-            notes=(basis_text(basis),) if basis else (),
-            source=(self.file,),
-        )
+        details = {"verdicts": [[NAMES[k] for k in row] for row in codes], "basis": basis}
+        largest = "largest_real", "1/s", cells[:, 1].reshape(codes.shape)
+        head, notes = (system.name, axes, ("", ""), NAMES), (basis_text(basis),) if basis else ()
+        return Map(*head, codes, largest, details=details, notes=notes, source=(self.file,))
 
     def reduced(
         self, values: Sequence[float] | None, method: str = "reduced", most: int = SERVED

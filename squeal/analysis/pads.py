@@ -36,7 +36,7 @@ from squeal.linear import (
 from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.eigen import ACCEPTED, STIFF, decide, hidden, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce
-from squeal.linear.paths import Loss, continued, follow, mode_numbers, numbers_at
+from squeal.linear.paths import Loss, continued
 from squeal.model.contact import State, contact_law
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
 from squeal.schema import NOT_NEGATIVE, Number, Place, Several
@@ -230,14 +230,9 @@ def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
     reached = {step.value: step for step in steps if step.roots is not None}
     losses, own, every = tuple[Loss, ...](), None, sorted(reached)
     if every:
-        rows, lost = [reached[mu] for mu in every], list[Loss]()
-        ids = [mode_numbers(np.asarray(one.roots)) for one in rows]
-        if len(every) > 1:  # else there is nothing to follow, and no range
-            states = continued(system, every)
-            ids, lost = follow(states.at, every)
-            pairs = zip(rows, ids, strict=True)
-            ids = [numbers_at(states.at(one.value), i, np.asarray(one.roots)) for one, i in pairs]
-        rows, losses, own = numbered(rows, ids, lost, scene.pad.mu)
+        rows, alone = [reached[mu] for mu in every], len(every) == 1  # it spans no range
+        at_mu = None if alone else continued(system, every).at
+        rows, losses, own = numbered(rows, at_mu, scene.pad.mu)
         reached = dict(zip(every, rows, strict=True))
     steps = [reached.get(step.value, step) for step in steps]
     return Sweep(scene.model, "mu", tuple(steps), losses, own, source=scene)

@@ -175,8 +175,7 @@ def compare(
 
 def _modes(answer: Eigenvalues, where: Coordinates | None) -> list[Mode]:
     """The modes that vibrate, with displacements of nodes if these are known, else of all rows."""
-    roots = zip(answer.modes.tolist(), answer.eigenvalues, strict=True)
-    upper = [(k, root, root.right) for k, root in roots if root.value.imag > 0.0]
+    upper = [(k, root, root.right) for k, root in answer.of_modes if root.value.imag > 0.0]
     return [
         ((k, root.frequency_hz, root.damping_ratio), where.displacements(x).ravel() if where else x)
         for k, root, x in upper

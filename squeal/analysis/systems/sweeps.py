@@ -24,7 +24,7 @@ from squeal.io.processes import counted, mapped
 from squeal.linear import GROWING
 from squeal.linear.continuation import ContinuationOptions, State
 from squeal.linear.eigen import ordered
-from squeal.linear.paths import Loss, continued, follow, numbers_at
+from squeal.linear.paths import Loss, continued
 from squeal.linear.system import TermSystem
 from squeal.sparse.crossings import state_of
 from squeal.sparse.dense import roots_at
@@ -74,10 +74,7 @@ def followed(
     if scaled is not None and system.real and whole and system.n <= ContinuationOptions.small:
         with suppress(InputError):  # where M is singular
             states = continued(system, every).at
-    ids, lost = follow(states, every, 0 if dear else len(every))
-    both = zip(rows, ids, strict=True)
-    ids = [numbers_at(states(step.value), i, np.asarray(step.roots)) for step, i in both]
-    rows, losses, first = numbered(rows, ids, lost, own)
+    rows, losses, first = numbered(rows, states, own, 0 if dear else len(every))
     return tuple(rows[every.index(value)] for value in values), losses, first
 
 

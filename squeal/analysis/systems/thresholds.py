@@ -41,6 +41,7 @@ from squeal.sparse.quadratic import PROGRESS, Factor, ScaledSystem, factorise
 from squeal.sparse.reduction import CONTRACTS, Reduction, contraction
 
 STEPS = 13  # values at which a reduced system has to be good
+Roots = Callable[[Changes], ComplexArray]
 COUNTED_ROWS = 20_000  # larger systems are not counted again between their thresholds
 
 
@@ -86,7 +87,7 @@ def system_thresholds(
     searched: Sequence[Searched] = ()
     reduction, outside, certified = None, None, None
     values = [low, high]
-    roots: Callable[[Changes], ComplexArray] = partial(roots_of_all, system, wanted)
+    roots: Roots = partial(roots_of_all, system, wanted)
     whole = is_small(system) and system.real
     if whole and region is not None:  # all roots cost more than its own, and M has to be inverted
         whole = system.n <= ContinuationOptions.small
@@ -149,20 +150,11 @@ def system_thresholds(
         "crossings_outside": outside,
         "basis": basis,
     }
-    return Thresholds(
-        system.name,
-        name,
-        low,
-        high,
-        verdict_of(first := roots({name: low}), rounding_of(system, first)),
-        tuple(points),
-        tuple(crossings),
-        f"{name} = {high:g} is reached",
-        certified,
-        notes=(*notes, *([basis_text(basis)] if basis else [])),
-        details=details,
-        source=(system, wanted, reduction),
-    )
+    notes += [basis_text(basis)] if basis else []
+    verdict = verdict_of(first := roots({name: low}), rounding_of(system, first))
+    head = system.name, name, low, high, verdict, tuple(points), tuple(crossings)
+    more: Any = {"notes": tuple(notes), "details": details, "source": (system, wanted, reduction)}
+    return Thresholds(*head, f"{name} = {high:g} is reached", certified, **more)
 
 
 def _diverging(scaled: ScaledSystem, values: Sequence[float]) -> list[float]:
@@ -209,13 +201,7 @@ def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
 class _Band(Continuation):
     """What grows among the roots of a band alone, which `roots` gives."""
 
-    def __init__(
-        self,
-        system: TermSystem,
-        low: float,
-        high: float,
-        roots: Callable[[Changes], ComplexArray],
-    ) -> None:
+    def __init__(self, system: TermSystem, low: float, high: float, roots: Roots) -> None:
         self.name, self.low, self.high, self.roots = system.parameter, low, high, roots
         self.system: TermSystem = system
         self._states = {}
