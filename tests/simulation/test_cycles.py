@@ -103,9 +103,11 @@ def test_a_bouncing_mass_without_damping_has_the_period_of_its_closed_form():
     scene = Scene("B1", pad, initial=(0.0, height, 0.0, 0.0, 0.0, 0.0), stop=1.0, samples=2)
     units, model, start, _ = in_natural_units(scene)
     shooting = Shooting(lambda mu: model.replace(mu=mu), units)
-    fall, contact, _ = bouncing(pad, height)
+    fall, contact, depth = bouncing(pad, height)
     one = shooting.over(start, (2 * fall + contact) / units.time, 0.0)
     assert np.abs(one.course.end[:, 0] - start).max() < 1e-9
+    half = shooting.over(start, (fall + contact / 2) / units.time, 0.0)
+    assert half.gap == pytest.approx((height + depth) / height, rel=1e-9)
     assert len(one.contacts) == 4
     vertical = one.monodromy[np.ix_([1, 4], [1, 4])]  # a double multiplier 1
     assert np.linalg.det(vertical) == pytest.approx(1.0, abs=1e-6)
