@@ -325,6 +325,14 @@ class Path:
         M, C, K = linearise(model, self.statics.to_si(z), 1.0 * touching)
         return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(len(mus))]
 
+    def shaken(self, mu: float) -> list[tuple[tuple[np.ndarray, ...], ...]]:
+        """M, C, K at mu, and their derivatives by relative changes of x, of y and of theta."""
+        (z, touching), h = self.places([mu]), 1e-12
+        at = self.statics.to_si(z * (1.0 + h * np.eye(4, 4, 1)))
+        M, *rest = linearise(self.model.replace(mu=mu), at, np.repeat(1.0 * touching, 4, 1))
+        own, *others = np.moveaxis(np.array(rest), -1, 0)
+        return [((M, *own), (0 * M, *(one - own) / h)) for one in others]
+
 
 def normalised_damping(damping: Damping, A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """B (..., 3, 3) that ratios or Rayleigh's factors give z'' + B z' + A z = 0; where they can.

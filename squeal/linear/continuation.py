@@ -292,6 +292,10 @@ class Continuation:
             self._last = p, *self._standards([p])[0]
         return self._last[1:]
 
+    def shaken(self, p: float) -> list[tuple[NDArray, NDArray, Array]]:
+        """`both` with dA by relative changes of each thing that the system computes A from."""
+        return [self._standard(*each) for each in getattr(self.system, "shaken", lambda _: [])(p)]
+
     def at(self, p: float) -> State:
         """The state at p, computed once."""
         if p not in self._states:

@@ -222,9 +222,12 @@ class Near(NamedTuple):
         return value, slope, 0.0, noise + (m**2 + abs(d.imag) / 2) * self.noise
 
 
-def roots_near(along: Continuation, p: float, near: complex, right: NDArray, left: NDArray) -> Near:
-    """The root at p next to `near`, or two, from right and left vectors (N, 1) or (N, 2)."""
-    A, derivative, sizes = along.both(p)
+def roots_near(
+    along: Continuation, p: float, near: complex, right: NDArray, left: NDArray, by: Any = None
+) -> Near:
+    """The root at p next to `near`, or two, from right and left vectors (N, 1) or (N, 2), with
+    slopes by p or, if `by` replaces `along.both`, by something else."""
+    A, derivative, sizes = by or along.both(p)
     size = norm_of(A) or 1.0
     nudge = 1e-7 * max(abs(near), 1e-4 * size)
     shift = near + nudge
@@ -323,7 +326,10 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
             direction = rise if along.form == "damped" else -rise
     if interval[1] - interval[0] > guess.width:
         return None
-    interval = max(interval[0], along.low), interval[1]
+    # rounding of a pad's place moves entries together, which their sizes do not show
+    each = (roots_near(along, p, near.mean, near.right, near.left, by) for by in along.shaken(p))
+    off = 2 * EPS * sum(abs(one.vanishing(coalesces)[1]) for one in each) / abs(slope)
+    interval = max(interval[0] - off, along.low), interval[1] + off
     return Event(p, omega, direction, interval, residual, coalesces)
 
 

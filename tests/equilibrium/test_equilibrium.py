@@ -74,10 +74,11 @@ def test_many_values_of_mu_together_are_those_of_one_by_one():
         path.places([0.5, 1.1])
 
 
-@pytest.mark.parametrize("seed", range(4))
-def test_random_pads_through_the_whole_chain(seed):
+# of 50008 the rotation undoes theta0 but for 5e-6, so that its share in contact has lost 3 digits
+@pytest.mark.parametrize(("seed", "wide"), [*((seed, False) for seed in range(4)), (50008, True)])
+def test_random_pads_through_the_whole_chain(seed, wide):
     # `python -m benchmarks.random_pads` examines 1000 of them
-    found = examine(seed)
+    found = examine(seed, wide)
     assert found.verdicts > 0
     assert not found.wrong
     assert max(found.equilibrium, found.stiffness) < 1e-12
