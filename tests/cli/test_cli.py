@@ -1,6 +1,8 @@
 """The command line as a user meets it: exit codes, JSON, refusals, and nothing loaded in vain."""
 
 import json
+import math
+import re
 import shlex
 import subprocess
 import sys
@@ -47,6 +49,21 @@ KEYS = {
     "claims": {"": "claims", "claims": "id verdict measured where"},
 }
 # fmt: on
+
+
+def test_a_damping_ratio_has_one_form_for_people_and_one_for_programs(capsys, pad):
+    """Sentence and table say the same in %, JSON holds -Re/|lambda|."""
+    found = answer(capsys, "eigenvalues", pad)["unstable"][0]
+    by_hand = -found["growth_rate"] / math.hypot(
+        found["growth_rate"], math.tau * found["frequency_hz"]
+    )
+    assert found["damping_ratio"] == pytest.approx(by_hand)
+    text = run(capsys, "eigenvalues", pad)[1]
+    said = float(re.search(r"damping ratio (\S+) %", text)[1])
+    head, row = (line.split("  ") for line in text.split("unstable modes\n")[1].splitlines()[:2])
+    shown = dict(zip(filter(None, map(str.strip, head)), filter(None, row), strict=True))
+    assert float(shown["damping ratio, %"]) == pytest.approx(100 * by_hand, rel=1e-5)
+    assert said == pytest.approx(100 * by_hand, rel=0.05)
 
 
 @pytest.mark.parametrize("command", KEYS)
