@@ -15,7 +15,6 @@ from squeal.cli.options import changes, refuse, said, take, take_changes, take_f
 from squeal.cli.streams import steps
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.io.system import POINTS
 from squeal.io.writing import picked
 
 
@@ -81,5 +80,5 @@ def run(given: argparse.Namespace) -> Reply:
     answers[1:1] = pairs
     more = f"\n\nheld against rounding: {spectrum.criterion}" * given.verbose
     if (given.shape or given.shapes) and not subject.coordinates.cells:
-        more += f"\n\n{POINTS}"
+        more += "\n\n" + importlib.import_module("squeal.io.system").POINTS
     return Reply.of(*answers, judged=scene, more=more)
