@@ -18,6 +18,7 @@ from squeal.io.system import POINTS, Coordinates, SystemFile
 from squeal.io.writing import Answer, Column, Table, number, picked
 from squeal.linear.matrices import EPS, dense
 from squeal.linear.system import TermSystem, frictionless
+from squeal.schema import Place, Whole
 from squeal.sparse.quadratic import ScaledSystem, factorise
 
 
@@ -51,16 +52,12 @@ class Check(Answer):
         return Table(heads, rows, "lowest real modes, without friction and damping", "no real mode")
 
     def parts(self) -> list[str | Table]:
-        read = [
-            Column(name, value=itemgetter(name))
-            for name in ("part", "file", "key", "format", "labels", "factor", "nonzeros")
-        ]
-        read.append(Column("symmetric", value=itemgetter("symmetric")))
+        names = ["part", "file", "key", "format", "labels", "factor", "nonzeros", "symmetric"]
+        read = [Column(name, value=itemgetter(name)) for name in names]
         lines = [f"{name}: {text}" for name, text in self.checks.items()]
         if self.mass is not None and self.centre and self.size:
-            centre, box = (
-                ", ".join(number(x, 4) for x in each) for each in (self.centre, self.size)
-            )
+            each = self.centre, self.size
+            centre, box = (", ".join(number(x, 4) for x in one) for one in each)
             mass = f"{number(self.mass)} in the unit of M, centre at ({centre})"
             lines.append(f"mass of the rows that move: {mass}")
             lines.append(f"nodes in a box of {box}")
@@ -115,8 +112,7 @@ def check(subject: SystemFile | TermSystem, modes: int = 10) -> Check:
     """
     if isinstance(subject, Scene):
         raise InputError("check: a scene is not allowed; a system from matrices is")
-    if not 1 <= modes <= 1000:
-        raise InputError(f"modes: {modes} is not allowed; it must be 1 to 1000")
+    modes = Whole(1, 1000).read(modes, Place("modes"))
     file = Question.of(subject).file
     system = file.system.frozen()
     squares, noise = _real_modes(system, modes)

@@ -44,8 +44,7 @@ th, td { padding: .2em .7em; border-bottom: 1px solid var(--rule); text-align: r
 th:first-child, td:first-child { text-align: left; }
 figure { margin: 1em 0; }
 figure img { max-width: 100%; height: auto; }
-figcaption { font-size: .85em; }
-small, footer { font-size: .85em; overflow-wrap: anywhere; }
+footer { font-size: .85em; overflow-wrap: anywhere; }
 pre { white-space: pre-wrap; font-size: .85em; }
 @media print { body { max-width: none; margin: 0; } h2 { break-after: avoid; }
   figure, table { break-inside: avoid; } }
