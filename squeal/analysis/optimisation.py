@@ -189,15 +189,11 @@ class _Search:
         last = np.append(np.zeros(len(q)), 1.0)
         for _ in range(AGAIN):
             before = best
-            minimize(
-                lambda v: float(v[-1]),
-                np.append(q, best / unit),
-                jac=lambda _: last,
-                method="SLSQP",
-                bounds=[(0.0, 1.0)] * len(q) + [(None, None)],
-                constraints={"type": "ineq", "fun": below, "jac": slope},
-                options={"maxiter": 40, "ftol": 1e-8},
-            )
+            within = [(0.0, 1.0)] * len(q) + [(None, None)]
+            how: Any = {"jac": lambda _: last, "method": "SLSQP", "bounds": within}
+            how |= {"constraints": {"type": "ineq", "fun": below, "jac": slope}}
+            how |= {"options": {"maxiter": 40, "ftol": 1e-8}}
+            minimize(lambda v: float(v[-1]), np.append(q, best / unit), **how)
             best, q, *_ = min(self.seen[first:], key=lambda one: one[0])
             if best > before - 1e-6 * unit:
                 break

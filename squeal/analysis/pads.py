@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -197,17 +197,10 @@ def eigenvalues(scene: Scene, at: float | None = None) -> Eigenvalues:
     rows = shape_rows(shapes, names, "largest of x, y, w theta 1 m")
     judgement = analysis.judgement
     head = scene.model, "mu", scene.pad.mu, spectrum.eigenvalues, judgement.verdict, str(judgement)
-    return Eigenvalues(
-        *head,
-        _growing(scene, analysis),
-        certified=all(e.residual <= ACCEPTED for e in spectrum.eigenvalues),
-        count=len(spectrum),  # M is regular: all roots of the characteristic polynomial
-        shapes=rows,
-        details=details,
-        notes=(note,),
-        warnings=analysis.warnings,
-        source=(scene, analysis),
-    )
+    proven = all(e.residual <= ACCEPTED for e in spectrum.eigenvalues)
+    count = len(spectrum)  # M is regular: all roots of the characteristic polynomial
+    more: Any = ("", rows, details, (note,), "", analysis.warnings, (scene, analysis))
+    return Eigenvalues(*head, _growing(scene, analysis), proven, count, *more)
 
 
 def sweep(scene: Scene, values: Sequence[float]) -> Sweep:

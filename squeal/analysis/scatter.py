@@ -236,10 +236,9 @@ class Scatter(Answer):
         elif len(self.spreads) > 1:
             parts.append("which parameter decides: `indices: true` in the file of spreads tells")
         if self.basis is not None:
-            parts.append(
-                f"on a basis of {self.basis['size']} vectors; worst residual of a root in all "
-                f"{self.basis['rows']} rows, over all samples: {self.basis['residual']:.2g}"
-            )
+            size, rows, residual = (self.basis[key] for key in ("size", "rows", "residual"))
+            where = f"in the equations of all {rows} rows, over all samples: {residual:.2g}"
+            parts.append(f"on a basis of {size} vectors; worst residual of a root {where}")
         return parts
 
     def to_dict(self) -> dict[str, Any]:

@@ -19,17 +19,13 @@ LEAST = 4_000  # samples of a picture
 
 def options(parser: Parser) -> None:
     """Options of `squeal simulate`."""
-    take_files(
-        parser,
-        table="the history",
-        figure="a picture of forces, position of the reaction, contact states and spectrum",
+    words = "a picture of forces, position of the reaction, contact states and spectrum"
+    take_files(parser, table="the history", figure=words)
+    words, choices = (
+        "auto takes heyoka where it is installed, else SciPy",
+        ("auto", "heyoka", "scipy"),
     )
-    parser.add_argument(
-        "--integrator",
-        choices=("auto", "heyoka", "scipy"),
-        default="auto",
-        help="auto takes heyoka where it is installed, else SciPy",
-    )
+    parser.add_argument("--integrator", choices=choices, default="auto", help=words)
 
 
 def run(given: argparse.Namespace) -> Reply:

@@ -56,21 +56,14 @@ def system_checks(system: TermSystem) -> dict[str, str]:
 def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
     """Each matrix of a system file: its part, file and how that was read, factor, size, symmetry
     and fingerprint."""
-    return [
-        {
-            "part": o.part,
-            "file": o.file or None,
-            "key": o.key or None,
-            "format": o.form or None,
-            "labels": o.labelled,
-            "factor": o.factor,
-            "rows": int(o.matrix.shape[0]),
-            "nonzeros": int(o.matrix.nnz),
-            "symmetric": is_symmetric(o.matrix),
-            "fingerprint": fingerprint(o.matrix),
-        }
-        for o in file.origins
-    ]
+    rows = []
+    for o in file.origins:
+        read: dict[str, Any] = {"part": o.part, "file": o.file or None, "key": o.key or None}
+        read |= {"format": o.form or None, "labels": o.labelled, "factor": o.factor}
+        size = {"rows": int(o.matrix.shape[0]), "nonzeros": int(o.matrix.nnz)}
+        more = {"symmetric": is_symmetric(o.matrix), "fingerprint": fingerprint(o.matrix)}
+        rows.append(read | size | more)
+    return rows
 
 
 def write_system(

@@ -161,14 +161,11 @@ def widened(system: TermSystem, assembly: Assembly, answer: Thresholds) -> Thres
         return replace(c, interval=(max(low - more, answer.low), min(high + more, answer.high)))
 
     doubts = [OF_THE_REDUCED, *(answer.details.get("doubts") or ())]
-    return replace(
-        answer,
-        points=tuple(map(wide, answer.points)),
-        crossings=tuple(map(wide, answer.crossings)),
-        certified=None if answer.certified is None else False,
-        notes=(*answer.notes, basis_text(basis, errors=True)),
-        details={**answer.details, "doubts": doubts, "basis": basis},
-    )
+    details = {**answer.details, "doubts": doubts, "basis": basis}
+    more: Any = {"certified": None if answer.certified is None else False, "details": details}
+    more |= {"notes": (*answer.notes, basis_text(basis, errors=True))}
+    points, crossings = (tuple(map(wide, each)) for each in (answer.points, answer.crossings))
+    return replace(answer, points=points, crossings=crossings, **more)
 
 
 def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
@@ -195,9 +192,5 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
         count = "several modes cross" if near.any() else "no mode crosses"
         place = f"{name} = {value:.9g}, {abs(root) / (2 * np.pi):.6g} Hz"
         raise ComputationError(f"{count} the imaginary axis at {place}: no derivative is known")
-    return Singular(
-        root,
-        scale * x[:, 0],
-        scale * y[:, 0],
-        lambda b, adjoint: scale * solve(scale * b, adjoint),
-    )
+    vectors = scale * x[:, 0], scale * y[:, 0]
+    return Singular(root, *vectors, lambda b, adjoint: scale * solve(scale * b, adjoint))
