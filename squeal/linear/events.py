@@ -280,14 +280,15 @@ def _subspace(A: NDArray, size: float, start: NDArray, solve: Callable, rounds: 
 # From a guess to an event
 
 
-def located(along: Continuation, guess: Guess) -> Event | None:
-    """The event next to a guess, None if there is none that is known to within its width."""
+def located(along: Continuation, guess: Guess, crosses: bool = True) -> Event | None:
+    """The event next to a guess, None if there is none that is known to within its width, or none
+    that `crosses` the line as is asked for: two divergent roots that join do not."""
     with suppress(np.linalg.LinAlgError, ValueError):
-        return _located(along, guess)
+        return _located(along, guess, crosses)
     return None
 
 
-def _located(along: Continuation, guess: Guess) -> Event | None:
+def _located(along: Continuation, guess: Guess, crosses: bool) -> Event | None:
     p, coalesces = min(max(guess.value, along.low), along.high), guess.coalesces
     start, near = p, roots_near(along, p, guess.root, guess.right, guess.left)
     for _ in range(along.options.rounds):
@@ -306,7 +307,7 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
     half = 2 * noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
     if half > guess.width or (coalesces and slope**2 <= 16 * abs(bend) * noise):
         return None  # two roots that only cross, or rounding hides all
-    if (known := _details(along, guess, near, move, slope)) is None:
+    if (known := _details(along, guess, near, move, slope, crosses)) is None:
         return None
     omega, direction, residual = known
     interval = p - half, p + half
@@ -334,7 +335,7 @@ def _located(along: Continuation, guess: Guess) -> Event | None:
 
 
 def _details(
-    along: Continuation, guess: Guess, near: Near, move: float, slope: float
+    along: Continuation, guess: Guess, near: Near, move: float, slope: float, crosses: bool
 ) -> tuple[float, int, float] | None:
     """Frequency, direction and residual of the event that a last step `move` leads to."""
     A, derivative, _ = along.both(near.value)
@@ -342,8 +343,8 @@ def _details(
     z, root = near.mean + move * near.mean_slope, near.mean
     if guess.coalesces:
         zero = abs(z) <= 2 * math.sqrt(abs(near.noise)) + noise
-        if along.form == "undamped" and z.real < 0:
-            return None  # two divergent roots join: nothing crosses
+        if crosses and along.form == "undamped" and z.real < 0:
+            return None
         if along.form == "gyroscopic" and abs(z.imag) > abs(z.real) and not zero:
             return None
         real = zero and along.form != "undamped"

@@ -292,18 +292,18 @@ def _exchange(line: Continuation, a: _Mark, b: _Mark) -> tuple[float, float]:
 def _meeting(line: Continuation, low: float, high: float) -> tuple[float, float] | None:
     """Where a growing pair, as it is on one side, meets on the real axis, and half the interval."""
     sides = [line.at(p) for p in (low, high) if line.at(p).growth.verdict == "flutter"]
-    if line.form != "damped" or not sides:
+    if line.form == "gyroscopic" or not sides:
         return None
     state, k = sides[0], sides[0].growing[0][0]
     z = state.roots
     both = [k, int(np.argmin(np.abs(z - z[k].conj())))]
     vectors = state.right[:, both], state.left[:, both]
     guess = Guess((low + high) / 2, complex(z[k].real), *vectors, True, high - low)
-    event = located(line, guess)
+    event = located(line, guess, crosses=False)
     if event is None or not low - event.width <= event.value <= high + event.width:
         return None
     met = line.at(float(np.clip(event.value, low, high)))
-    k = int(np.argmax(met.roots.real))
+    k = int(np.argmax(met.exponents.real))
     if abs(met.roots[k].imag) > 2 * met.rounding[k]:  # one that meets while another pair leads
         return None
     return event.value, event.width / 2

@@ -74,8 +74,10 @@ def test_many_values_of_mu_together_are_those_of_one_by_one():
         path.places([0.5, 1.1])
 
 
-# of 50008 the rotation undoes theta0 but for 5e-6, so that its share in contact has lost 3 digits
-@pytest.mark.parametrize(("seed", "wide"), [*((seed, False) for seed in range(4)), (50008, True)])
+# of 50008 the rotation undoes theta0 but for 5e-6, of 50109 two slow divergent roots join
+@pytest.mark.parametrize(
+    ("seed", "wide"), [*((k, False) for k in range(4)), (50008, True), (50109, True)]
+)
 def test_random_pads_through_the_whole_chain(seed, wide):
     # `python -m benchmarks.random_pads` examines 1000 of them
     found = examine(seed, wide)
