@@ -429,10 +429,7 @@ def near_coalescences(before: State, after: State) -> Iterator[Guess]:
             # what rounding alone couples
             passes &= x.max(axis=0) ** 2 * (np.abs(w) + third) > noise[k] * noise[l]
         for n in np.flatnonzero(passes).tolist():
-            # three roots meet, or others decide
-            shared = (k == k[n]).astype(int) + (l == l[n]) + (k == l[n]) + (l == k[n]) == 1
-            joined = shared & passes & (np.abs(at - at[n]) <= half + half[n])
-            doubtful = bool(third[n] > np.abs(w[n]) or joined.any())
+            doubtful = bool(third[n] > np.abs(w[n]))
             middle, both = complex(mean[n] + at[n] * mean_slope[n]), [k[n], l[n]]
             vectors = state.right[:, both], state.left[:, both]
             value = state.value + way * float(at[n])

@@ -125,8 +125,9 @@ class _Walk:
         met = list(near_coalescences(step.a, step.b))
         most = 8 * along.options.resolved / (high - low) ** 2
         bent = any(not bend(low, high) <= most * size for bend, size in self.factors)
-        # half the budget is left for matches
-        several = any(one.doubtful for one in met) and len(along.states) < self.budget / 2
+        # other roots decide, or two windows are near; half the budget is left for matches
+        several = len(met) > 2 or any(one.doubtful for one in met)
+        several &= len(along.states) < self.budget / 2
         divide = along.options.aside if bent or several else share
         spent = len(along.states) >= self.budget
         if divide is not None and depth > 0 and not spent:

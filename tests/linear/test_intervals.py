@@ -2,6 +2,7 @@
 
 from fractions import Fraction
 
+import mpmath as mp
 import numpy as np
 import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
@@ -98,6 +99,39 @@ def test_windows_of_two_modes_that_only_a_third_one_couples(seed):
         ends = [discriminant(Fraction(end)) for end in x.interval]
         assert ends[0] * ends[1] < 0
         assert (ends[1] < 0) == (x.direction == "up")
+
+
+def where_roots_meet(K0, K1):
+    """Real p in (0, 1) at which the discriminant of K0 + p K1 (3, 3) vanishes, to 60 digits."""
+    with mp.workdps(60):
+        values = []
+        for p in range(7):
+            X = mp.matrix(K0.tolist()) + p * mp.matrix(K1.tolist())
+            a, c, square = X[0, 0] + X[1, 1] + X[2, 2], mp.det(X), X * X
+            b = (a * a - square[0, 0] - square[1, 1] - square[2, 2]) / 2
+            terms = a**2 * b**2, -4 * b**3, -4 * a**3 * c, 18 * a * b * c, -27 * c**2
+            values.append(sum(terms))
+        powers = mp.matrix([[mp.mpf(p) ** k for k in range(7)] for p in range(7)])
+        factors, companion = mp.lu_solve(powers, mp.matrix(values)), mp.zeros(6)
+        for k in range(6):
+            companion[k, 5] = -factors[k] / factors[6]
+            if k:
+                companion[k, k - 1] = 1
+        roots = mp.eig(companion, left=False, right=False)
+        return sorted(float(z.real) for z in roots if abs(z.imag) < 1e-20 and 0 < z.real < 1)
+
+
+@pytest.mark.parametrize("seed", [2, 4, 8, 18, 35])
+def test_windows_where_three_modes_cross_at_nearly_one_place(seed):
+    rng = np.random.default_rng([seed, 79])
+    slopes, at, e = rng.uniform(-4, 4, 3), rng.uniform(0.2, 0.8), 10.0 ** rng.uniform(-3, -0.5)
+    places = at + rng.choice([1e-3, 3e-2]) * rng.normal(size=3)
+    F = e * rng.normal(size=(3, 3)) * (1 - np.eye(3))
+    F[:2, :2] *= seed % 2 == 0
+    K0, K1 = np.diag(6.0 - slopes * places), np.diag(slopes)
+    (K0 if seed % 3 else K1)[...] += F
+    found = thresholds(affine(np.eye(3), K0, K1), 1.0)
+    assert [x.mu for x in found.crossings] == pytest.approx(where_roots_meet(K0, K1), rel=1e-7)
 
 
 @pytest.mark.parametrize("eps", [1e-3, 1e-4, 1e-6])
