@@ -292,12 +292,7 @@ def cycles(
     closed = first == CLOSED_CURVE
     upper, last = shooting.branch(own, 1.0, *reach) if over and not closed else ([], first)
     values = sorted({value, *(np.linspace(low, high, SLIDING).tolist() if over else ())})
-    return Cycles(
-        scene.model,
-        name,
-        tuple(_orbit(shooting, one, scale) for one in (*reversed(lower), own, *upper)),
-        len(lower),
-        ends=(first, last),
-        sliding=tuple((v, _verdict(scene.replace(**{name: v}))) for v in values),
-        source=(shooting, own),
-    )
+    orbits = tuple(_orbit(shooting, one, scale) for one in (*reversed(lower), own, *upper))
+    sliding = tuple((v, _verdict(scene.replace(**{name: v}))) for v in values)
+    ends, source = (first, last), (shooting, own)
+    return Cycles(scene.model, name, orbits, len(lower), "", ends, sliding, source)

@@ -10,13 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.answers import (
-    Eigenvalues,
-    Sweep,
-    Thresholds,
-    basis_text,
-    shape_rows,
-)
+from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds, basis_text, shape_rows
 from squeal.analysis.maps import Axis, Map
 from squeal.analysis.pads import mode_shapes
 from squeal.analysis.sensitivity import Sensitivity
@@ -47,7 +41,7 @@ from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
 from squeal.io.processes import counted, mapped, processes
 from squeal.io.system import SystemFile
-from squeal.io.writing import number
+from squeal.io.writing import number, picked
 from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.matrices import dense as plain_matrix
@@ -137,18 +131,11 @@ class Question:
         if outside and self.joined:  # roots above the cutoff decide nothing
             outside = tuple(z for z in outside if abs(z) < math.tau * file.assembly.cutoff)
         extent = {"radius": region.radius} if isinstance(region, Disc) else region and vars(region)
-        details: dict[str, Any] = {
-            "rows": system.n,
-            "parameters": system.given,
-            "matrices": matrices,
-            "checks": checks,
-            "damped": [one._asdict() for one in file.damped],
-            "region": extent,
-            "growth_limit": roots.growth_limit,
-            "growing_outside": None if outside is None else len(outside),
-            "fastest_outside": None,
-            "basis": self.joined,
-        }
+        details: dict[str, Any] = {"rows": system.n, "parameters": system.given}
+        details |= {"matrices": matrices, "checks": checks, "region": extent, "basis": self.joined}
+        details |= {"damped": [one._asdict() for one in file.damped], "fastest_outside": None}
+        details |= {"growing_outside": None if outside is None else len(outside)}
+        details |= picked(roots, "growth_limit")
         shapes = None
         if system.n <= SHOWN_ROWS:
             modes = mode_shapes(Spectrum(roots.eigenvalues))

@@ -232,11 +232,7 @@ class Continuation:
     """
 
     def __init__(
-        self,
-        system: System,
-        low: float,
-        high: float,
-        options: ContinuationOptions | None = None,
+        self, system: System, low: float, high: float, options: ContinuationOptions | None = None
     ) -> None:
         self.system, self.low, self.high = system, low, high
         self.options = options or ContinuationOptions()

@@ -73,10 +73,7 @@ class Searched:
 
 
 def search(
-    system: System,
-    low: float,
-    high: float,
-    options: ContinuationOptions | None = None,
+    system: System, low: float, high: float, options: ContinuationOptions | None = None
 ) -> Searched:
     """All events for low <= p <= high."""
     options = options or ContinuationOptions()

@@ -17,16 +17,7 @@ from typing import Any, ClassVar, Literal, NamedTuple, get_args
 
 import numpy as np
 
-from squeal.model.pad import (
-    PARAMETERS,
-    Coefficients,
-    Loads,
-    Number,
-    Point,
-    Pose,
-    edges,
-    gaps,
-)
+from squeal.model.pad import PARAMETERS, Coefficients, Loads, Number, Point, Pose, edges, gaps
 from squeal.schema import Group, Key, Place, Whole, Word
 
 LineForce = Literal["integral", "mean"]

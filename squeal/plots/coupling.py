@@ -16,15 +16,7 @@ from squeal.linear import GROWING
 from squeal.linear.events import hertz_of
 from squeal.plots.maps import COLOUR_OF, symbol_of
 from squeal.plots.modes import NAME, RED
-from squeal.plots.style import (
-    DOUBLE,
-    Drawing,
-    frequency_limits,
-    hertz,
-    origin,
-    state_label,
-    style,
-)
+from squeal.plots.style import DOUBLE, Drawing, frequency_limits, hertz, origin, state_label, style
 
 NOWHERE = "no equilibrium"
 

@@ -65,12 +65,7 @@ def _settle(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
     return [Line2D([], [], label="threshold, continued", **look)] if curves else []
 
 
-def map_drawing(
-    name: str,
-    answer: Map,
-    own: Own = None,
-    level: float | None = None,
-) -> Drawing:
+def map_drawing(name: str, answer: Map, own: Own = None, level: float | None = None) -> Drawing:
     """Verdicts over two parameters, a cell for each point, or contours of the map's quantity.
 
     own: the numbers of a pad, which is marked; level: a value of the quantity whose curve

@@ -17,13 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.sparse.quadratic import (
-    PROGRESS,
-    ComplexArray,
-    Factor,
-    Quadratic,
-    factorise_at,
-)
+from squeal.sparse.quadratic import PROGRESS, ComplexArray, Factor, Quadratic, factorise_at
 
 DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
 NODES = (8, 16, 32)  # on a circle, until they resolve what is left of the determinant

@@ -26,12 +26,7 @@ from squeal.linear.system import Matrix, Term, TermSystem, structure_stiffness
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Place
 from squeal.sparse.first_look import movements
-from squeal.sparse.quadratic import (
-    Array,
-    ComplexArray,
-    Factor,
-    factorise,
-)
+from squeal.sparse.quadratic import Array, ComplexArray, Factor, factorise
 
 SHARE = 1e-4  # of the energy of a boundary motion, below which what it adds inside is left out
 OWN = {"mu": 0.0, "contact": 1.0, "tangential": 1.0}  # parameters of every assembly

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.matrices import ALL_ROWS
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.processes import one_thread
+from squeal.io.writing import picked
 from squeal.linear import GROWING
 from squeal.linear.eigen import (
     ACCEPTED,
@@ -32,13 +33,7 @@ from squeal.linear.matrices import rank_of, reduce, unit_diagonal
 from squeal.linear.paths import growing
 from squeal.linear.system import Matrix, TermSystem
 from squeal.schema import Place, Whole, row
-from squeal.sparse.argument_principle import (
-    Disc,
-    Rectangle,
-    band,
-    count_roots,
-    disc_around,
-)
+from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots, disc_around
 from squeal.sparse.dense import dense_spectrum, dense_values
 from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
 from squeal.sparse.eigensolver import lowest_modes, modes_in
@@ -377,14 +372,10 @@ def basis_of(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | No
     """A reduced system as JSON holds it."""
     if reduction is None:
         return None
-    return {
-        "method": reduction.method,
-        "size": reduction.size,
+    return picked(reduction, "method size converged spurious") | {
         "rows": reduction.scaled.n,
         "samples": [dict(changes) for changes in reduction.samples],
         "residual": reduction.worst,
-        "converged": reduction.converged,
-        "spurious": reduction.spurious,
         "contraction": getattr(reduction, "contraction", None),
         "real_modes_hz": getattr(reduction, "reach", 0.0) / math.tau or None,
         "growth_limit": None if wanted.band is None else reduction.region.high_real,

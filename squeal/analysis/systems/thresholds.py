@@ -141,15 +141,10 @@ def system_thresholds(
         foreseen = "foreseen, not excluded by proof" if system.real else "not foreseen"
         notes.append(f"windows between the computed values are {foreseen}")
     basis = basis_of(reduction, wanted)
-    details = {
-        "parameters": system.given,
-        "admissible_to": high,
-        "unconfirmed": unconfirmed,
-        "doubts": [] if certified is None else doubts + unconfirmed,
-        "left_out": left_out,
-        "crossings_outside": outside,
-        "basis": basis,
-    }
+    doubts = [] if certified is None else doubts + unconfirmed
+    details = {"parameters": system.given, "admissible_to": high, "unconfirmed": unconfirmed}
+    details |= {"doubts": doubts, "left_out": left_out, "crossings_outside": outside}
+    details |= {"basis": basis}
     notes += [basis_text(basis)] if basis else []
     verdict = verdict_of(first := roots({name: low}), rounding_of(system, first))
     head = system.name, name, low, high, verdict, tuple(points), tuple(crossings)
