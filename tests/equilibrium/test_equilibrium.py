@@ -10,9 +10,10 @@ from benchmarks.random_pads import APART, examine
 from squeal.analysis.pads import critical_friction
 from squeal.equilibrium import Path, find_all, sliding_equilibrium
 from squeal.errors import ComputationError
+from squeal.io.scene import Scene
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, linearise
-from tests.conftest import scene_of
+from tests.conftest import random_pad, scene_of
 from tests.exact import Exact, discriminant
 
 
@@ -87,3 +88,23 @@ def test_random_pads_through_the_whole_chain(seed, wide):
     if found.apart > APART:
         assert found.eigenvalues < 1e-10
     assert all(apart < 1e-9 for _, apart in found.thresholds)
+
+
+FAR = [
+    (40, "B2", (2.0664816, -0.2201253, -1.5192181)),
+    (53, "B2", (-4.9285598, -0.6235768, 1.2394022)),
+    (57, "B1", (3.4557991, -0.8346423, -1.2579865)),
+    (89, "B2", (0.0923136, 0.2550677, -0.5523301)),
+]
+
+
+@pytest.mark.parametrize(("seed", "name", "q"), FAR)
+def test_equilibria_as_far_off_as_the_springs_are_long_are_found(seed, name, q):
+    """The literal equations have one next to q, which few starts reach."""
+    mu, load = np.random.default_rng([seed, 3]).uniform((0.0, -3.0), (1.2, -0.5)).tolist()
+    pad = random_pad(700 + seed, name).replace(mu=mu, F_n=10.0**load)
+    model = PadModel(name, pad)
+    exact = Exact(Scene(name, pad), model.state_at(q)).equilibrium(q, mu)
+    assert max(abs(a - b) for a, b in zip(exact, q, strict=True)) < 1e-6
+    apart = [max(abs(a - b) for a, b in zip(exact, e.q, strict=True)) for e in find_all(model)]
+    assert min(apart) < 1e-9
