@@ -26,7 +26,7 @@ def one_set(
     satisfied=14,
     line=("c",),
     flutters=POINTS_A,
-    lasting=0.0,
+    lasting=None,
     growth=-1.0,
     ends=None,
     two=None,
@@ -43,17 +43,17 @@ def one_set(
         ends=ends,
         lost=LESS,
         apart=WIDE,
-        lasting={"B1": lasting, "B2": lasting},
-        growth={"B1": growth, "B2": growth},
+        lasting=lasting or {},
+        growth=dict.fromkeys(lasting or {}, growth),
     )
 
 
 def four_sets(**changes):
     made = {
-        "reference": one_set(NUMBERS, flutters=LINE_C, lasting=0.8),
+        "reference": one_set(NUMBERS, flutters=LINE_C, lasting={"b1-d": 0.8, "b2-d": 0.8}),
         "set-2": one_set(ends=0.54),
-        "set-3": one_set(line=(), lasting=1.0, growth=1.0),
-        "set-4": one_set(satisfied=15),
+        "set-3": one_set(line=(), lasting={"b2-a": 0.9}),
+        "set-4": one_set(satisfied=15, lasting={"b2-c": 0.2, "b2-a": 0.01}),
     }
     for name, change in changes.items():
         key = name.replace("_", "-")
@@ -61,7 +61,6 @@ def four_sets(**changes):
     return sets.Sets(sets=made, statements=16)
 
 
-ONCE = {"B1": 0.5, "B2": 0.5}
 BROKEN = [
     ("three-flat-sets", {"set_2": {"numbers": NUMBERS}}),
     ("one-set-satisfies-all-that-can-hold", {"set_4": {"satisfied": 13}}),
@@ -77,7 +76,10 @@ BROKEN = [
     ("only-c-of-the-line-flutters", {"reference": {"flutters": POINTS_A}}),
     ("flat-sets-flutter-on-points-alone", {"set_2": {"flutters": LINE_C}}),
     ("c-of-set-2-alone-has-no-equilibrium", {"set_4": {"without": {"B1": (), "B2": ("d",)}}}),
-    ("coexistence-in-the-reference-alone", {"set_2": {"lasting": ONCE}}),
+    (
+        "contact-goes-on-beside-stable-sliding-in-all-but-set-2",
+        {"set_3": {"growth": {"b2-a": 1.0}}},
+    ),
 ]
 
 

@@ -9,9 +9,9 @@ CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed;
 same in all cases) and verdicts under each. Ratios on an edge of the searched range are marked
 $\dagger$. Contact lost: share of time in which an edge is separated that touches in the sliding
 equilibrium (from equilibrium), or any edge (from full contact), mean over the cases in which both
-models have an equilibrium; two points: edges of a pad on two springs for the line. Lasting: share
-of initial conditions from which the loss of contact in case (d) is sustained, at
-$\zeta = {}$\val[p1]{onset.ratio}."""
+models have an equilibrium; two points: edges of a pad on two springs for the line. Lasting beside
+stable sliding: cases in which contact goes on changing although no mode of the equilibrium grows,
+with the share of initial conditions from which it does, at $\zeta = {}$\val[p1]{onset.ratio}."""
 # fmt: off
 NAMES = {
     "h": "$h/w$", "I": "$I$ over a uniform rectangle's", "k2": "$k_2/k_1$", "k3": "$k_3/k_1$",
@@ -33,8 +33,8 @@ def _ratio(key: str, value: float) -> str:
 
 
 def _lasting(one: ParameterSet, model: str) -> str:
-    words = " (flutters)" if (one.growth.get(model) or 0.0) > 0.0 else ""
-    return percent(one.lasting[model], 0) + words if one.lasting else "--"
+    shown = (f"{case} ({percent(share, 0)})" for case, share in one.beside(model).items())
+    return ", ".join(shown) or ("none" if one.lasting else "--")
 
 
 def table(sets: Sets) -> str:
@@ -48,7 +48,7 @@ def table(sets: Sets) -> str:
         "{} has no equilibrium in": lambda one, model: _cases(one.without[model]),
         "contact lost from equilibrium, {}": lambda one, model: percent(one.lost[model], 0),
         "contact lost from full contact, {}": lambda one, model: percent(one.apart[model], 0),
-        "lasting in (d), {}": _lasting,
+        "lasting beside stable sliding, {}": _lasting,
     }
     rows = [
         [name.format(model), *(show(one, model) for one in every)]
