@@ -11,7 +11,7 @@ their real parts times what does not vanish.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -393,15 +393,9 @@ def certain(
 # Windows
 
 
-def windows(along: Continuation, met: Sequence[Guess], width: float) -> Iterator[Guess]:
-    """Where two roots that are predicted to meet within a step of that width cross the line."""
-    for one in met:
-        with suppress(np.linalg.LinAlgError):
-            yield from _window(along, one, width)
-
-
-def _window(along: Continuation, met: Guess, width: float) -> Iterator[Guess]:
-    """Crossings of the line around the closest approach of a pair, if there are any."""
+def windows(along: Continuation, met: Guess, width: float) -> Iterator[Guess]:
+    """Where two roots that are predicted to meet within a step of that width cross the line, around
+    their closest approach."""
     pair = roots_near(along, met.value, met.root, met.right, met.left)
     for _ in range(3):
         centre, half = pair.approach(along.form)

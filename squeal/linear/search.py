@@ -90,6 +90,7 @@ def search(
         walk.go(a, b, options.depth)
     walk.guesses += _meetings_at_end(along.at(high), 1e-6 * (high - low))
     walk.locate()
+    walk.beside()
     places = walk.places()
     middles = _middles(along, places)
     growths = tuple(along.at(p).growth for p in middles)
@@ -135,7 +136,12 @@ class _Walk:
                 return
         self.unresolved |= bent or (share is not None and spent)
         self.guesses += guesses
-        self.guesses += windows(along, met, high - low)
+        for one in met:
+            before = len(self.guesses)
+            with suppress(np.linalg.LinAlgError):
+                self.guesses += windows(along, one, high - low)
+            if len(self.guesses) == before and along.form != "damped":
+                along.at(one.value)  # near a third root another pair may have been taken
 
     def locate(self) -> None:
         """Add what the guesses lead to."""
@@ -152,6 +158,23 @@ class _Walk:
                 self.events.append(one)
         self.guesses.clear()
         self.events.sort(key=lambda c: c.value)
+
+    def beside(self) -> None:
+        """Step once more from just outside of each window that is narrower than the steps: from
+        there the next one shows, which from afar is the same pair again."""
+        along, seen = self.along, set[float]()
+        while fresh := [one for one in self.events if one.value not in seen]:
+            seen.update(one.value for one in fresh)
+            for one in fresh:
+                way = -one.direction  # out of the window
+                off = [way * (other.value - one.value) for other in self.events]
+                width = min((-x for x in off if x < 0), default=np.inf) / 16
+                known = [way * (state.value - one.value) for state in along.states]
+                free = min(x for x in (*off, *known, np.inf) if x > 0)
+                if width < free < np.inf:
+                    a, b = sorted((one.value + way * width, one.value + way * free))
+                    self.go(a, b, along.options.depth)
+            self.locate()
 
     def from_start(self, one: Event) -> Event | None:
         """An event, at the start if rounding leaves that; none if decay begins from rest there."""
