@@ -44,8 +44,8 @@ from squeal.io.system import SystemFile
 from squeal.io.writing import number, picked
 from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
+from squeal.linear.eigen import growing
 from squeal.linear.matrices import dense as plain_matrix
-from squeal.linear.paths import growing
 from squeal.linear.system import TermSystem
 from squeal.schema import Place
 from squeal.sparse.argument_principle import Disc, Rectangle

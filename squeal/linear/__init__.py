@@ -10,6 +10,7 @@ from squeal.linear.eigen import (
     Eigenvalue,
     Judgement,
     Spectrum,
+    UnstableMode,
     complex_eigenvalues,
     damped_verdicts,
     judge,
@@ -18,7 +19,7 @@ from squeal.linear.eigen import (
     verdict,
 )
 from squeal.linear.events import Crossing
-from squeal.linear.paths import UnstableMode, unstable_modes
+from squeal.linear.paths import unstable_modes
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import Matrices, System
 from squeal.linear.thresholds import CriticalPoint, Thresholds, thresholds

@@ -19,6 +19,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -125,6 +126,35 @@ class Spectrum:
 
     def __len__(self) -> int:
         return len(self.eigenvalues)
+
+
+@dataclass(frozen=True)
+class UnstableMode:
+    """A mode that grows: a pair of eigenvalues (flutter) or a real one (divergence).
+
+    damping_ratio is negative; onset is the parameter value at which this mode began to grow, None
+    where it is not known or the mode grows from the start of the range on; interval: where it lies,
+    None to rounding.
+    """
+
+    kind: str
+    frequency_hz: float
+    growth_rate: float  # 1/s
+    damping_ratio: float
+    onset: float | None = None
+    interval: tuple[float, float] | None = None
+
+    @property
+    def root(self) -> complex:
+        """The eigenvalue (rad/s), of a pair that above the axis."""
+        return complex(self.growth_rate, 2 * np.pi * self.frequency_hz)
+
+
+def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
+    """What grows by more than rounding and is accepted, the fastest first; of pairs the upper."""
+    upper = (e for e in values if e.value.imag >= -e.rounding and e.residual <= ACCEPTED)
+    each = sorted((e for e in upper if e.kind in GROWING), key=lambda e: -e.growth_rate)
+    return tuple(UnstableMode(e.kind, e.frequency_hz, e.growth_rate, e.damping_ratio) for e in each)
 
 
 def ordered(values: ComplexArray) -> NDArray[np.intp]:

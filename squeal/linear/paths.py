@@ -5,8 +5,8 @@ the next which root is which.
 """
 
 import itertools
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,13 +14,12 @@ from numpy.typing import NDArray
 
 from squeal.linear.continuation import Continuation, ContinuationOptions, State, Step, hermite_cubic
 from squeal.linear.eigen import (
-    ACCEPTED,
     FLUTTER,
-    GROWING,
     ComplexArray,
-    Eigenvalue,
+    UnstableMode,
     assigned,
     complex_eigenvalues,
+    growing,
     ordered,
 )
 from squeal.linear.system import System, matrices_at
@@ -190,35 +189,6 @@ def mode_numbers(values: ComplexArray) -> NDArray[np.intp]:
         pair = np.argmin(np.abs(values[upper] - values[lower, None].conj()), axis=1)
         numbers[lower] = numbers[upper[pair]]
     return numbers
-
-
-@dataclass(frozen=True)
-class UnstableMode:
-    """A mode that grows: a pair of eigenvalues (flutter) or a real one (divergence).
-
-    damping_ratio is negative; onset is the parameter value at which this mode began to grow, None
-    where it is not known or the mode grows from the start of the range on; interval: where it lies,
-    None to rounding.
-    """
-
-    kind: str
-    frequency_hz: float
-    growth_rate: float  # 1/s
-    damping_ratio: float
-    onset: float | None = None
-    interval: tuple[float, float] | None = None
-
-    @property
-    def root(self) -> complex:
-        """The eigenvalue (rad/s), of a pair that above the axis."""
-        return complex(self.growth_rate, 2 * np.pi * self.frequency_hz)
-
-
-def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
-    """What grows by more than rounding and is accepted, the fastest first; of pairs the upper."""
-    upper = (e for e in values if e.value.imag >= -e.rounding and e.residual <= ACCEPTED)
-    each = sorted((e for e in upper if e.kind in GROWING), key=lambda e: -e.growth_rate)
-    return tuple(UnstableMode(e.kind, e.frequency_hz, e.growth_rate, e.damping_ratio) for e in each)
 
 
 def unstable_modes(

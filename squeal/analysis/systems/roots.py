@@ -25,12 +25,12 @@ from squeal.linear.eigen import (
     Eigenvalue,
     assumed_rounding,
     decide,
+    growing,
     hidden,
     ordered,
     spectrum_of,
 )
 from squeal.linear.matrices import rank_of, reduce, unit_diagonal
-from squeal.linear.paths import growing
 from squeal.linear.system import Matrix, TermSystem
 from squeal.schema import Place, Whole, row
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots, disc_around

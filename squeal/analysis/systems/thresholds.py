@@ -28,10 +28,9 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.processes import counted, mapped
 from squeal.linear import thresholds
 from squeal.linear.continuation import Continuation, ContinuationOptions, State, form_of
-from squeal.linear.eigen import ComplexArray
+from squeal.linear.eigen import ComplexArray, growing
 from squeal.linear.events import Event
 from squeal.linear.matrices import ILL, dense, unit_diagonal
-from squeal.linear.paths import growing
 from squeal.linear.search import Searched, search, together
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
