@@ -8,9 +8,8 @@ from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import ComputationError, InputError
 from squeal.linear import complex_eigenvalues, judge, sensitivities
-from squeal.linear.eigen import hidden
+from squeal.linear.eigen import growing, hidden
 from squeal.linear.matrices import check_regular, reduce
-from squeal.linear.paths import growing
 from tests.known import coupled, system_of
 from tests.linear.conftest import exact_damped, exact_squares, random_pad
 
