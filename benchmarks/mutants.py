@@ -77,7 +77,8 @@ def _set(name: str, value: object) -> Callable[[ast.AST], None]:
 
 def changes(tree: ast.AST) -> Iterator[Change]:
     """Every change of one node; annotations, docstrings, messages and `strict=` are left alone, and
-    -1 as a length of `reshape`, where NumPy reads any negative number alike."""
+    what no answer depends on: -1 as a length of `reshape`, where NumPy reads any negative number
+    alike, seeds, and how often at most a `for _ in range(...)` repeats what has converged."""
     quiet: set[ast.AST] = set()
     for node in ast.walk(tree):
         roots = [getattr(node, "annotation", None), getattr(node, "returns", None)]
@@ -87,6 +88,10 @@ def changes(tree: ast.AST) -> Iterator[Change]:
         roots += [node.value] if isinstance(node, ast.keyword) and node.arg == "strict" else []
         if isinstance(node, ast.Call) and getattr(node.func, "attr", None) == "reshape":
             roots += [one.operand for one in node.args if isinstance(one, ast.UnaryOp)]
+        if isinstance(node, ast.Call) and getattr(node.func, "attr", None) == "default_rng":
+            roots += node.args
+        if isinstance(node, ast.For) and getattr(node.target, "id", None) == "_":
+            roots += [node.iter]
         quiet.update(inner for root in roots if root is not None for inner in ast.walk(root))
     for node in ast.walk(tree):
         if node in quiet:

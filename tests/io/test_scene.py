@@ -89,7 +89,8 @@ def test_angles(read, given, value):
 
 def test_a_face_may_turn_by_less_than_a_right_angle(read):
     for turn in ("0.45*pi", "-0.45*pi"):
-        assert read(text(more=f"initial: {{theta: {turn}}}\n")).initial[2] != 0.0
+        for drop in ((), ("theta0",)):
+            assert read(text(drop=drop, more=f"initial: {{theta: {turn}}}\n")).initial[2] != 0.0
 
 
 # value of a parameter, as it stands in the file

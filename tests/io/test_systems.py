@@ -59,6 +59,8 @@ def test_powers_of_the_parameter(read):
     assert (system.name, system.parameter, system.n) == ("example", "mu", 2)
     undamped = read("M: [[1]]\nK0: [[2]]\n").system
     assert (undamped(1.0)[1], undamped.name) == (None, "system")
+    for name in ("brake pressure", "lambda"):  # no words of formulas
+        assert read(f"parameter: {name}\nM: [[1]]\nK0: [[2]]\nK1: [[3]]\n").system(2.0)[2] == [[8]]
     highest = read("M: [[1]]\nK0: [[1]]\nC9: [[2]]\nK9: [[3]]\n").system
     assert [X.item() for X in highest(2.0)] == [1.0, 2 * 2.0**9, 1 + 3 * 2.0**9]
 
