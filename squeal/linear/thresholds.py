@@ -292,7 +292,7 @@ def _exchange(line: Continuation, a: _Mark, b: _Mark) -> tuple[float, float]:
 def _meeting(line: Continuation, low: float, high: float) -> tuple[float, float] | None:
     """Where a growing pair, as it is on one side, meets on the real axis, and half the interval."""
     sides = [line.at(p) for p in (low, high) if line.at(p).growth.verdict == "flutter"]
-    if line.form == "gyroscopic" or not sides:
+    if line.form not in ("damped", "undamped") or not sides:
         return None
     state, k = sides[0], sides[0].growing[0][0]
     z = state.roots
