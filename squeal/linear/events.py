@@ -281,8 +281,8 @@ def _subspace(A: NDArray, size: float, start: NDArray, solve: Callable, rounds: 
 
 
 def located(along: Continuation, guess: Guess, crosses: bool = True) -> Event | None:
-    """The event next to a guess, None if there is none that is known to within its width, or none
-    that `crosses` the line as is asked for: two divergent roots that join do not."""
+    """The event next to a guess, None if there is none that is known to within its width. Without
+    `crosses` it may be where two divergent roots join, which crosses no line."""
     with suppress(np.linalg.LinAlgError, ValueError):
         return _located(along, guess, crosses)
     return None
