@@ -186,8 +186,7 @@ class State:
     @cached_property
     def couplings(self) -> tuple[NDArray, ...]:
         """Pairs (k, l) on the line or above it, or conjugate, and of each whether it is conjugate,
-        W and T of kl and lk, half of z_k'' - z_l'' by all others, and what third roots add to T if
-        none cancel."""
+        W and T of kl and lk, and half of z_k'' - z_l'' by all others."""
         z, W, noise, own = self.roots, self.coupling, self.rounding, self.slopes
         apart, unsure = z[:, None] - z, np.add.outer(noise, noise)
         conjugate = np.abs(z[:, None] - z.conj()) <= unsure
@@ -206,10 +205,7 @@ class State:
             T = (F @ W - W @ F + F * (own[:, None] - own)) / 2
             bend = np.einsum("km,mk->k", F, W)
             bend = bend[k] - bend[l] - 2 * W[k, l] * W[l, k] * inverse[k, l]
-            squares, others = np.abs(W) ** 2, np.abs(F) ** 2
-            size = np.add.outer(squares.diagonal(), squares.diagonal())
-            alone = np.maximum(others @ squares + squares @ others - others * size, 0.0)
-        return k, l, conjugate[k, l], W[pairs], T[pairs], bend, np.sqrt(alone[pairs])
+        return k, l, conjugate[k, l], W[pairs], T[pairs], bend
 
 
 def exponents(roots: ComplexArray, form: str, rate: float) -> ComplexArray:
@@ -388,24 +384,26 @@ def near_coalescences(before: State, after: State) -> Iterator[Guess]:
     """Pairs that may meet, or exchange and cross the line, within a step; seen from both ends."""
     span = after.value - before.value
     for state, way in ((before, 1), (after, -1)):
-        k, l, conjugate, direct, indirect, bend, alone = state.couplings
+        k, l, conjugate, direct, indirect, bend = state.couplings
         z, noise, own = state.roots, state.rounding, way * state.slopes
         with np.errstate(all="ignore"):
             u, v = z[k] - z[l], own[k] - own[l]
-            x = np.clip(np.nan_to_num((-u / v).real), 0.0, span)
+            x = np.nan_to_num((-u / v).real)
+            crosses = (x > 0) & (x < span) & (state.form != "damped")
+            x = np.clip(x, 0.0, span)
             v = v + x * bend
             a, b = way * direct + x * indirect
-            third = 0.5 * x * (np.abs(alone[0] * b) + np.abs(alone[1] * a))
             s = 2 * np.sqrt(-a * b)
             ends = np.stack([-u / (v - s), -u / (v + s)]).real
             ends = np.where(np.isfinite(ends), ends, 1e9 * span)
             inside = np.abs(np.stack([*ends, ends.mean(axis=0)]) - span / 2) <= span / 2
-            near = inside.any(axis=0)
+            near = inside.any(axis=0) | crosses
             if not near.any():
                 continue
             ends, inside = ends[:, near], inside[:, near]
-            k, l, u, v, w = k[near], l[near], u[near], v[near], (a * b)[near]
-            conjugate, third = conjugate[near], third[near]
+            crosses, x_c, a, b = crosses[near], x[near, None], a[near], b[near]
+            k, l, u, v, w = k[near], l[near], u[near], v[near], a * b
+            conjugate = conjugate[near]
             centre, half = ends.mean(axis=0), np.abs(ends[0] - ends[1]) / 2
             # of a wide window the end that lies in the step
             at = np.where(inside[2], centre, np.where(inside[0], *ends))
@@ -413,6 +411,15 @@ def near_coalescences(before: State, after: State) -> Iterator[Guess]:
             looks = 10.0 ** np.linspace(-1.0, 0.9, 12)  # of the half width of a close approach
             looks = np.concatenate([-looks, [0.0], looks])[:, None]
             x = np.clip(centre + looks * np.maximum(half, width), 0.0, span)
+            # what others couple that are near where the two meet
+            W, apart = state.coupling, z + x_c * own
+            row = np.arange(len(k))
+            apart = apart - (apart[row, k] + apart[row, l])[:, None] / 2
+            apart[row, k] = apart[row, l] = np.inf
+            there, back = (
+                np.abs(x_c * W[i] * W[:, j].T / apart).sum(axis=1) for i, j in ((k, l), (l, k))
+            )
+            third = there * np.abs(b) + back * np.abs(a) + there * back
             d = (u + x * v) ** 2 / 4 + x**2 * w
             error = x**2 * (third + 0.1 * np.abs(w))  # of what both exchange a third may be wrong
             mean, mean_slope = (z[k] + z[l]) / 2, (own[k] + own[l]) / 2
@@ -424,12 +431,33 @@ def near_coalescences(before: State, after: State) -> Iterator[Guess]:
                 passes &= _passes(same + apart, slack) | _passes(same - apart, slack)
             # what rounding alone couples
             passes &= x.max(axis=0) ** 2 * (np.abs(w) + third) > noise[k] * noise[l]
+            doubtful = third > np.abs(w)
+            passes |= crosses & doubtful & (x_c[:, 0] ** 2 * third > noise[k] * noise[l])
         for n in np.flatnonzero(passes).tolist():
-            doubtful = bool(third[n] > np.abs(w[n]))
             middle, both = complex(mean[n] + at[n] * mean_slope[n]), [k[n], l[n]]
             vectors = state.right[:, both], state.left[:, both]
             value = state.value + way * float(at[n])
-            yield Guess(value, middle, *vectors, True, float(half[n]), doubtful)
+            yield Guess(value, middle, *vectors, True, float(half[n]), bool(doubtful[n]))
+
+
+def may_swap(before: State, after: State) -> bool:
+    """True if a root on the line passes one of a pair off it, without damping, so closely that it
+    may take its partner: coupling moves that root by a quarter of its distance from the line."""
+    span = after.value - before.value
+    for state, way in ((before, 1), (after, -1)):
+        z, W, own = state.roots, state.coupling, way * state.slopes
+        if state.form == "damped" or not (above := z.imag > state.rounding).any():
+            continue
+        both = np.ix_(above, state.on_line)
+        u, v = z[:, None] - z, own[:, None] - own
+        with np.errstate(all="ignore"):
+            x = -(u * v.conj()).real / np.abs(v) ** 2
+            moved = x**2 * np.abs(W * W.T) / np.abs(u + x * v)
+            left = np.abs(z.imag[:, None] + x * own.imag[:, None])
+            taken = (x > 0) & (x < span) & (4 * moved > left)
+        if taken[both].any():
+            return True
+    return False
 
 
 def _passes(values: Array, slack: Array) -> Bools:

@@ -111,7 +111,7 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
     single = known & ~settled & (np.abs(step.off.real) <= step.options.doubt * reach)
     left = np.flatnonzero(~settled & ~single).tolist()
     guesses = [g for k in np.flatnonzero(single).tolist() for g in _singles(step, k, True)]
-    pairs = list(step.pairs(left))
+    pairs = [pair for pair in step.pairs(left) if form != "damped" or _tells(step, *pair[1:])]
     guesses += [g for pair in pairs for g in _of_pair(step, *pair)]
     doubtful = set(left).difference(*(both for both, _, _ in pairs))
     for k in doubtful:  # the best there is if no step can be halved any more
@@ -130,6 +130,18 @@ def _touch(step: Step, some: NDArray[np.bool_], reach: Array) -> float | None:
         near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= off
     near &= some & (t > 0) & (t < 1) & (off > step.rounding)
     return float(t[near][0]) if near.any() else None
+
+
+def _tells(step: Step, means: Array, squares: Array) -> bool:
+    """True if the cubics of a pair tell on which side of the axis both roots are."""
+    t, off = np.linspace(0.0, 1.0, 17), abs(squares[3])  # twice what the slopes miss
+    mean, half = (np.polyval(c[::-1].astype(complex), t) for c in (means, squares))
+    half = np.sqrt(half)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        slack = abs(means[3].real) + np.fmin(np.sqrt(off), off / np.abs(half))
+    paths = ((mean + way * half).real for way in (1, -1))
+    enough = 2 * step.options.doubt
+    return all((abs(x) > slack).all() or slack.max() <= enough * np.ptp(x) for x in paths)
 
 
 def _singles(step: Step, k: int, sure: bool) -> Iterator[Guess]:

@@ -26,6 +26,7 @@ from squeal.linear.continuation import (
     Guess,
     State,
     Step,
+    may_swap,
     near_coalescences,
 )
 from squeal.linear.eigen import UnstableCount, hidden
@@ -124,7 +125,7 @@ class _Walk:
         most = 8 * along.options.resolved / (high - low) ** 2
         bent = any(not bend(low, high) <= most * size for bend, size in self.factors)
         # other roots decide, or two windows are near; half the budget is left for matches
-        several = len(met) > 2 or any(one.doubtful for one in met)
+        several = len(met) > 2 or any(one.doubtful for one in met) or may_swap(step.a, step.b)
         several &= len(along.states) < self.budget / 2
         divide = along.options.aside if bent or several else share
         spent = len(along.states) >= self.budget

@@ -121,17 +121,56 @@ def where_roots_meet(K0, K1):
         return sorted(float(z.real) for z in roots if abs(z.imag) < 1e-20 and 0 < z.real < 1)
 
 
-@pytest.mark.parametrize("seed", [0, 2, 4, 8, 12, 18, 35, 120])
-def test_windows_where_three_modes_cross_at_nearly_one_place(seed):
-    rng = np.random.default_rng([seed, 79])
-    slopes, at, e = rng.uniform(-4, 4, 3), rng.uniform(0.2, 0.8), 10.0 ** rng.uniform(-3, -0.5)
-    places = at + rng.choice([1e-3, 3e-2]) * rng.normal(size=3)
-    F = e * rng.normal(size=(3, 3)) * (1 - np.eye(3))
+def crossing_modes(rng, n, spread):
+    """K0, K1 (n, n) of weakly coupled modes whose stiffnesses cross at nearly one place."""
+    slopes, at, e = rng.uniform(-4, 4, n), rng.uniform(0.2, 0.8), 10.0 ** rng.uniform(-3, -0.5)
+    places = at + spread(rng) * rng.normal(size=n)
+    F = e * rng.normal(size=(n, n)) * (1 - np.eye(n))
+    return np.diag(6.0 - slopes * places), np.diag(slopes), F
+
+
+def at_one_of_two(rng):
+    return rng.choice([1e-3, 3e-2])
+
+
+def at_any(rng):
+    return 10.0 ** rng.uniform(-3.5, -1)
+
+
+@pytest.mark.parametrize(
+    ("seed", "spread"),
+    [(seed, at_one_of_two) for seed in (0, 2, 4, 8, 12, 18, 35, 120)]
+    # a pair changes its partner within a window; a third root is near where two meet
+    + [(seed, at_any) for seed in (159, 261, 361, 708, 804, 876, 1136, 1768, 2642)],
+)
+def test_windows_where_three_modes_cross_at_nearly_one_place(seed, spread):
+    K0, K1, F = crossing_modes(np.random.default_rng([seed, 79]), 3, spread)
     F[:2, :2] *= seed % 2 == 0
-    K0, K1 = np.diag(6.0 - slopes * places), np.diag(slopes)
     (K0 if seed % 3 else K1)[...] += F
     found = thresholds(affine(np.eye(3), K0, K1), 1.0)
     assert [x.mu for x in found.crossings] == pytest.approx(where_roots_meet(K0, K1), rel=1e-7)
+
+
+@pytest.mark.parametrize("seed", [3, 47, 80])
+def test_growth_of_five_modes_at_many_values_follows_from_the_thresholds(seed):
+    rng, n = np.random.default_rng([seed, 1126]), 5
+    rng.integers(2)  # the series of draws in which seed 47 was missed
+    K0, K1, F = crossing_modes(rng, n, at_any)
+    K0 += F + np.diag([2.0, 2.0, 2.0, 2.0, 5.0])
+    K0[:2, :2] -= F[:2, :2]
+    C = np.diag(10.0 ** rng.uniform(-4, -1, n))
+    found = thresholds(affine(np.eye(n), K0, K1, C0=C), 1.0)
+    p = np.linspace(0.0, 1.0, 3001)
+    A = np.zeros((len(p), 2 * n, 2 * n))
+    A[:, :n, n:], A[:, n:, :n] = np.eye(n), -(K0 + p[:, None, None] * K1)
+    A[:, n:, n:] = -C
+    grow = (np.linalg.eigvals(A).real > 1e-12).sum(axis=1)
+    expected = np.full(len(p), grow[0])
+    for x in found.crossings:
+        roots = 2 if x.kind == "flutter" else 1
+        expected += (p > x.mu) * (roots if x.direction == "up" else -roots)
+    beside = np.all([np.abs(p - x.mu) > 1e-4 for x in found.crossings], axis=0)
+    assert np.array_equal(grow[beside], expected[beside])
 
 
 @pytest.mark.parametrize("eps", [1e-3, 1e-4, 1e-6])
