@@ -45,7 +45,7 @@ def problems(folder: Path, profile: str) -> list[str]:
 
 
 if __name__ == "__main__":
-    HTTPAdapter.send = answered  # type: ignore[method-assign, assignment]
+    HTTPAdapter.send = answered
     failed = [line for profile in PROFILES for line in problems(Path(sys.argv[1]), profile)]
     print("\n".join(failed) or f"{sys.argv[1]}: valid {', '.join(PROFILES)}")
     sys.exit(bool(failed))
