@@ -16,6 +16,7 @@ version = release = squeal.__version__
 extensions = [
     "myst_parser",
     "sphinx.ext.autodoc",
+    "sphinx.ext.intersphinx",
     "sphinx.ext.napoleon",
     "sphinx_gallery.gen_gallery",
     "mathml",
@@ -25,8 +26,19 @@ extensions = [
 root_doc = "index"
 exclude_patterns = ["_build", "_extensions", "gallery/*", "generated/*.md", "generated/commands"]
 nitpicky = True
-# of rooms and types; other projects are named in words, so that no inventory has to be at hand
-nitpick_ignore_regex = [(r"py:class", r"squeal\..*\..*")]
+nitpick_ignore_regex = [(r"py:class", r"squeal\..*\..*")]  # of rooms and types
+# names of other projects that are linked stand in files here, so that nothing is fetched: version 1
+# of Sphinx' inventories, which is plain text; a name that is in none of them stops the build
+intersphinx_mapping = {
+    name: (home, f"inventories/{name}.inv")
+    for name, home in {
+        "control": "https://python-control.readthedocs.io/en/stable/",
+        "matplotlib": "https://matplotlib.org/stable/",
+        "numpy": "https://numpy.org/doc/stable/",
+        "pandas": "https://pandas.pydata.org/docs/",
+        "scipy": "https://docs.scipy.org/doc/scipy/",
+    }.items()
+}
 default_role = "code"
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]

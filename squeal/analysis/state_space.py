@@ -16,12 +16,12 @@ STATES = ["x", "y", "theta", "x_dot", "y_dot", "theta_dot"]
 
 
 def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
-    """A scene's pad about its sliding equilibrium at a friction mu, its own if left out.
+    """A scene's pad about its sliding equilibrium as a :class:`control.StateSpace`.
 
-    Inputs are a force along and normal to the surface (N) and a moment (N m) on the pad, outputs
-    are x, y (m) and theta (rad) from the equilibrium; the poles are the eigenvalues. Warns
-    (InputWarning) of what speaks against the equilibrium. Raises InputError for a mu that is not
-    allowed, ComputationError if no steady sliding exists.
+    Friction mu is the scene's own if left out. Inputs are a force along and normal to the surface
+    (N) and a moment (N m) on the pad, outputs are x, y (m) and theta (rad) from the equilibrium;
+    the poles are the eigenvalues. Warns (InputWarning) of what speaks against the equilibrium.
+    Raises InputError for a mu that is not allowed, ComputationError if no steady sliding exists.
     """
     scene = A_SCENE.read(scene, Place("scene"))
     analysis = analyse(scene if mu is None else scene.replace(mu=mu))

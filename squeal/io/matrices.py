@@ -40,7 +40,7 @@ def read_matrix(
     symmetric: bool | None = None,
     opened: dict[Path, Any] | None = None,
 ) -> MatrixFile:
-    """The square matrix in a file, as a SciPy CSC array (n, n) without explicit zeros.
+    """The square matrix in a file, a :class:`scipy.sparse.csc_array` (n, n) without explicit zeros.
 
     It is complex only if an entry has an imaginary part, as stiffness with structural damping.
 

@@ -302,7 +302,7 @@ class Answer(ABC):
         return self.table().records()
 
     def to_dataframe(self) -> Any:
-        """The rows of the table as a pandas.DataFrame. Raises InputError without pandas."""
+        """The table's rows as a :class:`pandas.DataFrame`. Raises InputError without pandas."""
         try:
             pandas = importlib.import_module("pandas")
         except ImportError:

@@ -194,7 +194,7 @@ def simulate(
     scene : Scene
         A scene of a nonlinear model, with a time.
     backend : "auto", "heyoka" or "scipy"
-        The integrator; "auto" takes heyoka where it is installed.
+        The integrator; "auto" takes heyoka if installed, else :class:`~scipy.integrate.DOP853`.
     progress : callable, optional
         Called with the share of the time that is done, now and then on long runs.
     options : Options

@@ -1,7 +1,11 @@
 """The site: its examples run, and its pages name every equation, finding and command."""
 
+import inspect
 import re
 import runpy
+import sys
+from collections.abc import Callable
+from pkgutil import resolve_name
 
 import pytest
 
@@ -11,6 +15,12 @@ from squeal.cli.main import COMMANDS
 from tests.conftest import ROOT
 
 DOCS = ROOT / "docs"
+INVENTORIES = sorted((DOCS / "inventories").glob("*.inv"))
+KINDS: dict[str, Callable[[object], bool]] = {
+    "class": inspect.isclass,
+    "function": inspect.isroutine,
+    "mod": inspect.ismodule,
+}
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in DOCS.glob("*.md")}
 PRINTED = {  # what the examples say, each known otherwise
     "column": r"flutter from P = 20\.051\d on",  # Beck 1952: 20.05
@@ -57,3 +67,19 @@ def test_every_name_of_the_package_is_documented_once():
     pages = [path.read_text(encoding="utf-8") for path in (DOCS / "api").glob("*.md")]
     shown = re.findall(r"^\.\. auto(?:class|function):: squeal\.(\w+)$", "\n".join(pages), re.M)
     assert sorted(shown) == sorted(squeal.__all__)
+
+
+def test_inventories_are_files_here_so_that_nothing_is_fetched(monkeypatch):
+    monkeypatch.setattr(sys, "path", [*sys.path])  # which conf.py extends
+    mapping = runpy.run_path(str(DOCS / "conf.py"))["intersphinx_mapping"]
+    assert sorted(DOCS / place for _, place in mapping.values()) == INVENTORIES
+
+
+@pytest.mark.parametrize("inventory", INVENTORIES, ids=lambda path: path.stem)
+def test_stored_names_of_other_projects_exist_and_are_linked(inventory):
+    folders = (DOCS.rglob("*.md"), (ROOT / "squeal").rglob("*.py"))
+    text = "\n".join(path.read_text(encoding="utf-8") for paths in folders for path in paths)
+    for line in inventory.read_text(encoding="utf-8").splitlines()[3:]:
+        name, kind, _ = line.split()
+        assert KINDS[kind](resolve_name(name)), name
+        assert re.search(rf"(#|:class:`~?){re.escape(name)}[)`]", text), name
