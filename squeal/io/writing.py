@@ -279,9 +279,9 @@ class Answer(ABC):
         """What stands under each other for people: lines of text and tables."""
         return [self.table()]
 
+    @abstractmethod
     def to_dict(self) -> dict[str, Any]:
         """The answer as the JSON object that the command line prints."""
-        return {"rows": self.table().records()}
 
     def text(self, most: int = SHOWN) -> str:
         """The answer for people, with at most so many rows of each table."""

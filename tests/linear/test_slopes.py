@@ -131,3 +131,15 @@ def test_a_window_within_a_step_is_foreseen_from_both_ends(e):
     for one, state in zip(found, (before, after), strict=True):
         assert np.allclose(np.abs(one.right), np.abs(state.right), rtol=0, atol=1e-12)
     assert not list(near_coalescences(along.at(0.6), after))
+
+
+def test_what_surely_grows_and_what_may_grow_differ_only_where_roots_are_one():
+    """Stiffness 2 + mu i and 2 - mu i of two modes, 9 of the third."""
+    turn = np.array([[0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
+    along = Continuation(
+        lambda mu: (np.eye(3), None, np.diag([2.0, 2.0, 9.0]) + mu * turn), -1.0, 1.0
+    )
+    assert along.at(0.5).bounds == (2, 2)
+    assert along.at(0.0).bounds == (0, 2)
+    assert np.array_equal(along.at(0.5).close, np.eye(3))
+    assert along.at(0.0).close.sum() == 5
