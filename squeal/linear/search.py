@@ -126,16 +126,15 @@ class _Walk:
         bent = any(not bend(low, high) <= most * size for bend, size in self.factors)
         # other roots decide, or two windows are near; half the budget is left for matches
         several = len(met) > 2 or any(one.doubtful for one in met) or may_swap(step.a, step.b)
-        several &= len(along.states) < self.budget / 2
+        spent = len(along.states) >= self.budget / (2 if several and share is None else 1)
         divide = along.options.aside if bent or several else share
-        spent = len(along.states) >= self.budget
         if divide is not None and depth > 0 and not spent:
             middle = low + divide * (high - low)
             if low < middle < high:
                 self.go(low, middle, depth - 1)
                 self.go(middle, high, depth - 1)
                 return
-        self.unresolved |= bent or (share is not None and spent)
+        self.unresolved |= bent or (divide is not None and spent)
         self.guesses += guesses
         for one in met:
             before = len(self.guesses)

@@ -10,6 +10,7 @@ from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 from squeal.analysis.systems.roots import Wanted
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.linear import thresholds
+from squeal.linear.continuation import ContinuationOptions
 from tests.known import affine
 
 
@@ -149,6 +150,20 @@ def test_windows_where_three_modes_cross_at_nearly_one_place(seed, spread):
     (K0 if seed % 3 else K1)[...] += F
     found = thresholds(affine(np.eye(3), K0, K1), 1.0)
     assert [x.mu for x in found.crossings] == pytest.approx(where_roots_meet(K0, K1), rel=1e-7)
+
+
+def test_a_search_that_runs_out_of_values_is_not_certified():
+    """A pair changes its partner within a window: with 50 values that gap is not found."""
+    K0 = np.diag([2.98619, 2.486542, 2.503232])
+    K1 = (
+        np.array([[22.54, -1.776, -0.607], [-0.016, 792.087, 1.245], [1.869, -1.229, 766.303]])
+        / 1e3
+    )
+    known = pytest.approx(where_roots_meet(K0, K1), rel=1e-7)
+    for budget in (50, ContinuationOptions().budget):
+        options = ContinuationOptions(budget=budget)
+        found = thresholds(affine(np.eye(3), K0, K1), 1.0, options=options)
+        assert found.certified == ([x.mu for x in found.crossings] == known)
 
 
 @pytest.mark.parametrize("seed", [3, 47, 80])
