@@ -441,8 +441,10 @@ def near_coalescences(before: State, after: State) -> Iterator[Guess]:
 
 
 def may_swap(before: State, after: State) -> bool:
-    """True if a root on the line passes one of a pair off it, without damping, so closely that it
-    may take its partner: coupling moves that root by a quarter of its distance from the line."""
+    """True if a root on the line may take the partner of a root off it; without damping.
+
+    It passes so closely that coupling moves the root off the line by a quarter of its distance.
+    """
     span = after.value - before.value
     for state, way in ((before, 1), (after, -1)):
         z, W, own = state.roots, state.coupling, way * state.slopes
