@@ -317,6 +317,23 @@ def scalar(text: str) -> Any:
         return text
 
 
+class _Dumper(yaml.SafeDumper):
+    """Quotes each text that `scalar` reads as something else: 08 and 1e5 may be names."""
+
+
+_Dumper.add_representer(
+    str,
+    lambda dumper, text: dumper.represent_scalar(
+        _TAG + "str", text, None if scalar(text) == text else "'"
+    ),
+)
+
+
+def document_text(document: Mapping[str, Any]) -> str:
+    """A mapping as YAML text that `parse_document` reads as the same mapping."""
+    return yaml.dump(document, Dumper=_Dumper, sort_keys=False)
+
+
 def read_document(path: Path | str) -> tuple[dict[str, Any], Place]:
     """The single mapping that a YAML file holds, and its place. Raises InputError."""
     if not isinstance(path, str | Path):

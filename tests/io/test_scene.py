@@ -3,12 +3,14 @@
 import math
 
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 
 from squeal.errors import InputError
 from squeal.io.scene import check_simulation, read_scene
 from squeal.model.contact import CONSISTENT, MODELS, Formulation, models_with
 from squeal.model.pad import PARAMETERS
-from squeal.schema import Place, named_files, parse_document, scalar
+from squeal.schema import Place, document_text, named_files, parse_document, scalar
 
 VALUES = {
     "m": "1.0", "w": "0.05", "h": "0.02", "I": "0.001", "k1": "1.0e6", "k2": "1e6", "k3": "2.0e6",
@@ -212,3 +214,14 @@ def test_aliases_of_aliases_are_refused_at_once(read):
 @pytest.mark.parametrize("text", ["!!float x", "!!bool x", "!!timestamp x", "[1", "a\0", "&a [*a]"])
 def test_an_option_that_is_no_yaml_is_the_text_itself(text):
     assert scalar(text) == text
+
+
+@given(st.text())
+@example("08")
+@example("1e5")
+@example("null")
+@example("- a: b")
+@example(" x\n")
+def test_a_written_document_reads_as_the_same(name):
+    document = {"name": name, "row": [name, 0.1, 3, True, None], "x" + name: {"factor": 1e-300}}
+    assert parse_document(document_text(document).encode(), Place("x")) == document

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
 from squeal.io.matrices import fingerprint, write_matrix
 from squeal.io.system import SystemFile
@@ -15,6 +14,7 @@ from squeal.linear.matrices import EPS, dense, norm_of, unit_diagonal
 from squeal.linear.moduli import Modulus
 from squeal.linear.system import Matrix, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.schema import document_text
 from squeal.sparse.components import Component
 
 ALL_ROWS = 400  # up to so many rows all roots are computed
@@ -98,7 +98,7 @@ def write_system(
                         group, key = document.setdefault("damping", {}), "K4"
                 group.setdefault(key, []).append(keys)
                 rows.append(row)
-        write_text(place / "system.yaml", yaml.safe_dump(document | more, sort_keys=False))
+        write_text(place / "system.yaml", document_text(document | more))
     return rows
 
 
@@ -153,5 +153,5 @@ def write_assembly(
             text = (home / one["pairs"]["file"]).read_text(encoding="utf-8")
             one["pairs"] = {"file": f"pairs{i}.csv"}
             write_text(folder / f"pairs{i}.csv", text)
-    write_text(folder / "assembly.yaml", yaml.safe_dump(joined, sort_keys=False))
+    write_text(folder / "assembly.yaml", document_text(joined))
     return rows
