@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import assume, example, given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from squeal.model.contact import CONTACT_MODELS
 from tests.conftest import needs_heyoka
-from tests.two_ways.asking import PADS, ask, cases, pads, path, rows, run, uniform, written
+from tests.two_ways.asking import PADS, ask, ask_if_any, cases, pads, path, rows, uniform, written
 
 
 def growing_modes(scene, mu):
@@ -60,8 +60,8 @@ MOTIONS = st.builds(
 @example(motion("BN", 1.86105, 2.27307, 0.0966728, -0.317026))
 def test_two_integrators_give_one_motion(scene):
     file = written(scene)
-    assume(run("simulate", file)[0] == 0)
-    one, other = (ask("simulate", file, "--integrator", x) for x in ("heyoka", "scipy"))
+    one = ask_if_any("simulate", file, "--integrator", "heyoka")
+    other = ask("simulate", file, "--integrator", "scipy")
     for a, b in zip(one["events"], other["events"], strict=True):
         assert (a["from"], a["to"]) == (b["from"], b["to"])
         assert a["t"] == pytest.approx(b["t"], abs=1e-9)
@@ -76,8 +76,7 @@ def test_two_integrators_give_one_motion(scene):
 @given(MOTIONS)
 def test_a_motions_table_ends_where_the_answer_does(scene):
     table, file = path("history.csv"), written(scene)
-    assume(run("simulate", file)[0] == 0)
-    found = ask("simulate", file, "--csv", table)
+    found = ask_if_any("simulate", file, "--csv", table)
     last = rows(table)[-1]
     for name, value in found["final"].items():
         (column,) = [x for x in last if x.split(" ")[0] == name]

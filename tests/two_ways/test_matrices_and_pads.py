@@ -2,10 +2,10 @@
 
 import numpy as np
 import yaml
-from hypothesis import assume, given
+from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.two_ways.asking import ask, assert_same, cases, pads, path, run, written
+from tests.two_ways.asking import ask, ask_if_any, assert_same, cases, pads, path, written
 from tests.two_ways.test_sweep_and_thresholds import systems
 
 FORMATS = ("mtx", "mat", "npz")
@@ -15,9 +15,9 @@ FORMATS = ("mtx", "mat", "npz")
 @given(pads(), st.sampled_from(FORMATS))
 def test_exported_matrices_are_those_of_the_pad(scene, form):
     file, folder = written(scene), path("matrices")
-    assume(run("eigenvalues", file)[0] == 0)
+    found = ask_if_any("eigenvalues", file)
     ask("export", file, "--output", folder, "--format", form)
-    assert_same(ask("eigenvalues", file), ask("eigenvalues", folder / "system.yaml"))
+    assert_same(found, ask("eigenvalues", folder / "system.yaml"))
 
 
 @cases(8, 0.05)

@@ -78,7 +78,7 @@ def test_a_band_holds_those_of_all_roots(file, value):
     assert_same_roots(upper(every), upper(found), 1e-9)
 
 
-@cases(2, 0.03)
+@cases(2, 0.015)
 @given(chains())
 def test_thresholds_of_a_band_are_those_of_all_that_lie_in_it(file):
     band, every = (ask("critical-friction", file, "--max", 1, *x) for x in (BAND, ()))

@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 from tests.two_ways.asking import (
     SEEDS,
     ask,
+    ask_if_any,
     assert_same,
     cases,
     near,
     pads,
-    run,
     setting,
     uniform,
     verdict_by,
@@ -43,8 +43,7 @@ def test_a_pads_sweep_has_the_verdicts_between_its_thresholds(scene, count):
 @given(pads(), uniform(0.0, MOST))
 def test_a_pad_at_one_friction_and_in_a_sweep_has_the_same_eigenvalues(scene, mu):
     file = written(scene)
-    assume(run("eigenvalues", file, *setting(mu=mu))[0] == 0)
-    single = ask("eigenvalues", file, *setting(mu=mu))
+    single = ask_if_any("eigenvalues", file, *setting(mu=mu))
     sweep = ask("eigenvalues", file, *setting(mu=mu), "--sweep", f"{mu / 2!r}:{mu!r}:2")
     last = sweep["sweep"][-1]
     assume(last.get("eigenvalues") and single["how"].startswith("on the branch"))
@@ -66,7 +65,7 @@ def systems(draw):
     return {"name": "random", "parameter": "p", **rounded}
 
 
-@cases(20, 0.15)
+@cases(20, 0.165)
 @given(systems(), st.lists(uniform(0.0, 2.0), min_size=3, max_size=3))
 def test_a_systems_verdict_is_the_one_between_its_thresholds(system, values):
     file = written(system)
