@@ -1,8 +1,9 @@
 """Eigenvalues of M q'' + C q' + K q = 0 with vectors, rounding, residuals and slopes.
 
-How far rounding moves a root has one definition, `root_rounding`: its backward error times its
-condition number, which grows without limit where roots coalesce; m roots that meet are moved by no
-more than the m-th root of the relative error. Every eigenvalue carries this number.
+How far rounding moves a root is its backward error times its condition number (`root_rounding`),
+which grows without limit where roots coalesce; m roots that meet are moved by no more than the m-th
+root of the relative error. Where conditions are not computed it is a share of |lambda|
+(`assumed_rounding`). Every eigenvalue carries this number.
 
 How is flutter decided? A root grows if its real part is greater than its rounding; if its imaginary
 part is greater too it is one of a pair (flutter), else real (divergence). That is `kinds`, of any

@@ -99,7 +99,7 @@ def search(
     if not isinstance(system, TermSystem):
         return found
     counts = [sign_count(along, p) for p in middles]
-    doubts = ["more values are needed (steps, budget)"] * walk.unresolved
+    doubts = ["the search ran out of values; a narrower range needs fewer"] * walk.unresolved
     return replace(found, doubts=(*doubts, *_doubts(found, counts)))
 
 

@@ -143,7 +143,7 @@ def test_each_model_uses_the_stiffnesses_of_its_law():
     assert used["B2"] - used["B3"] == of_motion
     assert used["BN"] == used["B2"]
     assert used["B1"] ^ used["B2"] == {"k3", "k4", "k_c"}
-    with pytest.raises(InputError, match="'B9' is not allowed; it must be one of B1, B2, B3, BN"):
+    with pytest.raises(InputError, match="'B9' is not allowed"):
         contact_law("B9")
 
 
