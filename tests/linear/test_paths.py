@@ -8,6 +8,8 @@ from scipy.linalg import block_diag
 
 import squeal
 from squeal.linear import thresholds, unstable_modes
+from squeal.linear.continuation import Continuation
+from squeal.linear.paths import links
 from tests.known import coupled
 
 
@@ -73,3 +75,17 @@ def test_a_mode_enters_a_band_that_held_none(values):
     assert mode.first_hz == pytest.approx(math.sqrt(4.0 - 2.5e-5) / math.tau, rel=1e-12)
     assert [loss.kind for loss in sweep.losses] == ["begin"]
     assert [len(step.roots) for step in sweep.steps] == [int(v == 1.0) for v in values]
+
+
+@pytest.mark.parametrize("share", [0.65, 0.75, 0.9])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_whether_two_roots_meet_within_a_step_that_is_not_halved(sign, share):
+    """z = 10 -+ sqrt(p^2 + sign e^2) for |p| <= 0.1: they avoid each other, or meet twice."""
+    e = 0.1 * share
+    K = np.array([[10.0, e], [sign * e, 10.0]])
+    along = Continuation(lambda p: (np.eye(2), None, K + np.diag([p, -p])), -0.1, 0.1)
+    (link,) = links(along.at, along.options, -0.1, 0.1, iter(()), depth=0)
+    assert link.known.all() == (sign > 0)
+    assert link.meet == ([] if sign > 0 else [[0, 1]])
+    if sign > 0:
+        assert link.after.roots[link.order] == pytest.approx(link.before.roots, abs=1e-12)
