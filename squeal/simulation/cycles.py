@@ -249,12 +249,12 @@ class Shooting:
             if small or speed @ before < 0.0:  # beyond the equilibrium the same cycles follow
                 return members, "the cycle shrinks to the equilibrium"
             met = self._turns((cycle, way), size, found)
-            side = cycle.value - own.value
-            if (after.value - own.value) * side < 0.0:
-                again = self._between(cycle, after, own.value)
-                if any(abs(one.period / own.period - 1.0) < RETURNED for one in again):
-                    met = [one for one in met if (one.value - own.value) * side > 0.0]
-                    return members + met + again, CLOSED_CURVE
+            for k, (a, b) in enumerate(zip([cycle, *met], [*met, after], strict=True)):
+                if (a.value - own.value) * (b.value - own.value) < 0.0:
+                    back = any(one.turn == "fold" for one in met)  # the value turns in this step
+                    again = self._between(*((a, b) if back else (cycle, after)), own.value)
+                    if any(abs(one.period / own.period - 1.0) < RETURNED for one in again):
+                        return members + met[:k] + again, CLOSED_CURVE
             members += [one for one in met if low <= one.value <= high]
             if not low <= after.value <= high:
                 return members + self._between(cycle, after, min(max(after.value, low), high)), ""

@@ -12,7 +12,8 @@ from squeal.analysis.cycles import Cycles
 from squeal.analysis.pads import critical_friction
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
-from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Shooting
+from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Shooting, _return
+from squeal.simulation.hybrid import Course
 from squeal.simulation.run import in_natural_units
 from tests.conftest import ROOT, hammering_scene, needs_heyoka
 from tests.simulation.closed import bouncing, upright
@@ -165,7 +166,9 @@ def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outs
 
 
 class OnACurve(Shooting):
-    """Cycles on a known curve: (z1, T, value) = (sin a, 2 + 0.3 sin a + pitch a, cos a)."""
+    """Cycles on a known curve: (z1, T, value) = (sin a, 2 + 0.3 sin a + pitch a, cos a), whose
+    multipliers cross the unit circle at known a: through -1, and as a pair; two others meet
+    outside it."""
 
     pitch = 0.0
 
@@ -177,16 +180,16 @@ class OnACurve(Shooting):
         ahead = np.zeros(8)
         ahead[[0, 6, 7]] = np.cos(a), 0.3 * np.cos(a) + self.pitch, -np.sin(a)
         ahead /= np.linalg.norm(ahead) * (1 if direction is None else np.sign(ahead @ direction))
-        place = np.zeros(8)
-        place[[0, 6, 7]] = np.sin(a), 2.0 + 0.3 * np.sin(a) + self.pitch * a, np.cos(a)
-        known = {"state": place[:6], "period": place[6], "value": place[7], "unknowns": place}
-        return SimpleNamespace(**known, contacts=1, stable=True), ahead
+        place = np.array([np.sin(a), 0.0, 0.0, 0.0, 0.0, 0.0])
+        small = np.diag([1.0, -1.0 - 0.5 * np.sin(a - 2.0), -1.5, -1.5, 0.0, 0.0])
+        small[[2, 3], [3, 2]] = 1.0, 0.1 * np.sin(a - 0.3)
+        small[4:, 4:] = (1.0 + 0.5 * np.sin(a + 1.0)) * np.array([[0.6, 0.8], [-0.8, 0.6]])
+        course: Any = SimpleNamespace(on=np.ones((2, 1)))
+        period = 2.0 + 0.3 * np.sin(a) + self.pitch * a
+        return Cycle(place, period, small, np.cos(a), 0.0, course), ahead
 
     def _rates(self, state, value):
         return np.ones(6)
-
-    def _turns(self, *step):
-        return []
 
 
 class OnAHelix(OnACurve):
@@ -210,3 +213,37 @@ def test_a_branch_is_a_closed_curve_where_its_first_cycle_returns_and_no_other(t
     open_end, why = circle.branch(own, -1.0, (0.2, 2.0), 0.2, 200)
     assert why == ""
     assert open_end[-1].value == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("towards", [1.0, -1.0])
+@pytest.mark.parametrize("start", [-3.1, -0.05, 0.02, 1.0, 2.3, 3.1])
+def test_a_closed_curve_passes_each_turn_once(start, towards):
+    """From anywhere, also beside a fold; a twelve times halved step locates the turn."""
+    nothing: Any = None
+    circle = OnACurve(nothing, nothing)
+    own = circle.solve(np.array([np.sin(start), 0, 0, 0, 0, 0, 2.0, np.cos(start)]))[0]
+    found, why = circle.branch(own, towards, (-2.0, 2.0), 0.2, 200)
+    assert why == CLOSED_CURVE
+    turns = [(one.turn, np.arctan2(one.unknowns[0], one.value)) for one in found if one.turn]
+    angles = {"fold": (0.0, np.pi), "period doubling": (2.0, 2 - np.pi), "torus": (-1, np.pi - 1)}
+    for kind, known in angles.items():
+        away = [np.cos(a - at) for at in known for name, a in turns if name == kind]
+        assert sorted(away) == pytest.approx([-1.0, -1.0, 1.0, 1.0], abs=1e-8)
+    along = [-np.sign(np.sin(start)) * towards * (a - start) % (2 * np.pi) for _, a in turns]
+    assert along == sorted(along)
+
+
+@pytest.mark.parametrize("passages", [1, 3, 9, 10])
+def test_a_motion_returns_after_all_the_passages_of_its_period(passages):
+    """Two points leave the surface and return, so many times in a period, each time higher."""
+    order = np.arange(4 * passages * 3)
+    height = 1.0 + order // 4 % passages + 0.1 * (order % 4)
+    empty: Any = np.zeros(1)
+    course = Course(
+        empty, empty, empty, empty, np.ones((2, 1), dtype=int), np.zeros((6, 1)),
+        0 * order, np.array([1, 0, 0, 1])[order % 4], 5.0 + order * 0.25,
+        height * np.ones((6, 1)), empty, empty,
+    )  # fmt: skip
+    state, period = _return(course)
+    assert state == pytest.approx(height[0])
+    assert period == (passages if passages < 10 else 0.0)
