@@ -214,21 +214,8 @@ class Reduction:
         return roots.picked(good), errors[good], int(np.sum(~good))
 
     def values(self, changes: Changes) -> ComplexArray:
-        """The same roots without vectors and errors: the least work.
-
-        Those that grow are held against the full problem in any case.
-        """
-        if self._own(changes):
-            found = settled(self, changes).roots
-            values = np.array([z for z, count in found for _ in range(count)], dtype=complex)
-        else:
-            values = dense_values(*self.system.at(changes), self._stiffness(changes))
-            values = values[self.region.contains(values)]
-        doubtful = (values.real > 1e-6 * np.abs(values)) | (self.spurious > 0)
-        if not np.any(doubtful):
-            return values
-        genuine = self.modes(changes, values[doubtful])[0].values
-        return np.concatenate([values[~doubtful], genuine])
+        """The values of these roots alone."""
+        return self.modes(changes)[0].values
 
 
 def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Changes]) -> Reduction:
