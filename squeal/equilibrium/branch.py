@@ -41,6 +41,7 @@ class BranchOptions:
     shortest_step: float = 1e-10  # the branch is lost where even this fails
     cosine: float = 0.95  # least, between the tangents of a step: it turns by 18 degrees at most
     correction: float = 0.2  # largest, as a share of the step: farther off lies another branch
+    ratio: float = 8.0  # largest, of the rates of mu at both ends: two folds may lie between
     most_steps: int = 4000
     farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
     looks: int = 6  # places within a step at which events are looked for
@@ -293,6 +294,8 @@ class _Front(NamedTuple):
         with np.errstate(all="ignore"):
             good &= (((z - guess) * self.scale) ** 2).sum(axis=0) <= (o.correction * self.step) ** 2
         good &= (turn * self.ahead).sum(axis=0) >= o.cosine
+        slow, fast = np.sort([self.ahead[3], turn[3]], axis=0)
+        good &= (slow <= 0.0) | (fast <= o.ratio * slow)  # else mu may turn back twice between
         z, event = np.where(good, z, self.z), np.full(good.size, -1)
         shares = np.linspace(0.0, 1.0, o.looks + 1)
         for fold in (True, False):  # other events lie on the way to the fold

@@ -11,6 +11,7 @@ from squeal.equilibrium.branch import REACHED, BranchOptions
 from squeal.equilibrium.find import branch_of
 from squeal.io.scene import read_scene
 from squeal.model.equations import PadModel
+from squeal.model.pad import Pad
 from tests.conftest import SCENES, random_pad
 
 TURNS = 0.676775407  # mu at which the pad below has turned by 90 degrees
@@ -68,6 +69,17 @@ def test_long_steps_pass_over_no_two_folds_and_no_two_contact_changes(seed, mode
     close = events(BranchOptions())
     assert len(close) > 0
     assert events(wild) == pytest.approx(close, rel=1e-12)
+
+
+def test_a_step_passes_over_no_two_near_folds_where_mu_hardly_turns_back():
+    body = {"m": 0.2, "w": 0.04, "h": 0.014, "I": 1.709e-4}
+    springs = {"k1": 2.0e7, "k2": 2.65e7, "L1": 0.81, "L2": 0.81, "k_c": 1.0e7}
+    angles = {"alpha1": 0.461149, "alpha2": 0.173044}
+    model = PadModel("B2", Pad(**body, **springs, **angles, mu=0.0, F_n=4525.0, y0=-0.001))
+    fine = BranchOptions(first_step=0.01, longest_step=0.1)
+    path, close = Path.of(model, 1.5), Path.of(model, 1.5, fine)
+    assert close.fold < 0.64
+    assert path.fold == pytest.approx(close.fold, rel=1e-12)
 
 
 def test_a_branch_tells_that_its_steps_were_spent():

