@@ -295,7 +295,8 @@ class _Front(NamedTuple):
             good &= (((z - guess) * self.scale) ** 2).sum(axis=0) <= (o.correction * self.step) ** 2
         good &= (turn * self.ahead).sum(axis=0) >= o.cosine
         slow, fast = np.sort([self.ahead[3], turn[3]], axis=0)
-        good &= (slow <= 0.0) | (fast <= o.ratio * slow)  # else mu may turn back twice between
+        # else mu may turn back twice between; beside a fold no step is short enough
+        good &= (slow <= 100 * o.shortest_step) | (fast <= o.ratio * slow)
         z, event = np.where(good, z, self.z), np.full(good.size, -1)
         shares = np.linspace(0.0, 1.0, o.looks + 1)
         for fold in (True, False):  # other events lie on the way to the fold
