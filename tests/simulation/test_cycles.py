@@ -165,6 +165,13 @@ def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outs
         assert (before != after) == (name == kind)
 
 
+@pytest.mark.parametrize(("largest", "stable"), [(0.9, True), (1.1, False), (1.0, None)])
+def test_a_multiplier_on_the_unit_circle_decides_nothing(largest, stable):
+    course: Any = None
+    small = np.diag([1.0, largest, 0.5, 0.5, 0.0, 0.0])
+    assert Cycle(np.zeros(6), 1.0, small, 0.0, 0.0, course).stable is stable
+
+
 class OnACurve(Shooting):
     """Cycles on a known curve: (z1, T, value) = (sin a, 2 + 0.3 sin a + pitch a, cos a), whose
     multipliers cross the unit circle at known a: through -1, and as a pair; two others meet
