@@ -91,7 +91,8 @@ def is_half(matrix: Any) -> bool:
         return True
     off = rows != columns
     places = np.sort([rows[off], columns[off]], axis=0).astype(np.int64)
-    return len(np.unique(places[0] * matrix.shape[0] + places[1])) == len(places[0])
+    places = np.sort(places[0] * matrix.shape[0] + places[1])  # np.unique takes 20 times as long
+    return bool(np.all(np.diff(places)))
 
 
 def mirrored(matrix: Any, sign: int = 1) -> Any:
