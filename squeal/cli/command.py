@@ -22,7 +22,7 @@ from squeal.cli.options import FILES, SYSTEMS, Once, check_outputs
 from squeal.cli.streams import printed, say
 from squeal.errors import BEYOND, InputError, InputWarning, MatrixError
 from squeal.io.provenance import InputFile, provenance
-from squeal.io.scene import SCENE, Scene
+from squeal.io.scene import SCENE, Scene, is_system
 from squeal.io.writing import Answer, to_json
 from squeal.linear.moduli import FREQUENCY
 from squeal.schema import (
@@ -90,7 +90,7 @@ class Source:
 
         swept: warn where nothing depends on the free parameter of a system.
         """
-        if self.document.keys().isdisjoint(("M", "K", "components")):
+        if not is_system(self.document):
             return self.scene()
         room = importlib.import_module("squeal.io.system")  # formats, which no scene needs
         file = room.system_file(self.document, self.at, self.folder, self.band)
@@ -110,7 +110,7 @@ class Source:
 
 def _keys_of(document: dict[str, Any]) -> Group:
     """The keys that --set may name; those of a system's parameters are its own."""
-    if document.keys().isdisjoint(("M", "K", "components")):
+    if not is_system(document):
         return SCENE
     home, name = ("components", "ASSEMBLY") if "components" in document else ("system", "SYSTEM")
     room: Any = importlib.import_module(f"squeal.io.{home}")

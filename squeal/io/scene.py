@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
@@ -20,6 +21,7 @@ from squeal.schema import ANY, NOT_NEGATIVE, Group, Key, Number, Place, Several,
 OUTPUTS = ("events", "shares", "extrema", "response", "history")
 DEFAULT_OUTPUTS = ("events", "shares", "extrema")
 DEFAULT_TOLERANCE = 1e-15
+OF_SYSTEMS = ("M", "K", "K0", "components")  # one of these tells a file of matrices from a scene
 
 # fmt: off
 INITIAL = Group({
@@ -202,10 +204,16 @@ class Scene:
         return PadModel(self.model, self.pad, self.formulation)
 
 
+def is_system(document: Mapping[str, Any]) -> bool:
+    """Whether a document describes matrices, or components, rather than a pad."""
+    return not document.keys().isdisjoint(OF_SYSTEMS)
+
+
 def _read(document: Any, at: Place) -> dict[str, Any]:
     """The values of a mapping of a scene file's form, converted. Raises InputError."""
-    if isinstance(document, dict) and "M" in document and "model" not in document:
-        raise (at / "M").refuse("a system of matrices is not allowed here; it must be a scene")
+    if isinstance(document, dict) and is_system(document) and "model" not in document:
+        key = next(key for key in OF_SYSTEMS if key in document)
+        raise (at / key).refuse("a system of matrices is not allowed here; it must be a scene")
     model = document.get("model") if isinstance(document, dict) else None
     given = SCENE.read(document, at, model if isinstance(model, str) and model in MODELS else "")
     first = given.get("initial", {})

@@ -259,7 +259,8 @@ def test_both_names_of_the_first_verdict(tmp_path, capsys):
         assert (found["verdict_at_zero"], found["verdict_at_start"]) == (None, "flutter")
 
 
-def test_matrices_without_a_mass_are_told_so(tmp_path, capsys):
-    path = put(tmp_path, "K: [[2, -1], [0.25, 2]]\n")
+@pytest.mark.parametrize("key", ["K", "K0"])
+def test_matrices_without_a_mass_are_told_so(tmp_path, capsys, key):
+    path = put(tmp_path, f"{key}: [[2, -1], [0.25, 2]]\n")
     for command in ("eigenvalues", "critical-friction", "check"):
         assert ": M: " in assert_refused(capsys, command, path)
