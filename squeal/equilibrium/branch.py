@@ -33,7 +33,7 @@ class BranchOptions:
     """Tolerances of the continuation in natural units, where the load displaces by about one.
 
     The defaults follow the branches of random pads without loss; smaller steps cost time, larger
-    ones risk a jump to another branch.
+    ones risk a jump to another branch. A step is halved where mu may turn back twice on it.
     """
 
     first_step: float = 0.25  # a quarter of the displacement under the load
@@ -41,7 +41,9 @@ class BranchOptions:
     shortest_step: float = 1e-10  # the branch is lost where even this fails
     cosine: float = 0.95  # least, between the tangents of a step: it turns by 18 degrees at most
     correction: float = 0.2  # largest, as a share of the step: farther off lies another branch
-    ratio: float = 8.0  # largest, of the rates of mu at both ends: two folds may lie between
+    ratio: float = 8.0  # largest, of the rates of mu at both ends of a step
+    slower: float = 0.5  # least, of the rate within a step to those at its ends
+    closest: float = 1e-3  # two folds that close to one another may be passed over
     most_steps: int = 4000
     farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
     looks: int = 6  # places within a step at which events are looked for
@@ -282,6 +284,16 @@ class _Front(NamedTuple):
         good &= (way >= -1e-6) & (way <= whole + 1e-6) & (far <= way / o.cosine + 1e-6)
         return z, turn, slope, good, np.where(fold, points + 2, event)
 
+    def rises(self, z: np.ndarray, turn: np.ndarray, o: BranchOptions) -> np.ndarray:
+        """False for steps to places z with tangents `turn` on which mu may turn back twice."""
+        rate = polyder(_cubic(self.z, z, self.ahead, turn, self.scale)[:, 3])
+        slow, fast = np.sort([rate[0], rate.sum(axis=0)], axis=0)
+        with np.errstate(all="ignore"):
+            share = np.clip(np.nan_to_num(-rate[1] / (2 * rate[2])), 0.0, 1.0)
+            within = polyval(share, rate, tensor=False)
+        even = (fast <= o.ratio * slow) & (within >= o.slower * slow)
+        return np.asarray((slow <= 0.0) | (self.step < o.closest) | even)
+
     def moved(self, o: BranchOptions) -> tuple[_Front, tuple[np.ndarray, ...], np.ndarray]:
         """The ends after one more step, up to the first event on it, or half as far ahead where it
         is refused; the nodes of steps that were taken; how (k,) branches end there if they do."""
@@ -294,9 +306,7 @@ class _Front(NamedTuple):
         with np.errstate(all="ignore"):
             good &= (((z - guess) * self.scale) ** 2).sum(axis=0) <= (o.correction * self.step) ** 2
         good &= (turn * self.ahead).sum(axis=0) >= o.cosine
-        slow, fast = np.sort([self.ahead[3], turn[3]], axis=0)
-        # else mu may turn back twice between; beside a fold no step is short enough
-        good &= (slow <= 100 * o.shortest_step) | (fast <= o.ratio * slow)
+        good &= self.rises(z, turn, o)
         z, event = np.where(good, z, self.z), np.full(good.size, -1)
         shares = np.linspace(0.0, 1.0, o.looks + 1)
         for fold in (True, False):  # other events lie on the way to the fold
