@@ -8,10 +8,15 @@ and may crash on a line that was cut off.
 
 import io
 import math
+import os
+import pickle
 import re
+import subprocess
+import sys
 import warnings
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -27,6 +32,7 @@ from squeal.schema import Place
 HEAD = 4096  # bytes that a format is recognised by
 MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
 MOST_FULL = 10_000_000  # numbers of full arrays, for each 1e6 bytes of a file
+FULL_MEMORY = 800_000_000  # bytes to read a .full, for each 1e6 of its own
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")
 MATRIX, COMPRESSED, SPARSE = 14, 15, 5  # data elements, and a class, of MATLAB's version 5
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
@@ -465,9 +471,43 @@ def _read_op2(path: Path) -> dict[str, Any]:
 
 
 def _read_full(path: Path) -> dict[str, MatrixFile]:
-    """K and M of Ansys, one triangle each, without constrained rows."""
+    """K and M of Ansys, one triangle each, without constrained rows.
+
+    They are read in a process of its own, of bounded memory, for the package trusts what a damaged
+    file says and takes its process down.
+    """
+    paths = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    work = "from squeal.io.matrix_formats import send_full; send_full()"
+    done = subprocess.run([sys.executable, "-c", work, path], capture_output=True, env=paths)
+    if done.returncode:
+        raise ValueError("the file is damaged")
+    found = pickle.loads(done.stdout)
+    if isinstance(found, Exception):
+        raise found
+    return dict(found)
+
+
+def send_full() -> None:
+    """Write what stands in the file that the first argument names, or the error that it raises."""
+    out = os.dup(1)
+    os.dup2(2, 1)  # where the package prints to
+    try:
+        found: Any = _full(Path(sys.argv[1]))
+    except Exception as error:
+        # as the package's own errors need not be known where they are read
+        found = error if isinstance(error, ImportError) else ValueError(str(error))
+    with open(out, "wb") as stream:
+        pickle.dump(found, stream)
+
+
+def _full(path: Path) -> dict[str, MatrixFile]:
     from ansys.mapdl.reader import read_binary
 
+    with suppress(ImportError):  # Windows has no such limits
+        import resource
+
+        most = FULL_MEMORY * (1 + path.stat().st_size // 10**6)
+        resource.setrlimit(resource.RLIMIT_DATA, (most, resource.RLIM_INFINITY))
     file = read_binary(str(path))
     rows, *matrices = file.load_km()
     held = set(map(tuple, file.const.tolist()))

@@ -3,9 +3,7 @@
 import contextlib
 import os
 import struct
-import sys
 import zlib
-from types import ModuleType, SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -347,19 +345,51 @@ def test_ansys_full_without_its_constrained_rows():
     assert hertz == pytest.approx([1283.200, 1283.200, 5781.975, 6919.399], abs=1e-3)
 
 
-def test_ansys_full_with_a_reader_in_its_place(tmp_path, monkeypatch):
-    """Triangles of node 3, whose second row is held, and of node 4."""
+READER = """
+import os, types
+import numpy as np
+
+def read_binary(path):
+    print("a word of the package")
+    words = open(path).read()
+    if words == "crash":
+        os.abort()
+    if words == "more":
+        np.ones(2 * 10**9)
+    if words == "refused":
+        raise type("Own", (Exception,), {})("no such matrix")
     K, M = np.triu(np.arange(1.0, 17.0).reshape(4, 4)), np.diag([1.0, 2, 3, 4])
     rows, held = np.array([[3, 0], [3, 1], [3, 2], [4, 0]]), np.array([[3, 1]])
-    file = SimpleNamespace(load_km=lambda: (rows, K, M), const=held)
-    for name in ("ansys", "ansys.mapdl", "ansys.mapdl.reader"):
-        monkeypatch.setitem(sys.modules, name, module := ModuleType(name))
-    monkeypatch.setattr(module, "read_binary", lambda path: file, raising=False)
-    (tmp_path / "a.full").write_bytes(b"any")
-    found = read_matrix(tmp_path / "a.full", "K")
+    return types.SimpleNamespace(load_km=lambda: (rows, K, M), const=held)
+"""
+
+
+@pytest.fixture
+def full(tmp_path, monkeypatch):
+    """Another reader in the place of Ansys' own."""
+    reader = tmp_path / "ansys" / "mapdl" / "reader.py"
+    reader.parent.mkdir(parents=True)
+    reader.write_text(READER, encoding="utf-8")
+    monkeypatch.syspath_prepend(tmp_path)
+    return tmp_path / "a.full"
+
+
+def test_ansys_full_with_a_reader_in_its_place(full):
+    """Triangles of node 3, whose second row is held, and of node 4."""
+    full.write_text("any", encoding="utf-8")
+    found = read_matrix(full, "K")
     assert found.labels == ((3, 1), (3, 3), (4, 1))
     assert found.matrix.toarray().tolist() == [[1, 3, 4], [3, 11, 12], [4, 12, 16]]
-    assert read_matrix(tmp_path / "a.full", "M").matrix.diagonal().tolist() == [1, 3, 4]
+    assert read_matrix(full, "M").matrix.diagonal().tolist() == [1, 3, 4]
+
+
+@pytest.mark.parametrize(
+    ("content", "reason"), {"crash": "damaged", "more": "allocate", "refused": "no such"}.items()
+)
+def test_a_full_that_its_reader_does_not_survive_is_refused(full, content, reason):
+    full.write_text(content, encoding="utf-8")
+    with pytest.raises(InputError, match=reason):
+        read_matrix(full, "K")
 
 
 @pytest.mark.parametrize("form", FILES)
