@@ -304,8 +304,22 @@ class Path:
             rates = np.imag(np.broadcast_arrays(*rows)) / STEP
             loads = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
             shift = np.abs(by @ rates).sum() + (np.abs(by) @ np.abs(loads)).sum()
-            error = max(error, UNITS * shift + abs(by @ left) + np.spacing(mu))
+            below = 0.0 if changed.size else self._below(z, before)
+            error = max(error, UNITS * shift + below + abs(by @ left) + np.spacing(mu))
         return float(error)
+
+    def _below(self, z: np.ndarray, state: np.ndarray) -> float:
+        """How far mu at z (4, 1), where rounding of the determinant left a fold, is below its top:
+        with the slope of mu along the branch there and its rate, half the slope^2 / rate."""
+        ahead = 1e-4 * np.abs(z).max()
+
+        def along(z: np.ndarray) -> np.ndarray:
+            return np.linalg.svd(self.statics.linearised(z, state)[1][..., 0])[2][3]
+
+        turn = along(z)
+        later = along(z + ahead * turn[:, None])
+        rate = np.copysign(later[3], later @ turn) - turn[3]
+        return float(turn[3] ** 2 / 2 * ahead / abs(rate))
 
     def equilibrium(self, mu: float) -> Equilibrium | None:
         """The equilibrium at mu in SI units; None beyond the path."""

@@ -75,10 +75,12 @@ def test_many_values_of_mu_together_are_those_of_one_by_one():
         path.places([0.5, 1.1])
 
 
-# of 50008 the rotation undoes theta0 but for 5e-6, of 50109 two slow divergent roots join
-@pytest.mark.parametrize(
-    ("seed", "wide"), [*((k, False) for k in range(4)), (50008, True), (50109, True)]
-)
+# of 50008 the rotation undoes theta0 but for 5e-6, of 50109 two slow divergent roots join, and the
+# fold of 71064 lies in a long range where the determinant is within its rounding
+WIDE = [(seed, True) for seed in (50008, 50109, 71064)]
+
+
+@pytest.mark.parametrize(("seed", "wide"), [*((k, False) for k in range(4)), *WIDE])
 def test_random_pads_through_the_whole_chain(seed, wide):
     # `python -m benchmarks.random_pads` examines 1000 of them
     found = examine(seed, wide)
