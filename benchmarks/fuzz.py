@@ -130,7 +130,7 @@ def formula(data: bytes) -> None:
         except InputError:
             continue
         assert _finite([value, slope]), "not finite"
-        same = isinstance(wanted, float) and math.isclose(value, wanted, rel_tol=1e-12)
+        same = isinstance(wanted, int | float) and math.isclose(value, wanted, rel_tol=1e-12)
         assert wanted is None or same, f"{value} for {wanted}"
         assert found.curvature(at, name, 0.1, 0.4) >= 0.0, "no bound"
 

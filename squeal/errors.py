@@ -49,7 +49,7 @@ class _Said(Exception):
     """What is said in one line that any terminal can show."""
 
     def __str__(self) -> str:
-        return visible(" ".join(super().__str__().splitlines()))
+        return visible(" ".join(super().__str__().splitlines())).replace("\t", r"\t")
 
 
 class InputError(_Said, ValueError):
