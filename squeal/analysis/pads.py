@@ -247,16 +247,17 @@ def critical_friction(scene: Scene, high: float = 2.0) -> Thresholds:
     if path is not None and hidden(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
     end = high if path is None else path.mu_end
-    located = thresholds(system, end, path.breakpoints if path else ())
+    fold, reach = None if path is None else path.fold, end
+    if path is not None and fold is not None:
+        # nearer to it rounding makes thresholds, and at it the contact may have changed
+        reach = max(fold * (1 - 1e-9) - path.error(fold), fold / 2)
+    located = thresholds(system, reach, path.breakpoints if path else ())
     points, crossings = located.points, located.crossings
     words, admissible_to, warnings = f"mu = {high:g} is reached", end, list[str]()
     if path is not None:
-        words, fold = path.end, path.fold
-        if fold is not None:  # next to it rounding makes thresholds
-            reach = fold * (1 - 1e-9) - path.error(fold)
-            points = [point for point in points if point.mu < reach]
+        words = path.end
+        if fold is not None:
             points.append(CriticalPoint(fold, "fold", 0.0, (fold, fold), True))
-            crossings = [one for one in crossings if one.mu < reach]
         points = [_widened(point, path) for point in points]
         crossings = [_widened(one, path) for one in crossings]
         admissible_to, warnings = _admissible(path)
