@@ -232,9 +232,8 @@ def _seeds(target: str) -> list[bytes]:
         members = [archive.read(f"{n}.npy") for n in ("format", "shape", "data", "indices")]
         members.append(archive.read("indptr.npy"))
         seeds.append(b"\2" + CUT.join(members))
-    for form in ("4", "5"):
-        savemat("seed.mat", {"K": some, "text": "a"}, format=form)
-        seeds += [bytes([first]) + Path("seed.mat").read_bytes() for first in (1, 131)]
+    savemat("seed.mat", {"K": some, "text": "a"})
+    seeds += [bytes([first]) + Path("seed.mat").read_bytes() for first in (1, 131)]
     hb_write("seed.hb", csc_array(some))
     seeds.append(b"\3" + Path("seed.hb").read_bytes())
     lines = [f"{i},1,{j},1,{some[i - 1, j - 1]}" for i in (1, 2, 3) for j in (1, 2, 3)]

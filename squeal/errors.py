@@ -4,7 +4,6 @@ What they say holds names, keys and values from outside, and reaches terminals.
 """
 
 import difflib
-import re
 from collections.abc import Iterable
 
 # why a computation with numbers of wild size fails
@@ -12,11 +11,6 @@ BEYOND = "the numbers of the scene are too large or too small for double precisi
 # packages that a plain install lacks, and the extra of brake-squeal that brings each
 EXTRAS = {"ansys": "ansys", "cma": "search", "h5py": "matlab", "pyyeti": "nastran"}
 EXTRAS |= {"shtab": "completion"}
-
-# but tab and the line's end; also what turns the direction of writing, and what are no letters
-_CONTROL = re.compile(
-    r"[\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069\ud800-\udfff\ufffe\uffff]"
-)
 
 
 def missing(error: ImportError) -> str:
@@ -27,12 +21,16 @@ def missing(error: ImportError) -> str:
 
 
 def visible(text: str) -> str:
-    r"""A text with its control characters as escapes: names and keys may hold any.
+    r"""A text with what cannot be printed as escapes, but tabs: names and keys may hold any.
 
     >>> print(visible("a\x1b[2Jb"))
     a\x1b[2Jb
     """
-    return _CONTROL.sub(lambda match: ascii(match[0])[1:-1], text)
+    return "\n".join(one if one.isprintable() else _escaped(one) for one in text.split("\n"))
+
+
+def _escaped(text: str, kept: str = "\t") -> str:
+    return "".join(c if c.isprintable() or c in kept else ascii(c)[1:-1] for c in text)
 
 
 def meant(name: str, known: Iterable[str]) -> str:
@@ -49,7 +47,7 @@ class _Said(Exception):
     """What is said in one line that any terminal can show."""
 
     def __str__(self) -> str:
-        return visible(" ".join(super().__str__().splitlines())).replace("\t", r"\t")
+        return _escaped(" ".join(super().__str__().splitlines()), kept="")
 
 
 class InputError(_Said, ValueError):

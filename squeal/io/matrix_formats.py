@@ -336,18 +336,12 @@ def _bounded(path: Path, shapes: Iterable[Sequence[int]]) -> None:
 
 
 def _read_mat(path: Path) -> dict[str, Any]:
-    from scipy.io import loadmat, whosmat
-    from scipy.io.matlab import matfile_version
-
-    version = matfile_version(path)[0]
-    if version == 2:
-        return _read_hdf5(path)
-    if version == 1:
-        return _read_mat5(path)
-    held = [one for one in whosmat(path) if one[2] != "char"]
-    _bounded(path, [shape for _, shape, kind in held if kind != "sparse"])
-    content = loadmat(path, spmatrix=False, variable_names=[name for name, *_ in held])
-    return {name: content[name] for name, *_ in held}
+    with path.open("rb") as stream:
+        head = stream.read(128)
+    readers = {b"\x00\x01IM": _read_mat5, b"\x01\x00MI": _read_mat5, b"\x00\x02IM": _read_hdf5}
+    if (version := head[124:]) not in readers:
+        raise ValueError("save -v7 of MATLAB writes what is read, or -v7.3 with h5py")
+    return readers[version](path)
 
 
 def _read_mat5(path: Path) -> dict[str, Any]:
