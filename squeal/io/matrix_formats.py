@@ -18,6 +18,7 @@ import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 from zipfile import ZipFile
@@ -470,6 +471,8 @@ def _read_full(path: Path) -> dict[str, MatrixFile]:
     They are read in a process of its own, of bounded memory, for the package trusts what a damaged
     file says and takes its process down.
     """
+    if find_spec("ansys") is None:
+        raise ImportError(name="ansys")
     paths = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     work = "from squeal.io.matrix_formats import send_full; send_full()"
     done = subprocess.run([sys.executable, "-c", work, path], capture_output=True, env=paths)
@@ -487,8 +490,7 @@ def send_full() -> None:
     os.dup2(2, 1)  # where the package prints to
     try:
         found: Any = _full(Path(sys.argv[1]))
-    except Exception as error:
-        # as the package's own errors need not be known where they are read
+    except Exception as error:  # the package's own need not be known where it is read
         found = error if isinstance(error, ImportError) else ValueError(str(error))
     with open(out, "wb") as stream:
         pickle.dump(found, stream)
