@@ -318,7 +318,7 @@ class Path:
 
         turn = along(z)
         later = along(z + ahead * turn[:, None])
-        rate = np.copysign(later[3], later @ turn) - turn[3]
+        rate = later[3] * np.sign(later @ turn) - turn[3]
         return float(turn[3] ** 2 / 2 * ahead / abs(rate))
 
     def equilibrium(self, mu: float) -> Equilibrium | None:
