@@ -74,7 +74,8 @@ def read_matrix(
         words = f"{name} needs the package {missing(error)}, which is not installed"
     except Exception as error:  # each library has its own words for a broken file
         lines = str(error).strip().splitlines() or [type(error).__name__]
-        words = f"no readable {name} matrix: {lines[0].rstrip('.:')}"
+        said = lines[0].rstrip(".:")
+        words = f"no readable {name} matrix: {said if len(said) <= 300 else said[:297] + '...'}"
         if reason := getattr(error, "strerror", None):
             words = f"cannot be read ({reason}); the name of a matrix file is allowed"
     raise at.refuse(words)
