@@ -406,7 +406,7 @@ def near_coalescences(before: State, after: State) -> Iterator[Guess]:
             conjugate = conjugate[near]
             centre, half = ends.mean(axis=0), np.abs(ends[0] - ends[1]) / 2
             # of a wide window the end that lies in the step
-            at = np.where(inside[2], centre, np.where(inside[0], *ends))
+            at = np.clip(np.where(inside[2], centre, np.where(inside[0], *ends)), 0.0, span)
             width = np.abs(u * np.sqrt(w) / v**2) + 1e-6 * span  # also where both ends are one
             looks = 10.0 ** np.linspace(-1.0, 0.9, 12)  # of the half width of a close approach
             looks = np.concatenate([-looks, [0.0], looks])[:, None]
