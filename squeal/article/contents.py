@@ -64,7 +64,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
 
 _DRAWN_FROM = {
     **{name: (name,) for name in ("energy", "map_ranges", "line_springs", "starts")},
-    "schematic": ("hammering", "sets", "onset"),
+    "schematic": ("hammering", "sets"),
     "outcomes": ("onset",),
     "cycles": ("onset",),
     "coupling": ("stability",),

@@ -1,4 +1,4 @@
-"""The results in one picture: the four arrangements, and four answers under each."""
+"""The results in one picture: the four arrangements, and five answers for each model under each."""
 
 import math
 
@@ -6,18 +6,18 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
 
-from squeal.article.cases import CASES
+from squeal.article.cases import CASES, stem
 from squeal.article.figures.sketch import _coil, _ground
 from squeal.article.studies.hammering import Hammering
-from squeal.article.studies.onset import RATIO, Onset
 from squeal.article.studies.sets import REFERENCE, Sets
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 ON, OFF = "#C8380E", "white"
 HALF, HIGH = 0.55, 0.32  # half width and half height of the drawn pad
-CAPTION = r"""The result for the reference set: the four arrangements of the springs and what
-happens in each. Filled: yes. Line 1 and 2: undamped, from the reference initial conditions. Line
-3: without damping. Line 4: from some initial conditions, at $\zeta = {}$\val[p1]{onset.ratio}."""
+CAPTION = r"""The result for the reference set: the four cases of spring directions, each on points
+(left) and on the line (right). Filled: yes. An edge counts as separated only if it touches in the
+sliding equilibrium. Rows 1 to 4: undamped, the first three from the reference initial conditions.
+Row 5: from some initial conditions, under modal damping of \val[p1]{onset.ratio}."""
 
 
 def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
@@ -38,49 +38,52 @@ def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
     axes.set_ylim(-0.6, 1.2)
 
 
-def lamps(hammering: Hammering, sets: Sets, onset: Onset) -> dict[str, dict[str, bool]]:
-    """The answers by question and case."""
+def lamps(hammering: Hammering, sets: Sets) -> dict[str, list[str]]:
+    """The motions, as "b1-a", of which each statement is true."""
     first = {name: one["1"] for name, one in hammering.motions.items()}
-    flutters = sets.sets[REFERENCE].flutters
-    answers: dict[str, dict[str, bool]] = {
-        "points: an edge separates": {c: first[f"b1-{c}"].apart > 0.0 for c in CASES},
-        "line: the surfaces separate": {c: first[f"b2-{c}"].separated > 0.0 for c in CASES},
-        "line: sliding flutters": {c: c in flutters["B2"] for c in CASES},
+    reference = sets.sets[REFERENCE]
+    return {
+        "an edge separates": [name for name, one in first.items() if one.lost],
+        "both edges separate": [name for name, one in first.items() if one.separated > 0.0],
+        "the pad hammers": [name for name, one in first.items() if one.hammers],
+        "the equilibrium flutters": [
+            stem(model, case) for model, cases in reference.flutters.items() for case in cases
+        ],
+        "separation survives damping": [
+            name for name, one in reference.lasting.items() if one > 0.0
+        ],
     }
-    if onset.after:
-        at = onset.ratios.index(RATIO)
-        answers["line: loss survives damping"] = {
-            c: bool(onset.after[f"b2-{c}-integral"][at].lasting) for c in CASES
-        }
-    return answers
 
 
-def draw(hammering: Hammering, sets: Sets, onset: Onset) -> Drawing:
+def draw(hammering: Hammering, sets: Sets) -> Drawing:
     """The figure, ready to be saved."""
-    answers = lamps(hammering, sets, onset)
+    answers = lamps(hammering, sets)
     with style():
-        figure = Figure(figsize=(DOUBLE, 2.1))
+        figure = Figure(figsize=(DOUBLE, 1.85))
         grid = figure.subplots(
-            2, 5, height_ratios=[1.5, 1.0], width_ratios=[1.25, 1, 1, 1, 1], squeeze=False
+            2, 5, height_ratios=[1.0, 1.0], width_ratios=[0.95, 1, 1, 1, 1], squeeze=False
         )
         grid[0, 0].set_axis_off()
         for axes, (case, angles) in zip(grid[0, 1:], CASES.items(), strict=True):
             _pad(axes, *angles)
-            axes.set_title(f"({case})", pad=2.0)
-        for column, axes in enumerate(grid[1]):
+            axes.set_title(f"({case})", pad=0.0)
+        for axes, column in zip(grid[1], (None, *CASES), strict=True):
             axes.set_axis_off()
             axes.set_xlim(-1.0, 1.0)
-            axes.set_ylim(-len(answers) + 0.4, 0.6)
-            for row, (question, of) in enumerate(answers.items()):
-                if column == 0:
-                    axes.text(1.0, -row, question, ha="right", va="center")
-                else:
-                    on = of["abcd"[column - 1]]
-                    axes.plot(0.0, -row, "o", ms=9, mfc=ON if on else OFF, mec="k", mew=0.7)
-    text = "; ".join(
-        f"{question}: {', '.join(c for c, yes in of.items() if yes) or 'no case'}"
-        for question, of in answers.items()
+            axes.set_ylim(-len(answers) + 0.4, 1.4)
+            for row, (statement, of) in enumerate(answers.items()):
+                if column is None:
+                    axes.text(1.0, -row, statement, ha="right", va="center")
+                    continue
+                for model, kind, x in (("B1", "points", -0.3), ("B2", "line", 0.3)):
+                    axes.text(x, 1.0, "" if row else kind, ha="center", va="center")
+                    color = ON if stem(model, column) in of else OFF
+                    axes.plot(x, -row, "o", ms=7.5, mfc=color, mec="k", mew=0.7)
+    text = "; ".join(f"{one}: {', '.join(of) or 'no case'}" for one, of in answers.items())
+    made = origin(__name__, hammering.provenance, sets.provenance)
+    return Drawing(
+        figure,
+        f"Four arrangements of the springs, (a) to (d). {text}.",
+        "The result in one picture",
+        made,
     )
-    made = origin(__name__, hammering.provenance, sets.provenance, onset.provenance)
-    title = "The result in one picture"
-    return Drawing(figure, f"Four arrangements of the springs, (a) to (d). {text}.", title, made)

@@ -146,11 +146,11 @@ def _line_contact(axes: Axes, at: dict[str, Vector], level: float) -> None:
     foot = np.array([0.36, at["l"][1]])
     _line(axes, [(0.0, 0.0), (0.0, foot[1] - 0.12)], color=_GREY, linewidth=0.5)
     red = {"color": "#C8380E", "linewidth": 1.2}
-    _arrow(axes, foot - (0.0, 0.4), foot, "$R_n$", foot + (0.13, -0.33), **red)
+    _arrow(axes, foot - (0.0, 0.4), foot, "$R_n$", foot + (0.17, -0.27), **red)
     _arrow(axes, foot, foot + (0.38, 0.0), "$R_f$", foot + (0.3, 0.11), **red)
-    _size(axes, (0.0, foot[1] - 0.07), foot - (0.0, 0.07), r"$\delta$", (0.0, -0.09))
+    _size(axes, (0.0, foot[1] - 0.07), foot - (0.0, 0.07), r"$\delta$", (0.0, -0.12))
     for text in axes.texts[-4:]:
-        text.set_bbox({"facecolor": "white", "linewidth": 0.0, "pad": 0.5, "alpha": 0.85})
+        text.set_bbox({"facecolor": "white", "linewidth": 0.0, "pad": 0.5})
 
 
 def _is_line(scene: Scene) -> bool:
