@@ -44,7 +44,7 @@ def lamps(hammering: Hammering, sets: Sets) -> dict[str, list[str]]:
     reference = sets.sets[REFERENCE]
     return {
         "an edge separates": [name for name, one in first.items() if one.lost],
-        "both edges separate": [name for name, one in first.items() if one.separated > 0.0],
+        "both separate at once": [name for name, one in first.items() if one.separated > 0.0],
         "the pad hammers": [name for name, one in first.items() if one.hammers],
         "the equilibrium flutters": [
             stem(model, case) for model, cases in reference.flutters.items() for case in cases
