@@ -371,7 +371,9 @@ def _variables(data: bytes, order: str) -> Iterator[tuple[str, Any]]:
             if not unpack.eof:
                 raise ValueError
             yield from _variables(unpacked, order)
-        elif kind == MATRIX and inside:
+        elif kind != MATRIX:
+            raise ValueError
+        elif inside:
             (_, flags), (_, sizes), (_, name), *parts = _elements(inside, order)
             flag, _ = np.frombuffer(flags, f"{order}u4").tolist()
             shape = np.frombuffer(sizes, f"{order}i4").tolist()

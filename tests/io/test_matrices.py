@@ -312,9 +312,10 @@ def test_sparse_matrices_of_matlab_7_3(tmp_path, matrix):
         read_matrix(tmp_path / "K.mat")
 
 
-@pytest.mark.parametrize(("place", "byte"), [(145, 255), (152, 0), (176, 0), (182, 99)])
+@pytest.mark.parametrize(("place", "byte"), [(128, 13), (145, 255), (152, 0), (176, 0), (182, 99)])
 def test_a_damaged_matlab_file_does_not_end_the_process(tmp_path, matrix, place, byte):
-    """An imaginary part that is missing, elements without a type, one that is too long."""
+    """A first element that is no matrix, an imaginary part that is missing, elements without a
+    type, one that is too long."""
     given = matrix * (1 - 2j)
     savemat(tmp_path / "K.mat", {"K": given, "note": "text", "cell": [[1, "a"]]})
     assert fingerprint(read_matrix(tmp_path / "K.mat", "K").matrix) == fingerprint(given)
