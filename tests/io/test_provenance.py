@@ -21,6 +21,11 @@ SLIDING = "squeal.article.commands.sliding"
 MODULES = ["squeal.cli.simulate", SLIDING, "squeal.cli.map"]
 
 
+def test_the_version_of_a_package_that_nothing_imported():
+    package = next(name for name in ("pulp", "snakemake", "numpydoc") if name not in sys.modules)
+    assert room.version(package) == metadata.version(package)
+
+
 def test_inputs_sources_versions_and_machine():
     made = provenance([SCENES / "b1-c.yaml", SCENES / "b2-a.yaml"], SLIDING)
     assert [file.name for file in made.inputs] == ["b1-c.yaml", "b2-a.yaml"]

@@ -1,5 +1,7 @@
 """Eigenvalues against 34-digit arithmetic and closed forms."""
 
+import itertools
+
 import mpmath as mp
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import ComputationError, InputError
 from squeal.linear import complex_eigenvalues, judge, sensitivities
-from squeal.linear.eigen import growing, hidden
+from squeal.linear.eigen import growing, hidden, left_vectors, ordered
 from squeal.linear.matrices import check_regular, reduce
 from tests.known import coupled, system_of
 from tests.linear.conftest import exact_damped, exact_squares, random_pad
@@ -63,6 +65,20 @@ def test_undamped_roots_lie_on_the_axes_and_are_ordered():
     assert values == pytest.approx(np.array([one, other, -other, -one, 3j, -3j]))
     repeated = complex_eigenvalues(np.eye(3), None, 4 * np.eye(3)).values
     assert repeated == pytest.approx([2j, -2j] * 3)
+
+
+@pytest.mark.parametrize("values", set(itertools.permutations([2j, 2j, -2j, -2j, 1j, -1j])))
+def test_each_of_repeated_pairs_is_followed_by_its_conjugate(values):
+    order = ordered(np.array(values))
+    assert [values[k] for k in order] == [1j, -1j, 2j, -2j, 2j, -2j]
+
+
+def test_left_vectors_belong_to_their_roots_next_to_a_coalescence():
+    A = np.diag([1.0, 1.0, 3.0, -3.5]) + np.diag([1.0, 0.5, 0.2], 1) + np.diag([1e-16, 0, 0], -1)
+    values, right = np.linalg.eig(A)
+    left = left_vectors(A, values, right)
+    assert np.linalg.norm(left.conj().T @ A - values[:, None] * left.conj().T) < 1e-7
+    assert np.linalg.norm(left, axis=0) == pytest.approx(1.0)
 
 
 def test_strong_damping_of_a_light_motion_leaves_a_stiff_system_no_zero_root():

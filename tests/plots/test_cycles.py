@@ -9,11 +9,9 @@ from squeal.plots.cycles import MARKS, cycles_drawing
 
 def orbit(mu: float, y: float, stable: bool | None, face: float = 0.5, turn: str = "") -> Orbit:
     """A cycle of amplitude y (micrometres)."""
-    given = {"period": 1e-3, "velocity": 0.1, "extrema": {}, "contacts": ("FC",)}
-    multipliers = (0.5 + 0j,) * 5
-    amplitude = (0.0, 1e-6 * y, 0.0)
-    more = {"friction": 0.0, "damping": 0.0, "start": (0.0,) * 6, "turn": turn}
-    return Orbit(mu, amplitude=amplitude, multipliers=multipliers, stable=stable, face=face, **given, **more)  # fmt: skip
+    size, multipliers = (0.0, 1e-6 * y, 0.0), (0.5 + 0j,) * 5
+    work, start = (0.0, 0.0), (0.0,) * 6
+    return Orbit(mu, 1e-3, size, 0.1, {}, ("FC",), multipliers, stable, *work, face, start, turn)
 
 
 BRANCH = (
