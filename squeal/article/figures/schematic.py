@@ -14,10 +14,10 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 ON, OFF = "#C8380E", "white"
 HALF, HIGH = 0.55, 0.32  # half width and half height of the drawn pad
-CAPTION = r"""The result for the reference set: the four cases of spring directions, each on points
-(left) and on the line (right). Filled: yes. An edge counts as separated only if it touches in the
-sliding equilibrium. Rows 1 to 4: undamped, the first three from the reference initial conditions.
-Row 5: from some initial conditions, under modal damping of \val[p1]{onset.ratio}."""
+CAPTION = r"""The result for the reference set: four cases of spring directions, each on points
+(left) and on the line (right). Filled: yes. Only edges count that touch in the sliding equilibrium.
+Rows 1 to 4: undamped, the first three from the reference initial conditions. Row 5: under modal
+damping of \val[p1]{onset.ratio}, from some initial conditions."""
 
 
 def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
@@ -49,9 +49,7 @@ def lamps(hammering: Hammering, sets: Sets) -> dict[str, list[str]]:
         "the equilibrium flutters": [
             stem(model, case) for model, cases in reference.flutters.items() for case in cases
         ],
-        "separation survives damping": [
-            name for name, one in reference.lasting.items() if one > 0.0
-        ],
+        "changes of contact last": [name for name, one in reference.lasting.items() if one > 0.0],
     }
 
 
@@ -59,7 +57,7 @@ def draw(hammering: Hammering, sets: Sets) -> Drawing:
     """The figure, ready to be saved."""
     answers = lamps(hammering, sets)
     with style():
-        figure = Figure(figsize=(DOUBLE, 1.85))
+        figure = Figure(figsize=(DOUBLE, 1.75))
         grid = figure.subplots(
             2, 5, height_ratios=[1.0, 1.0], width_ratios=[0.95, 1, 1, 1, 1], squeeze=False
         )

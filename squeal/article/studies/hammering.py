@@ -27,6 +27,7 @@ from squeal.model.contact import FULL, NONE, State
 WINDOWS = (1, 3, 10)  # observation times over that of the case
 LOCKED = 1e8  # factor on the moment of inertia that stops rotation
 KICKS = np.linspace(0.02, 3.0, 150)  # heights above the equilibrium, over the static compression
+FINER = 20  # parts of a step between these, for the least height
 RELEASED = (0.25, 1.0)  # of these heights, at rest, for all cases
 
 
@@ -55,9 +56,10 @@ class Hammering(Result):
     least impulse and observation time ("0.05, 1"); equilibrium: the contact state of each sliding
     equilibrium; locked: the cases by model in which an edge loses its force without rotation;
     amplitude: by case of B1 the least height above the equilibrium, over the static compression,
-    from which an edge separates within the longest time; reference: the same of the reference
-    initial conditions; released: motions by height of a release at rest above the equilibrium, over
-    the static compression, and case, for the longest time; level, turns: of the definition."""
+    from which an edge separates within the longest time, to 0.001; reference: the same of the
+    reference initial conditions; released: motions by height of a release at rest above the
+    equilibrium, over the static compression, and case, for the longest time; level, turns: of the
+    definition."""
 
     motions: dict[str, dict[str, Motion]]
     hammering: dict[str, dict[str, tuple[str, ...]]]
@@ -101,14 +103,21 @@ def _amplitude(scene: Scene) -> float | None:
     rest, _ = sliding_equilibrium(scene.pad_model)
     assert rest is not None
     assert scene.stop is not None
-    starts = np.tile([*rest.q, 0.0, 0.0, 0.0], (len(KICKS), 1))
-    starts[:, 1] += KICKS * compression(scene)
-    how = starts, WINDOWS[-1] * scene.stop, TOLERANCE, scene.formulation, measures
-    runs = simulate_many(scene.model, scene.pad, *how)
-    lost = [
-        runs["outcome"][i] != DONE or len(case_of(runs, i).losses) > 0 for i in range(len(KICKS))
-    ]
-    return float(KICKS[lost.index(True)]) if any(lost) else None
+    stop, below, least = WINDOWS[-1] * scene.stop, 0.0, float(KICKS[-1])
+    for heights in (KICKS, np.arange(1, FINER + 1) * KICKS[0] / FINER):
+        starts = np.tile([*rest.q, 0.0, 0.0, 0.0], (len(heights), 1))
+        starts[:, 1] += (below + heights) * compression(scene)
+        runs = simulate_many(
+            scene.model, scene.pad, starts, stop, TOLERANCE, scene.formulation, measures
+        )
+        lost = [
+            runs["outcome"][i] != DONE or bool(case_of(runs, i).losses) for i in range(len(starts))
+        ]
+        if not any(lost):
+            return None
+        least = below + float(heights[lost.index(True)])
+        below = least - KICKS[0]
+    return least
 
 
 def _released(scene: Scene, height: float) -> Scene:

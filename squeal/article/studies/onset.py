@@ -487,6 +487,7 @@ def sentences(found: Onset) -> Mapping[str, bool]:
         "d-goes-on-beside-stable-sliding": all(
             row.lasting > 0.5 * row.starts and (row.growth or 0.0) < 0.0 for row in beside
         ),
+        "d-comes-to-rest-with-the-printed-law": max(lasts("b2-d-mean")) < RATIO,
         "d-hammers-on-points-alone": [
             bool(row.liveliest and row.liveliest.hammers) for row in beside
         ]

@@ -23,7 +23,7 @@ from squeal.io.scene import Scene
 KINDS = (
     "permanent contact",
     "one edge separates",
-    "both edges separate",
+    "each edge separates",
     "hammering",
     "invalid simulation",
 )

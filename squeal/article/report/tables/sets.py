@@ -53,7 +53,7 @@ def table(sets: Sets) -> str:
     rows = [
         [name.format(model), *(show(one, model) for one in every)]
         for name, show in shown.items()
-        for model in ("B1", "B2", *[TWO] * ("full contact" in name))
+        for model in ("B1", "B2", *[TWO] * ("contact lost" in name))
     ]
     rows.insert(0, ["independent statements satisfied", *satisfied])
     head = ["", *(name.replace("-", " ") for name in sets.sets)]
