@@ -169,7 +169,8 @@ class Parser(argparse.ArgumentParser):
     """
 
     def __init__(self, name: str, module: Any, scene: bool) -> None:
-        about, _, shown = module.__doc__.partition("`: ")[2].partition("\n\n")
+        words = module.__doc__ or "`: see squeal --help"  # of python -OO
+        about, _, shown = words.partition("`: ")[2].partition("\n\n")
         about = textwrap.fill(about[0].upper() + about[1:], 80)
         examples = f"examples:\n{textwrap.indent(shown.rstrip(), '  ')}"
         how: Any = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False}

@@ -170,3 +170,12 @@ def test_bash_completes(capsys, tmp_path):
     found = subprocess.run(code, capture_output=True, text=True, check=True).stdout
     for line, (typed, word) in zip(found.splitlines(), asked.items(), strict=True):
         assert word in line.split(), typed
+
+
+def test_without_docstrings_every_command_answers_the_same(capsys):
+    """As `python -OO` runs them, or PYTHONOPTIMIZE=2."""
+    parse = "[parser_of(name)[1].format_help() for name in COMMANDS]"
+    work = f"import sys; from squeal.cli.main import *; {parse}; sys.exit(main(sys.argv[1:]))"
+    stripped = [sys.executable, "-OO", "-c", work, "eigenvalues", str(B1)]
+    done = subprocess.run(stripped, capture_output=True, text=True)
+    assert (done.returncode, done.stdout, done.stderr) == run(capsys, "eigenvalues", B1)
