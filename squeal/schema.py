@@ -374,16 +374,6 @@ def parse_document(content: bytes, at: Place) -> dict[str, Any]:
     return document
 
 
-def named_files(document: Any) -> Iterator[str]:
-    """The files that a document, or a part of it, names as `file: NAME`."""
-    entries = document.items() if isinstance(document, dict) else enumerate(document)
-    for key, entry in entries:
-        if key == "file" and isinstance(entry, str):
-            yield entry
-        elif isinstance(entry, dict | list):
-            yield from named_files(entry)
-
-
 @dataclass(frozen=True)
 class Key:
     """One key: what it means and may be, and in `default` what stands for it if it is left out.

@@ -18,7 +18,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, NoReturn
 
-from squeal.cli.options import FILES, SYSTEMS, Once, check_outputs
+from squeal.cli.options import FILES, SYSTEMS, Once, changes, check_outputs
 from squeal.cli.streams import printed, say
 from squeal.errors import BEYOND, InputError, InputWarning, MatrixError
 from squeal.io.provenance import InputFile, provenance
@@ -32,7 +32,6 @@ from squeal.schema import (
     Named,
     Place,
     Several,
-    named_files,
     parse_document,
     read_content,
     scalar,
@@ -44,20 +43,24 @@ _ARGUMENT = re.compile(r"(?:\w+: )?(\w+)[.\d]*: ")  # with which the library beg
 class Source:
     """The document of a file, or of standard input for "-", as --set changes it (`changes`).
 
-    inputs: the files behind what was read; band: that of the question. Raises InputError.
+    inputs: the files behind what was read, which no output replaces; matrices: the files of
+    --change by name and part. Raises InputError.
     """
 
-    band: tuple[float, float] | None = None
-
-    def __init__(self, given: str, sets: Sequence[str]) -> None:
-        self.path = None if given == "-" else Path(given)
-        self.at = Place(given if self.path else "standard input")
-        self.folder, self.name = Path(given).parent, Path(self.at.source).name
+    def __init__(self, given: argparse.Namespace) -> None:
+        self.given, self.matrices = given, changes(given)
+        self.path = None if given.scene == "-" else Path(given.scene)
+        self.at = Place(given.scene if self.path else "standard input")
+        self.folder, self.name = Path(given.scene).parent, Path(self.at.source).name
         content = read_content(self.path, self.at) if self.path else sys.stdin.buffer.read()
         self.document = parse_document(content, self.at)
         self.inputs: list[Path | InputFile] = [InputFile(self.name, sha256(content).hexdigest())]
+        named = [vars(given).get(key) for key in ("scatter", "test")]
+        named += [file for parts in (self.matrices or {}).values() for file in parts.values()]
+        self.inputs += [Path(file) for file in named if file]
+        check_outputs(given, [self.path, *self.inputs])
         self.changes: dict[str, Any] = {}
-        for change in sets:
+        for change in given.set:
             self._set(change)
 
     def _set(self, change: str) -> None:
@@ -93,8 +96,10 @@ class Source:
         if not is_system(self.document):
             return self.scene()
         room = importlib.import_module("squeal.io.system")  # formats, which no scene needs
-        file = room.system_file(self.document, self.at, self.folder, self.band)
+        asked = self.folder, vars(self.given).get("band")
+        file = room.system_file(self.document, self.at, *asked)
         self.inputs += file.inputs
+        check_outputs(self.given, [self.path, *self.inputs])
         system = file.system
         for key, value in self.changes.items():
             name = key.removeprefix("parameters.")
@@ -201,15 +206,11 @@ class Parser(argparse.ArgumentParser):
 
 def _reply(module: Any, given: argparse.Namespace) -> Reply:
     """The answer of a command about a scene or system. Raises InputError."""
-    source = given.source = Source(given.scene, given.set)
-    source.band = vars(given).get("band")
-    named = [source.folder / name for name in named_files(source.document)]
-    more = [vars(given).get(key) or given.scene for key in ("scatter", "test")]
-    check_outputs(given, [given.scene, *more, *named])
+    given.source = Source(given)
     try:
         reply: Reply = module.run(given)
     except MatrixError as error:
-        raise InputError(f"{source.name}: {error}") from None
+        raise InputError(f"{given.source.name}: {error}") from None
     except InputError as error:
         match = _ARGUMENT.match(str(error))
         option = match and getattr(given, f"{match[1]}_said", None)

@@ -10,7 +10,7 @@ from typing import Any
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import changes, take, take_changes, take_files, write_files
+from squeal.cli.options import take, take_changes, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.io.scene import Scene
 from squeal.io.writing import picked
@@ -34,7 +34,7 @@ def run(given: argparse.Namespace) -> Reply:
     thresholds = squeal.thresholds(subject, **asked)
     answers: list[Any] = [thresholds]
     if given.sensitivity or given.change:
-        of: Any = {"of": "threshold", "known": thresholds, "matrices": changes(given)}
+        of: Any = {"of": "threshold", "known": thresholds, "matrices": given.source.matrices}
         answers.append(squeal.sensitivity(subject, **of))
     write_files(given, thresholds, high=given.high)
     return Reply.of(*answers, judged=scene)

@@ -11,7 +11,7 @@ from typing import Any
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import changes, refuse, said, take, take_changes, take_files, write_files
+from squeal.cli.options import refuse, said, take, take_changes, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.errors import InputError
 from squeal.io.scene import Scene
@@ -65,7 +65,6 @@ def run(given: argparse.Namespace) -> Reply:
     look = sweep if sweep and sweep.looked and not any(needed) else None  # it has no vectors
     spectrum = squeal.eigenvalues(subject, given.at, look=look, **asked)
     pairs = [squeal.compare(spectrum, given.test)] if given.test else []
-    source.inputs += [given.test] * len(pairs)
     answers: list[Any] = [spectrum]
     if sweep:
         answers.append(sweep.named(pairs[0].names if pairs else {}))
@@ -75,8 +74,7 @@ def run(given: argparse.Namespace) -> Reply:
     drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
     write_files(given, answers[-1], **drawn)
     if given.sensitivity or given.change:
-        matrices = changes(given)
-        answers.append(squeal.sensitivity(subject, known=spectrum, matrices=matrices))
+        answers.append(squeal.sensitivity(subject, known=spectrum, matrices=source.matrices))
     answers[1:1] = pairs
     more = f"\n\nheld against rounding: {spectrum.criterion}" * given.verbose
     if (given.shape or given.shapes) and not subject.coordinates.cells:

@@ -75,7 +75,6 @@ OPTIONS: dict[str, tuple[str, str, str, Read | tuple[str, ...]]] = {
     "first": ("--first", "NAME:LOW:HIGH[:log]", "first parameter and range (alpha1:0:pi)", axis),
     "second": ("--second", "NAME:LOW:HIGH[:log]", "second parameter and range (alpha2:0:pi)", axis),
     "workers": ("--workers", "N", "processes; any number gives the same answer (1)", whole(1, 256)),
-    "journal": ("--journal", "FILE", "keep computed samples there, to go on after a stop", Path),
     "band": ("--band", "LOW:HIGH", "frequencies in Hz", BAND),
     "modes": ("--modes", "N", "the N lowest modes", whole(1, MOST)),
     "region": ("--region", "RE0:RE1:IM0:IM1", "roots, 1/s and rad/s", REGION),
@@ -100,6 +99,7 @@ FILE_OPTIONS = {
     "figure": ("--figure --pdf --svg --png", _FIGURE),
     "shapes": ("--shapes", {".vtk": rb"# vtk", ".unv": rb"\s*-1\s"}),
     "page": ("--output --html", {".html": rb"\s*<!doctype html>"}),
+    "journal": ("--journal", {}),  # of any name; its reader refuses another file
 }
 
 
@@ -146,7 +146,8 @@ def take_files(parser: Any, **options: str) -> None:
     """Options that name a file to write, such as table="the verdicts"."""
     for key, words in options.items():
         flags, kinds = FILE_OPTIONS[key]
-        words = f"write {words} to FILE, whose name ends in {' or '.join(kinds)}"
+        words = f"write {words} to FILE"
+        words += f", whose name ends in {' or '.join(kinds)}" * bool(kinds)
         how = {"dest": key, "metavar": "FILE", "read": Path, "help": words}
         add_option(parser.groups[FILES], flags, **how)
 
@@ -162,14 +163,13 @@ def take_changes(parser: Any) -> None:
 def changes(given: argparse.Namespace) -> dict[str, dict[str, str]] | None:
     """The files of these matrices by name and part, None without. Raises InputError."""
     matrices: dict[str, dict[str, str]] = {}
-    for one in given.change or ():
+    for one in vars(given).get("change") or ():
         key, _, file = one.partition("=")
         name, _, part = key.strip().rpartition(".")
         if not (name and file) or part in matrices.setdefault(name, {}):
             words = "is not allowed; it must be NAME.M, NAME.C or NAME.K=FILE, each given once"
             raise InputError(f"--change {one}: {words}")
         matrices[name][part] = file
-        given.source.inputs.append(Path(file))
     return matrices or None
 
 
@@ -189,15 +189,15 @@ def write_files(given: argparse.Namespace, answer: Any, other: Any = None, **dra
         (other or answer).plot(given.figure, name=given.source.name, **drawn)
 
 
-def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
+def check_outputs(given: argparse.Namespace, inputs: Iterable[object]) -> None:
     """Refuse outputs that could not be written or would destroy something. Raises InputError."""
-    taken = {Path(os.path.realpath(path)): "an input" for path in inputs}
+    taken = {Path(os.path.realpath(path)): "an input" for path in inputs if isinstance(path, Path)}
     for name, (_, kinds) in FILE_OPTIONS.items():
         path = getattr(given, name, None)
         if path is None:
             continue
         at = Place(said(given, name))
-        if path.suffix not in kinds:
+        if kinds and path.suffix not in kinds:
             raise at.refuse(f"the name must end in {' or '.join(kinds)}")
         place = Path(os.path.realpath(path))  # of a link, also one to no file yet, where it leads
         if place.is_symlink() or (place.exists() and not place.is_file()):
@@ -209,7 +209,7 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[Path]) -> None:
         if place.is_file():
             with place.open("rb") as stream:
                 head = stream.read(1024)
-            if head and not re.match(kinds[path.suffix], head):
+            if head and not re.match(kinds.get(path.suffix, b""), head):
                 kind = path.suffix[1:].upper()
                 raise at.refuse(f"exists and is no {kind} file; another name is allowed")
         taken[place] = "another output"

@@ -21,8 +21,9 @@ def options(parser: Parser) -> None:
     words = "the first loss of stability (threshold), or the largest growth rate in --band (growth)"
     choices = ("threshold", "growth")
     parser.add_argument("--of", choices=choices, default="threshold", help=words)
-    take(parser, "high band workers journal", high=2.0)
-    take_files(parser, table="the samples", figure="a picture of their distribution")
+    take(parser, "high band workers", high=2.0)
+    picture, journal = "a picture of their distribution", "samples, to go on after a stop,"
+    take_files(parser, table="the samples", figure=picture, journal=journal)
 
 
 def run(given: argparse.Namespace) -> Reply:
@@ -34,5 +35,4 @@ def run(given: argparse.Namespace) -> Reply:
     with Place(str(given.scatter)).named():
         answer = squeal.scatter(subject, **asked, progress=counter("samples"))
     write_files(given, answer)
-    source.inputs.append(given.scatter)
     return Reply.of(answer)

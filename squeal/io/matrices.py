@@ -76,7 +76,7 @@ def read_matrix(
         lines = str(error).strip().splitlines() or [type(error).__name__]
         said = lines[0].rstrip(".:")
         words = f"no readable {name} matrix: {said if len(said) <= 300 else said[:297] + '...'}"
-        if reason := getattr(error, "strerror", None):
+        if reason := getattr(error, "strerror", None) or "no such name" * (not path.exists()):
             words = f"cannot be read ({reason}); the name of a matrix file is allowed"
     raise at.refuse(words)
 

@@ -96,6 +96,39 @@ def test_files_that_a_system_names_are_inputs(tmp_path, capsys):
     assert [file["name"] for file in found["provenance"]["inputs"]] == ["system.yaml", "nodes.csv"]
 
 
+BODY = "M: [[1, 0], [0, 1]]\nK: [[2, -1], [-1, 2]]\ncoordinates: {file: %s}\n"
+BRAKE = {
+    "disc.yaml": BODY % "disc.csv",
+    "disc.csv": "node,dof,x,y,z\n1,x,0,0,0\n1,z,0,0,0\n",
+    "pad.yaml": BODY % "pad.csv",
+    "pad.csv": "node,dof,x,y,z\n1,x,0,0,0\n1,z,0,0,0\n",
+    "brake.yaml": """\
+components: {disc: {file: disc.yaml}, pad: {file: pad.yaml}}
+contact: [{between: [disc, pad], distance: 0.1, normal: [0, 0, 1], stiffness: 1, bonded: true}]
+""",
+    "change.csv": "1,1,1.0\n2,2,1.0\n",
+}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "eigenvalues brake.yaml --table disc.csv",
+        "eigenvalues disc.yaml --sensitivity --change a.K=change.csv --table change.csv",
+        "critical-friction disc.yaml --change a.K=change.csv --table ./change.csv",
+    ],
+)
+def test_all_files_that_a_run_reads_are_inputs(tmp_path, monkeypatch, capsys, command):
+    monkeypatch.chdir(tmp_path)
+    for name, text in BRAKE.items():
+        (tmp_path / name).write_text(text)
+    *rest, table = command.split()
+    assert "is an input too" in assert_refused(capsys, *rest, table)
+    assert (tmp_path / table).read_text() == BRAKE[table.removeprefix("./")]
+    names = {file["name"] for file in answer(capsys, *rest, "new.csv")["provenance"]["inputs"]}
+    assert table.removeprefix("./") in names
+
+
 NAMED_LIKE_COLUMNS = """\
 M: {matrix: [[1, 0], [0, 1]]}
 K: [{matrix: [[4, 0], [0, 4]]}, {matrix: [[0, 4], [-4, 0]], factor: real}]

@@ -23,6 +23,7 @@ FILES = {
     "plain.yaml": "M: [[1]]\nK0: [[1]]\nK1: [[1]]\n",
     "nested.json": 100_000 * "[",
     "comma.yaml": "M: [[1]]\nparameters: {mu: 0,4}\nK: [[1]]\n",
+    "nul.yaml": 'M: {file: "a\\0b"}\nK: [[1]]\n',
     "typed.yaml": "M: [[1]]\nK: [{matrix: [[1]]}, {matrix: [[1]], facter: mu}]\n",
     "free.yaml": "spreads: {mu: {absolute: 1}}\n",
 }
@@ -50,6 +51,7 @@ eigenvalues pair.yaml --set nu=1 | --set nu=1
 eigenvalues pair.yaml --set mu=1 --at 2 | --at 2
 eigenvalues pair.yaml --set gap=0,55 | 0.55
 check comma.yaml | comma.yaml: line 2
+check nul.yaml | nul.yaml: M.file:
 check typed.yaml | typed.yaml: K.2.facter: unknown key; did you mean factor
 eigenvalues pair.yaml --memory 0 | --memory 0
 eigenvalues pair.yaml --shape 1 --png s.png | --shape 1
@@ -66,6 +68,7 @@ critical-friction b1.yaml --workers 2 | --workers 2
 scatter pair.yaml none.yaml | none.yaml
 scatter pair.yaml free.yaml | free.yaml: spreads: mu
 scatter pair.yaml s.json --csv s.json | s.json
+scatter pair.yaml free.yaml --journal new.csv --csv new.csv | new.csv
 advise b1.yaml --tolerance k1=5% --tolerance k1=6% | --tolerance k1=6%
 optimise pair.yaml --bounds gap:1 | --bounds gap:1
 optimise pair.yaml --bounds gap:0:1 --bounds gap:0:2 | --bounds gap:0:2
