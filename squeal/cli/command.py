@@ -100,6 +100,9 @@ class Source:
         file = room.system_file(self.document, self.at, *asked)
         self.inputs += file.inputs
         check_outputs(self.given, [self.path, *self.inputs])
+        if self.matrices:  # refused before anything is solved
+            room = importlib.import_module("squeal.analysis.systems.sensitivity")
+            room.with_matrices(file, self.matrices)
         system = file.system
         for key, value in self.changes.items():
             name = key.removeprefix("parameters.")

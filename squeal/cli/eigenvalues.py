@@ -69,12 +69,13 @@ def run(given: argparse.Namespace) -> Reply:
     if sweep:
         answers.append(sweep.named(pairs[0].names if pairs else {}))
         answers[0] = spectrum = spectrum.with_onsets(answers[-1])
-    if given.shapes is not None:
-        spectrum.save_shapes(given.shapes)
-    drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
-    write_files(given, answers[-1], **drawn)
+    shown = answers[-1]
     if given.sensitivity or given.change:
         answers.append(squeal.sensitivity(subject, known=spectrum, matrices=source.matrices))
+    drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
+    write_files(given, shown, **drawn)
+    if given.shapes is not None:
+        spectrum.save_shapes(given.shapes)
     answers[1:1] = pairs
     more = f"\n\nheld against rounding: {spectrum.criterion}" * given.verbose
     if (given.shape or given.shapes) and not subject.coordinates.cells:

@@ -24,6 +24,8 @@ FILES = {
     "nested.json": 100_000 * "[",
     "comma.yaml": "M: [[1]]\nparameters: {mu: 0,4}\nK: [[1]]\n",
     "nul.yaml": 'M: {file: "a\\0b"}\nK: [[1]]\n',
+    "placed.yaml": PAIR + "coordinates: {file: nodes.csv}\n",
+    "nodes.csv": "node,dof,x,y,z\n1,x,0,0,0\n2,x,1,0,0\n",
     "typed.yaml": "M: [[1]]\nK: [{matrix: [[1]]}, {matrix: [[1]], facter: mu}]\n",
     "free.yaml": "spreads: {mu: {absolute: 1}}\n",
 }
@@ -60,6 +62,9 @@ critical-friction b1.yaml --max 5e3 | --max 5e3
 critical-friction b1.yaml --max 1 --mu-max 0.1 | --max 1
 critical-friction pair.yaml --change gap.K=none.mtx | gap
 eigenvalues pair.yaml --change shim.K=none.mtx | shim.K: none.mtx
+eigenvalues pair.yaml --change shim.K=none.mtx --table new.csv --figure new.png | none.mtx
+eigenvalues b1.yaml --change shim.K=none.mtx --table new.csv | matrices
+eigenvalues placed.yaml --shape 9 --table new.csv --figure new.png | --shape 9
 eigenvalues pair.yaml --change shim=none.mtx | --change shim=none.mtx
 eigenvalues pair.yaml --change a.K=x --change a.K=y | --change a.K=y
 critical-friction pair.yaml --max 1 --min 2 | --max 1
