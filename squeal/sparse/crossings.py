@@ -17,7 +17,8 @@ from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import astuple, dataclass, field, replace
-from typing import Any
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,8 +30,17 @@ from squeal.linear.events import Event
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.system import TermSystem
 from squeal.sparse.dispersive import frozen_parts
-from squeal.sparse.quadratic import ComplexArray, Roots, ScaledSystem, combined, factorise_at
-from squeal.sparse.reduction import Reduction
+from squeal.sparse.eigensolver import enlarged
+from squeal.sparse.quadratic import (
+    ComplexArray,
+    Factor,
+    Roots,
+    ScaledSystem,
+    combined,
+    factorise,
+    factorise_at,
+)
+from squeal.sparse.reduction import CONTRACTS, Reduction, contraction
 
 
 @dataclass(frozen=True)
@@ -47,11 +57,20 @@ class AlongOptions:
     rounds: int = 8  # of corrections of a crossing
     exact: float = 1e-12  # backward error of its vectors
     converged: float = 1e-12  # step relative to p and omega; its error is the square
+    apart: float = 2.0**-10  # singular K: shortest part of the range that is halved
+    parts: int = 60  # ... and how many parts are looked at
 
 
 OPTIONS = AlongOptions()
-Guess = tuple[float, float, ComplexArray, ComplexArray]
-"""A crossing nearby: parameter, rad/s (0 for a real root), right and left vectors (n,), scaled."""
+
+
+class Guess(NamedTuple):
+    """A crossing nearby: rad/s (0 for a real root), right and left vectors (n,), scaled."""
+
+    value: float
+    omega: float
+    vector: NDArray
+    left: NDArray
 
 
 def state_of(
@@ -154,7 +173,7 @@ class Along:
                 guess = self._guess(*((before, i) if t < 0.5 else (after, j)), value, root)
                 one = axis_crossing(self.scaled, self.name, *guess)
                 if abs(one.value - (before.value + after.value) / 2) <= 3 * h / 4:
-                    guesses.append((one.value, one.omega, one.vector, one.left))
+                    guesses.append(Guess(one.value, one.omega, one.vector, one.left))
         return None if not guesses and _changes_sign(a, b) else guesses
 
     def _guess(
@@ -164,7 +183,7 @@ class Along:
         omega = abs((state.roots[k] if root is None else root).imag)
         right, left = (X[:, k] / self.scaled.scale for X in (state.right, state.left))
         value = state.value if value is None else value
-        return value, 0.0 if omega <= self.real else omega, right, left
+        return Guess(value, 0.0 if omega <= self.real else omega, right, left)
 
 
 def _changes_sign(one: Any, other: Any) -> Any:
@@ -187,20 +206,89 @@ class AxisCrossing(Event):
     left: ComplexArray = field(default_factory=lambda: np.zeros(0, complex), repr=False)
 
 
+def singular_stiffness(scaled: ScaledSystem, low: float, high: float) -> list[Guess]:
+    """Where K of real matrices becomes singular between two values of the parameter: a real root
+    passes zero there, and may come from far above a band and leave it between two values.
+
+    A part of the range holds no more of them where 1 - K(middle)^-1 K contracts at its ends what
+    the vectors of those that are known lack. Otherwise it is halved, as far as `OPTIONS` allows.
+    """
+    found, name, parts = list[Guess](), scaled.system.parameter, [(low, high)]
+
+    def stiffness(p: float) -> Any:
+        return scaled.at({name: p}).K
+
+    @cache
+    def sign(p: float) -> float:
+        with suppress(ZeroDivisionError):  # as of rigid bodies
+            return math.copysign(1.0, math.cos(Factor(stiffness(p)).logarithm().imag))
+        return 1.0
+
+    for a, b in parts:
+        middle = a + 0.4871 * (b - a)  # where K hardly is singular by chance
+        K = stiffness(middle)
+        try:
+            factor = factorise(K)
+        except ZeroDivisionError:
+            continue
+        while True:
+            columns = [x for one in found for x in (one.vector, one.left)]
+            V = np.zeros((scaled.n, 0))
+            V = enlarged(V, np.column_stack(columns), OPTIONS.exact) if columns else V
+            given = V, V.T @ (K @ V), K, factor
+            if all(contraction(*given, stiffness(p)) < CONTRACTS for p in (a, b)):
+                break
+            known = sum(a < one.value < b for one in found)
+            one = None if (sign(a) != sign(b)) == known % 2 else singular(scaled, name, a, b)
+            if one is None or any(_same(one, other) for other in found):
+                if b - a > OPTIONS.apart * (high - low) and len(parts) < OPTIONS.parts:
+                    parts += [(a, middle), (middle, b)]
+                break
+            found.append(one)
+    return found
+
+
+def singular(scaled: ScaledSystem, name: str, a: float, b: float) -> Guess | None:
+    """Where K of real matrices is singular between a and b, by Newton's method from their middle,
+    with its unit null vectors; None if it does not converge there."""
+    p, x, y = (a + b) / 2, *np.ones((2, scaled.n))
+    for _ in range(OPTIONS.steps):
+        K = scaled.at({name: p}).K
+        with suppress(ZeroDivisionError):
+            factor = factorise(K)
+            for _ in range(2):
+                x, y = factor.solve(y), factor.solve(x, True)
+                x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
+        slope = float(y @ (scaled.slope(name, {name: p}, 0.0) @ x))
+        if not slope:
+            return None
+        move = -float(y @ (K @ x)) / slope
+        p += move
+        if not a < p < b:
+            return None
+        if abs(move) <= OPTIONS.same * abs(p):
+            return Guess(p, 0.0, x, y)
+    return None
+
+
 def crossings_along(
-    reduction: Reduction, name: str, values: Sequence[float]
+    reduction: Reduction, name: str, values: Sequence[float], known: Sequence[Guess] = ()
 ) -> tuple[list[AxisCrossing], list[str]]:
     """All crossings of the imaginary axis inside the region between the first and last value.
 
     The reduced system must be good at the values (rising), which set the first steps. Each
     crossing is located on the full system; a sentence names each one that it does not confirm.
     Where matrices depend on the frequency of each root they are frozen at some, and what crosses
-    near one of these is located with its own. Raises InputError for a region without the axis.
+    near one of these is located with its own. `known` are guesses of the full system from
+    elsewhere. Raises InputError for a region without the axis.
     """
     low, high = values[0], values[-1]
     crossings: list[AxisCrossing] = []
     unconfirmed: list[str] = []
     finer = copy(reduction)  # which grows by what each crossing lacks
+    for each in known:
+        with suppress(ComputationError):
+            crossings.append(axis_crossing(reduction.scaled, name, *each))
     whole = [(reduction, 0.0, math.inf)]
     for part, middle, wide in frozen_parts(reduction) if reduction.system.follows else whole:
         along = Along(part, name)
@@ -231,7 +319,7 @@ def _in_range(one: AxisCrossing, low: float, high: float) -> list[AxisCrossing]:
     return [one] if low <= one.value <= high else []
 
 
-def _same(one: AxisCrossing, other: AxisCrossing) -> bool:
+def _same(one: AxisCrossing | Guess, other: AxisCrossing | Guess) -> bool:
     return bool(
         abs(one.value - other.value) <= OPTIONS.same * max(abs(one.value), abs(other.value))
         and abs(one.omega - other.omega) <= OPTIONS.same * max(one.omega, other.omega)

@@ -62,6 +62,17 @@ def test_a_damped_root_diverges_where_its_stiffness_ends(place, c):
     assert_threshold(found, "divergence", place)
 
 
+@pytest.mark.parametrize("seed", [302, 304, 305, 312])
+def test_real_roots_that_pass_a_narrow_band_within_a_step_are_found(seed):
+    """Growing by some 100 1/s over the range, through 1 1/s and less; several within a step."""
+    rng = np.random.default_rng([seed, 77])
+    system, expected = known_system(int(rng.integers(41, 50)), rng, True)
+    found = squeal.thresholds(system, high=2.0, band=(0.0, rng.uniform(1.0, 2.5) / math.tau))
+    exact = sorted(mu for mu, kind, _, _ in expected if kind == "divergence")
+    assert [c.mu for c in found.crossings if c.kind == "divergence"] == pytest.approx(exact)
+    assert not found.details["unconfirmed"]
+
+
 def test_a_root_that_leaves_the_band_crosses_the_axis_before():
     """Both between two values that a first look takes, 0.253 and 0.340."""
     exact, leaves, rise = 0.3, 0.32, 6e5

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -34,10 +32,10 @@ from squeal.linear.matrices import ILL, dense, unit_diagonal
 from squeal.linear.search import Searched, search, together
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
-from squeal.sparse.crossings import crossings_along
+from squeal.sparse.crossings import crossings_along, singular_stiffness
 from squeal.sparse.eigensolver import modes_in
-from squeal.sparse.quadratic import PROGRESS, Factor, ScaledSystem, factorise
-from squeal.sparse.reduction import CONTRACTS, Reduction, contraction
+from squeal.sparse.quadratic import PROGRESS
+from squeal.sparse.reduction import Reduction
 
 STEPS = 13  # values at which a reduced system has to be good
 Roots = Callable[[Changes], ComplexArray]
@@ -101,13 +99,14 @@ def system_thresholds(
         values[1:1] = [low + x * (high - low) for x in inner]
         reduction = served or reduced_for(system, wanted, [{name: v} for v in values])
         roots, region = reduction.values, reduction.region
+        still = []
         if system.real and not served and region.low_imag < 0.0:
-            for value in _diverging(reduction.scaled, values):
-                reduction.sample({name: value}, region)
-                values = sorted([*values, value])
+            still = singular_stiffness(reduction.scaled, low, high)
+            for one in still:
+                reduction.extend(np.column_stack([one.vector, one.left]))
         PROGRESS.get()("following the roots of the reduced system")
         if not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
-            rows, unconfirmed = crossings_along(reduction, name, values)
+            rows, unconfirmed = crossings_along(reduction, name, values, still)
         else:  # coalescences of the reduced system
             searched = (search(reduction.system, low, high),)
     doubts += [words for part in searched for words in part.doubts or ()]
@@ -149,33 +148,6 @@ def system_thresholds(
     head = system.name, name, low, high, verdict, tuple(points), tuple(crossings)
     more: Any = {"notes": tuple(notes), "details": details, "source": (system, wanted, reduction)}
     return Thresholds(*head, f"{name} = {high:g} is reached", certified, **more)
-
-
-def _diverging(scaled: ScaledSystem, values: Sequence[float]) -> list[float]:
-    """Values next to where the determinant of K changes its sign: a real root passes zero there,
-    and may come from far above a band and leave it between two values."""
-    from scipy.optimize import bisect
-
-    system, name = scaled.system, scaled.system.parameter
-
-    def stiffness(p: float) -> Any:
-        return scaled.at({name: p}).K
-
-    def sign(p: float) -> float:
-        with suppress(ZeroDivisionError):  # as of rigid bodies
-            return math.copysign(1.0, math.cos(Factor(stiffness(p)).logarithm().imag))
-        return 1.0
-
-    each = (tuple(t.factor.slope(system.values({name: p}), name) for t in system.K) for p in values)
-    far = values if len({*each}) > 1 else [values[0], values[-1]]  # a linear K is farthest there
-    with suppress(ZeroDivisionError):  # where K(p) / K(middle) - 1 contracts it changes no sign
-        middle, none = stiffness(values[len(values) // 2]), np.zeros((scaled.n, 0))
-        given = none, none.T @ none, middle, factorise(middle)
-        if all(contraction(*given, stiffness(p)) < CONTRACTS for p in far):
-            return []
-
-    pairs = itertools.pairwise(zip(values, map(sign, values), strict=True))
-    return [float(bisect(sign, a, b, xtol=(b - a) / 64)) for (a, x), (b, y) in pairs if x != y]
 
 
 def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
