@@ -14,6 +14,7 @@ from scipy.sparse import coo_array, csc_array
 from squeal.errors import InputError, missing
 from squeal.io.matrix_formats import FORMATS, HEAD, MatrixFile, is_half, mirrored, sound
 from squeal.io.writing import write_whole
+from squeal.linear.matrices import given_matrix
 from squeal.schema import Place
 
 
@@ -89,16 +90,12 @@ def _checked(given: Any) -> Any:
     rows, columns = matrix.shape
     if rows != columns or not rows:
         raise InputError(f"a matrix of {rows} x {columns}; a square one is required")
-    if not np.all(np.isfinite(matrix.data)):
-        raise InputError("all entries must be finite")
     return _canonical(matrix)
 
 
 def _canonical(matrix: Any) -> Any:
     """A copy as CSC array, sorted, every place once and no zeros; real if all its entries are."""
-    copy = csc_array(matrix)
-    copy = csc_array(copy if np.any(copy.data.imag) else copy.real, copy=True)
-    copy.data = copy.data.astype(np.result_type(copy.data, float), copy=False)
+    copy = csc_array(given_matrix(matrix), copy=True)
     copy.sum_duplicates()
     copy.eliminate_zeros()
     return copy

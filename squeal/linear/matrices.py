@@ -61,20 +61,29 @@ def dense(matrix: Any) -> np.ndarray:
     return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
 
 
-def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
+def given_matrix(value: Any, name: str = "", real: bool = False) -> Any:
+    """A given matrix (n, m) of finite numbers, or `real` ones; sparse as CSC. Raises InputError."""
     try:
-        given = dense(value)
-        if np.iscomplexobj(given) and given.imag.any():
-            raise ValueError
-        matrix = np.asarray(given.real, dtype=float)
-    except (TypeError, ValueError):
-        raise InputError(f"{name}: a square matrix of real numbers is required") from None
-    if matrix.ndim != 2 or matrix.shape[0] != matrix.shape[1] or not matrix.size:
+        X: Any = value.tocsc() if is_sparse(value) else np.asarray(value)
+        turned = np.iscomplexobj(X) and (X.data if is_sparse(X) else X).imag.any()
+        fine = X.ndim == 2 and X.dtype.kind in "biufcO" and not (real and turned)
+        X = X.real if np.iscomplexobj(X) and not turned else X
+        X = X.astype(complex if turned else float, copy=False)
+        fine &= np.isfinite(X.data if is_sparse(X) else X).all()
+    except (TypeError, ValueError, OverflowError):
+        fine = False
+    if not fine:
+        words = f"must be a matrix of finite {'real ' * real}numbers"
+        raise InputError(f"{name}: {words}" if name else words)
+    return X
+
+
+def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:
+    matrix = dense(given_matrix(value, name, real=True))
+    if matrix.shape[0] != matrix.shape[1] or not matrix.size:
         raise InputError(f"{name}: shape {matrix.shape}; a square matrix is required")
     if n is not None and len(matrix) != n:
         raise InputError(f"{name}: shape {matrix.shape}; M has shape {(n, n)}")
-    if not np.all(np.isfinite(matrix)):
-        raise InputError(f"{name}: all entries must be finite")
     return matrix
 
 

@@ -30,6 +30,7 @@ from squeal.linear.matrices import (
     checked,
     dense,
     divisor,
+    given_matrix,
     is_sparse,
     norm_of,
     unit_diagonal,
@@ -46,10 +47,13 @@ System = Callable[[float], Matrices]
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """One matrix (n, n) and the formula, or complex modulus, that it is multiplied with."""
+    """A copy of a finite matrix (n, n), and the formula or complex modulus that multiplies it."""
 
     matrix: Matrix = field(repr=False)
     factor: Formula | Modulus = ONE
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from squeal.io.matrices import aligned, read_matrix
 from squeal.io.matrix_formats import MatrixFile
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING
-from squeal.linear.matrices import is_sparse
+from squeal.linear.matrices import given_matrix
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
@@ -51,7 +51,7 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
                 raise (at / key).refuse("is not allowed; it must be one of M, C, K")
             with (at / key).named():
                 X = _placed(file, read_matrix(one)) if isinstance(one, str | Path) else one
-            X = X if is_sparse(X) else np.asarray(X)
+                X = given_matrix(X, real=key == "M")
             if X.shape != (system.n, system.n):
                 words = f"shape {X.shape} is not allowed; the system has {system.n} rows"
                 raise (at / key).refuse(words)
