@@ -211,13 +211,17 @@ class Eigenvalues(Answer):
         return [head, *self.notes[:1], self.table(), count, self.growing, *notes]
 
     def to_dict(self) -> dict[str, Any]:
-        head = {"name": self.name} | valued(self.parameter, self.value) | dict(self.details)
-        return head | {
-            "eigenvalues": Table(self.columns, self.eigenvalues).records(),
-            **picked(self, "verdict criterion certified count"),
-            "unstable": [{"mode": self.mode_of(one)} | asdict(one) for one in self.unstable],
-            "mode_shapes": self.shapes,
-        }
+        head = {"name": self.name} | valued(self.parameter, self.value)
+        return (
+            head
+            | picked(self, "details")["details"]
+            | {
+                "eigenvalues": Table(self.columns, self.eigenvalues).records(),
+                **picked(self, "verdict criterion certified count"),
+                "unstable": [{"mode": self.mode_of(one)} | asdict(one) for one in self.unstable],
+                "mode_shapes": picked(self, "shapes")["shapes"],
+            }
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -464,7 +468,7 @@ class Sweep(Answer):
             "sweep": rows,
             "modes": modes,
             "lost": [loss._asdict() for loss in self.losses],
-            "basis": self.basis,
+            **picked(self, "basis"),
         }
 
 
@@ -617,4 +621,4 @@ class Thresholds(Answer):
             "mu_start": self.low,
             "mu_end": self.high,
         }
-        return answer | dict(self.details)
+        return answer | picked(self, "details")["details"]

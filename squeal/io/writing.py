@@ -18,6 +18,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from copy import deepcopy
 from dataclasses import dataclass
 from operator import itemgetter
 from pathlib import Path
@@ -31,8 +32,8 @@ FEW = 10  # rows in a representation
 
 
 def picked(source: object, names: str) -> dict[str, Any]:
-    """Some attributes of an object by name."""
-    return {name: getattr(source, name) for name in names.split()}
+    """Copies of some attributes of an object by name."""
+    return {name: deepcopy(getattr(source, name)) for name in names.split()}
 
 
 @contextmanager
