@@ -4,9 +4,9 @@ What they say holds names, keys and values from outside, and reaches terminals.
 """
 
 import difflib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
-# why a computation with numbers of wild size fails
 BEYOND = "the numbers of the scene are too large or too small for double precision"
 # packages that a plain install lacks, and the extra of brake-squeal that brings each
 EXTRAS = {"ansys": "ansys", "cma": "search", "h5py": "matlab", "pyyeti": "nastran"}
@@ -64,3 +64,14 @@ class InputWarning(_Said, UserWarning):
 
 class ComputationError(_Said, RuntimeError):
     """A valid request could not be completed; the message gives the reason."""
+
+
+@contextmanager
+def within_doubles() -> Iterator[None]:
+    """Raise ComputationError where numbers of wild size fail meanwhile."""
+    try:
+        yield
+    except (ArithmeticError, ValueError) as error:
+        if not isinstance(error, ArithmeticError) and type(error).__name__ != "LinAlgError":
+            raise
+        raise ComputationError(f"{error.args[-1]}; {BEYOND}") from error

@@ -16,14 +16,17 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from functools import wraps
+from inspect import signature
 from numbers import Integral
 from pathlib import Path
-from typing import Any
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 import numpy as np
 import yaml
 
-from squeal.errors import InputError, InputWarning, meant
+from squeal.errors import InputError, InputWarning, meant, within_doubles
 from squeal.numerics.differentiation import Formula
 
 MOST = 100_000  # values that aliases may make of a file, if it is shorter than that
@@ -32,6 +35,7 @@ _TAG = "tag:yaml.org,2002:"
 _COMMA = re.compile(r"[-+]?\d*,\d+([eE][-+]?\d+)?")  # a number as some countries write it
 _NAME = re.compile(r"[A-Za-z_][A-Za-z0-9_]*", re.ASCII)
 _PLAIN = (int, float, np.integer, np.floating)
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 _CHECKED = (*_PLAIN, np.bool_, str, bytes, list, tuple, set, dict)
 
 
@@ -153,7 +157,8 @@ class Number(Kind):
             return None
 
 
-ANY, NOT_NEGATIVE = Number(), Number(low=0.0, low_allowed=True)
+ANY, POSITIVE, NOT_NEGATIVE = Number(), Number(low=0.0), Number(low=0.0, low_allowed=True)
+Positive = Annotated[float, POSITIVE]
 
 
 class Angle(Number):
@@ -227,7 +232,7 @@ class Named(Several):
     """A mapping of names to values of one kind."""
 
     def read(self, value: Any, at: Place, model: str = "") -> Any:
-        if not isinstance(value, dict):
+        if not isinstance(value, Mapping):
             raise at.must_be(value, self.named)
         return {NAME.read(name, at): self.each.read(v, at / name) for name, v in value.items()}
 
@@ -467,3 +472,44 @@ def check_needs(keys: Mapping[str, Key], given: Mapping[str, Any], at: Place) ->
         for other in key.needs if given.get(name) is not None else ():
             if given.get(other) is None:
                 raise keys[other].missing(at / other, name)
+
+
+_KINDS: dict[Any, Kind] = {
+    Any: Kind("of any kind", lambda value: value), str: TEXT, bool: FLAG, float: ANY,
+    int: Kind("a whole number", Whole(-sys.maxsize, sys.maxsize).convert),
+    Callable: Kind("a function", lambda value: value if callable(value) else None),
+}  # fmt: skip
+
+
+def kind_of(hint: Any) -> Kind:
+    """The kind of value that an annotation allows; ``Annotated`` names one, a union allows any."""
+    what, parts = get_origin(hint) or hint, get_args(hint)
+    if what in (Annotated, Literal):
+        return parts[1] if what is Annotated else Word(parts)
+    if what in _KINDS or not parts:
+        return _KINDS.get(what) or instance(what, f"of the class {what.__name__}")
+    own = dict.fromkeys(part for part in parts[what is Mapping :] if part is not NoneType)
+    one = kind_of(next(iter(own)) if len(own) == 1 else Any)
+    if what in (Union, UnionType):
+        return one
+    if what is Mapping:
+        return Named(one, f"a mapping of names to values, each {one.named}")
+    count = len(parts) if what is tuple else None
+    return Several(one, f"a sequence of {count or 'some'} values, each {one.named}", count)
+
+
+def public(function: _Function) -> _Function:
+    """A function that raises InputError for arguments not as annotated, and is `within_doubles`."""
+    known, hints = signature(function), get_type_hints(function, include_extras=True)
+
+    @wraps(function)
+    def asked(*each: Any, **named: Any) -> Any:
+        given = known.bind(*each, **named)
+        for name, value in given.arguments.items():
+            hint, default = hints.get(name, Any), known.parameters[name].default
+            if hint not in (Any, object) and value is not default:
+                given.arguments[name] = kind_of(hint).read(value, Place(function.__name__, name))
+        with within_doubles():
+            return function(*given.args, **given.kwargs)
+
+    return asked  # type: ignore[return-value]

@@ -5,20 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from operator import itemgetter
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.matrices import ALL_ROWS, matrix_list, system_checks
-from squeal.errors import ComputationError, InputError
-from squeal.io.scene import Scene
-from squeal.io.system import POINTS, Coordinates, SystemFile
+from squeal.errors import ComputationError
+from squeal.io.system import POINTS, Coordinates
 from squeal.io.writing import Answer, Column, Table, number, picked
 from squeal.linear.matrices import EPS, dense
 from squeal.linear.system import TermSystem, frictionless
-from squeal.schema import Place, Whole
+from squeal.schema import Whole, public
 from squeal.sparse.quadratic import ScaledSystem, factorise
 
 
@@ -78,7 +77,8 @@ class Check(Answer):
         return picked(self, names)
 
 
-def check(subject: SystemFile | TermSystem, modes: int = 10) -> Check:
+@public
+def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     """Say what a system of matrices is, before it is analysed.
 
     Parameters
@@ -110,9 +110,6 @@ def check(subject: SystemFile | TermSystem, modes: int = 10) -> Check:
     >>> found.free, round(2 * np.pi * found.frequencies_hz[0], 6)
     (1, 2.0)
     """
-    if isinstance(subject, Scene):
-        raise InputError("check: a scene is not allowed; a system from matrices is")
-    modes = Whole(1, 1000).read(modes, Place("modes"))
     file = Question.of(subject).file
     system = file.system.frozen()
     squares, noise = _real_modes(system, modes)

@@ -17,7 +17,7 @@ from squeal.io.scene import COORDINATES, Scene, check_simulation
 from squeal.io.writing import Answer, Column, Table, number
 from squeal.model.equations import net_loads
 from squeal.model.pad import PARAMETERS, at_speed
-from squeal.schema import Place
+from squeal.schema import Place, public
 from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Shooting
 from squeal.simulation.observers import Extrema, Grid, face_speed
 from squeal.simulation.run import in_natural_units
@@ -228,6 +228,7 @@ def _verdict(scene: Scene) -> str | None:
         return None
 
 
+@public
 def cycles(
     scene: Scene, over: tuple[str, float, float] | None = None, windows: int = WINDOWS
 ) -> Cycles:

@@ -39,7 +39,7 @@ from squeal.analysis.systems.sensitivity import (
 from squeal.analysis.systems.sweeps import followed
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
-from squeal.io.processes import counted, mapped, processes
+from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
 from squeal.io.writing import number, picked
 from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
@@ -62,7 +62,6 @@ SHOWN = 121  # values of the parameter in a figure of thresholds
 CORNERS = 5  # values a side of a chart at which a reduced system has to be good
 SAME = 1e-6  # of |lambda|: one root, computed in two ways
 
-METHODS = ("full", "reduced", "modal")
 NAMES = (*VERDICTS, NO_ROOT)
 
 Band = tuple[float, float]
@@ -90,7 +89,7 @@ class Question:
         if isinstance(file, Assembly):
             file = SystemFile(file.system, assembly=file)
         if not isinstance(file, SystemFile):
-            allowed = "it must be a Scene, a System, an Assembly or what read_system gives"
+            allowed = "a System, an Assembly or what read_system gives is, for some verbs a Scene"
             raise InputError(f"{type(subject).__name__} is not allowed; {allowed}")
         if band is None and region is None and Question(file, Wanted()).joined:
             band = (0.0, file.assembly.cutoff)
@@ -187,12 +186,9 @@ class Question:
     ) -> Sweep:
         """The roots at values of the parameter, on the system itself or on a reduced one."""
         system, reduction = self.system, None
-        if method not in (None, *METHODS):
-            allowed = f"it must be one of {', '.join(METHODS)}"
-            raise InputError(f"method: {method} is not allowed; {allowed}")
         if method in ("reduced", "modal") or (method is None and not is_small(system)):
             reduction, _ = self.reduced(values, method or "modal", CHECKED)
-        modes = followed(system, self.wanted, values, reduction, processes(workers))
+        modes = followed(system, self.wanted, values, reduction, workers or 1)
         basis = basis_of(reduction, self.wanted) or self.joined
         return Sweep(
             system.name, system.parameter, *modes, basis=basis, source=(self.file, reduction)
@@ -202,8 +198,7 @@ class Question:
         self, high: float, low: float | None = None, workers: int | None = None
     ) -> Thresholds:
         """Every threshold of the wanted roots from low to high."""
-        workers = processes(workers)
-        answer = system_thresholds(self.system, high, low, self.wanted, workers)
+        answer = system_thresholds(self.system, high, low, self.wanted, workers or 1)
         return widened(self.system, self.file.assembly, answer) if self.joined else answer
 
     def map(self, axes: tuple[Axis, Axis] | None, workers: int | None = None) -> Map:
@@ -224,7 +219,7 @@ class Question:
         grid = np.meshgrid(*(axis.values for axis in axes), indexing="ij")
         pairs = zip(*(part.ravel().tolist() for part in grid), strict=True)
         points = [dict(zip(names, pair, strict=True)) for pair in pairs]
-        parts = mapped(_cell, points, processes(workers), (system, wanted, reduction))
+        parts = mapped(_cell, points, workers or 1, (system, wanted, reduction))
         cells = np.array(list(counted(parts, len(points), PROGRESS.get(), "points")))
         codes = cells[:, 0].astype(np.int8).reshape(grid[0].shape)
         basis = basis_of(reduction, wanted) or self.joined

@@ -13,12 +13,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
 from squeal.analysis.answers import UNSURE, basis_text
-from squeal.analysis.of_systems import Band, Question
+from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.roots import (
     SystemRoots,
     Wanted,
@@ -28,13 +28,13 @@ from squeal.analysis.systems.roots import (
     roots_of_all,
     system_roots,
 )
+from squeal.analysis.verbs import Band, Region
 from squeal.errors import ComputationError, InputError
-from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Table, columns, number, picked
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
 from squeal.linear.sensitivity import sensitivities
-from squeal.schema import Place, Whole, row
+from squeal.schema import Place, Positive, Whole, public
 from squeal.sparse.dense import roots_at
 from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import TOLERANCE, Reduction
@@ -200,14 +200,15 @@ class _Search:
         return best, q
 
 
+@public
 def optimise(
     subject: object,
     bounds: Mapping[str, Band],
     band: Band | None = None,
-    region: Sequence[float] | None = None,
-    starts: int = 4,
-    seed: int = 1,
-    memory: float | None = None,
+    region: Region | None = None,
+    starts: Annotated[int, Whole(1, 10_000)] = 4,
+    seed: Annotated[int, Whole(0, 2**32 - 1)] = 1,
+    memory: Positive | None = None,
     progress: Progress | None = None,
 ) -> Optimum:
     """Minimise the largest growth rate of the roots in a band over bounded parameters.
@@ -251,17 +252,13 @@ def optimise(
     (0.5, [-0.005, -0.025])
     """
     at = Place("optimise")
-    if isinstance(subject, Scene):
-        raise at.refuse("a scene is not allowed; it must be a system from matrices")
     question = Question.of(subject, band, region, None, memory, progress)
     system, wanted, ends = question.system, question.wanted, dict[str, Band]()
-    starts = Whole(1, 10_000).read(starts, at / "starts")
-    random = np.random.default_rng(Whole(0, 2**32 - 1).read(seed, at / "seed"))
-    for name, given in bounds.items():
+    random = np.random.default_rng(seed)
+    for name, (low, high) in bounds.items():
         if name not in system.names:
             allowed = ", ".join(sorted(system.names)) or "none"
             raise (at / name).refuse(f"no matrix depends on it; allowed are {allowed}")
-        low, high = row(2).read(given, at / name)
         if not low < high:
             raise (at / name).must_be(f"{low:g} to {high:g}", "a range with low < high")
         ends[name] = low, high

@@ -8,23 +8,23 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from squeal.analysis.answers import Eigenvalues
 from squeal.errors import InputError
 from squeal.io.system import DIRECTIONS, Coordinates, number_in, read_table
 from squeal.io.writing import Answer, Column, Table, columns
-from squeal.schema import Number, Place
+from squeal.linear.matrices import dense, given_matrix
+from squeal.schema import POSITIVE, Positive, public
 
 FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
 EVEN = 2e-4  # difference, of the frequency, that tells nothing: a growing one pairs
-POSITIVE = Number(0.0)
 DAMPING = "damping_ratio"
 BESIDE = ("real [1/s]", "error [1/s]", "residual", "condition")  # in a table of eigenvalues
 
 
-def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
+def mac(X: Any, Y: Any) -> NDArray[np.float64]:
     """Modal assurance criterion of shapes, 1 for equal ones whatever their scale and phase.
 
     Parameters
@@ -35,17 +35,24 @@ def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
     Returns
     -------
     array (m, k)
-        `|x^H y|^2 / (x^H x  y^H y)`; NaN where a shape is zero or not known.
+        `|x^H y|^2 / (x^H x  y^H y)`; a shape of zeros is refused (InputError).
 
     Examples
     --------
     >>> mac([[1, 1], [1, -1]], [[2j], [0]]).round(3).tolist()
     [[0.5], [0.5]]
     """
-    X, Y = np.asarray(X), np.asarray(Y)
-    with np.errstate(invalid="ignore"):
-        sizes = np.multiply.outer(*(np.sum(np.abs(Z) ** 2, axis=0) for Z in (X, Y)))
-        return np.asarray(np.abs(X.conj().T @ Y) ** 2 / sizes)
+    units = []
+    for name, Z in {"X": X, "Y": Y}.items():
+        Z = dense(given_matrix(Z, f"mac: {name}"))
+        if not Z.any(axis=0).all():
+            raise InputError(f"mac: {name}: a shape of zeros is not allowed; each must move")
+        Z = Z / np.abs(Z).max(axis=0)  # squares of shapes of any scale are finite then
+        units.append(Z / np.linalg.norm(Z, axis=0))
+    X, Y = units
+    if len(X) != len(Y):
+        raise InputError(f"mac: {len(X)} and {len(Y)} rows are not allowed; they must be the same")
+    return np.asarray(np.abs(X.conj().T @ Y) ** 2)
 
 
 Mode = tuple[tuple[Any, Any, Any], NDArray[np.complex128]]
@@ -96,8 +103,9 @@ class Pairs(Answer):
         return {"tolerance": self.tolerance, "pairs": [pair._asdict() for pair in self.pairs]}
 
 
+@public
 def compare(
-    computed: Eigenvalues, reference: Eigenvalues | Path | str, tolerance: float = 0.1
+    computed: Eigenvalues, reference: Eigenvalues | Path | str, tolerance: Positive = 0.1
 ) -> Pairs:
     """Pair the modes of an answer with those of another one, or with test frequencies.
 
@@ -131,7 +139,6 @@ def compare(
     >>> [(pair.mode, round(pair.mac, 3)) for pair in compare(*both).pairs]
     [(1, 0.999), (2, 0.999)]
     """
-    POSITIVE.check(tolerance, Place("compare"), "tolerance")
     where, name = getattr(computed.source[0], "coordinates", None), str(reference)
     own = _modes(computed, where)
     if isinstance(reference, Eigenvalues):
@@ -147,8 +154,10 @@ def compare(
     apart = (g - f[:, None]) / f[:, None]
     alike = np.full(apart.shape, np.nan)
     for i, (_, shape) in enumerate(other if own else ()):
-        if (some := ~np.isnan(shape)).any():  # where it was measured
-            alike[i] = mac(shape[some, None], np.array([x[some] for _, x in own]).T)
+        some = ~np.isnan(shape)  # where it was measured
+        moving = [j for j, (_, x) in enumerate(own) if shape[some].any() and x[some].any()]
+        if moving:
+            alike[i, moving] = mac(shape[some, None], np.array([own[j][1][some] for j in moving]).T)
     cost = np.abs(apart) / tolerance + np.where(np.isnan(alike), 0.0, 1.0 - alike)
     least = EVEN / tolerance
     even = [np.flatnonzero(np.abs(row - row.min()) <= least) for row in cost if len(own)]

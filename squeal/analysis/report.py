@@ -16,6 +16,7 @@ from squeal.analysis.verbs import eigenvalues, sensitivity, thresholds
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Table, number, write_text
+from squeal.schema import Positive, public
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -82,11 +83,12 @@ class Report(Answer):
         write_text(path, page.page(self, inputs))
 
 
+@public
 def report(
     subject: object,
     high: float = 2.0,
     band: tuple[float, float] | None = None,
-    memory: float | None = None,
+    memory: Positive | None = None,
     progress: Callable[[str], None] | None = None,
 ) -> Report:
     """Ask a brake all that one page shows.
@@ -128,5 +130,5 @@ def report(
     moved, onset = sensitivity(subject, known=found), None
     with suppress(ComputationError):  # several modes are lost at once
         onset = sensitivity(subject, of="threshold", known=crossed)
-    read = None if isinstance(subject, Scene) else check(subject)  # type: ignore[arg-type]  # as the verbs before have found
+    read = None if isinstance(subject, Scene) else check(subject)
     return Report(found.name, found.with_onsets(crossed), crossed, moved, onset, read, subject)

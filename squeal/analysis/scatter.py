@@ -15,7 +15,7 @@ from dataclasses import astuple, dataclass, field
 from hashlib import sha256
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,8 +46,10 @@ from squeal.schema import (
     Named,
     Number,
     Place,
+    Positive,
     Whole,
     Word,
+    public,
     read_content,
     read_document,
     row,
@@ -419,13 +421,14 @@ def _indices(names: Sequence[str], values: NDArray, seed: int) -> tuple[Index, .
     return tuple(sorted(each, key=lambda one: -one.total))
 
 
+@public
 def scatter(
     subject: object,
     spreads: Mapping[str, Mapping[str, Any]],
     samples: int = 400,
     seed: int = 1,
-    mu_max: float = 2.0,
-    of: str = "threshold",
+    mu_max: Positive = 2.0,
+    of: Literal["threshold", "growth"] = "threshold",
     band: tuple[float, float] | None = None,
     design: str = "random",
     indices: bool = False,
@@ -491,7 +494,6 @@ def scatter(
     given = {"spreads": spreads, "samples": samples, "seed": seed, "design": design}
     given["indices"] = indices
     samples, seed, design, indices, spreads = SPREADS.read(given, Place("scatter")).values()
-    Word(("threshold", "growth")).read(of, Place("scatter", "of"))
     if not spreads:
         raise Place("spreads").must_be(spreads, _SPREADS.named)
     varied = Varied.of(subject, "scatter", mu_max, of)

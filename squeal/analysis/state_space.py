@@ -8,13 +8,14 @@ from control import StateSpace
 
 from squeal.analysis.pads import analyse
 from squeal.errors import InputWarning
-from squeal.io.scene import A_SCENE, Scene
+from squeal.io.scene import Scene
 from squeal.linear.matrices import state_matrices
-from squeal.schema import Place
+from squeal.schema import public
 
 STATES = ["x", "y", "theta", "x_dot", "y_dot", "theta_dot"]
 
 
+@public
 def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
     """A scene's pad about its sliding equilibrium as a :class:`control.StateSpace`.
 
@@ -23,7 +24,6 @@ def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
     the poles are the eigenvalues. Warns (InputWarning) of what speaks against the equilibrium.
     Raises InputError for a mu that is not allowed, ComputationError if no steady sliding exists.
     """
-    scene = A_SCENE.read(scene, Place("scene"))
     analysis = analyse(scene if mu is None else scene.replace(mu=mu))
     for words in analysis.warnings:
         warnings.warn(words, InputWarning, stacklevel=3)

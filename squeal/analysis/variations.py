@@ -27,7 +27,7 @@ from squeal.io.writing import Answer, Column, Table, columns, number, picked, un
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
-from squeal.schema import Number, Place
+from squeal.schema import Place, Positive, public
 
 ROUNDING = 1e-11  # relative: what a query and a stack may differ by
 AT_ONCE = 1e-9  # friction: what grows from here on grows from the start
@@ -101,7 +101,6 @@ class Varied:
             values = picked(subject.pad, " ".join(parameters(subject.pad_model)))
             units = {name: unit_word(PARAMETERS[name].unit) for name in values}
         elif isinstance(subject, TermSystem):
-            Number(low=0.0).read(high, at / "mu_max")
             free, values = subject.parameter, subject.given
             own, units = float(values[free]), dict.fromkeys(values, "")
         else:
@@ -264,12 +263,13 @@ class Advice(Answer):
         return head | {"levers": [asdict(one) for one in self.levers], "advice": self.line()}
 
 
+@public
 def advise(
     subject: object,
     tolerances: Mapping[str, float | str] | None = None,
-    mu_max: float = 2.0,
+    mu_max: Positive = 2.0,
     band: tuple[float, float] | None = None,
-    memory: float | None = None,
+    memory: Positive | None = None,
     progress: Progress | None = None,
 ) -> Advice:
     """Lower and raise each parameter by its tolerance: what becomes of the critical friction.

@@ -8,25 +8,25 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
-
-import numpy as np
+from typing import Annotated, Any, Literal
 
 from squeal.analysis import pads
 from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
-from squeal.analysis.maps import Map, stability_map
+from squeal.analysis.maps import Axis, Map, stability_map
 from squeal.analysis.sensitivity import Sensitivity
 from squeal.analysis.sensitivity import sensitivity as pad_sensitivity
 from squeal.errors import InputError
 from squeal.io.scene import Scene
+from squeal.linear.matrices import given_matrix
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
-from squeal.schema import Number, Place, Several
+from squeal.schema import TEXT, Place, Positive, Whole, kind_of, public
 
 Progress = Callable[[str], None]
+Modes = Annotated[int, Whole(1, 10**6)]
+Workers = Annotated[int, Whole(1, 256)]
 Band = tuple[float, float]
 Region = tuple[float, float, float, float]
-VALUES = Several(Number(), "a sequence of finite numbers")
 QUESTION = ("band", "region", "modes", "memory", "progress")
 OF_SYSTEMS = (*QUESTION[:-1], "method", "low", "matrices", "workers", "look")
 OF_SCENES = ("quantity", "curves")
@@ -61,6 +61,7 @@ def _question(subject: object, **options: Any) -> Any:
     return importlib.import_module("squeal.analysis.of_systems").Question.of(subject, **options)
 
 
+@public
 def System(
     M: Any,
     C: Any = None,
@@ -89,27 +90,26 @@ def System(
     (2, 'mu')
     """
 
-    def terms(part: Any) -> tuple[Term, ...]:
-        if part is None:
-            return ()
-        each = part.items() if isinstance(part, Mapping) else [("1", part)]
-        arrays = ((text, X if hasattr(X, "tocsc") else np.asarray(X)) for text, X in each)
-        return tuple(
-            Term(X if np.iscomplexobj(X) else X.astype(float), Formula(text)) for text, X in arrays
-        )
-
+    parts: list[tuple[Term, ...]] = []
+    for part, given in zip("MCK", (M, C, K), strict=True):
+        each = given if isinstance(given, Mapping) else {} if given is None else {"1": given}
+        with Place("System", part).named():
+            factors = (Formula(TEXT.read(text, Place("factor"))) for text in each)
+            arrays = (given_matrix(X, real=part == "M") for X in each.values())
+            parts.append(tuple(Term(X, f) for X, f in zip(arrays, factors, strict=True)))
     if K is None:
         raise InputError("System: K: missing; a matrix or a mapping of formulas to matrices is")
-    return TermSystem(terms(M), terms(C), terms(K), dict(parameters or {}), parameter, name)
+    return TermSystem(parts[0], parts[1], parts[2], parameters or {}, parameter, name)
 
 
+@public
 def eigenvalues(
     subject: object,
     at: float | None = None,
     band: Band | None = None,
     region: Region | None = None,
-    modes: int | None = None,
-    memory: float | None = None,
+    modes: Modes | None = None,
+    memory: Positive | None = None,
     progress: Progress | None = None,
     look: Sweep | None = None,
 ) -> Eigenvalues:
@@ -156,16 +156,17 @@ def eigenvalues(
     return _answer("eigenvalues", **locals())
 
 
+@public
 def sweep(
     subject: object,
     values: Sequence[float],
     band: Band | None = None,
     region: Region | None = None,
-    modes: int | None = None,
-    method: str | None = None,
-    memory: float | None = None,
+    modes: Modes | None = None,
+    method: Literal["full", "reduced", "modal"] | None = None,
+    memory: Positive | None = None,
     progress: Progress | None = None,
-    workers: int | None = None,
+    workers: Workers | None = None,
 ) -> Sweep:
     """Compute eigenvalues at values of the friction or of the free parameter.
 
@@ -196,19 +197,19 @@ def sweep(
     >>> [step.verdict for step in sweep.steps]
     ['marginal', 'flutter']
     """
-    values = VALUES.read(values, Place("sweep", "values"))
     return _answer("sweep", **locals())
 
 
+@public
 def thresholds(
     subject: object,
     high: float = 2.0,
     low: float | None = None,
     band: Band | None = None,
     region: Region | None = None,
-    memory: float | None = None,
+    memory: Positive | None = None,
     progress: Progress | None = None,
-    workers: int | None = None,
+    workers: Workers | None = None,
 ) -> Thresholds:
     """Find every change of stability over a range of the friction or of the free parameter.
 
@@ -238,15 +239,16 @@ def thresholds(
     return _answer("thresholds", **locals())
 
 
+@public
 def map(
     subject: object,
-    axes: tuple[Any, Any] | None = None,
-    quantity: str | None = None,
+    axes: tuple[Axis, Axis] | None = None,
+    quantity: Literal["critical-friction", "growth", "frequency"] | None = None,
     curves: bool = False,
     band: Band | None = None,
-    memory: float | None = None,
+    memory: Positive | None = None,
     progress: Progress | None = None,
-    workers: int | None = None,
+    workers: Workers | None = None,
 ) -> Map:
     """Compute the verdict over two parameters.
 
@@ -278,18 +280,19 @@ def map(
     return _answer("map", **locals())
 
 
+@public
 def sensitivity(
     subject: object,
-    of: str = "eigenvalues",
+    of: Literal["eigenvalues", "threshold"] = "eigenvalues",
     high: float = 2.0,
     low: float | None = None,
     band: Band | None = None,
     region: Region | None = None,
-    modes: int | None = None,
+    modes: Modes | None = None,
     matrices: Mapping[str, Mapping[str, Any]] | None = None,
-    memory: float | None = None,
+    memory: Positive | None = None,
     progress: Progress | None = None,
-    known: Any = None,
+    known: Eigenvalues | Thresholds | None = None,
 ) -> Sensitivity:
     """Differentiate the eigenvalues, or the first loss of stability, by each parameter.
 
@@ -334,18 +337,19 @@ def sensitivity(
     >>> moved.slopes["softer"][:1].round(9)
     array([-0.75])
     """
-    if of not in ("eigenvalues", "threshold"):
-        raise InputError(f"of: {of} is not allowed; it must be one of eigenvalues, threshold")
+    if known is not None:
+        kind_of(Eigenvalues if of == "eigenvalues" else Thresholds).read(known, Place("known"))
     return _answer("sensitivity", **locals())
 
 
+@public
 def reduce(
     subject: object,
     values: Sequence[float] | None = None,
     band: Band | None = None,
     region: Region | None = None,
-    method: str = "reduced",
-    memory: float | None = None,
+    method: Literal["reduced", "modal"] = "reduced",
+    memory: Positive | None = None,
     progress: Progress | None = None,
 ) -> TermSystem:
     """Reduce a system to the roots of a band or region, with the same parameters.
@@ -371,7 +375,5 @@ def reduce(
     >>> squeal.eigenvalues(squeal.reduce(chain, band=(0.5, 3.7)), modes=3).values.imag.round(6)
     array([ 6.283185, 12.566371, 18.849556])
     """
-    if values is not None:
-        values = VALUES.read(values, Place("reduce", "values"))
     options = {"band": band, "region": region, "memory": memory, "progress": progress}
     return _question(subject, **options).reduced(values, method)[0].system

@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import TextIO
 
-from squeal.errors import BEYOND, ComputationError, InputError, missing, visible
+from squeal.errors import ComputationError, InputError, missing, visible, within_doubles
 from squeal.io.writing import remaining
 
 _COLOURS = {"Unstable": 31, "Stable": 32}
@@ -24,15 +24,12 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
     """
     code = 1
     try:
-        return work()
+        with within_doubles():
+            return work()
     except (InputError, UnicodeEncodeError) as error:  # also a name of what are no letters
         code, words = 2, str(error)
     except ComputationError as error:
         words = str(error)
-    except (ArithmeticError, ValueError) as error:
-        if not isinstance(error, ArithmeticError) and type(error).__name__ != "LinAlgError":
-            raise
-        words = f"{error.args[-1]}; {BEYOND}"
     except MemoryError:
         words = "there is not enough memory for this scene"
     except ImportError as error:

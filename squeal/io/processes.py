@@ -13,7 +13,6 @@ from typing import Any
 
 from squeal.errors import ComputationError
 from squeal.io.writing import remaining
-from squeal.schema import Place, Whole
 
 _COMMON: list[Any] = []  # in a process of a pool: what its tasks share
 
@@ -59,11 +58,6 @@ def mapped(
         raise
     if common is not None:
         pool.shutdown()
-
-
-def processes(workers: int | None) -> int:
-    """How many processes are wanted, one if that is left out. Raises InputError."""
-    return 1 if workers is None else int(Whole(1, 256).read(workers, Place("workers")))
 
 
 def counted(

@@ -141,10 +141,9 @@ class Scene:
     def __post_init__(self) -> None:
         at = Place("Scene")
         for kind in (Pad, Formulation, Damping):
-            name = kind.__name__.lower()
-            value = getattr(self, name)
-            if not (isinstance(value, kind) or (kind is Damping and value is None)):
-                raise (at / name).must_be(value, f"a {kind.__name__}")
+            value = getattr(self, name := kind.__name__.lower())
+            if value is not None or kind is not Damping:
+                schema.kind_of(kind).read(value, at / name)
         initial = row(len(COORDINATES)).read(self.initial, at / "initial")
         object.__setattr__(self, "initial", initial)
         _read(self.to_dict(), at)
@@ -224,12 +223,9 @@ def _read(document: Any, at: Place) -> dict[str, Any]:
     return given
 
 
-A_SCENE = schema.instance(Scene, "a Scene, from read_scene or Scene(...)")
-
-
 def check_simulation(scene: Scene) -> None:
     """Refuse a scene that cannot be simulated. Raises InputError."""
-    pad, at = A_SCENE.read(scene, Place("scene")).pad, Place(str(scene.source or "Scene"))
+    pad, at = scene.pad, Place(str(scene.source or "Scene"))
     if scene.model not in CONTACT_MODELS:
         words = f"one of {', '.join(CONTACT_MODELS)}; {scene.model} is a linearisation"
         raise (at / "model").must_be(scene.model, words)

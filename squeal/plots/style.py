@@ -16,6 +16,7 @@ from squeal.io.provenance import Provenance, digest
 from squeal.io.writing import write_text, write_whole
 from squeal.model.contact import STATES, contact_law
 from squeal.model.pad import Model
+from squeal.schema import Place, Word
 
 SINGLE, DOUBLE = 3.35, 6.9
 """Widths in inches of a figure over one column and over two."""
@@ -113,7 +114,8 @@ def save(drawing: Drawing, path: Path, text: bool = True) -> None:
 
     The alternative text is in the file's metadata and, with `text`, in a file .txt beside it.
     """
-    made = rendered(drawing, path.suffix[1:])  # a disc may fill up while a file is written
+    kind = Word(("pdf", "svg", "png")).read(path.suffix[1:], Place(str(path)))
+    made = rendered(drawing, kind)  # a disc may fill up while a file is written
     write_whole(path, lambda stream: stream.write(made), binary=True)
     if text:
         write_text(path.with_suffix(".txt"), drawing.alternative + "\n")

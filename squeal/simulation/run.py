@@ -17,7 +17,7 @@ from squeal.io.scene import Scene, check_simulation
 from squeal.io.writing import Answer, Column, Table, number, picked, plain
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
-from squeal.schema import Place, Word
+from squeal.schema import public
 from squeal.simulation.hybrid import DEFAULT, Integrator, Options, integrate
 from squeal.simulation.observers import (
     UNITS,
@@ -33,7 +33,6 @@ from squeal.simulation.observers import (
 from squeal.simulation.scipy_solver import SciPyIntegrator
 
 Backend = Literal["auto", "heyoka", "scipy"]
-BACKENDS = Word(("auto", "heyoka", "scipy"))
 
 
 @dataclass(frozen=True, repr=False)
@@ -184,6 +183,7 @@ def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
     return units, units.scaled(model), units.to_scaled(np.array(first)), scene.stop / units.time
 
 
+@public
 def simulate(
     scene: Scene, backend: Backend = "auto", progress: Any = None, options: Options = DEFAULT
 ) -> Simulation:
@@ -222,7 +222,6 @@ def simulate(
     >>> squeal.simulate(scene).shares["1"]
     1.0
     """
-    BACKENDS.read(backend, Place("simulate") / "backend")
     check_simulation(scene)
     units, model, start, stop = in_natural_units(scene)
     wanted: dict[str, Callable[[], Any]] = {

@@ -32,7 +32,7 @@ from squeal.linear.eigen import (
 )
 from squeal.linear.matrices import rank_of, reduce, unit_diagonal
 from squeal.linear.system import Matrix, TermSystem
-from squeal.schema import Place, Whole, row
+from squeal.schema import Place, row
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots, disc_around
 from squeal.sparse.dense import dense_spectrum, dense_values
 from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
@@ -68,8 +68,6 @@ class Wanted:
             raise InputError("band, region: one of them is allowed")
         if self.band is not None:
             band(*row(2).read(self.band, Place("band")))
-        if self.modes is not None:
-            Whole(1, 10**6).read(self.modes, Place("modes"))
 
     @property
     def rectangle(self) -> Rectangle | None:
