@@ -289,8 +289,8 @@ def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> None:
         reals = np.setdiff1d(reals, pair)
         if np.any(np.abs(s[pair].imag) <= rounding[pair]):
             mean = s[pair].real.mean()
-            third = s[reals[0]] if n == 3 else 0.0
-            half = np.sqrt(-cubic.discriminant.value) / 2 / abs(third - mean) ** 2
+            slope = np.prod(s[reals[0]] - s[pair]) if n == 3 else cubic.b.value  # at the third root
+            half = np.sqrt(-cubic.discriminant.value) / 2 / abs(slope)
             s[pair] = mean + np.array([1j, -1j]) * half
         rounding[pair] = np.minimum(rounding[pair], np.abs(s[pair].imag) / 2)
     s[reals] = s[reals].real

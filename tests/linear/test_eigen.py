@@ -89,6 +89,15 @@ def test_strong_damping_of_a_light_motion_leaves_a_stiff_system_no_zero_root():
         assert np.abs(values / complex(exact) - 1.0).min() < 1e-6
 
 
+@pytest.mark.parametrize("friction", [1e12, 1e15, 1e16, 1e20, 1e100])
+def test_friction_far_beyond_all_stiffness_leaves_the_roots_their_size(friction):
+    """-lambda^2 = 2 +- i sqrt(friction), a pair far wider than its distance from zero."""
+    roots = complex_eigenvalues(np.eye(2), None, [[2.0, friction], [-1.0, 2.0]]).values
+    expected = np.sqrt(-(2.0 + 1j * np.sqrt(friction)))
+    assert np.allclose(np.abs(roots.real), abs(expected.real), rtol=1e-5)
+    assert np.allclose(np.abs(roots.imag), abs(expected.imag), rtol=1e-5)
+
+
 def test_condition_grows_towards_a_coalescence():
     # closed form for [[2, -1 + x], [-1, 2]], x = 4 mu/3: 1/|y^H x| = (2 - x)/(2 sqrt(1 - x))
     for x in (0.4, 2.8 / 3, 0.99998 + 2e-5 / 3):
