@@ -114,13 +114,13 @@ class Question:
         return self.file.system
 
     def eigenvalues(self, at: float | None = None, look: Sweep | None = None) -> Eigenvalues:
-        """The roots that are wanted, with what proves them complete, or from the basis of a first
-        look."""
+        """The roots that are wanted, with what proves them complete, or of a large system from the
+        basis of a first look."""
         file, free = self.file, self.system.parameter
         if at is not None:
             file = replace(file, system=self.system.replace({free: at}))
         system = file.system
-        if look is not None and isinstance(look.source[1], FirstLook):
+        if look and isinstance(look.source[1], FirstLook) and not is_small(system):
             roots = looked_at(look.source[1], self.wanted, {free: system.parameters[free]})
         else:
             bounded = partial(file.assembly.bounded, system) if self.joined else tuple
