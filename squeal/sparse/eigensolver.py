@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import EPS
+from squeal.linear.matrices import EPS, divisor
 from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_roots, disc_around
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.quadratic import (
@@ -178,7 +178,7 @@ def corrected(
         ritz = roots_at(M, C, K, values, left=True, stiffness=problem.norms[2])
         x, y = combined(V, ritz.right), combined(V, ritz.left.conj())
         rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
-        errors = np.linalg.norm(rests, axis=1) / problem.size(ritz.values)
+        errors = np.linalg.norm(rests, axis=1) / divisor(problem.size(ritz.values))
         errors[1] *= options.exact / options.accepted  # they enter conditions and derivatives
         worst = float(np.max(errors, initial=0.0))
         if worst <= options.exact or (before / 2 < worst <= options.accepted):
@@ -204,7 +204,7 @@ def grown(part: Array, A: Any, old: Array, new: Array) -> Array:
 def enlarged(V: Array, columns: ComplexArray, dropped: float) -> Array:
     """An orthonormal basis (n, d) and what the real and imaginary parts of columns add to it, of
     unit vectors what exceeds `dropped`."""
-    columns = columns / np.linalg.norm(columns, axis=0)
+    columns = columns / divisor(np.linalg.norm(columns, axis=0))
     rest = np.hstack([columns.real, columns.imag]).astype(float)
     for _ in range(2):
         rest -= V @ (V.T @ rest)

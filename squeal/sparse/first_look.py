@@ -80,7 +80,8 @@ class Structure:
         try:
             return factorise(self.F)
         except ZeroDivisionError:  # the shift is the square of a frequency
-            self.F = (self.F - 1e-6 * self.shift * self.M).tocsc()
+            more = max(1e-6 * self.shift, 1e-12 * abs(self.F).max() / abs(self.M).max())
+            self.F = (self.F - more * self.M).tocsc()
             return factorise(self.F)
 
     def __getstate__(self) -> dict[str, Any]:
@@ -195,7 +196,8 @@ class FirstLook(Reduction):
             self.extend(structure.modes(self.reach), OPTIONS.dropped)
         self.held = self.size
         for _ in range(OPTIONS.rounds):
-            lacks = [self._lack(p, self._values(p)[0]) for p in self.samples]
+            near = [(p, self._values(p)[0]) for p in self.samples]
+            lacks = [self._lack(p, z[z != 0.0]) for p, z in near]
             off = [np.max(each.errors / np.abs(each.roots.values), initial=0.0) for each in lacks]
             self.error = float(max(off))
             self.worst = float(max(np.max(each.residuals, initial=0.0) for each in lacks))

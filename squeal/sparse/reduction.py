@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.matrices import norm_of
+from squeal.linear.matrices import divisor, norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
@@ -114,7 +114,7 @@ class Reduction:
         elif self.factor is not None and self.size and self._reaches(problem):
             options = replace(OPTIONS, exact=TOLERANCE / 3, accepted=TOLERANCE / 3)
             roots = corrected(problem, self.factor, self.vectors, region, options)
-        if roots is None:
+        if roots is None or not (certify or len(roots.values)):  # one may enter as it is corrected
             modes = modes_in(problem, region, False, self.vectors, OPTIONS.accepted)
             roots = modes.roots
             if self.factor is None and modes.near is not None and len(roots.values):
@@ -197,7 +197,7 @@ class Reduction:
                 bounds += abs(factor) * bound * size**power if factor else 0.0
         parts = self._sketch, np.array(weights), roots.right
         rest = np.einsum("trd,tm,dm->rm", *parts, optimize=True)
-        return np.asarray(np.linalg.norm(rest, axis=0) / bounds)
+        return np.asarray(np.linalg.norm(rest, axis=0) / divisor(bounds))
 
     def modes(
         self, changes: Changes, values: ComplexArray | None = None, left: bool = False
@@ -243,8 +243,11 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
         while found.size == 0:  # what may enter the region at other values lies around it
             around = around.widened(1.0)
             if around.radius > scaled.at(values[where]).rate + abs(region.centre):
-                raise ComputationError("no root lies in the region or around it")
-            found.sample(values[where], around)
+                if scaled.n > OPTIONS.steps:
+                    raise ComputationError("no root lies in the region or around it")
+                found.extend(np.eye(scaled.n, dtype=complex))
+            else:
+                found.sample(values[where], around)
         if waiting := [k for k in (0, len(values) - 1) if k not in samples]:
             where = waiting[0]
             continue

@@ -113,6 +113,86 @@ def test_workers_give_the_same_bits():
             assert step.verdict == (verdict if verdict in GROWING else None)
 
 
+def small_system(n, kind):
+    """Random matrices with coupling by friction, and the frequencies (Hz) without it."""
+    rng = np.random.default_rng(n)
+    mix, w = np.eye(n) + 0.3 * rng.standard_normal((n, n)) / np.sqrt(n), rng.uniform(6.0, 60.0, n)
+    Q = np.linalg.qr(rng.standard_normal((n, n)))[0]
+    if kind == "free":
+        w[0] = 0.0
+    M, K = mix @ mix.T, mix @ (Q * w**2) @ Q.T @ mix.T
+    K, G = (K + K.T) / 2, rng.standard_normal((n, n))
+    C = None if kind in ("undamped", "complex") else 0.02 * M + 1e-4 * K
+    C = C + G - G.T if kind == "gyroscopic" else C
+    friction = {"mu": (2.0 if kind == "free" else 20.0) * rng.standard_normal((n, n))}
+    terms = {"1": K * (1.0 + 0.02j) if kind == "complex" else K} | friction
+    return squeal.System(M, C, terms), np.sort(w) / (2 * np.pi)
+
+
+def bands_of(f):
+    """Bands below, between and above frequencies, around one of them and around all."""
+    f = f[f > 0.1]
+    k = int(np.argmax(np.diff(f, prepend=0.0)))
+    before = f[k - 1] if k else 0.0
+    gap = (0.7 * before + 0.3 * f[k], 0.3 * before + 0.7 * f[k])
+    one = (0.5 * (before + f[k]), f[k] + 0.1)
+    return gap, one, (0.0, 0.01), (1e-6, 2e-6), (0.0, 1.5 * f[-1]), (50 * f[-1], 60 * f[-1])
+
+
+@pytest.mark.filterwarnings("ignore:real modes up to")
+@pytest.mark.parametrize("kind", ["undamped", "damped", "gyroscopic", "free", "complex"])
+@pytest.mark.parametrize("n", [1, 2, 3, 20, 40])
+@pytest.mark.parametrize("method", ["modal", "reduced"])
+def test_a_small_system_has_the_roots_of_its_companion_matrix(method, n, kind):
+    if (n, kind) == (1, "free"):
+        pytest.skip("nothing is left of the structure")
+    (system, f), values = small_system(n, kind), [0.0, 0.3, 0.6]
+    roots = {}
+    for mu in values:
+        M, C, K = system.arrays({"mu": mu})
+        A = np.linalg.solve(M, np.hstack([-K, np.zeros((n, n)) if C is None else -C]))
+        roots[mu] = np.linalg.eigvals(np.vstack([np.eye(2 * n)[n:], A]))
+    for band in bands_of(f):
+        region = Wanted(band).rectangle
+        for step in squeal.sweep(system, values, band, method=method).steps:
+            every = roots[step.value]
+            inside = every[region.contains(every) & (every.imag >= (kind == "complex") * -1e-3)]
+            assert len(step.roots) == len(inside), (band, step.value, inside)
+            away = np.abs(inside[:, None] - step.roots).min(axis=0, initial=np.inf)
+            # a double root at zero lies the square root of rounding away
+            assert np.all(away <= np.fmax(step.rounding, 1e-6 * f[-1])), (band, step.value)
+
+
+def test_a_first_look_at_few_rows_leaves_the_answer_all_that_it_has():
+    """Which is cheaper on the system itself: shapes, and a count."""
+    system, f = small_system(2, "damped")
+    look = squeal.sweep(system, [0.0, 0.3], (0.0, 2 * f[-1]), method="modal")
+    band = 0.0, 2 * f[-1]
+    answers = [squeal.eigenvalues(system, 0.3, band, look=one).to_dict() for one in (look, None)]
+    assert answers[0] == answers[1]
+    assert answers[0]["certified"]
+
+
+def test_a_basis_of_all_motions_lacks_nothing():
+    """-lambda^2 = 2 +- sqrt(1 - 4 mu / 3), with residuals of exactly zero."""
+    K = {"1": [[2.0, -1.0], [-1.0, 2.0]], "mu": [[0.0, 4 / 3], [0.0, 0.0]]}
+    sweep = squeal.sweep(squeal.System(np.eye(2), K=K), [0.0, 1.0], (0.0, 0.5), method="modal")
+    for step in sweep.steps:
+        root = np.sqrt(1 - 4 * step.value / 3 + 0j)
+        expected = 1j * np.sqrt([2 - root, 2 + root])
+        assert np.allclose(np.sort_complex(step.roots), np.sort_complex(expected), rtol=1e-12)
+
+
+@pytest.mark.parametrize("stiffness", [0.0, 100.0])
+@pytest.mark.parametrize("band", [(0.0, 1e-4), (5.0, 6.0), (0.0, 1e3)])
+def test_one_row_is_reduced_whatever_the_band_holds(stiffness, band):
+    one = squeal.System([[1.0]], K={"1": [[stiffness]], "mu": [[5.0]]})
+    for step in squeal.sweep(one, [0.0, 1.0], band, method="reduced").steps:
+        w = np.sqrt(stiffness + 5.0 * step.value)
+        assert np.all(np.abs(step.roots.imag) == pytest.approx(w))
+        assert (len(step.roots) > 0) == bool(band[0] <= w / (2 * np.pi) < band[1])
+
+
 @pytest.mark.parametrize("workers", [0, 1.5, "two"])
 def test_a_wrong_number_of_workers_is_refused(workers):
     with pytest.raises(InputError, match="workers"):
