@@ -63,6 +63,8 @@ def test_powers_of_the_parameter(read):
         assert read(f"parameter: {name}\nM: [[1]]\nK0: [[2]]\nK1: [[3]]\n").system(2.0)[2] == [[8]]
     highest = read("M: [[1]]\nK0: [[1]]\nC9: [[2]]\nK9: [[3]]\n").system
     assert [X.item() for X in highest(2.0)] == [1.0, 2 * 2.0**9, 1 + 3 * 2.0**9]
+    with pytest.raises(InputError, match="K10"):
+        read("M: [[1]]\nK0: [[1]]\nK10: [[3]]\n")
 
 
 def test_sums_of_terms(read):

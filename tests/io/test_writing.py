@@ -37,6 +37,15 @@ def test_only_a_plain_file_in_a_writable_folder_is_an_output(tmp_path, monkeypat
         check(good)
 
 
+@pytest.mark.parametrize(
+    ("most", "shown"), [(4, "0 1 8 9"), (5, "0 1 2 8 9"), (20, "0 1 2 3 4 5 6 7 8 9")]
+)
+def test_a_long_table_shows_both_ends(most, shown):
+    table = Table((Column("k", value=int),), range(10))
+    _, *lines = table.text(most).splitlines()
+    assert [line.strip() for line in lines if "..." not in line] == shown.split()
+
+
 UNITS = {"t": "s", "x": "m", "state": "", "n": ""}
 ROWS = [
     (0.0, 1 / 3, "FC", 1),

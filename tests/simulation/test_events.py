@@ -12,6 +12,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.pad import Model, Pad
 from squeal.simulation.run import simulate
+from squeal.simulation.scipy_solver import SciPyIntegrator
 from tests.conftest import BACKENDS, needs_heyoka
 from tests.simulation.closed import quad, upright
 from tests.simulation.test_simulation import bounce
@@ -30,6 +31,20 @@ def test_a_turning_pad_touches_with_one_edge(backend, spin, target):
     first = simulate(scene, backend).events[0]
     assert first.t == pytest.approx(float(angle) / abs(spin), rel=1e-12)
     assert (first.source, first.target) == ("2", target)
+
+
+@pytest.mark.parametrize("place", [0.2, 0.5, 0.7])
+@pytest.mark.parametrize("third", [-0.5, 0.0, 2.0])
+def test_where_a_gap_turns_back_within_a_step(place, third):
+    """A cubic with a double zero, at whose place the SciPy integrator has to look."""
+    model = Scene("B1", upright()).pad_model
+    away = np.polynomial.Polynomial([-place, 1.0])
+    gap, ends = away**2 * (3.0 + third * away) + 1e-6, np.array([0.0, 1.0])
+    states = np.zeros((6, 2))
+    states[1], states[4] = gap(ends), gap.deriv()(ends) / 2.0
+    solver = SciPyIntegrator(model, 1e-10)
+    turn = solver._turn(np.array([3.0, 5.0]), states, np.zeros(2))
+    assert turn == pytest.approx(3.0 + 2.0 * place)
 
 
 @pytest.mark.parametrize("share", [1e-3, 1e-6, 1e-9, 1e-12])
