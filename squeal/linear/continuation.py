@@ -73,8 +73,8 @@ class ContinuationOptions:
     alike: float = 0.8  # how alike the vectors of one mode are at both ends of a step
     likely: float = 0.5  # ... where slopes agree too
     difference: float = 1e-6  # of the range: step of a difference that stands for a derivative
-    # of the range: events closer than this are at one place; of its value: an interval narrower
-    # than this has converged
+    # of the range: events closer than this are at one place, unless the counts between them agree;
+    # of its value: an interval narrower than this has converged
     same: float = 1e-9
     sure: float = 4.0  # standard deviations of rounding that an interval holds
     resolved: float = 0.02  # of its size: how much a factor of a term may bend within a step

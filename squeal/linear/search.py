@@ -113,6 +113,7 @@ class _Walk:
         self.near = 4 * along.options.same * self.wide
         self.guesses: list[Guess] = []
         self.events: list[Event] = []
+        self.located: list[Event] = []  # also what may be one of the events again, or its twin
         self.unresolved = False
         self.factors = _factors(along.system, along.low, along.high)
 
@@ -144,15 +145,18 @@ class _Walk:
                 along.at(one.value)  # near a third root another pair may have been taken
 
     def locate(self) -> None:
-        """Add what the guesses lead to."""
+        """Add what the guesses lead to; intervals that touch may be of one event."""
         for guess in self.guesses:
             one = located(self.along, guess)
             if one is not None and one.value - self.along.low <= 1e-6 * self.wide:
                 one = self.from_start(one)
-            if one is not None and not any(
-                one.direction == other.direction
-                and abs(one.omega - other.omega) <= 1e-6 * max(one.omega, other.omega)
-                and abs(one.value - other.value) <= self.near / 4 + one.width
+            if one is None:
+                continue
+            self.located.append(one)
+            if not any(
+                _alike(one, other.omega, other.direction, 1e-6)
+                and one.interval[0] <= other.interval[1]
+                and other.interval[0] <= one.interval[1]
                 for other in self.events
             ):
                 self.events.append(one)
@@ -192,7 +196,20 @@ class _Walk:
         settled.sort(key=lambda c: c.value)
         start = fastest_first(along, [one for one in settled if one.value == along.low])
         rest = together([one for one in settled if one.value != along.low], self.near)
-        return [tuple(group) for group in (start, *rest) if group]
+        groups = [group for group in (start, *rest) if group]
+        between = zip(groups, itertools.pairwise(_middles(along, groups)), strict=True)
+        return [tuple(part) for group, ends in between for part in self._parted(group, *ends)]
+
+    def _parted(self, group: list[Event], a: float, b: float) -> list[list[Event]]:
+        """Events of one place between a and b, in groups between which the counts agree."""
+        along, cuts = self.along, [0]
+        for k in range(1, len(group)):
+            p = (group[k - 1].value + group[k].value) / 2
+            if not any(c.interval[0] <= p <= c.interval[1] for c in group):
+                ends = [along.at(x).growth for x in (a, p, b)]
+                agree = map(explained, (group[:k], group[k:]), ends, ends[1:])
+                cuts += [k] * (all(agree) and sign_count(along, p) == ends[1].roots)
+        return [group[i:j] for i, j in itertools.pairwise([*cuts, len(group)])]
 
     def _settled(self, a: float, b: float, ends: tuple[float, float]) -> list[Event]:
         """Events from a to b that add up to the change of what grows, intervals within `ends`."""
@@ -212,12 +229,11 @@ class _Walk:
         if len(along.states) > 2 * self.budget or (done and middle is None):
             return inside  # and the search is not certified
         if middle is None or (close and changes and not done):
-            known = [self._alike(*change, a - self.near, b + self.near) for change in changes]
-            if middle is None:
-                known = [
-                    one or self._by_count(*change, a, b, ends)
-                    for one, change in zip(known, changes, strict=True)
-                ]
+            known = [
+                self._alike(*change, a - self.near, b + self.near)
+                or (self._by_count(*change, a, b, ends) if middle is None else None)
+                for change in changes
+            ]
             if middle is None or all(known):  # of equal subsystems, all at one place
                 return [one for one in known if one]
         if coarse:
@@ -238,12 +254,13 @@ class _Walk:
         return None
 
     def _alike(self, omega: float, way: int, low: float, high: float) -> Event | None:
-        """The located event of that frequency and direction between low and high."""
-        for one in self.events:
-            apart = abs(one.omega - omega) <= self.along.options.near * min(one.omega, omega)
-            if low <= one.value <= high and one.direction == way and apart:
-                return one
-        return None
+        """The located event of that frequency and direction between low and high; it may stand for
+        twins, and its interval holds all that are alike."""
+        near, inside = self.along.options.near, (c for c in self.located if low <= c.value <= high)
+        alike = [one for one in inside if _alike(one, omega, way, near)]
+        ends = [end for one in alike for end in one.interval]
+        first = min(alike, key=lambda one: one.width, default=None)
+        return first and replace(first, interval=(min(ends), max(ends)))
 
     def _by_count(
         self, omega: float, way: int, a: float, b: float, ends: tuple[float, float]
@@ -275,6 +292,10 @@ def _factors(
     ]
 
 
+def _alike(one: Event, omega: float, way: int, near: float) -> bool:
+    return one.direction == way and abs(one.omega - omega) <= near * min(one.omega, omega)
+
+
 def together(items: Sequence[Event], near: float) -> list[list[Event]]:
     """Events by rising value, those that are no further than `near` from the one before with it."""
     starts = [
@@ -287,8 +308,8 @@ def together(items: Sequence[Event], near: float) -> list[list[Event]]:
 def _middles(along: Continuation, places: Sequence[Sequence[Event]]) -> list[float]:
     """A value between neighbouring places, and beyond the first and the last."""
     low, high = along.low, along.high
-    at = [low, *(p[0].value for p in places), high]
-    middles = [(a + b) / 2 for a, b in itertools.pairwise(at)]
+    ends = [low, *(p[-1].value for p in places)], [*(p[0].value for p in places), high]
+    middles = [(a + b) / 2 for a, b in zip(*ends, strict=True)]
     if places and high - places[-1][-1].value <= along.options.same * (high - low):
         beyond = high + 1e-6 * (high - low)
         with suppress(InputError, ComputationError, ValueError, ArithmeticError):
@@ -349,10 +370,16 @@ def _doubts(found: Searched, counts: Sequence[int | None]) -> Iterator[str]:
     may hide a root, in words."""
     along, places, growths = found.line, found.places, found.growths
     room = along.options.wide * (along.high - along.low)
-    for (a, b), growth, n in zip(itertools.pairwise(found.edges), growths, counts, strict=True):
+    for place in (place for place in places if len(place) > 1):  # a twin may be left out
+        sides = sorted(p for c in place for p in c.interval)
+        for p in (p for p in (sides[0], sides[-1]) if along.low < p < along.high):
+            along.at(p)
+    last = [along.low, *(place[-1].value for place in places)]
+    between = zip(last, itertools.pairwise(found.edges), growths, counts, strict=True)
+    for start, (a, b), growth, n in between:
         if n != growth.roots:
             yield f"a second count of what grows disagrees between {a:.9g} and {b:.9g}"
-        if not _steady(along, a, b, growth):
+        if not _steady(along, start, b, growth):
             yield f"what grows varies between {a:.9g} and {b:.9g} without a crossing"
     for place, ends in zip(places, itertools.pairwise(growths), strict=True):
         if not explained(place, *ends):

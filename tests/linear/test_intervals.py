@@ -220,3 +220,44 @@ def test_a_window_in_a_band_of_a_large_system_is_found(damping):
     assert [c.direction for c in result.crossings] == ["up", "down"]
     assert [c.mu for c in result.crossings] == pytest.approx([0.97475, 0.99198], abs=1e-5)
     assert result.certified
+
+
+def twins(kind, apart):
+    """Two equal modes, or pairs of modes, and their thresholds, that far apart, as fractions."""
+    k, c = (1.0, 1.0 + apart), 0.0 if kind == "flutter" else 0.01
+    if kind == "damping":  # c - c k mu
+        own = [c * x for x in k]
+        system = affine(np.eye(2), 2 * np.eye(2), None, c * np.eye(2), -np.diag(own))
+        return system, sorted(Fraction(c) / Fraction(x) for x in own)
+    # the stiffnesses 2 +- sqrt(1 - k mu) of a pair grow where k mu = 1 + 2 c^2
+    K0, K1 = np.kron(np.eye(2), [[2.0, -1.0], [-1.0, 2.0]]), np.zeros((4, 4))
+    K1[0, 1], K1[2, 3] = k
+    system = affine(np.eye(4), K0, K1, c * np.eye(4))
+    return system, sorted((1 + 2 * Fraction(c) ** 2) / Fraction(x) for x in k)
+
+
+@pytest.mark.parametrize("power", range(6, 15))
+@pytest.mark.parametrize("kind", ["flutter", "damped flutter", "damping"])
+def test_each_of_two_thresholds_that_are_almost_one_lies_in_its_interval(kind, power):
+    for apart in (10.0**-power, -(10.0**-power)):
+        system, expected = twins(kind, apart)
+        found = thresholds(system, 3.0)
+        assert found.certified or power > 12
+        for x, at in zip(found.crossings, expected, strict=True):
+            assert (x.kind, x.direction) == ("flutter", "up")
+            assert not found.certified or x.interval[0] <= at <= x.interval[1]
+        (point,) = found.points
+        assert not found.certified or point.interval[0] <= expected[0] <= point.interval[1]
+
+
+@pytest.mark.parametrize("power", range(6, 12))
+def test_a_window_of_stability_that_rounding_resolves_changes_the_verdict(power):
+    """One mode's damping passes zero upwards at 1, another one's downwards a little above."""
+    C1 = np.diag([0.01, -0.01 / (1 + 10.0**-power)])
+    system = affine(np.eye(2), np.diag([2.0, 3.0]), None, np.diag([-0.01, 0.01]), C1)
+    for high in (1.5, 3.0, 10.0):
+        found = thresholds(system, high)
+        assert found.certified
+        assert [p.kind for p in found.points] == ["restabilised", "flutter"]
+        for p, rate in zip(found.points, np.diag(C1), strict=True):
+            assert p.interval[0] <= Fraction(0.01) / abs(Fraction(rate)) <= p.interval[1]
