@@ -25,9 +25,11 @@ import random
 import re
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import xml.etree.ElementTree as ET
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator
@@ -170,8 +172,12 @@ def _run(folder: Path, given: list[str], seconds: int) -> tuple[int, str, float]
             stdout=out,
             stderr=subprocess.DEVNULL,
             preexec_fn=limit,
+            start_new_session=True,
         )
+        endless = threading.Timer(60 + 20 * seconds, os.killpg, (process.pid, signal.SIGKILL))
+        endless.start()  # what waits for ever takes no CPU time
         _, status, used = os.wait4(process.pid, 0)
+        endless.cancel()
         process.returncode = os.waitstatus_to_exitcode(status)
         out.seek(0)
         said = re.sub(r"[\d.]+ (s CPU|CPU s)|[\d.]+e-\d+( \(seed \d+\))?", "", out.read())
