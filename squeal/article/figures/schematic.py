@@ -49,7 +49,7 @@ def lamps(hammering: Hammering, sets: Sets) -> dict[str, list[str]]:
         "the equilibrium flutters": [
             stem(model, case) for model, cases in reference.flutters.items() for case in cases
         ],
-        "changes of contact last": [name for name, one in reference.lasting.items() if one > 0.0],
+        "contact keeps changing": [name for name, one in reference.lasting.items() if one > 0.0],
     }
 
 
