@@ -206,67 +206,79 @@ class AxisCrossing(Event):
     left: ComplexArray = field(default_factory=lambda: np.zeros(0, complex), repr=False)
 
 
-def singular_stiffness(scaled: ScaledSystem, low: float, high: float) -> list[Guess]:
-    """Where K of real matrices becomes singular between two values of the parameter: a real root
-    passes zero there, and may come from far above a band and leave it between two values.
+def singular_stiffness(
+    scaled: ScaledSystem, values: Sequence[float]
+) -> tuple[list[Guess], list[str]]:
+    """Where K of real matrices becomes singular between values of the parameter, and a sentence for
+    each change of sign of its determinant where that was not located.
 
-    A part of the range holds no more of them where 1 - K(middle)^-1 K contracts at its ends what
-    the vectors of those that are known lack. Otherwise it is halved, as far as `OPTIONS` allows.
+    A real root passes zero there, and may come from far above a band and leave it between two
+    values. Parts of the range are halved, as far as `OPTIONS` allows, until the determinant has
+    the same sign at both ends and 1 - K(middle)^-1 K contracts there.
     """
-    found, name, parts = list[Guess](), scaled.system.parameter, [(low, high)]
+    found, unclear = list[Guess](), list[str]()
+    system, name, wide = scaled.system, scaled.system.parameter, values[-1] - values[0]
+    each = (tuple(t.factor.slope(system.values({name: p}), name) for t in system.K) for p in values)
+    parts = [*itertools.pairwise(values)] if len({*each}) > 1 else [(values[0], values[-1])]
+    none, edge = np.zeros((scaled.n, 0)), 1e-6 * wide
 
     def stiffness(p: float) -> Any:
         return scaled.at({name: p}).K
 
     @cache
     def sign(p: float) -> float:
-        with suppress(ZeroDivisionError):  # as of rigid bodies
-            return math.copysign(1.0, math.cos(Factor(stiffness(p)).logarithm().imag))
-        return 1.0
+        with suppress(ZeroDivisionError):
+            factor = Factor(stiffness(p))
+            pivots = np.abs(factor.lu.U.diagonal())
+            if pivots.min() > 2 * EPS * pivots.max():  # not of rigid bodies
+                return math.copysign(1.0, math.cos(factor.logarithm().imag))
+        return 0.0
 
     for a, b in parts:
         middle = a + 0.4871 * (b - a)  # where K hardly is singular by chance
-        K = stiffness(middle)
-        try:
-            factor = factorise(K)
-        except ZeroDivisionError:
-            continue
-        while True:
-            columns = [x for one in found for x in (one.vector, one.left)]
-            V = np.zeros((scaled.n, 0))
-            V = enlarged(V, np.column_stack(columns), OPTIONS.exact) if columns else V
-            given = V, V.T @ (K @ V), K, factor
-            if all(contraction(*given, stiffness(p)) < CONTRACTS for p in (a, b)):
-                break
-            known = sum(a < one.value < b for one in found)
-            one = None if (sign(a) != sign(b)) == known % 2 else singular(scaled, name, a, b)
-            if one is None or any(_same(one, other) for other in found):
-                if b - a > OPTIONS.apart * (high - low) and len(parts) < OPTIONS.parts:
-                    parts += [(a, middle), (middle, b)]
-                break
+        changes = sign(a) * sign(b) < 0.0
+        least = edge if changes else OPTIONS.apart * wide
+        whole = b - a <= least or len(parts) >= OPTIONS.parts
+        if not changes:
+            close = [g for g in found if min(abs(g.value - a), abs(g.value - b)) <= 2 * edge]
+            columns = [x for g in close for x in (g.vector, g.left)]
+            V = enlarged(none, np.column_stack(columns), OPTIONS.exact) if columns else none
+            with suppress(ZeroDivisionError):
+                given = V, V.T @ ((K := stiffness(middle)) @ V), K, factorise(K)
+                if all(contraction(*given, stiffness(p)) < CONTRACTS for p in (a, b)):
+                    continue
+        one = singular(scaled, name, (a, b), edge) if changes or whole else None
+        if one and all(abs(one.value - g.value) > edge for g in found):
             found.append(one)
-    return found
+            ends = [(a, one.value - edge), (one.value + edge, b)]
+            parts += [(low, high) for low, high in ends if low < high]
+        elif not whole:
+            parts += [(a, middle), (middle, b)]
+        elif changes:
+            where = f"{name} = {a:.6g} and {b:.6g}"
+            unclear.append(f"a real root passes zero between {where} and was not located")
+    return found, unclear
 
 
-def singular(scaled: ScaledSystem, name: str, a: float, b: float) -> Guess | None:
-    """Where K of real matrices is singular between a and b, by Newton's method from their middle,
-    with its unit null vectors; None if it does not converge there."""
-    p, x, y = (a + b) / 2, *np.ones((2, scaled.n))
+def singular(
+    scaled: ScaledSystem, name: str, between: tuple[float, float], near: float
+) -> Guess | None:
+    """Where K of real matrices is singular between two values, by Newton's method from their
+    middle to far below `near`, with its unit null vectors; None if it does not converge there."""
+    p, (x, y) = sum(between) / 2, np.random.default_rng(1).standard_normal((2, scaled.n))
     for _ in range(OPTIONS.steps):
-        K = scaled.at({name: p}).K
-        with suppress(ZeroDivisionError):
+        K, slope = scaled.at({name: p}).K, scaled.slope(name, {name: p}, 0.0)
+        with suppress(ZeroDivisionError), np.errstate(all="ignore"):
             factor = factorise(K)
-            for _ in range(2):
-                x, y = factor.solve(y), factor.solve(x, True)
+            for _ in range(3):  # of K + m slope the null vectors of the least m
+                x, y = factor.solve(slope @ x), factor.solve(slope.T @ y, True)
                 x, y = x / np.linalg.norm(x), y / np.linalg.norm(y)
-        slope = float(y @ (scaled.slope(name, {name: p}, 0.0) @ x))
-        if not slope:
-            return None
-        move = -float(y @ (K @ x)) / slope
+        with np.errstate(all="ignore"):
+            move = -float(y @ (K @ x)) / float(y @ (slope @ x) or np.nan)
         p += move
-        if not a < p < b:
+        if not between[0] < p < between[1]:  # also of NaN
             return None
-        if abs(move) <= OPTIONS.same * abs(p):
+        if abs(move) <= 1e-3 * near:
             return Guess(p, 0.0, x, y)
     return None
 
@@ -287,8 +299,10 @@ def crossings_along(
     unconfirmed: list[str] = []
     finer = copy(reduction)  # which grows by what each crossing lacks
     for each in known:
-        with suppress(ComputationError):
+        try:
             crossings.append(axis_crossing(reduction.scaled, name, *each))
+        except ComputationError as error:
+            unconfirmed.append(str(error))
     whole = [(reduction, 0.0, math.inf)]
     for part, middle, wide in frozen_parts(reduction) if reduction.system.follows else whole:
         along = Along(part, name)
@@ -319,9 +333,10 @@ def _in_range(one: AxisCrossing, low: float, high: float) -> list[AxisCrossing]:
     return [one] if low <= one.value <= high else []
 
 
-def _same(one: AxisCrossing | Guess, other: AxisCrossing | Guess) -> bool:
+def _same(one: AxisCrossing, other: AxisCrossing) -> bool:
     return bool(
-        abs(one.value - other.value) <= OPTIONS.same * max(abs(one.value), abs(other.value))
+        abs(one.value - other.value)
+        <= OPTIONS.same * max(abs(one.value), abs(other.value)) + one.width + other.width
         and abs(one.omega - other.omega) <= OPTIONS.same * max(one.omega, other.omega)
         and abs(np.vdot(one.vector, other.vector)) > 0.5
     )

@@ -4,11 +4,13 @@ import numpy as np
 import pytest
 from scipy.sparse import block_diag, csc_array
 
+import squeal
 from squeal.errors import ComputationError, InputError
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.sparse import crossings
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.crossings import axis_crossing, crossings_along
+from squeal.sparse.crossings import axis_crossing, crossings_along, singular_stiffness
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
 from tests import large
@@ -62,6 +64,44 @@ def test_a_window_between_two_values():
     found = np.array([(c.value, c.omega, c.slope) for c in crossings])
     assert np.allclose(found[:, :2], [[0.375, 10.0], [0.625, 10.0]], rtol=1e-10, atol=1e-8)
     assert np.allclose(found[:, 2], [-0.25, 0.25], rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("diagonal", "ends", "exact"),
+    [
+        (["1 - p**2", "4 - p**2", "30 - p**2"], (-3.0, 3.3), [-2, -1, 1, 2]),
+        (["300*((p - 1)**2 - 0.04)", "0.5"], (0.0, 3.3), [0.8, 1.2]),
+        (["30*(p - 1)*(p - 2)", "0.5"], (0.0, 3.3), [1, 2]),
+        (["-300*p", "0.5"], (-1.0, 1.0), [0]),
+        (["-300*p", "0.5"], (-1.0, 1.1), [0]),
+        (["1e6*(1 - p)", "0.1", "0.2", "0.3", "0.5"], (0.0, 1.7), [1]),
+        ([f"{k} - p" for k in range(1, 9)], (0.5, 8.7), [1, 2, 3, 4, 5, 6, 7, 8]),
+        (["1 - p", "1.00001 - p"], (0.0, 3.0), [1, 1.00001]),
+        (["2 + p", "0.01 + p**2"], (-1.0, 2.0), []),
+    ],
+)
+def test_every_place_where_the_stiffness_is_singular(diagonal, ends, exact):
+    rows = len(diagonal) + 12
+    still = csc_array(np.diag([0.0] * len(diagonal) + list(np.linspace(300.0, 9e3, 12))))
+    units = [csc_array(([1.0], ([k], [k])), shape=(rows, rows)) for k in range(len(diagonal))]
+    moved = (Term(A, Formula(text)) for A, text in zip(units, diagonal, strict=True))
+    M = csc_array(np.eye(rows))
+    system = TermSystem((Term(M),), (Term(0.01 * M),), (Term(still), *moved), {"p": 0.5}, "p")
+    values = [ends[0] + x * (ends[1] - ends[0]) for x in (0.0, 0.26, 0.51, 0.78, 1.0)]
+    found, unclear = singular_stiffness(ScaledSystem(system), values)
+    assert sorted(one.value for one in found) == pytest.approx(exact, abs=1e-8)
+    assert not unclear
+    low, high = ends
+    loss = squeal.thresholds(system, low=low, high=high, band=(0.0, 0.01))
+    assert sorted(c.mu for c in loss.crossings) == pytest.approx(exact, abs=1e-8)
+
+
+def test_a_change_of_sign_that_is_not_located_is_said(monkeypatch):
+    monkeypatch.setattr(crossings, "singular", lambda *_: None)
+    system = affine(np.eye(2), np.diag([1.0, 9.0]), np.diag([-1.0, 0.0]), 0.1 * np.eye(2))
+    found, (text,) = singular_stiffness(ScaledSystem(system), [0.0, 2.0])
+    assert not found
+    assert "was not located" in text
 
 
 def test_a_real_root(rng):

@@ -32,7 +32,7 @@ from squeal.linear.matrices import ILL, dense, unit_diagonal
 from squeal.linear.search import Searched, search, together
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
-from squeal.sparse.crossings import crossings_along, singular_stiffness
+from squeal.sparse.crossings import Guess, crossings_along, singular_stiffness
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.quadratic import PROGRESS
 from squeal.sparse.reduction import Reduction
@@ -78,6 +78,7 @@ def system_thresholds(
     if not low < high:
         raise InputError(f"high: {high:g} is not allowed; it must exceed {low:g}")
     unconfirmed: list[str] = []
+    unclear: list[str] = []
     doubts: list[str] = []
     left_out: list[str] = []
     rows: Sequence[Event] = []
@@ -99,9 +100,9 @@ def system_thresholds(
         values[1:1] = [low + x * (high - low) for x in inner]
         reduction = served or reduced_for(system, wanted, [{name: v} for v in values])
         roots, region = reduction.values, reduction.region
-        still = []
+        still: list[Guess] = []
         if system.real and not served and region.low_imag < 0.0:
-            still = singular_stiffness(reduction.scaled, low, high)
+            still, unclear = singular_stiffness(reduction.scaled, values)
             for one in still:
                 reduction.extend(np.column_stack([one.vector, one.left]))
         PROGRESS.get()("following the roots of the reduced system")
@@ -120,7 +121,7 @@ def system_thresholds(
             rows = [replace(c, residual=reduction.worst) for c in rows]
         found, between, unexplained, left_out = _explained(line, rows, values, wanted.words())
         points, crossings = points_and_crossings(found)
-        unconfirmed = [*unconfirmed, *unexplained]
+        unconfirmed = [*unconfirmed, *unexplained, *unclear]
         if whole:
             certified = bool(certified) and not unconfirmed
         elif served is None and system.n <= COUNTED_ROWS and not system.follows:
