@@ -74,4 +74,5 @@ def within_doubles() -> Iterator[None]:
     except (ArithmeticError, ValueError) as error:
         if not isinstance(error, ArithmeticError) and type(error).__name__ != "LinAlgError":
             raise
-        raise ComputationError(f"{error.args[-1]}; {BEYOND}") from error
+        words = error.args[-1] if error.args else type(error).__name__
+        raise ComputationError(f"{words}; {BEYOND}") from error

@@ -97,6 +97,8 @@ class Kind:
 
     def read(self, value: Any, at: Place, model: str = "") -> Any:
         """The value of a file, converted; `model`: that of the file. Raises InputError."""
+        if getattr(value, "shape", None) == ():  # a scalar of NumPy
+            value = value.item()
         result = self.convert(value)
         if result is None:
             raise at.must_be(value, self.named)
@@ -475,7 +477,7 @@ def check_needs(keys: Mapping[str, Key], given: Mapping[str, Any], at: Place) ->
 
 
 _KINDS: dict[Any, Kind] = {
-    Any: Kind("of any kind", lambda value: value), str: TEXT, bool: FLAG, float: ANY,
+    Any: Kind("anything but None", lambda value: value), str: TEXT, bool: FLAG, float: ANY,
     int: Kind("a whole number", Whole(-sys.maxsize, sys.maxsize).convert),
     Callable: Kind("a function", lambda value: value if callable(value) else None),
 }  # fmt: skip
@@ -487,7 +489,7 @@ def kind_of(hint: Any) -> Kind:
     if what in (Annotated, Literal):
         return parts[1] if what is Annotated else Word(parts)
     if what in _KINDS or not parts:
-        return _KINDS.get(what) or instance(what, f"of the class {what.__name__}")
+        return _KINDS.get(what) or instance(what, f"an instance of {what.__name__}")
     own = dict.fromkeys(part for part in parts[what is Mapping :] if part is not NoneType)
     one = kind_of(next(iter(own)) if len(own) == 1 else Any)
     if what in (Union, UnionType):

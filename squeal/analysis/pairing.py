@@ -30,7 +30,7 @@ def mac(X: Any, Y: Any) -> NDArray[np.float64]:
     Parameters
     ----------
     X, Y : array_like (n, m), (n, k)
-        Shapes as columns, real or complex.
+        Shapes as columns, or one shape (n,), real or complex.
 
     Returns
     -------
@@ -44,6 +44,7 @@ def mac(X: Any, Y: Any) -> NDArray[np.float64]:
     """
     units = []
     for name, Z in {"X": X, "Y": Y}.items():
+        Z = np.asarray(Z)[:, None] if np.ndim(Z) == 1 else Z  # one shape
         Z = dense(given_matrix(Z, f"mac: {name}"))
         if not Z.any(axis=0).all():
             raise InputError(f"mac: {name}: a shape of zeros is not allowed; each must move")

@@ -17,7 +17,7 @@ from squeal.analysis.sensitivity import Sensitivity
 from squeal.analysis.sensitivity import sensitivity as pad_sensitivity
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.linear.matrices import given_matrix
+from squeal.linear.matrices import given_matrix, is_sparse
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.schema import TEXT, Place, Positive, Whole, kind_of, public
@@ -92,7 +92,8 @@ def System(
 
     parts: list[tuple[Term, ...]] = []
     for part, given in zip("MCK", (M, C, K), strict=True):
-        each = given if isinstance(given, Mapping) else {} if given is None else {"1": given}
+        several = isinstance(given, Mapping) and not is_sparse(given)
+        each = given if several else {} if given is None else {"1": given}
         with Place("System", part).named():
             factors = (Formula(TEXT.read(text, Place("factor"))) for text in each)
             arrays = (given_matrix(X, real=part == "M") for X in each.values())

@@ -114,7 +114,7 @@ def save(drawing: Drawing, path: Path, text: bool = True) -> None:
 
     The alternative text is in the file's metadata and, with `text`, in a file .txt beside it.
     """
-    kind = Word(("pdf", "svg", "png")).read(path.suffix[1:], Place(str(path)))
+    kind = Word(("pdf", "svg", "png")).read(path.suffix[1:].lower(), Place(str(path)))
     made = rendered(drawing, kind)  # a disc may fill up while a file is written
     write_whole(path, lambda stream: stream.write(made), binary=True)
     if text:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.sparse import csc_array
+from scipy.sparse import csc_array, dok_array
 
 import squeal
 from squeal.errors import ComputationError, InputError
@@ -42,7 +42,10 @@ REFUSED: list[tuple[Any, str]] = [
     # shapes and modes
     (lambda: api.mac(EYE, np.eye(3)), "2 and 3 rows"),
     (lambda: api.mac("a", "b"), "X: must be a matrix of finite numbers"),
-    (lambda: api.compare(1, 2), "computed: 1 is not allowed; it must be of the class Eigenvalues"),
+    (
+        lambda: api.compare(1, 2),
+        "computed: 1 is not allowed; it must be an instance of Eigenvalues",
+    ),
     (lambda: api.compare(api.thresholds(S), known()), "computed"),
     (lambda: api.compare(known(), known(), tolerance=None), "tolerance: None"),
     (lambda: known().plot("x.jpg"), "x.jpg: 'jpg' is not allowed"),
@@ -71,7 +74,7 @@ REFUSED: list[tuple[Any, str]] = [
     (lambda: api.thresholds(S, low="a"), "low: 'a' is not allowed; it must be a finite number"),
     *(
         (lambda at=at: api.eigenvalues(S, at=at), "at: ")
-        for at in ("a", [1], 1j, BIG, np.array(1.0))
+        for at in ("a", [1], 1j, BIG, np.array(math.nan))
     ),
     *((lambda r=r: api.eigenvalues(S, region=r), "region") for r in ((1, 2, 3), "abc", 3)),
     (lambda: api.eigenvalues(S, look=3), "look: 3"),
@@ -133,3 +136,20 @@ def test_an_answer_does_not_follow_what_it_has_said():
 def test_likeness_of_shapes_does_not_depend_on_their_scale():
     for size in (1e200, 1e-200):
         assert squeal.mac([[size], [size]], [[1, 1], [1, -1]]).round(12).tolist() == [[1, 0]]
+
+
+def test_scalars_of_numpy_and_single_shapes_are_taken():
+    once = api.eigenvalues(S, at=0.3).values
+    assert np.array_equal(api.eigenvalues(S, at=np.array(0.3)).values, once)
+    assert api.map(SCENE, AXES, curves=np.bool_(True)).verdicts
+    assert api.mac([1, 2], [1, 3]) == pytest.approx(0.98)
+    assert api.mac([1, 2], EYE) == pytest.approx(np.array([[0.2, 0.8]]))
+    assert api.System(dok_array(EYE), K=K).n == 2
+
+
+def test_a_division_by_zero_without_words_is_one_of_ours():
+    def progress(_):
+        raise ZeroDivisionError
+
+    with pytest.raises(ComputationError, match="ZeroDivisionError"):
+        api.eigenvalues(S, band=(0.0, 1.0), progress=progress)
