@@ -15,6 +15,7 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from contextvars import copy_context
 from dataclasses import dataclass
 from functools import wraps
 from inspect import signature
@@ -511,7 +512,7 @@ def public(function: _Function) -> _Function:
             hint, default = hints.get(name, Any), known.parameters[name].default
             if hint not in (Any, object) and value is not default:
                 given.arguments[name] = kind_of(hint).read(value, Place(function.__name__, name))
-        with within_doubles():
-            return function(*given.args, **given.kwargs)
+        with within_doubles():  # in a context of its own, which ends with what it has set
+            return copy_context().run(function, *given.args, **given.kwargs)
 
     return asked  # type: ignore[return-value]

@@ -11,6 +11,7 @@ from scipy.sparse import csc_array, dok_array
 
 import squeal
 from squeal.errors import ComputationError, InputError
+from squeal.sparse.quadratic import PROGRESS
 from tests.conftest import SCENES
 
 api: Any = squeal  # asked for what its types do not allow
@@ -153,3 +154,4 @@ def test_a_division_by_zero_without_words_is_one_of_ours():
 
     with pytest.raises(ComputationError, match="ZeroDivisionError"):
         api.eigenvalues(S, band=(0.0, 1.0), progress=progress)
+    assert PROGRESS.get() is not progress  # of the next question
