@@ -219,8 +219,8 @@ def singular_stiffness(
     found, unclear = list[Guess](), list[str]()
     system, name, wide = scaled.system, scaled.system.parameter, values[-1] - values[0]
     each = (tuple(t.factor.slope(system.values({name: p}), name) for t in system.K) for p in values)
-    parts = [*itertools.pairwise(values)] if len({*each}) > 1 else [(values[0], values[-1])]
-    none, edge = np.zeros((scaled.n, 0)), 1e-6 * wide
+    looked = values if len({*each}) > 1 else ()  # a linear K is farthest at the ends of a part
+    parts, none, edge = [(values[0], values[-1])], np.zeros((scaled.n, 0)), 1e-6 * wide
 
     def stiffness(p: float) -> Any:
         return scaled.at({name: p}).K
@@ -236,17 +236,20 @@ def singular_stiffness(
 
     for a, b in parts:
         middle = a + 0.4871 * (b - a)  # where K hardly is singular by chance
+        close = [g for g in found if min(abs(g.value - a), abs(g.value - b)) <= 2 * edge]
+        columns = [x for g in close for x in (g.vector, g.left)]
+        V, holds = enlarged(none, np.column_stack(columns), OPTIONS.exact) if close else none, False
+        with suppress(ZeroDivisionError):
+            given = V, V.T @ ((K := stiffness(middle)) @ V), K, factorise(K)
+            tried = (a, b, *(v for v in looked if a < v < b))
+            holds = all(contraction(*given, stiffness(p)) < CONTRACTS for p in tried)
+        if holds and not close:  # all real factors of the determinant are positive then
+            continue
         changes = sign(a) * sign(b) < 0.0
+        if holds and not changes:
+            continue
         least = edge if changes else OPTIONS.apart * wide
         whole = b - a <= least or len(parts) >= OPTIONS.parts
-        if not changes:
-            close = [g for g in found if min(abs(g.value - a), abs(g.value - b)) <= 2 * edge]
-            columns = [x for g in close for x in (g.vector, g.left)]
-            V = enlarged(none, np.column_stack(columns), OPTIONS.exact) if columns else none
-            with suppress(ZeroDivisionError):
-                given = V, V.T @ ((K := stiffness(middle)) @ V), K, factorise(K)
-                if all(contraction(*given, stiffness(p)) < CONTRACTS for p in (a, b)):
-                    continue
         one = singular(scaled, name, (a, b), edge) if changes or whole else None
         if one and all(abs(one.value - g.value) > edge for g in found):
             found.append(one)
