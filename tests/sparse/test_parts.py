@@ -180,6 +180,9 @@ def test_crossings_at_the_ends_of_a_range():
     assert _in_range(falls, 1.2, 2.0) == _in_range(falls, 0.0, 0.8) == []
     same, other = crossing(1 + 5e-8, 2 + 1e-7), crossing(vector=(0.3, 0.9))
     assert _same(crossing(), same)
-    assert not any(_same(crossing(), x) for x in (other, crossing(1 + 2e-7), crossing(omega=2.1)))
+    assert not any(_same(crossing(), x) for x in (other, crossing(omega=2.1)))
+    one, next_one = (replace(crossing(p), interval=(p, p)) for p in (1.0, 1 + 2e-7))
+    assert not _same(one, next_one)
+    assert _same(crossing(), crossing(1 + 2e-7))  # whose intervals overlap
     pairs = np.array([[1 + 1j, -1 + 1j], [1 + 1j, 2.0], [1 + 1j, -1e-17 + 1j], [-1.0, 1.0]]).T
     assert _changes_sign(*pairs).tolist() == [True, False, False, True]
