@@ -40,7 +40,7 @@ from squeal.sparse.quadratic import (
     factorise,
     factorise_at,
 )
-from squeal.sparse.reduction import CONTRACTS, Reduction, contraction
+from squeal.sparse.reduction import Reduction, contraction
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,8 @@ class AlongOptions:
     exact: float = 1e-12  # backward error of its vectors
     converged: float = 1e-12  # step relative to p and omega; its error is the square
     apart: float = 2.0**-10  # singular K: shortest part of the range that is halved
-    parts: int = 60  # ... and how many parts are looked at
+    holds: float = 0.4  # ... below what a part contracts, by few powers that may tell too little
+    parts: int = 200  # ... and how many parts are looked at
 
 
 OPTIONS = AlongOptions()
@@ -242,8 +243,8 @@ def singular_stiffness(
         with suppress(ZeroDivisionError):
             given = V, V.T @ ((K := stiffness(middle)) @ V), K, factorise(K)
             tried = (a, b, *(v for v in looked if a < v < b))
-            holds = all(contraction(*given, stiffness(p)) < CONTRACTS for p in tried)
-        if holds and not close:  # all real factors of the determinant are positive then
+            holds = all(contraction(*given, stiffness(p)) < OPTIONS.holds for p in tried)
+        if holds and not close:  # no sign can have changed
             continue
         changes = sign(a) * sign(b) < 0.0
         if holds and not changes:
