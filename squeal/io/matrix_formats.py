@@ -41,6 +41,7 @@ MATRIX, COMPRESSED, SPARSE = 14, 15, 5  # data elements, and a class, of MATLAB'
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 # Ansys' names of degrees of freedom, with the numbers of the other programs
 FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6, "PRES": 8, "TEMP": 11}
+OTHER_FREEDOMS = 100  # numbers above are of other names
 
 
 @dataclass(frozen=True, eq=False)
@@ -282,7 +283,7 @@ def _labels(path: Path, rows: int) -> tuple[tuple[int, int], ...] | None:
         return None
     text = path.read_text(encoding="ascii").upper()
     found = re.findall(r"(?m)^\s*(?:\d+\s+)?(\d+)(?:\.|\s+)(\w+)\s*$", text)
-    labels = [(int(node), FREEDOMS.get(name) or int(name)) for node, name in found]
+    labels = [(int(node), _freedom(name)) for node, name in found]
     if len(labels) < rows:
         raise ValueError(f"{path.name} names {len(labels)} of its {rows} rows")
     count = Counter(labels)
@@ -332,6 +333,14 @@ def _read_dmig(path: Path) -> dict[str, MatrixFile | Callable[[], MatrixFile]]:
     if missing := {card[0] for card in cards} - heads.keys():
         raise ValueError(f"the card DMIG {missing.pop()} 0, which says what it holds, is missing")
     return {name: partial(_dmig, path, head, cards) for name, head in heads.items()}
+
+
+def _freedom(name: str) -> int:
+    """The number of a degree of freedom of any name; those that move no node in space, such as
+    WARP or VOLT, get one of their own, the same in every file."""
+    if name.isdigit():
+        return int(name)
+    return FREEDOMS.get(name) or OTHER_FREEDOMS + zlib.crc32(name.encode())
 
 
 def _field(cell: str) -> str:

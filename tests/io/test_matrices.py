@@ -210,6 +210,17 @@ def test_harwell_boeing_as_ansys_writes_it(tmp_path, read):
     assert read_matrix(tmp_path / "K.txt").labels == ((11, 1), (11, 6))
 
 
+@pytest.mark.parametrize("name", ["WARP", "VOLT", "VX", "MAG", "ENKE", "7"])
+def test_hbmat_names_any_degree_of_freedom(tmp_path, name):
+    """Beams with warping, and acoustic, electric and magnetic elements, have others than UX."""
+    (tmp_path / "K.hb").write_text(harwell_boeing("RUA", [1, 2, 3], [1, 2], [2, 3]))
+    (tmp_path / "K.mapping").write_text(f"Matrix Eqn  Node  DOF\n 1  5 UX\n 2  5 {name}\n")
+    first, second = read_matrix(tmp_path / "K.hb").labels
+    assert first == (5, 1)
+    assert second[0] == 5
+    assert second != first
+
+
 DMIG = """$ a comment
 GRID    1               0.      0.      0.
 DMIG    K       0       6       4       0                       8
