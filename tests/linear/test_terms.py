@@ -164,3 +164,11 @@ def test_one_form_of_every_kind_of_system():
     for (at, slopes), (exact_at, exact_slopes) in zip(found, exact, strict=True):
         assert np.array_equal(np.array(at), np.array(exact_at))
         assert np.array(slopes) == pytest.approx(np.array(exact_slopes), rel=1e-5, abs=1e-9)
+
+
+def test_masked_entries_are_no_numbers():
+    """Their values, whatever they are, entered the matrix."""
+    masked = np.ma.masked_equal([[1.0, 0.0], [0.0, 1e20]], 1e20)
+    with pytest.raises(InputError, match="masked"):
+        Term(masked)
+    assert Term(np.ma.masked_equal(np.eye(2), 7.0)).matrix.tolist() == np.eye(2).tolist()
