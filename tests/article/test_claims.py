@@ -12,6 +12,7 @@ from squeal.article.claims.measures import Linear, Range
 from squeal.article.claims.motions import LEVELS
 from squeal.article.claims.rules import CALM, hammering_cases, more_loss_in_b1, sliding_lasts
 from squeal.article.claims.settling import decaying, settled
+from squeal.article.equations import Readings
 from squeal.io.scene import read_scene
 from squeal.model.contact import FULL, LEAD, LEADING, NONE, TRAIL, TRAILING
 from squeal.simulation.run import simulate
@@ -34,7 +35,7 @@ QUIET = Case(
     vanishes=(0.0, 0.0),
     calm=1.0,
 )
-LINEAR = Linear({"a": 2, "b": 2, "c": 2, "d": 2}, 0.14)
+LINEAR = Linear({"a": 2, "b": 2, "c": 2, "d": 2}, Readings(0.14, 0.3))
 
 
 def verdict(claim, linear=LINEAR, **changed):
@@ -112,9 +113,9 @@ def test_separation_elsewhere_contradicts_only_c():
 
 def test_claims_on_the_linear_model():
     assert verdict("B3-singular") == YES
-    assert verdict("B3-singular", linear=Linear({"a": 3}, 0.1)) == NO
+    assert verdict("B3-singular", linear=Linear({"a": 3}, Readings(0.1, 0.2))) == NO
     assert verdict("B3-small-region") == YES
-    assert verdict("B3-small-region", linear=Linear({"a": 2}, 0.3)) == NO
+    assert verdict("B3-small-region", linear=Linear({"a": 2}, Readings(0.3, 0.2))) == NO
     assert verdict("B3-none") == YES
     assert verdict("B3-none", b1_a=case(calm=0.001)) == NO
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.article.claims.motions import measure_alone
-from squeal.article.equations import quasi_static_map, rank, stiffness
+from squeal.article.equations import Readings, quasi_static_map, rank, stiffness
 from squeal.equilibrium.statics import Statics
 from squeal.errors import InputError
 from squeal.io.scene import Scene
@@ -148,10 +148,10 @@ def case_of(
 
 @dataclass(frozen=True)
 class Linear:
-    """What the claims on model B3 need: ranks of K by case, share of the map where (23) holds."""
+    """What the claims on model B3 need: ranks of K by case, shares of the map where (23) holds."""
 
     ranks: Mapping[str, int]
-    share_as_printed: float
+    share: Readings
 
 
 def linear_measures(pads: Mapping[str, Pad], points: int = 500) -> Linear:
@@ -161,9 +161,9 @@ def linear_measures(pads: Mapping[str, Pad], points: int = 500) -> Linear:
     pads tells it.
     """
     ranks = {case: rank(pad, stiffness(pad)) for case, pad in pads.items()}
-    return Linear(ranks, _share_as_printed(next(iter(pads.values())), points))
+    return Linear(ranks, _share(next(iter(pads.values())), points))
 
 
 @lru_cache(maxsize=8)
-def _share_as_printed(pad: Pad, points: int) -> float:
-    return quasi_static_map(pad, points).share.as_printed
+def _share(pad: Pad, points: int) -> Readings:
+    return quasi_static_map(pad, points).share

@@ -244,6 +244,10 @@ def singular(linear: Linear) -> Outcome:
 
 
 def small_region(linear: Linear) -> Outcome:
-    """(23a, b) hold on a small part of the map."""
-    share = linear.share_as_printed
-    return Outcome(SMALL_REGION - share, f"{100 * share:.1f} % of the map")
+    """(23a, b) hold on a small part of the map; the share of the complete ones is printed too."""
+    printed, complete = linear.share.as_printed, linear.share.complete
+    words = (
+        f"{100 * printed:.1f} % of the map; the complete necessary conditions hold on "
+        f"{100 * complete:.1f} %"
+    )
+    return Outcome(SMALL_REGION - printed, words)
