@@ -131,6 +131,23 @@ def tilted_down(case: Case) -> Outcome:
     return Outcome(-case.tilt.high, f"greatest tilt {case.tilt.high:.3g} rad")
 
 
+def tilted_up(case: Case) -> Outcome:
+    """theta0 + theta stays positive."""
+    words = f"least tilt {case.tilt.low:.3g} rad, negative for {100 * case.down:.1f} % of the time"
+    return Outcome(case.tilt.low, words)
+
+
+def trailing_edge_alone(case: Case) -> Outcome:
+    """Where contact is lost, it is at the trailing edge; without a loss nothing contradicts it."""
+    leading, trailing = (apart / case.duration for apart in case.separated)
+    margin = -leading if leading > TOUCH else 1.0 - leading
+    words = (
+        f"leading edge off for {100 * leading:.1f} % of the time, trailing edge for "
+        f"{100 * trailing:.1f} %"
+    )
+    return Outcome(margin, words)
+
+
 def both_tilted_up(b1: Case, b2: Case) -> Outcome:
     """theta0 + theta stays positive in both models."""
     words = f"least tilt B1 {b1.tilt.low:.3g}, B2 {b2.tilt.low:.3g} rad"
