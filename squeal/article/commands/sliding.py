@@ -53,8 +53,8 @@ def data(scene: Scene) -> dict[str, Any]:
 
     `holds_as_printed` is true there, because the bounds require nothing. `holds_sign_aware` holds
     the complete necessary conditions; the key keeps its name for scripts. `K31_mismatch` is
-    K31/(h K11) - 1, null where K11 = 0: only where it is zero do the three rows hold together, but for mu = 0.
-    `admissible` is about the equilibrium that `squeal eigenvalues` takes.
+    K31/(h K11) - 1, null where K11 = 0: with friction the three rows hold together only where it
+    is zero. `admissible` is about the equilibrium that `squeal eigenvalues` takes.
     """
     pad = scene.pad
     K = stiffness(pad)
