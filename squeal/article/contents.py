@@ -43,7 +43,7 @@ _ALL = _scenes(*HISTORY_FIGURES)
 _B2 = _scenes(*(stem("B2", case) for case in CASES))
 
 STUDIES: dict[str, tuple[str, ...]] = {
-    "quasi_static": _scenes("b3"),
+    "quasi_static": (*_scenes("b3"), *_B2, *_scenes(*(f"{one}/b3" for one in SETS))),
     "eigenvalues": _B2,
     "stability": _ALL,
     "angles": _scenes("b2-c"),

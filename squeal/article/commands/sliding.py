@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.pads import at_equilibrium
-from squeal.article.equations import bounds, rank, stiffness
+from squeal.article.equations import bounds, mismatch, rank, stiffness
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take_files
 from squeal.equilibrium import Equilibrium, find_all, sliding_equilibrium
@@ -51,9 +51,10 @@ def _finite(value: float) -> float | None:
 def data(scene: Scene) -> dict[str, Any]:
     """The answer as a JSON object; a bound is null where K21 = 0, and friction is not bounded.
 
-    Both conditions hold there, because they require nothing, and say nothing about sliding.
-
-    `admissible` is about the equilibrium that `squeal eigenvalues` takes.
+    `holds_as_printed` is true there, because the bounds require nothing. `holds_sign_aware` holds
+    the complete necessary conditions; the key keeps its name for scripts. `K31_mismatch` is
+    K31/(h K11) - 1, null where K11 = 0: with friction the three rows hold together only where it
+    is zero. `admissible` is about the equilibrium that `squeal eigenvalues` takes.
     """
     pad = scene.pad
     K = stiffness(pad)
@@ -66,7 +67,8 @@ def data(scene: Scene) -> dict[str, Any]:
         "bound_23a": _finite(limits.bound_23a),
         "bound_23b": _finite(limits.bound_23b),
         "holds_as_printed": bool(limits.as_printed),
-        "holds_sign_aware": bool(limits.sign_aware),
+        "holds_sign_aware": bool(limits.complete),
+        "K31_mismatch": _finite(mismatch(pad)),
     }
     if not scene.pad_model.linear:
         judged = judged_equilibria(scene)
@@ -81,6 +83,12 @@ def data(scene: Scene) -> dict[str, Any]:
             for e, judgement in judged
         ]
     return answer
+
+
+def _moment_entry(answer: dict[str, Any]) -> str:
+    """K31 over h K11 in words."""
+    missed = answer["K31_mismatch"]
+    return "K11 = 0" if missed is None else f"K31 = {number(1.0 + missed)} h K11"
 
 
 def text(answer: dict[str, Any]) -> str:
@@ -101,9 +109,11 @@ def text(answer: dict[str, Any]) -> str:
         ),
         (
             f"(23a) {bound('bound_23a')}; (23b) {bound('bound_23b')}; "
-            f"hold as printed: {yes[answer['holds_as_printed']]}, "
-            f"with correct signs: {yes[answer['holds_sign_aware']]}"
-            f"{'; without bounds they say nothing of sliding' if nothing else ''}"
+            f"hold as printed: {yes[answer['holds_as_printed']]}"
+            f"{', since nothing is bounded' if nothing else ''}\n"
+            f"complete necessary conditions hold: {yes[answer['holds_sign_aware']]}; their state, "
+            f"with y = theta = delta = 0, needs K31 = h K11 under friction; here "
+            f"{_moment_entry(answer)}"
         ),
     ]
     if "equilibria" in answer:
