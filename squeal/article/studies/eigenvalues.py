@@ -72,7 +72,7 @@ class EquilibriumPoles(Record):
 
 
 class Locus(Record):
-    """Poles with Im >= 0 over friction: real (1/s), imag (rad/s): a row a pole, over `mu`."""
+    """The six poles over friction: real (1/s), imag (rad/s): a row a pole, over `mu`."""
 
     mu: Row
     real: tuple[Row, ...]
@@ -245,21 +245,20 @@ def closed_poles(loop: FrictionLoop, gains: np.ndarray) -> np.ndarray:
     return np.array([one.poles() for one in closed])
 
 
-def gain_margins(loop: FrictionLoop) -> list[tuple[float, float]]:
-    """Gains up to `GREATEST` at which a pole reaches the axis, rising, each with its rad/s there.
+def gain_margins(loop: FrictionLoop) -> list[float]:
+    """Gains up to `GREATEST` at which a pole reaches the axis, rising.
 
     By `control.stability_margins` for a loop of one input; a static margin is that of the gain at
-    frequency zero. Natural units. None is given for loops of two inputs, see `critical_gain`.
+    frequency zero. Loops of two inputs have none, see `critical_gain`.
     """
     import control
 
     open_loop = -loop.plant
-    margins, _, _, at, _, _ = control.stability_margins(open_loop, returnall=True)
-    found = [(float(gain), float(rate)) for gain, rate in zip(margins, at, strict=True)]
+    found = np.asarray(control.stability_margins(open_loop, returnall=True)[0]).tolist()
     static = float(np.real(open_loop(0.0)))
     if static < 0.0:
-        found.append((-1.0 / static, 0.0))
-    return sorted(pair for pair in found if 0.0 < pair[0] <= GREATEST)
+        found.append(-1.0 / static)
+    return sorted(gain for gain in found if 0.0 < gain <= GREATEST)
 
 
 def critical_gain(loop: FrictionLoop, gains: np.ndarray, values: np.ndarray) -> float | None:
@@ -293,12 +292,12 @@ def tracked(values: np.ndarray) -> np.ndarray:
 
 
 def locus(mus: np.ndarray, values: np.ndarray) -> Locus:
-    """Poles (mus, 6) in rad/s, those that begin with Im >= 0."""
-    upper = tracked(values).T[3:]
+    """Poles (mus, 6) in rad/s."""
+    rows = tracked(values).T
     return Locus(
         mu=tuple(mus.tolist()),
-        real=tuple(tuple(row.tolist()) for row in upper.real),
-        imag=tuple(tuple(row.tolist()) for row in upper.imag),
+        real=tuple(tuple(row.tolist()) for row in rows.real),
+        imag=tuple(tuple(row.tolist()) for row in rows.imag),
     )
 
 
@@ -336,9 +335,14 @@ def loop_of(scene: Scene) -> Loop | Missing:
         own = complex_eigenvalues(*loop.matrices(mu)).values
         apart = max(apart, distance(row, own))
     single = loop.inputs.shape[1] == 1
-    crossing = next(iter(gain_margins(loop)), None) if single else None
+    margins = gain_margins(loop) if single else []
     unstable = critical_gain(loop, gains, values)
-    frozen = crossing[0] if crossing else unstable
+    frozen = margins[0] if margins else unstable
+    frequency_hz = None
+    if frozen is not None:
+        critical = closed_poles(loop, np.array([frozen]))[0]
+        rate = abs(critical[np.argmax(critical.real)].imag) * loop.rate
+        frequency_hz = float(rate) / (2 * math.pi)
     stable = analysis.judgement.verdict == "stable"
     losses = [p.mu for p in followed.points if p.kind in ("flutter", "divergence")]
     return Loop(
@@ -349,7 +353,7 @@ def loop_of(scene: Scene) -> Loop | Missing:
         poles=poles(analysis.matrices),
         frozen=frozen,
         by_poles=unstable,
-        frequency_hz=crossing[1] * loop.rate / (2 * math.pi) if crossing else None,
+        frequency_hz=frequency_hz,
         margin=None if frozen is None else frozen / scene.pad.mu,
         modulus=modulus_margin(loop, scene.pad.mu) if single and stable else None,
         followed=losses[0] if losses else None,
