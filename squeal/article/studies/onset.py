@@ -83,9 +83,9 @@ class After(Record):
     """A motion at one damping ratio.
 
     own: from the reference initial conditions, None where the model ends; starts: how many others,
-    see `sampled_states`; lasting: of these lose contact on and on, hammering: and hammer; liveliest: of all that go on
-    the one that hammers, or has most turns; growth: greatest real part of the eigenvalues about the
-    equilibrium, 1/ms, None without one.
+    see `sampled_states`; lasting: of these lose contact on and on, hammering: and hammer;
+    liveliest: of all that go on the one that hammers, or has most turns; growth: greatest real part
+    of the eigenvalues about the equilibrium, 1/ms, None without one.
     """
 
     ratio: Share
@@ -123,13 +123,13 @@ class Cycles(Record):
     """A branch of periodic motions, the one that leads to greater mu first, as far as the surface
     stays faster than the lower face.
 
-    own: the one at the case's friction; airborne: share of its period without contact; decay: its greatest multiplier, from the decay of a
-    disturbance in a simulation; shift: how far the multiplier of a shift in time is from 1; fold:
-    the least friction of the branch; reaches: friction at which the lower face becomes as fast as
-    the surface, None if it nowhere does; closed: the branch is a closed curve; threshold: friction
-    at which the equilibrium begins to flutter at the same damping, None if it does not up to
-    `GREATEST`; sliding: whether it is stable at the case's friction; unstable: intervals of mu in
-    which it is not, up to `GREATEST`.
+    own: the one at the case's friction; airborne: share of its period without contact; decay: its
+    greatest multiplier, from the decay of a disturbance in a simulation; shift: how far the
+    multiplier of a shift in time is from 1; fold: the least friction of the branch; reaches:
+    friction at which the lower face becomes as fast as the surface, None if it nowhere does;
+    closed: the branch is a closed curve; threshold: friction at which the equilibrium begins to
+    flutter at the same damping, None if it does not up to `GREATEST`; sliding: whether it is stable
+    at the case's friction; unstable: intervals of mu in which it is not, up to `GREATEST`.
     """
 
     own: CyclePoint
@@ -159,8 +159,9 @@ class ContactDamping(Record):
 
 class Onset(Result):
     """after: by motion (b1-a, b2-a-mean, b2-a-integral), for each of `ratios`; box, seed: of the
-    initial conditions; cycles: by motion; other_damping: by motion and kind of damping, what the lively motion comes to;
-    contact_damping: by motion, sliding with damping of the normal force alone."""
+    initial conditions; cycles: by motion; other_damping: by motion and kind of damping, what the
+    lively motion comes to; contact_damping: by motion, sliding with damping of the normal force
+    alone."""
 
     after: dict[str, tuple[After, ...]]
     cycles: dict[str, Cycles | Missing]
@@ -256,9 +257,7 @@ def settle(
     return ends, found
 
 
-def settle_late(
-    begun: Sequence[Begun], window: float
-) -> tuple[np.ndarray, list[Settled | None]]:
+def settle_late(begun: Sequence[Begun], window: float) -> tuple[np.ndarray, list[Settled | None]]:
     """States (n, 6) after a long time in observation times (`window`), and what the motions do
     then; None where the model ends.
 
@@ -278,10 +277,10 @@ def settle_late(
 def sampled_states(scene: Scene, half_width: float, count: int) -> np.ndarray:
     """Initial states (count, 6) drawn uniformly from a box about the sliding equilibrium.
 
-    The box reaches `half_width` static compressions (`compression`) to both sides in x, in y and, as
-    the lift of an edge, in w theta. Velocities reach what a mass on spring 1 has that swings as far:
-    the half-width of each displacement times (k1/m)^(1/2). The draws of all boxes are alike but for
-    their scale. There is no state (0, 6) where there is no equilibrium.
+    The box reaches `half_width` static compressions (`compression`) to both sides in x, in y and,
+    as the lift of an edge, in w theta. Velocities reach what a mass on spring 1 has that swings as
+    far: the half-width of each displacement times (k1/m)^(1/2). The draws of all boxes are alike
+    but for their scale. There is no state (0, 6) where there is no equilibrium.
     """
     rest, _ = sliding_equilibrium(scene.pad_model)
     if rest is None:
