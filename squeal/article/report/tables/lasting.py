@@ -5,12 +5,12 @@ from squeal.article.studies.energy import motion_title
 from squeal.article.studies.onset import Onset
 
 CAPTION = r"""Motions with damping and sustained loss of contact. Each is seen for
-\val[n]{onset.seen} observation times after \val[n]{onset.longer}. Reference: whether the
-reference initial conditions lead to it. Others: how many do of those from a box of half-width
-\val[2]{onset.box} static compressions (seed \val[n]{onset.seed}). Of the liveliest motion: shares of
-time with an edge and with both edges separated; peak contact force over $F_n$ at the leading edge,
-at the trailing edge and of their sum (the line has one reaction); changes of the edge struck;
-whether it hammers. Growth: greatest real part of the eigenvalues about the equilibrium."""
+\val[n]{onset.seen} observation times after \val[n]{onset.longer}. Reference: whether the reference
+initial conditions lead to it. Others: how many do of those from a box of half-width
+\val[2]{onset.box} static compressions (seed \val[n]{onset.seed}). Of the liveliest motion: shares
+of time with an edge and with both edges separated; peak contact force over $F_n$ at the leading
+edge, at the trailing edge and of their sum (the line has one reaction); changes of the edge
+struck; whether it hammers. Growth: greatest real part of the eigenvalues about the equilibrium."""
 
 
 def table(onset: Onset) -> str:
