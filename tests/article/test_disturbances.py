@@ -10,7 +10,9 @@ from squeal.article.studies import basin, grazing, onset, releases
 from squeal.article.studies.basin import sampled_share
 from squeal.article.studies.hammering import contact, motion
 from squeal.equilibrium.find import damped_model
+from squeal.io.provenance import NOT_INSTALLED
 from squeal.io.scene import read_scene
+from squeal.io.writing import to_json
 from tests.article.plain import Plain, move
 from tests.conftest import ROOT, needs_heyoka
 
@@ -112,3 +114,15 @@ def test_checks_of_the_box_know_their_interval():
     few = tuple(sampled_share(h, n, 4) for h, n in zip(basin.HALF_WIDTHS, range(5), strict=True))
     record = basin.Basin(shares={"b1-d": few, "b2-d-integral": few}, compression={})
     assert not basin.sentences(record)["most-last-within-two-compressions"]
+
+
+def test_studies_that_need_heyoka_say_so_without_it(monkeypatch, tmp_path):
+    scenes = [ROOT / f"workflow/scenes/{name}.yaml" for name in ("b1-d", "b2-d", "b2-c")]
+    for study, kind in ((basin, basin.Basin), (grazing, grazing.Grazing)):
+        monkeypatch.setattr(study, "version", lambda _: NOT_INSTALLED)
+        record = study.study(scenes)
+        file = tmp_path / "result.json"
+        file.write_text(to_json(record.to_dict()))
+        assert kind.read(file) == record
+        assert record.left_out
+        assert not study.sentences(record)
