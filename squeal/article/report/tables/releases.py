@@ -1,7 +1,7 @@
 """Points and line released from equal shares of their load."""
 
 from squeal.article.report.latex import tabular
-from squeal.article.studies.releases import LOADS, Releases
+from squeal.article.studies.releases import LOADS, Releases, percent
 
 CAPTION = r"""Loss of contact on points / on the line, released alike. The pad starts at rest in the
 pose of its sliding equilibrium, moved vertically until full contact would carry the multiple in the
@@ -17,7 +17,7 @@ def table(releases: Releases) -> str:
         start = f"{one.start['B1']:.2f} / {one.start['B2']:.2f}"
         cells = []
         for load in LOADS:
-            release = one.loads[str(load)]
+            release = one.loads[percent(load)]
             cells.append(f"{100 * release.points:.1f} / {100 * release.line:.1f}")
         rows.append([name.replace("-", " "), ", ".join(one.cases), start, *cells])
     loads = [f"${load:g}$" for load in LOADS]
