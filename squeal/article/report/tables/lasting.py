@@ -4,11 +4,13 @@ from squeal.article.report.latex import number, percent, tabular
 from squeal.article.studies.energy import motion_title
 from squeal.article.studies.onset import Onset
 
-CAPTION = r"""Motions with damping and sustained loss of contact, over \val[n]{onset.seen}
-observation times after \val[n]{onset.longer}: whether from the reference initial conditions,
-from how many others; of the liveliest the share of time with an edge separated, the peak force
-over $F_n$, the changes of the edge struck, and whether it hammers; greatest real part of the
-eigenvalues about the equilibrium."""
+CAPTION = r"""Motions with damping and sustained loss of contact. Each is seen for
+\val[n]{onset.seen} observation times after \val[n]{onset.longer}. Reference: whether the reference
+initial conditions lead to it. Others: how many do of those from a box of half-width
+\val[2]{onset.box} static compressions (seed \val[n]{onset.seed}). Of the liveliest motion: shares
+of time with an edge and with both edges separated; peak contact force over $F_n$ at the leading
+edge, at the trailing edge and of their sum (the line has one reaction); changes of the edge
+struck; whether it hammers. Growth: greatest real part of the eigenvalues about the equilibrium."""
 
 
 def table(onset: Onset) -> str:
@@ -22,8 +24,11 @@ def table(onset: Onset) -> str:
             own = "yes" if row.own and row.own.goes_on else "no"
             rows.append(
                 [motion_title(name), percent(row.ratio), own, f"{row.lasting} of {row.starts}"]
-                + [percent(lively.lost, 0), number(lively.peak, 3), str(lively.turns)]
+                + [percent(lively.lost, 0), percent(lively.airborne, 0)]
+                + [number(one, 3) for one in (lively.leading, lively.trailing, lively.peak)]
+                + [str(lively.turns)]
                 + ["yes" if lively.hammers else "no", number(row.growth, 2)]
             )
-    head = ["", r"$\zeta$", "reference", "others", "lost", "peak", "turns", "hammers"]
-    return tabular("lrrrrrrlr", [*head, "growth, 1/ms"], [rows])
+    head = ["", r"$\zeta$", "reference", "others", "lost", "both off"]
+    head += ["leading", "trailing", "sum", "turns", "hammers", "growth, 1/ms"]
+    return tabular("lrrrrrrrrrlr", head, [rows])
