@@ -22,6 +22,7 @@ from squeal.linear.eigen import Eigenvalue, assigned
 from squeal.linear.paths import Loss, follow, mode_numbers, numbers_at
 
 LISTED = 8  # frequencies in a line of a table
+OPEN = "open: "  # how a criterion begins where what is known decides nothing
 UNSURE = "not certified: others may be missing"
 
 ROOT = (
@@ -122,10 +123,13 @@ class Eigenvalues(Answer):
 
     @property
     def open(self) -> str:
-        """Which modes the error of a reduction leaves open, in words; empty if none."""
+        """Which modes the error of a reduction, or the digits of files, leave open, in words; empty
+        if none."""
         each = sorted({k for k, root in self.of_modes if root.open})
         words = f"mode{'s' * (len(each) > 1)} {', '.join(map(str, each))}"
-        return f"growth of {words} is within the error of the reduction" * bool(each)
+        known_by = self.details.get("known_by")
+        within = f"what {known_by} leave open" if known_by else "the error of the reduction"
+        return f"growth of {words} is within {within}" * bool(each)
 
     def mode_of(self, mode: UnstableMode) -> int | None:
         """The number of a mode that grows, None if it is not listed."""
@@ -164,8 +168,9 @@ class Eigenvalues(Answer):
                 "marginal": "Marginal {}: nothing grows, not all decays",
                 None: f"No {what} was found {{}}{where}; {self.proof}",
             }
-            if self.open:
-                known[None] = f"Open {{}}{where}: {self.open}"
+            if self.open or self.criterion.startswith(OPEN):
+                reason = self.open or self.criterion.removeprefix(OPEN)
+                known[None] = f"Open {{}}{where}: {reason}"
             return known.get(self.verdict, known[None]).format(at)
         kind, hertz, ratio = grow[0].kind, grow[0].frequency_hz, 100 * grow[0].damping_ratio
         size = f"{hertz:.4g} Hz, damping ratio {ratio:.2g} %"
@@ -178,7 +183,9 @@ class Eigenvalues(Answer):
     def proof(self) -> str:
         """Whether a count proves that no root is missing, in words."""
         of = " of the reduced system" * bool(self.details.get("basis"))
-        return f"certified by a count{of}" if self.certified else UNSURE
+        doubts = self.details.get("doubts")
+        unsure = f"not certified: {'; '.join(doubts)}" if doubts else UNSURE
+        return f"certified by a count{of}" if self.certified else unsure
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -543,7 +550,7 @@ def basis_text(basis: Mapping[str, Any], errors: bool = False) -> str:
 class Thresholds(Answer):
     """Every change of the verdict, and every crossing of the imaginary axis, in a range.
 
-    parameter: what is varied, from low to high; verdict: at the lower end; points: changes of the
+    parameter: what is varied, from low to high; verdict: at the lower end, None if it is open; points: changes of the
     verdict; end: why the search ends at `high`; certified: whether counts of what grows agree with
     the list, None where nothing is counted. notes: lines for people; details: what else the JSON
     object says, `admissible_to` among it: how far the equilibria of a pad are those that the model
@@ -554,7 +561,7 @@ class Thresholds(Answer):
     parameter: str
     low: float
     high: float
-    verdict: str
+    verdict: str | None
     points: tuple[CriticalPoint, ...]
     crossings: tuple[Crossing, ...]
     end: str
@@ -605,7 +612,7 @@ class Thresholds(Answer):
             doubts = self.details.get("doubts") or ["nothing was counted"]
             proof = f"not certified: {'; '.join(doubts)}"
         end = f"followed up to {self.parameter} = {self.high:.9g}: {self.end}"
-        head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict}"
+        head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict or 'open'}"
         return [head, self.table(), "\n".join([*self.notes, proof, end])]
 
     def to_dict(self) -> dict[str, Any]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,6 +13,14 @@ from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds, basis_text, 
 from squeal.analysis.maps import Axis, Map
 from squeal.analysis.pads import mode_shapes
 from squeal.analysis.sensitivity import Sensitivity
+from squeal.analysis.systems.known import (
+    accuracy_by_digits,
+    digits_of_files,
+    error_bounds,
+    open_by_digits,
+    sweep_as_known,
+    thresholds_as_known,
+)
 from squeal.analysis.systems.matrices import matrix_list, system_checks
 from squeal.analysis.systems.roots import (
     NO_ROOT,
@@ -44,6 +51,7 @@ from squeal.io.system import SystemFile
 from squeal.io.writing import number, picked
 from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
+from squeal.linear.digits import has_digits
 from squeal.linear.eigen import growing
 from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.system import TermSystem
@@ -135,8 +143,12 @@ class Question:
         if look and isinstance(look.source[1], FirstLook) and not is_small(system):
             roots = looked_at(look.source[1], self.wanted, {free: system.parameters[free]})
         else:
-            bounded = partial(file.assembly.bounded, system) if self.joined else tuple
+            bounded = error_bounds(file, system) or tuple
             roots = system_roots(system, self.wanted, bounded=bounded)
+        doubts = [*roots.doubts, *file.assumptions]
+        criterion = roots.criterion
+        if roots.verdict is None:
+            criterion = open_by_digits(file, roots.every) or criterion
         matrices, checks, region = matrix_list(file), system_checks(system), roots.region
         outside = roots.outside
         if outside and self.joined:  # roots above the cutoff decide nothing
@@ -146,7 +158,8 @@ class Question:
         details |= {"matrices": matrices, "checks": checks, "region": extent, "basis": self.joined}
         details |= {"damped": [one._asdict() for one in file.damped], "fastest_outside": None}
         details |= {"growing_outside": None if outside is None else len(outside)}
-        details |= picked(roots, "growth_limit")
+        details |= picked(roots, "growth_limit") | {"doubts": doubts}
+        details |= {"known_by": digits_of_files(file) if has_digits(system) else None}
         shapes = None
         if system.n <= SHOWN_ROWS:
             modes = mode_shapes(Spectrum(roots.eigenvalues))
@@ -174,7 +187,8 @@ class Question:
         if file.assembly is not None:
             lines += [f"  {seat}" for seat in file.assembly.seats]
             details["contact"] = [seat.summary() for seat in file.assembly.seats]
-        notes = ["\n".join(lines), *roots.notes]
+        accuracy = accuracy_by_digits(file, roots.every)
+        notes = ["\n".join(lines), *roots.notes, *[accuracy] * bool(accuracy)]
         beside = ""
         if outside:
             hertz, rate = abs(outside[0].imag) / math.tau, outside[0].real
@@ -189,9 +203,10 @@ class Question:
         if roots.growth_limit is not None:
             words += f" with growth below {roots.growth_limit:.4g} 1/s"
         value, grow, source = system.parameters[free], _growing(system, roots), (file, roots)
-        head = system.name, free, value, roots.eigenvalues, roots.verdict, roots.criterion, grow
+        head = system.name, free, value, roots.eigenvalues, roots.verdict, criterion, grow
         more = (shapes, details, tuple(notes), beside)
-        return Eigenvalues(*head, roots.certified, roots.count, words, *more, source=source)
+        certified = roots.certified and not doubts
+        return Eigenvalues(*head, certified, roots.count, words, *more, source=source)
 
     def sweep(
         self, values: Sequence[float], method: str | None = None, workers: int | None = None
@@ -203,9 +218,10 @@ class Question:
             reduction, _ = self.reduced(values, method or "modal", CHECKED)
         modes = followed(system, self.wanted, values, reduction, workers or 1)
         basis = basis_of(reduction, self.wanted) or self.joined
-        return Sweep(
+        answer = Sweep(
             system.name, system.parameter, *modes, basis=basis, source=(self.file, reduction)
         )
+        return sweep_as_known(self.file, self.wanted, answer)
 
     def thresholds(
         self, high: float, low: float | None = None, workers: int | None = None
@@ -213,7 +229,9 @@ class Question:
         """Every threshold of the wanted roots from low to high."""
         self._warn_of_unused_parameter()
         answer = system_thresholds(self.system, high, low, self.wanted, workers or 1)
-        return widened(self.system, self.file.assembly, answer) if self.joined else answer
+        if self.joined:
+            answer = widened(self.system, self.file.assembly, answer)
+        return thresholds_as_known(self.file, self.wanted, answer)
 
     def map(self, axes: tuple[Axis, Axis] | None, workers: int | None = None) -> Map:
         """The verdict on the wanted roots over two named parameters."""

@@ -47,10 +47,14 @@ System = Callable[[float], Matrices]
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """A copy of a finite matrix (n, n), and the formula or complex modulus that multiplies it."""
+    """A copy of a finite matrix (n, n), and the formula or complex modulus that multiplies it.
+
+    `digits` are the significant digits to which its entries are known, None if they are exact.
+    """
 
     matrix: Matrix = field(repr=False)
     factor: Formula | Modulus = ONE
+    digits: int | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())
@@ -305,7 +309,7 @@ def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
 
     def held(term: Term) -> Term:
         X = term.matrix.tocsc() if is_sparse(term.matrix) else term.matrix
-        return Term(X[rest][:, rest], term.factor)
+        return Term(X[rest][:, rest], term.factor, term.digits)
 
     M, C, K = (tuple(map(held, terms)) for terms in (system.M, system.C, system.K))
     return dataclasses.replace(system, M=M, C=C, K=K), rows
@@ -541,7 +545,7 @@ def _bordered(system: TermSystem, U: Array) -> TermSystem:
     def wide(term: Term) -> Term:
         X = csc_array(term.matrix, copy=True)
         X.resize((n + k, n + k))
-        return Term(X, term.factor)
+        return Term(X, term.factor, term.digits)
 
     M, C, K = (tuple(map(wide, terms)) for terms in system.parts)
     none, columns = csc_array((n, n)), csc_array(U)
