@@ -4,6 +4,8 @@ The structures are made of beam elements in closed form (Przemieniecki, Theory o
 Analysis, 1968, sections 5.6 and 11.5), and their frequencies are those of SciPy's `eigh`.
 """
 
+import itertools
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -40,7 +42,7 @@ def frame(points, directions=range(6)):
     """K, M and the labels of a chain of beams through points (m, 3), of some of its directions."""
     n = 6 * len(points)
     K, M = np.zeros((n, n)), np.zeros((n, n))
-    for k, (start, end) in enumerate(zip(points, points[1:], strict=False)):
+    for k, (start, end) in enumerate(itertools.pairwise(points)):
         length = np.linalg.norm(end - start)
         x = (end - start) / length
         z = np.cross(x, [0.0, 1.0, 0.0]) if abs(x[1]) < 0.9 else np.array([0.0, 0.0, 1.0])
