@@ -551,10 +551,11 @@ class Thresholds(Answer):
     """Every change of the verdict, and every crossing of the imaginary axis, in a range.
 
     parameter: what is varied, from low to high; verdict: at the lower end, None if it is open;
-    points: changes of the verdict; end: why the search ends at `high`; certified: whether counts of what grows agree with
-    the list, None where nothing is counted. notes: lines for people; details: what else the JSON
-    object says, `admissible_to` among it: how far the equilibria of a pad are those that the model
-    means; warnings: why not farther, or why a scene's own mu is not on the branch.
+    points: changes of the verdict; end: why the search ends at `high`; certified: whether counts of
+    what grows agree with the list, None where nothing is counted. notes: lines for people; details:
+    what else the JSON object says, `admissible_to` among it: how far the equilibria of a pad are
+    those that the model means; warnings: why not farther, or why a scene's own mu is not on the
+    branch.
     """
 
     name: str

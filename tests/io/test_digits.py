@@ -13,7 +13,7 @@ from scipy.linalg import eigh
 import squeal
 from squeal.io.digits import written_digits
 
-NAMES = ("dmig", "market", "abaqus", "boeing")
+NAMES = ("dmig", "fields", "market", "abaqus", "boeing")
 
 
 def element(length, E=2.1e11, nu=0.3, rho=7850.0, a=0.0317, b=0.0213):
@@ -77,13 +77,15 @@ def write(folder, form, matrices, labels):
     lines = ["name: free"]
     for name, A in matrices.items():
         text, keys = "", ""
-        if form == "dmig":
+        if form in ("dmig", "fields"):
             text = f"DMIG    {name:8s}       0       6       2       0          {len(A):14d}\n"
             for c in range(len(A)):
                 text += f"DMIG*   {name:8s}        {labels[c][0]:16d}{labels[c][1]:16d}\n"
                 for r in range(c, len(A)):
                     if A[r, c]:
                         value = f"{A[r, c]:16.9E}".replace("E", "D")
+                        if form == "fields" and A[r, c] > 0.0:  # as pyNastran writes them
+                            value = f"{A[r, c]:16.10E}".replace("E", "D")
                         text += f"*       {labels[r][0]:16d}{labels[r][1]:16d}{value}\n"
         elif form == "market":
             text = f"%%MatrixMarket matrix coordinate real symmetric\n{len(A)} {len(A)} "
@@ -111,7 +113,9 @@ def write(folder, form, matrices, labels):
             text += "".join(f"{k:14d}" for k in count) + f"{0:14d}\n"
             text += f"{'RSA':14s}{len(A):14d}{len(A):14d}{len(places):14d}{0:14d}\n"
             text += f"{'(8I10)':16s}{'(8I10)':16s}{'(4E17.9)':20s}\n" + "".join(parts)
-        suffix = {"dmig": "pch", "market": "mtx", "abaqus": "txt", "boeing": "hb"}[form]
+        suffix = {"dmig": "pch", "fields": "bdf", "market": "mtx", "abaqus": "txt", "boeing": "hb"}[
+            form
+        ]
         (folder / f"{name}.{suffix}").write_text(text)
         lines.append(f"{name}: {{file: {name}.{suffix}{keys}}}")
     (folder / "free.yaml").write_text("\n".join(lines) + "\n")
@@ -191,3 +195,5 @@ def test_digits_are_counted():
     assert written_digits(["1000000000.0", "-2.0000000000"]) is None
     assert written_digits(["1.23456789", "2.5", "-1"]) is None
     assert written_digits([]) is None
+    # in fields of 16 characters a sign takes the place of a digit
+    assert written_digits(["5.9437106293D+08", "3.9178628851D+07", "-5.943710629D+08"]) == 10
