@@ -93,7 +93,9 @@ class Question:
         progress: Progress | None = None,
     ) -> Question:
         """Raises InputError, and ComputationError for what does not fit into the memory."""
-        file = SystemFile(subject) if isinstance(subject, TermSystem) else subject
+        file = subject
+        if isinstance(subject, TermSystem):
+            file = SystemFile(subject, assumptions=subject.assumptions)
         if isinstance(file, Assembly):
             file = SystemFile(file.system, assembly=file)
         if not isinstance(file, SystemFile):

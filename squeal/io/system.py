@@ -496,7 +496,6 @@ def system_file(
                 f"{supports.size} rows whose diagonal stands decades above all others are "
                 f"taken for supports and left out, the first is row {supports[0] + 1}"
             )
-            assumptions.append(f"{supports.size} rows are taken for supports and left out")
             coordinates = coordinates and coordinates.without(supports)
             held = set(supports.tolist())
             labels = [label for row, label in enumerate(labels) if row not in held]
@@ -525,7 +524,7 @@ def system_file(
         coordinates,
         done,
         labels=tuple(labels),
-        assumptions=tuple(dict.fromkeys(assumptions)),
+        assumptions=tuple(dict.fromkeys([*assumptions, *system.assumptions])),
     )
 
 

@@ -79,6 +79,8 @@ class TermSystem:
     follows : tuple of str
         Which of `omega` and `frequency` are those of each root: those that factors depend on and
         `parameters` does not name.
+    assumptions : tuple of str
+        What was guessed when it was made; nothing is certified after it.
 
     Examples
     --------
@@ -99,6 +101,7 @@ class TermSystem:
     parameter: str = "mu"
     name: str = ""
     follows: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.M or not self.K:
@@ -312,7 +315,8 @@ def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
         return Term(X[rest][:, rest], term.factor, term.digits)
 
     M, C, K = (tuple(map(held, terms)) for terms in (system.M, system.C, system.K))
-    return dataclasses.replace(system, M=M, C=C, K=K), rows
+    assumed = (*system.assumptions, f"{rows.size} rows are taken for supports and left out")
+    return dataclasses.replace(system, M=M, C=C, K=K, assumptions=assumed), rows
 
 
 def matrices_at(system: System, p: float) -> Matrices:

@@ -9,7 +9,7 @@ from scipy.sparse import diags_array
 import squeal
 from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.errors import InputError, InputWarning
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import Term, TermSystem, without_supports
 
 CHAIN = "1,1,1,1,3\n1,1,2,1,-1\n2,1,2,1,2\n"
 MASS = "1,1,1,1,1\n2,1,2,1,1\n"
@@ -50,6 +50,17 @@ def test_nothing_is_certified_after_a_guess(tmp_path, made, reason):
     assert reason in str(located)
     band = 0.01, 1.0
     assert not any(step.certified for step in squeal.sweep(file, [0.0, 0.1], band=band).steps)
+
+
+def test_supports_that_were_guessed_in_memory_are_not_certified():
+    n = 5
+    K = Term(np.diag([1.0, 2.0, 3.0, 4.0, 1e22]))
+    system, rows = without_supports(TermSystem((Term(np.eye(n)),), (), (K,)))
+    assert rows.tolist() == [4]
+    answer = squeal.eigenvalues(system)
+    assert answer.values.imag.max() == pytest.approx(2.0)
+    assert not answer.certified
+    assert "1 rows are taken for supports" in str(answer)
 
 
 @pytest.mark.parametrize("keys", ["", ", symmetric: true"])
