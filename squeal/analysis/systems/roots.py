@@ -194,7 +194,9 @@ def system_roots(
         beyond = sum(not region.contains(np.array(e.value)) for e in values)
         count = None if count is None else count - beyond
         doubts = _doubts_at_ends(values, region)
-        farthest = max((e.error or 0.0 for e in values), default=0.0)
+        # errors of roots that were not looked at are like those of the upper ones
+        upper = [e for e in values if e.value.imag > region.high_imag / 2]
+        farthest = max((e.error or 0.0 for e in upper), default=0.0)
         if farthest > ROUGH * region.high_imag:
             doubts += (f"errors reach up to {farthest / math.tau:.2g} Hz over the ends",)
         values = tuple(e for e in values if _may_lie_in(e, region))
