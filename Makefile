@@ -6,6 +6,7 @@
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
 # make verify   is the build the one that was described?  make manifest  describe it anew
+# make dispatches  does the report print the same with other instructions? half an hour, after make report
 # make site     documentation, docs/_build/html/index.html, its links checked
 # make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
 # make archive  report, page, site, data, scenes and packages as one file for a repository, in dist/
@@ -41,7 +42,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: report test verify manifest test-without-heyoka two-ways any-input fuzz lint benchmark \
+.PHONY: report test verify manifest dispatches test-without-heyoka two-ways any-input fuzz lint benchmark \
 	page page-test site dist archive cluster cluster-test machines platforms metadata codecheck cite-check sbom audit lock clean distclean
 
 report: $(ENVIRONMENT)
@@ -119,6 +120,9 @@ archive: $(RELEASE) report site dist
 
 verify: $(ENVIRONMENT)
 	@$(BIN)/python -m workflow.release.verify
+
+dispatches: $(ENVIRONMENT)
+	@nice -n 10 $(BIN)/python -m workflow.trials.dispatches $(STUDY)
 
 manifest: $(ENVIRONMENT)
 	@$(BIN)/python -m workflow.release.verify --write

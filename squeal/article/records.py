@@ -142,10 +142,27 @@ class Missing(Record):
     reason: str
 
 
+class Moved(Record):
+    """A number that moved when its motion was repeated, and its least and greatest value.
+
+    key: the keys and places that lead to the number in the result, with dots between, see
+    `squeal.article.spread`.
+    """
+
+    key: str
+    low: int | float
+    high: int | float
+
+
 class Result(Record, kw_only=True):
     """All that a result file holds; the program that writes the file fills in what made it."""
 
     provenance: Provenance | None = None
+    spread: tuple[Moved, ...] = ()
+
+    def ends(self, key: str) -> tuple[float, float] | None:
+        """Least and greatest value of a number that moved, None for any other."""
+        return next(((one.low, one.high) for one in self.spread if one.key == key), None)
 
     @property
     def wrong(self) -> str:

@@ -16,6 +16,7 @@ from typing import Any
 
 from squeal.article.report import values
 from squeal.article.report.captions import captions, modules
+from squeal.article.spread import at_ends
 from squeal.cli.streams import exit_code
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import write_text
@@ -36,10 +37,15 @@ def records(files: Mapping[str, Path]) -> Iterator[tuple[Any, Any]]:
 
 
 def checked(files: Mapping[str, Path]) -> dict[str, bool]:
-    """The sentences that the studies check, by name. Raises ComputationError if one is wrong."""
+    """The sentences that the studies check, by name, each at both ends of what has a spread.
+
+    Raises ComputationError if one is wrong.
+    """
     checks: dict[str, bool] = {}
     for module, record in records(files):
-        checks |= module.sentences(record)
+        for one in at_ends(record):
+            for name, holds in module.sentences(one).items():
+                checks[name] = holds and checks.get(name, True)
     wrong = [name for name, holds in checks.items() if not holds]
     if wrong:
         raise ComputationError(

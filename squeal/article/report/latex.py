@@ -90,6 +90,15 @@ def percent(share: float, digits: int = 1) -> str:
     return rf"{text}\,\%"
 
 
+def with_spread(
+    value: float, ends: tuple[float, float] | None, show: Callable[[float], str]
+) -> str:
+    """A number, behind it in brackets the ends of its spread where these are shown otherwise."""
+    own = show(value)
+    low, high = (own, own) if ends is None else (show(ends[0]), show(ends[1]))
+    return own if low == high == own else f"{own} ({low}--{high})"
+
+
 def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequence[str]]]) -> str:
     """A booktabs table; a thin rule separates the groups of rows."""
     blocks = ["\n".join(" & ".join(row) + r" \\" for row in group) for group in groups if group]
