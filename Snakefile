@@ -10,7 +10,7 @@ sys.path.insert(0, workflow.basedir)
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.contents import FIGURES, RESULTS, STUDIES, TABLES, scene_file
 from workflow.processes import begin
-from workflow.sources import sources_file
+from workflow.sources import commit_file, sources_file
 
 LOCK = "requirements/environment.txt"
 RUNNING = begin()

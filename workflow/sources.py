@@ -7,6 +7,7 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 
+from squeal.article.report.source import source
 from squeal.io.provenance import sources
 
 FOLDER = Path(".snakemake/sources")
@@ -22,13 +23,24 @@ def sources_file(*modules: str, more: Iterable[str] = ()) -> str:
     lines = (f"{hashlib.sha256(Path(file).read_bytes()).hexdigest()}  {file}\n" for file in listed)
     content = "".join(lines)
     newest = max(os.stat(file).st_mtime_ns for file in listed)
-    place = FOLDER / modules[-1]
+    return _kept(modules[-1], content, newest)
+
+
+def commit_file() -> str:
+    """A file that names the version, commit and date of the sources, as old as the commit."""
+    made = source(Path())
+    return _kept("commit", f"{made.version}\n{made.commit}\n{made.date}\n", made.time * 10**9)
+
+
+def _kept(name: str, content: str, time: int) -> str:
+    """The path of a file with a content and a time (ns), written where they are not there."""
+    place = FOLDER / name
     if not place.exists() or place.read_text(encoding="utf-8") != content:
         FOLDER.mkdir(parents=True, exist_ok=True)
-        beside = place.with_name(f"{place.name}.{os.getpid()}")
+        beside = place.with_name(f"{name}.{os.getpid()}")
         beside.write_text(content, encoding="utf-8")
-        os.utime(beside, ns=(newest, newest))
+        os.utime(beside, ns=(time, time))
         os.replace(beside, place)
-    elif place.stat().st_mtime_ns != newest:
-        os.utime(place, ns=(newest, newest))
+    elif place.stat().st_mtime_ns != time:
+        os.utime(place, ns=(time, time))
     return str(place)

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import time
+import zlib
 
 import numpy as np
 import pytest
@@ -82,6 +83,22 @@ def test_numbers_of_another_machine_agree(build):
     assert verify.compared(known, place, alike=True)[1]
     path.write_bytes(FILES["results/a.json"].replace(b"0.5", b"0.50001"))
     assert verify.compared(known, place, alike=False)[1]
+
+
+def paper(line, words=b"Points lose contact."):
+    """A PDF as TeX writes it, with the line that names its commit."""
+    page = zlib.compress(b"BT (%b) Tj ET /Source BMC BT (%b) Tj ET EMC BT ET" % (words, line))
+    head = b"%%PDF-1.5\n1 0 obj\n<</Length %d /Filter /FlateDecode>>\n" % len(page)
+    table = b"2 0 obj\n<</Type /XRef /Length 4>>\nstream\n%04d\nendstream\n" % len(page)
+    return head + b"stream\n%b\nendstream\n" % page + table + b"startxref\n%d\n" % len(page)
+
+
+def test_the_commit_of_a_paper_takes_no_part():
+    first = paper(b"commit 1111111111")
+    assert verify._paper(first) == verify._paper(paper(b"commit 22 with uncommitted changes"))
+    assert verify._paper(first) != verify._paper(paper(b"commit 1111111111", b"A line does."))
+    with pytest.raises(zlib.error):
+        verify._paper(first.replace(zlib.compress(b"x")[:2], b"xx", 1))
 
 
 def test_sensitive_numbers_agree_within_their_spread(build):

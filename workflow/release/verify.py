@@ -2,9 +2,9 @@
 
 The manifest, beside this file, holds the digest of what each result, figure, table and PDF says,
 a summary of the numbers under each key of a result, and the numbers that each text prints. What
-says where a file comes from (versions, digests of sources) takes no part. With the same programs
-and instructions bytes must be the same. Elsewhere numbers must agree, those of sensitive motions
-within the spread that results and texts state. `--write` describes the build that is there.
+says where a file comes from (versions, commit, digests of sources) takes no part. With the same
+programs and instructions bytes must be the same. Elsewhere numbers must agree, those of sensitive
+motions within the spread that results and texts state. `--write` describes the build that is there.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ import platform
 import re
 import subprocess
 import sys
+import zlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -57,7 +58,27 @@ def told(path: Path) -> bytes:
     if path.suffix == ".pdf" and path.parent.name == "figures":  # the line, and places in the file
         body = path.read_bytes().rpartition(b"\nxref")[0]
         return re.sub(rb"\n/Keywords \(.*?\)\n", b"\n", body)
+    if path.suffix == ".pdf":
+        return _paper(path.read_bytes())
+    if path.name == "values.tex":
+        return re.sub(rb"^\\setval\{where\..*\n", b"", path.read_bytes(), flags=re.M)
     return path.read_bytes()
+
+
+def _paper(data: bytes) -> bytes:
+    """A PDF of TeX without the line that names its commit, and without lengths and places in the
+    file, which change with that line. Raises zlib.error where a stream is damaged."""
+    outside = re.split(rb"stream\n.*?\nendstream", data, flags=re.S)
+    parts = [re.sub(rb"/Length \d+|startxref\n\d+", b"", part) for part in outside]
+    streams = re.findall(rb"stream\n(.*?)\nendstream", data, re.S)
+    for head, stream in zip(outside, streams, strict=False):  # the last part ends without one
+        _, _, dictionary = head.rpartition(b" obj")
+        if b"/Type /XRef" in dictionary:
+            continue
+        if b"/FlateDecode" in dictionary:
+            stream = zlib.decompress(stream)
+        parts.append(re.sub(rb"/Source BMC.*?EMC", b"", stream, flags=re.S))
+    return b"".join(parts)
 
 
 Number = tuple[str, float, float]
@@ -240,7 +261,7 @@ def compared(known: dict[str, Any], folder: Path, alike: bool) -> tuple[list[str
                 wrong.append(f"{name}: {reason or 'other bytes'}")
         except OSError as error:
             wrong.append(f"{name}: {error.strerror}")
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, zlib.error):
             wrong.append(f"{name}: is damaged")
     return other, wrong
 

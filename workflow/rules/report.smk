@@ -14,6 +14,7 @@ rule text:
         results=RESULTS,
         texts=expand("paper/{text}.tex", text=TEXTS),
         package=sources_file("squeal.article.report.__main__", more=OWN),
+        commit=commit_file(),
     output:
         expand("{folder}/{name}.tex", folder=GENERATED, name=["values", "captions", *TABLES]),
     log:
