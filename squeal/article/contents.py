@@ -92,6 +92,7 @@ TABLES = (
     "findings",
     "lasting",
     "levels",
+    "origins",
     "parameters",
     "sets",
     "table1",

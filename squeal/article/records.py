@@ -182,3 +182,13 @@ def rounded_up(value: float, digits: int = 2) -> float:
     exact = Decimal(value)
     step = Decimal(1).scaleb(exact.adjusted() - digits + 1)
     return float(exact.quantize(step, ROUND_CEILING))
+
+
+def bound(residual: float) -> str:
+    """A power of ten as text ("1e-15"), at least twice a residual of rounding.
+
+    Each processor has residuals of its own; what they stay below is the same, as a rule.
+    """
+    if residual == 0.0:
+        return "1e-16"
+    return f"1e{math.ceil(math.log10(2.0 * abs(residual)))}"

@@ -114,10 +114,13 @@ def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequenc
 def long_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """The inside of a longtable, to follow its caption: head on every page, then the rows.
 
-    The last row does not stand alone on a page.
+    The first three rows stand on one page, and so do the last two.
     """
     line = "\\toprule\n" + " & ".join(head) + " \\\\\n\\midrule\n"
-    ends = [*[r" \\"] * (len(rows) - 2), r" \\*", r" \\"][-len(rows) :]
+    ends = [r" \\"] * len(rows)
+    for place in (0, 1, -2):
+        if -len(rows) <= place < len(rows):
+            ends[place] = r" \\*"
     body = "\n".join(" & ".join(row) + end for row, end in zip(rows, ends, strict=True))
     return f"{line}\\endfirsthead\n{line}\\endhead\n\\bottomrule\n\\endfoot\n{body}\n"
 

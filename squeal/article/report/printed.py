@@ -1,11 +1,15 @@
-"""Whether two printed texts say the same: numbers with a spread agree where the two ranges meet."""
+"""Whether two printed texts say the same.
+
+Numbers with a spread agree where the two ranges meet. "Less than" a number stands for all from zero
+on: bounds of rounding are another on each processor.
+"""
 
 import re
 from itertools import zip_longest
 
 Range = tuple[float, float]
 _NUMBER = r"\$?(-?\d+(?:\.\d+)?)(?: \\times 10\^\{(-?\d+)\})?\$?(?:\\,\\%)?"
-_PRINTED = re.compile(rf"{_NUMBER}(?: \({_NUMBER}--{_NUMBER}\))?")
+_PRINTED = re.compile(rf"(less than |\$<\$ ?)?{_NUMBER}(?: \({_NUMBER}--{_NUMBER}\))?")
 
 
 def split(text: str) -> tuple[list[str], list[str]]:
@@ -25,9 +29,11 @@ def range_of(printed: str) -> Range:
     match = _PRINTED.fullmatch(printed)
     if match is None:
         raise ValueError(f"{printed} is no printed number")
-    value = _value(match[1], match[2])
-    low = value if match[3] is None else _value(match[3], match[4])
-    high = value if match[5] is None else _value(match[5], match[6])
+    value = _value(match[2], match[3])
+    if match[1] is not None:
+        return 0.0, value
+    low = value if match[4] is None else _value(match[4], match[5])
+    high = value if match[6] is None else _value(match[6], match[7])
     return low, high
 
 

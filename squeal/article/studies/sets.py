@@ -107,7 +107,7 @@ def parameters(points: Scene, line: Scene) -> dict[str, float]:
     """Parameters, initial values and observation time of both models in SI units."""
     values = points.pad.given() | line.pad.given()
     names = ("m", "w", "h", "I", *(f"k{i}" for i in range(1, 5)), "k_c", "L1", "mu", "F_n", "V")
-    return {name: float(values[name]) for name in (*names, "y0")} | {
+    return {name: float(values[name]) for name in (*names, "x0", "y0")} | {
         "x": line.initial[0],
         "y1": points.initial[1],
         "y2": line.initial[1],
