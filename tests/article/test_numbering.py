@@ -26,6 +26,13 @@ def test_the_articles_numbers_stay_and_ours_are_counted_by_kind_and_text():
     }  # fmt: skip
 
 
+def test_a_number_of_what_stands_nowhere_is_refused():
+    with pytest.raises(
+        InputError, match=r"report\.tex: \\numberof\{late\}: no such figure or table"
+    ):
+        numbering.numbers({"report.tex": REPORT + r"\numberof{late}"})
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

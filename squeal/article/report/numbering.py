@@ -13,6 +13,7 @@ from squeal.errors import InputError
 PREFIXES = {"report.tex": "R", "supplement.tex": "S"}
 _PLACED = re.compile(r"\\(?:(drawn|wide|tabled)|numbered\{(figure|table)\})\{([\w-]+)\}")
 _CITED = re.compile(r"\\ref\{([\w-]+)\}")
+_NUMBERED = re.compile(r"\\numberof\{([\w-]+)\}")
 _ARTICLE = re.compile(r"(?:fig|table)0*(\d+)")
 _COMMENT = re.compile(r"(?<!\\)%.*")
 
@@ -51,7 +52,10 @@ def check_order(text: str, file: str) -> None:
 
 
 def numbers(texts: Mapping[str, str]) -> dict[str, str]:
-    """The number of each figure and table by name; texts by the name of the file."""
+    """The number of each figure and table by name; texts by the name of the file.
+
+    Raises InputError where a text names one by \\numberof that stands nowhere.
+    """
     found: dict[str, str] = {}
     for file, text in texts.items():
         for names in placed(text).values():
@@ -60,4 +64,8 @@ def numbers(texts: Mapping[str, str]) -> dict[str, str]:
                     found[name] = article[1]
             for count, name in enumerate(own(names), start=1):
                 found[name] = f"{PREFIXES[file]}{count}"
+    for file, text in texts.items():
+        for name in _NUMBERED.findall(_COMMENT.sub("", text)):
+            if name not in found:
+                raise InputError(f"{file}: \\numberof{{{name}}}: no such figure or table is placed")
     return found

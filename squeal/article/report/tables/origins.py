@@ -7,14 +7,14 @@ from squeal.article.contents import FIGURES, TABLES, result_file
 from squeal.article.report.latex import escape, long_table
 
 CAPTION = r"""What makes each figure and table: its script, the results that it shows, and the
-command that makes it anew with all that it needs. Scripts are in \texttt{squeal/article}, the result
-NAME is \texttt{results/NAME.json}, which \texttt{studies/NAME.py} computes, and those of a motion
-(b1-a) come from \texttt{squeal simulate}."""
+command that makes it anew with all that it needs. Scripts are in \texttt{squeal/article}. The
+result NAME is \texttt{results/NAME.json}, which \texttt{studies/NAME.py} computes; those of a
+motion (b1-a) come from \texttt{squeal simulate}."""
 
 
 def _row(kind: str, name: str, script: str, results: list[str], target: str) -> list[str]:
     shown = ", ".join(dict.fromkeys(results)) or "the code"
-    number = rf"{kind}~\csname number@{name}\endcsname"
+    number = rf"{kind}~\numberof{{{name}}}"
     return [number, rf"\texttt{{{escape(script)}}}", escape(shown), rf"\texttt{{{escape(target)}}}"]
 
 
