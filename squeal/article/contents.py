@@ -41,10 +41,11 @@ SETS = ("set-2", "set-3", "set-4")
 """Folders of the other parameter sets, beside the scenes of the reference."""
 _ALL = _scenes(*HISTORY_FIGURES)
 _B2 = _scenes(*(stem("B2", case) for case in CASES))
+_SETS = (*_ALL, *_scenes(*(f"{one}/{name}" for one in SETS for name in HISTORY_FIGURES)))
 
 STUDIES: dict[str, tuple[str, ...]] = {
     "quasi_static": _scenes("b3"),
-    "eigenvalues": _B2,
+    "eigenvalues": _ALL,
     "stability": _ALL,
     "angles": _scenes("b2-c"),
     "map_ranges": _scenes("b2-c"),
@@ -53,7 +54,10 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "hammering": _ALL,
     "starts": _ALL,
     "onset": _ALL,
-    "sets": (*_ALL, *_scenes(*(f"{one}/{name}" for one in SETS for name in HISTORY_FIGURES))),
+    "basin": _scenes("b1-d", "b2-d"),
+    "grazing": _scenes("b2-c"),
+    "releases": _SETS,
+    "sets": _SETS,
     "claims": _ALL,
     "findings": _scenes(*STEMS),
     "baseline": (),
@@ -65,8 +69,9 @@ STUDIES: dict[str, tuple[str, ...]] = {
 _DRAWN_FROM = {
     **{name: (name,) for name in ("energy", "map_ranges", "line_springs", "starts")},
     "schematic": ("hammering", "sets"),
-    "outcomes": ("onset",),
+    "outcomes": ("onset", "basin", "grazing"),
     "cycles": ("onset",),
+    "control": ("eigenvalues",),
     "coupling": ("stability",),
     "modes": ("stability",),
     "accuracy": ("accuracy",),
@@ -86,6 +91,7 @@ FIGURES: dict[str, Figure] = {
 RESULTS = tuple(map(result_file, (*HISTORY_FIGURES, *STUDIES)))
 """All result files that the report rests on."""
 TABLES = (
+    "basin",
     "claims",
     "eigenvalues",
     "extreme",
@@ -94,6 +100,8 @@ TABLES = (
     "levels",
     "origins",
     "parameters",
+    "poles",
+    "releases",
     "sets",
     "table1",
     "table2",

@@ -31,6 +31,7 @@ PASSAGES = 9  # most passages in a period
 STRAIGHT = 0.9  # least cosine of the angle by which a branch turns in a step
 HALVINGS = 12  # of a step, to locate what happens in it
 RESTING = 1e-4  # relative speed of a motion that has come to rest
+SHRUNK = 1e-3  # of the greatest step of a branch: a step this short does not pass small cycles
 CLOSED_CURVE, RESTS = "the branch is closed", "the motion comes to rest"
 CRITICAL = 0.05  # most distance from the unit circle of a multiplier that crosses it
 
@@ -244,10 +245,16 @@ class Shooting:
                     return members, "no further cycle was found"
                 continue
             after, turned = found
-            before, speed = speed, self._rates(after.state, after.value)
-            small = np.linalg.norm(speed) < RESTING * np.linalg.norm(first)
-            if small or speed @ before < 0.0:  # beyond the equilibrium the same cycles follow
-                return members, "the cycle shrinks to the equilibrium"
+            rates = self._rates(after.state, after.value)
+            resting = np.linalg.norm(rates) < RESTING * np.linalg.norm(first)
+            beyond = rates @ speed < 0.0  # past the equilibrium the same cycles follow
+            if resting or beyond:
+                # a long step may come to either also from small cycles that do not shrink to it
+                size /= 2.0
+                if size < SHRUNK * step:
+                    return members, "the cycle shrinks to the equilibrium"
+                continue
+            speed = rates
             met = self._turns((cycle, way), size, found)
             for k, (a, b) in enumerate(zip([cycle, *met], [*met, after], strict=True)):
                 if (a.value - own.value) * (b.value - own.value) < 0.0:

@@ -16,8 +16,14 @@ LOOKS: dict[bool, dict[str, Any]] = {
     False: {"color": "k", "lw": 0.9, "ls": (0, (3, 1.5))},
 }
 """Of stable and unstable motions."""
-CAPTION = r"""Periodic motions at $\zeta = {}$\val[p1]{onset.ratio} over friction: peak of the
-contact force (B1: at the leading edge). Solid: stable; dashed: unstable. Bar below: the sliding
+EDGES: dict[str, dict[str, Any]] = {
+    "trailing": {"color": "#6A1B7B", "lw": 0.9, "ls": "-"},
+    "leading": {"color": "#3498DB", "lw": 0.9, "ls": "-"},
+}
+"""Forces at the edges of B1, beside their sum."""
+CAPTION = r"""Periodic motions at $\zeta = {}$\val[p1]{onset.ratio} over friction: peak of the whole
+contact force, the sum of both edges. Solid: stable; dashed: unstable. Thin, on points: peaks of the
+force at the trailing (upper) and at the leading edge (lower curve), which do not occur at once. Bar below: the sliding
 equilibrium is stable (grey) or flutters (black). Ring: the friction of the reference set. The
 curve of (c) begins where contact begins to change, and ends where the lower face becomes as fast
 as the surface."""
@@ -30,6 +36,11 @@ def _panel(axes: Axes, cycles: Cycles) -> None:
     for part in np.split(np.arange(len(mu)), ends):
         shown = slice(part[0], part[-1] + 2)
         axes.plot(mu[shown], peak[shown], **LOOKS[bool(stable[part[0]])])
+    for edge, look in EDGES.items():
+        peaks = [getattr(point, edge) for point in cycles.branch]
+        if None not in peaks:
+            axes.plot(mu, peaks, gid=edge, **look)
+            axes.annotate(edge, (mu[0], peaks[0]), (0.0, 3.0), textcoords="offset points", ha="right")
     axes.plot(cycles.own.mu, cycles.own.peak, "o", mfc="none", mec="k", ms=5)
     high = 1.15 * peak.max()
     axes.fill_between([0.0, GREATEST], -0.07 * high, 0.0, color="0.75", lw=0.0)
@@ -57,7 +68,7 @@ def draw(record: Onset) -> Drawing:
         for axes, letter, (name, one) in zip(panels, "abc", there.items(), strict=False):
             _panel(axes, one)
             axes.set_title(f"({letter}) {TITLES[name]}", loc="left", pad=3.0)
-        panels[0].set_ylabel("peak force over $F_n$")
+        panels[0].set_ylabel("peak contact force over $F_n$")
     parts = "; ".join(
         f"{TITLES[name]} from {one.fold:.3g}, flutter of the equilibrium "
         f"{'nowhere' if one.threshold is None else f'from {one.threshold:.3g}'}"

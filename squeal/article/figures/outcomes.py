@@ -1,15 +1,36 @@
-"""What lasts with damping, a tile a case and damping ratio, from the study `onset`."""
+"""What lasts with damping: by case, by the box of initial conditions, and the blows of (c).
 
+From the studies `onset`, `basin` and `grazing`.
+"""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
+from squeal.article.studies.basin import Basin
+from squeal.article.studies.grazing import Grazing
 from squeal.article.studies.onset import After, Onset
-from squeal.plots.style import SINGLE, Drawing, blank, origin, style
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 COLOURS = ("#E6F3FB", "#E69F00", "#C8380E")
-CAPTION = r"""Share of initial conditions from which the loss of contact is sustained, by case
-and damping ratio (B2 with the energy-consistent law). Red: from the reference initial conditions
-too; orange: from others alone, beside a stable equilibrium; blue: permanent contact from all."""
+LOOKS: dict[str, dict[str, Any]] = {
+    "B1 (d)": {"color": "#C8380E", "marker": "o", "mfc": "#C8380E"},
+    "B2 (d)": {"color": "k", "marker": "s", "mfc": "w", "ls": (0, (4, 1.5))},
+}
+NAMES = {"b1-d": "B1 (d)", "b2-d-integral": "B2 (d)"}
+CAPTION = r"""Sustained loss of contact with damping (B2 with the energy-consistent law). (a)~Share of
+initial conditions that lead to it, of \val[n]{onset.starts} drawn from a box of half-width
+\val[2]{onset.box} static compressions (\val[n]{onset.starts_unstable} beside an unstable
+equilibrium). Red: from the reference initial conditions too; orange: from others alone, beside a
+stable equilibrium; blue: permanent contact from all. (b)~The share in case (d) at
+\val[p1]{basin.ratio} over the half-width of the box, with intervals of \val[p0]{basin.confidence}
+confidence. The box spans $x$, $y$, $w\theta$ and their velocities over $\sqrt{k_1/m}$ about the
+sliding equilibrium (seed \val[n]{basin.seed}). (c)~Impulse of the heaviest blow on the trailing half
+of the line in case (c) over the damping ratio. Above the dashed line, \val[2]{grazing.level}, the
+blow counts for hammering."""
 
 
 def _tile(row: After) -> tuple[int, str]:
@@ -18,38 +39,83 @@ def _tile(row: After) -> tuple[int, str]:
     return (2 if own else 1 if row.lasting else 0), f"{share:.0f} %" if row.lasting else ""
 
 
-def draw(record: Onset) -> Drawing:
+def _tiles(axes: Axes, shown: dict[str, tuple[After, ...]], ratios: tuple[float, ...]) -> None:
+    for y, rows in enumerate(shown.values()):
+        for x, row in enumerate(rows):
+            kind, share = _tile(row)
+            axes.add_patch(Rectangle((x, y), 1, 1, facecolor=COLOURS[kind], edgecolor="w", lw=1.5))
+            ink = "w" if kind == 2 else "k"
+            axes.text(x + 0.5, y + 0.5, share, ha="center", va="center", color=ink)
+    axes.set_xlim(0, len(ratios))
+    axes.set_ylim(len(shown), 0)
+    axes.set_xticks([i + 0.5 for i in range(len(ratios))], [f"{100 * r:g}" for r in ratios])
+    names = [f"{name[:2].upper()} ({name[-1]})" for name in shown]
+    axes.set_yticks([i + 0.5 for i in range(len(shown))], names)
+    axes.tick_params(length=0.0)
+    axes.set_xlabel(r"damping ratio $\zeta$ [%]")
+
+
+def _shares(axes: Axes, basin: Basin) -> None:
+    for name, rows in basin.shares.items():
+        widths = [row.half_width for row in rows]
+        shares = np.array([100.0 * row.share for row in rows])
+        below = shares - [100.0 * row.low for row in rows]
+        above = [100.0 * row.high for row in rows] - shares
+        look: Any = {"ms": 4.0, "capsize": 2.0, "lw": 0.9, "label": NAMES[name], "clip_on": False}
+        axes.errorbar(widths, shares, yerr=[below, above], **look, **LOOKS[NAMES[name]])
+    axes.set_xlim(0.0, 3.2)
+    axes.set_ylim(0.0, 100.0)
+    axes.set_xlabel("half-width [static compressions]")
+    axes.set_ylabel("share that lasts [%]")
+    axes.legend(loc="lower right", borderaxespad=0.4)
+
+
+def _blows(axes: Axes, grazing: Grazing) -> None:
+    ratios = [100.0 * blow.ratio for blow in grazing.blows]
+    axes.plot(ratios, [blow.trailing for blow in grazing.blows], "o-", color="k", ms=2.5)
+    axes.axhline(grazing.level, color="#C8380E", ls="--", lw=0.9)
+    axes.set_xlim(0.0, 2.05)
+    axes.set_ylim(0.0, 1.0)
+    axes.set_xlabel(r"damping ratio $\zeta$ [%]")
+    axes.set_ylabel("trailing blow [$F_n T_1$]")
+
+
+def outcomes_figure(onset: Onset, basin: Basin, grazing: Grazing) -> Figure:
+    """Tiles, a case and damping ratio each; shares over the box; blows over the damping ratio."""
+    shown = {name[:4]: rows for name, rows in onset.after.items() if not name.endswith("mean")}
+    with style():
+        figure = Figure(figsize=(DOUBLE, 2.6))
+        panels = figure.subplots(1, 3, width_ratios=[1.1, 1.0, 1.0])
+        _tiles(panels[0], shown, onset.ratios)
+        _shares(panels[1], basin)
+        _blows(panels[2], grazing)
+        titles = ("by case", f"case (d), {100 * basin.ratio:g} % damping", "B2 (c)")
+        for axes, letter, title in zip(panels, "abc", titles, strict=True):
+            axes.set_title(f"({letter}) {title}", loc="left", pad=3.0)
+    return figure
+
+
+def draw(onset: Onset, basin: Basin, grazing: Grazing) -> Drawing:
     """The figure, ready to be saved."""
     title = "What lasts with damping"
-    if not record.after:
-        return blank(title, record.left_out, __name__, record.provenance)
-    shown = {name[:4]: rows for name, rows in record.after.items() if not name.endswith("mean")}
-    with style():
-        figure = Figure(figsize=(SINGLE, 2.75))
-        axes = figure.add_subplot()
-        for y, rows in enumerate(shown.values()):
-            for x, row in enumerate(rows):
-                kind, share = _tile(row)
-                axes.add_patch(
-                    Rectangle((x, y), 1, 1, facecolor=COLOURS[kind], edgecolor="w", lw=1.5)
-                )
-                ink = "w" if kind == 2 else "k"
-                axes.text(x + 0.5, y + 0.5, share, ha="center", va="center", color=ink)
-        axes.set_xlim(0, len(record.ratios))
-        axes.set_ylim(len(shown), 0)
-        axes.set_xticks(
-            [i + 0.5 for i in range(len(record.ratios))], [f"{100 * r:g} %" for r in record.ratios]
-        )
-        axes.set_yticks(
-            [i + 0.5 for i in range(len(shown))], [f"{n[:2].upper()} ({n[-1]})" for n in shown]
-        )
-        axes.tick_params(length=0.0)
-        axes.set_xlabel(r"damping ratio $\zeta$")
+    made = [one.provenance for one in (onset, basin, grazing)]
+    if not onset.after:
+        return blank(title, onset.left_out, __name__, *made)
     lasting = [
         f"{name} at {100 * row.ratio:g} % from {row.lasting} of {row.starts}"
-        for name, rows in shown.items()
+        for name, rows in onset.after.items()
         for row in rows
-        if row.lasting
+        if row.lasting and not name.endswith("mean")
     ]
-    text = f"Cases by damping ratio with sustained loss of contact: {'; '.join(lasting)}."
-    return Drawing(figure, text, title, origin(__name__, record.provenance))
+    shares = [
+        f"{NAMES[name]} {', '.join(f'{100 * row.share:.0f} % at {row.half_width:g}' for row in rows)}"
+        for name, rows in basin.shares.items()
+    ]
+    text = (
+        f"Cases by damping ratio with sustained loss of contact: {'; '.join(lasting)}. Share that "
+        f"lasts by half-width of the box of initial conditions: {'; '.join(shares)}. The blow on "
+        f"the trailing half in B2 (c) begins at {100 * grazing.grazes:.2f} % damping and passes "
+        f"{grazing.level:g} at {100 * grazing.crosses:.2f} %."
+    )
+    figure = outcomes_figure(onset, basin, grazing)
+    return Drawing(figure, text, title, origin(__name__, *made))

@@ -7,40 +7,45 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 
 from squeal.article.records import Missing
-from squeal.article.studies.starts import KINDS, WINDOWS, Map, Starts
+from squeal.article.studies.starts import KINDS, WINDOWS, CaseMaps, Map, Starts
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
 COLOURS = ("#E6F3FB", "#E69F00", "#3B0F4A", "#C8380E", "#4D4D4D")
 """By the kind of motion, apart in grey too."""
 HALO = [withStroke(linewidth=2.2, foreground="w")]
 CAPTION = r"""What becomes of initial conditions at rest after ten observation times without
-damping, over their height above the sliding equilibrium and their tilt (equilibrium: cross;
-reference initial conditions: ring). A height of one is the reference's, a tilt of one lifts an
-edge by the static compression of the contact."""
+damping, over the height of the centre above the sliding equilibrium and the lift of the trailing
+edge by tilt, both in static compressions of the contact (points: $F_n/(k_3+k_4) = {}$\val[2]{starts.cases.b1-a.compression}\,$\mu$m, line:
+$F_n/k_c = {}$\val[3]{starts.cases.b2-a.compression}\,$\mu$m). Cross: equilibrium. Ring: height and
+tilt of the reference initial conditions, in the colour of what becomes of these; they also lie off
+the plane in $x$."""
 
 
-def starts_figure(maps: dict[str, Map], reach: float) -> Figure:
-    """Maps of the kinds of motion, B1 above B2."""
+def starts_figure(cases: dict[str, CaseMaps], reach: float) -> Figure:
+    """Maps of the kinds of motion after the longest time, B1 above B2."""
     palette = ListedColormap(list(COLOURS))
     norm = BoundaryNorm(np.arange(len(KINDS) + 1) - 0.5, len(KINDS))
     with style():
         figure = Figure(figsize=(DOUBLE, 3.9))
         grid = figure.subplots(2, 4, sharex=True, sharey=True)
-        for axes, (name, one) in zip(grid.flat, maps.items(), strict=False):
+        present = set()
+        for axes, (name, case) in zip(grid.flat, cases.items(), strict=False):
+            one = longest(case)
             codes = np.array([[int(digit) for digit in row] for row in one.rows])
+            present |= {*codes.ravel().tolist(), one.own}
             edges = np.linspace(-reach, reach, len(codes) + 1)
             axes.pcolormesh(
                 edges, edges, codes, cmap=palette, norm=norm, edgecolors="face", linewidth=0.4
             )
             axes.plot(0.0, 0.0, "+", color="k", ms=5, mew=0.9, path_effects=HALO)
-            axes.plot(1.0, 0.0, "o", mfc=COLOURS[one.own], mec="k", ms=5, path_effects=HALO)
+            _, height, tilt = case.reference
+            axes.plot(height, tilt, "o", mfc=COLOURS[one.own], mec="k", ms=5, path_effects=HALO)
             axes.set_title(f"{name[:2].upper()} ({name[-1]})", pad=3.0)
             axes.set_aspect("equal")
             axes.set_xticks([-1, 0, 1])
             axes.set_yticks([-1, 0, 1])
-        figure.supxlabel("height of the initial condition", fontsize=8)
-        figure.supylabel("tilt", fontsize=8)
-        present = {int(digit) for one in maps.values() for row in one.rows for digit in row}
+        figure.supxlabel("height above equilibrium [static compressions]", fontsize=8)
+        figure.supylabel("tilt: lift of the trailing edge [static compressions]", fontsize=8)
         handles = [
             Patch(facecolor=COLOURS[k], edgecolor="k", linewidth=0.5, label=KINDS[k])
             for k in sorted(present)
@@ -49,25 +54,30 @@ def starts_figure(maps: dict[str, Map], reach: float) -> Figure:
     return figure
 
 
+def longest(case: CaseMaps) -> Map:
+    """The map after the longest time."""
+    return next(one for one in case.maps if one.windows == WINDOWS[-1])
+
+
 def draw(record: Starts) -> Drawing:
     """The figure, ready to be saved."""
-    title, longest = "What the initial conditions decide", WINDOWS[-1]
-    maps = {
-        name: next(part for part in one if part.windows == longest)
-        for name, one in record.cases.items()
-        if not isinstance(one, Missing)
-    }
-    if not maps:
+    title = "What the initial conditions decide"
+    cases = {name: one for name, one in record.cases.items() if not isinstance(one, Missing)}
+    if not cases:
         reason = next(one.reason for one in record.cases.values() if isinstance(one, Missing))
         return blank(title, reason, __name__, record.provenance)
-    shares = "; ".join(
-        f"{name} {100 * one.share[KINDS[0]]:.0f} % permanent contact, "
-        f"{100 * one.share[KINDS[3]]:.0f} % hammering"
-        for name, one in maps.items()
-    )
+    parts = []
+    for name, case in cases.items():
+        share = longest(case).share
+        _, height, tilt = case.reference
+        parts.append(
+            f"{name} {100 * share[KINDS[0]]:.0f} % permanent contact, "
+            f"{100 * share[KINDS[3]]:.0f} % hammering, reference at ({height:.2f}, {tilt:.2f})"
+        )
     text = (
-        "Maps over height and tilt of initial conditions about the equilibrium of each case, "
-        f"coloured by what becomes of the motion. Shares: {shares}."
+        "Maps over height and tilt of initial conditions about the equilibrium of each case, in "
+        f"static compressions of the contact, up to {record.reach:g} to each side, coloured by what "
+        f"becomes of the motion. {'; '.join(parts)}."
     )
     made = origin(__name__, record.provenance)
-    return Drawing(starts_figure(maps, record.reach), text, title, made)
+    return Drawing(starts_figure(cases, record.reach), text, title, made)

@@ -1,19 +1,49 @@
-"""Complex eigenvalues of the article's four cases by python-control, for the report's table."""
+"""Complex eigenvalue analysis of the article's eight cases by python-control: poles and loops.
 
+Friction as a loop gain. About an equilibrium the motion changes the normal reaction by r' q; Coulomb
+friction returns mu times this change as a load b (a force along the surface and its moment). With
+everything else in the plant,
+
+    M q'' + C q' + K_0 q = u,    z = Phi q,    u = mu z,
+
+the loop gain is mu, and Phi = -dK/dmu at that place. On the line friction acts at the distance h
+from the centre, so that Phi = b r' has rank one and the loop one input: the root locus over its gain
+is the path of the poles over friction, and its gain margin the friction at which one of them
+reaches the imaginary axis. On points the two edges have different arms; Phi has rank two, and mu
+closes two loops at once.
+
+The loop is that of a *frozen* equilibrium: the place stays where it is at the case's friction.
+Friction moves the equilibrium too, which the plant does not know; the poles about the equilibrium
+that follows friction are computed beside it.
+"""
+
+import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq, linear_sum_assignment
 
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads import analyse, critical_friction
+from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.records import Missing, Record, Result
+from squeal.article.studies._scenes import read_scenes
+from squeal.equilibrium import Path as Branch
+from squeal.equilibrium.find import damped_model
 from squeal.errors import ComputationError
-from squeal.io.scene import Scene, read_scene
+from squeal.io.scene import Damping, Scene
+from squeal.linear import complex_eigenvalues
 from squeal.linear.matrices import state_matrices
-from squeal.model.equations import Linearisation
+from squeal.model.equations import Linearisation, linearise
 
 ROUNDING = 1e-9  # real parts below this share of |s| are rounding
+RANK = 1e-12  # singular values of the loop below this share of the greatest are rounding
+RATIO = 0.005  # modal damping of the loops
+GREATEST = 1.5  # loop gain, which is friction
+GAINS = 151
+Row = tuple[float, ...]
 
 
 class Pole(Record):
@@ -41,10 +71,55 @@ class EquilibriumPoles(Record):
     apart: float
 
 
+class Locus(Record):
+    """The six poles over friction: real (1/s), imag (rad/s): a row a pole, over `mu`."""
+
+    mu: Row
+    real: tuple[Row, ...]
+    imag: tuple[Row, ...]
+
+
+class Loop(Record):
+    """Friction as a loop gain about the equilibrium of a case under modal damping.
+
+    inputs: of the loop; second: its second singular value over the first; poles: at the case's
+    friction `mu`; frozen: the least gain at which a pole reaches the imaginary axis (the gain
+    margin of the loop of gain one), None if none does up to `GREATEST`, and frequency_hz there;
+    by_poles: the same gain from the poles of the closed loop; margin: frozen over mu; modulus: the least distance of the Nyquist curve from -1 at the case's
+    friction, of a stable loop of one input; followed: the friction at which the equilibrium that
+    follows friction loses stability, None as for frozen; ends: why it is not followed to
+    `GREATEST`, empty if it is; locus, path: the poles about the frozen equilibrium, and about the
+    one that follows; apart: greatest distance of a pole by python-control from an own eigenvalue,
+    at all frictions of both, over the greatest magnitude.
+    """
+
+    contact: str
+    mu: float
+    inputs: int
+    second: float
+    poles: tuple[Pole, ...]
+    frozen: float | None
+    by_poles: float | None
+    frequency_hz: float | None
+    margin: float | None
+    modulus: float | None
+    followed: float | None
+    ends: str
+    locus: Locus
+    path: Locus
+    apart: float
+
+
 class Eigenvalues(Result):
-    """By name of the scene; a scene without steady sliding has the reason."""
+    """scenes: without damping, loops: with the modal damping `ratio`, by name of the scene; a scene
+    without steady sliding has the reason. apart: the greatest distance of a pole by python-control
+    from an own eigenvalue, of all."""
 
     scenes: dict[str, EquilibriumPoles | Missing]
+    loops: dict[str, Loop | Missing]
+    apart: float
+    ratio: float = RATIO
+    greatest: float = GREATEST
 
 
 def poles(system: Linearisation) -> tuple[Pole, ...]:
@@ -75,23 +150,269 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
     return tuple(sorted(rows, key=lambda p: (p.imag, p.real)))
 
 
+def distance(values: np.ndarray, own: np.ndarray) -> float:
+    """Greatest distance of an own eigenvalue from the nearest of others, over the greatest one."""
+    nearest = np.abs(values[:, None] - own[None, :]).min(axis=0)
+    return float(nearest.max() / np.abs(own).max())
+
+
 def examined(scene: Scene) -> EquilibriumPoles | Missing:
     """Equilibrium, poles and verdict of a scene, or the reason why there is none."""
     try:
-        analysis, still = analyse(scene), analyse(scene.replace(mu=0.0))
+        analysis = analyse(scene)
+        without_friction = analyse(scene.replace(mu=0.0))
     except ComputationError as error:
         return Missing(str(error))
     rows = poles(analysis.matrices)
     upper = np.array([complex(p.real, p.imag) for p in rows])
-    both = np.concatenate([upper, upper.conj()])
     own = np.array([e.value for e in analysis.spectrum.eigenvalues])
-    apart = max(float(np.abs(both - s).min()) for s in own) / float(np.abs(own).max())
     assert analysis.R_n is not None
-    assert still.R_n is not None  # of the line that all these scenes have
-    rest = (analysis.contact, analysis.R_n, still.R_n, analysis.q[2])
-    return EquilibriumPoles(*rest, rows, analysis.judgement.verdict, apart)
+    assert without_friction.R_n is not None
+    return EquilibriumPoles(
+        contact=analysis.contact,
+        R_n=analysis.R_n,
+        free=without_friction.R_n,
+        theta=analysis.q[2],
+        poles=rows,
+        verdict=analysis.judgement.verdict,
+        apart=distance(np.concatenate([upper, upper.conj()]), own),
+    )
+
+
+class FrictionLoop(NamedTuple):
+    """The plant of a frozen equilibrium in natural units, and what closes it.
+
+    rate (rad/s): of time; M, C, K_0 (3, 3); inputs (3, k), outputs (k, 3): the loop's load is
+    mu inputs outputs q; second: the second singular value of that product over the first.
+    """
+
+    rate: float
+    M: np.ndarray
+    C: np.ndarray
+    K_0: np.ndarray
+    inputs: np.ndarray
+    outputs: np.ndarray
+    second: float
+
+    def matrices(self, mu: float) -> Linearisation:
+        """Of the closed loop."""
+        return Linearisation(self.M, self.C, self.K_0 - mu * self.inputs @ self.outputs)
+
+    @property
+    def plant(self) -> Any:
+        """python-control's system from the friction loads to their changes per unit of mu."""
+        import control
+
+        A, B = state_matrices(self.M, self.C, self.K_0)
+        outputs = np.hstack([self.outputs, np.zeros_like(self.outputs)])
+        return control.ss(A, B @ self.inputs, outputs, 0.0)
+
+
+def friction_loop(scene: Scene) -> FrictionLoop:
+    """The loop about the sliding equilibrium of a scene. Raises ComputationError without one."""
+    analysis = analyse(scene)
+    model, pad, q = damped_model(scene), scene.pad, np.array(analysis.q)
+    rate = math.sqrt(pad.k1 / pad.m)
+    lengths = np.diag([1.0, 1.0, 1.0 / pad.w])
+    K_0 = linearise(model.replace(mu=0.0), q, analysis.state).K
+    K_1 = linearise(model.replace(mu=1.0), q, analysis.state).K
+    loads = lengths @ (K_0 - K_1) @ lengths / pad.k1
+    left, values, right = np.linalg.svd(loads)
+    count = int(np.sum(values > RANK * values[0]))
+    return FrictionLoop(
+        rate=rate,
+        M=lengths @ analysis.matrices.M @ lengths / pad.m,
+        C=lengths @ analysis.matrices.C @ lengths / (pad.m * rate),
+        K_0=lengths @ K_0 @ lengths / pad.k1,
+        inputs=left[:, :count],
+        outputs=values[:count, None] * right[:count],
+        second=float(values[1] / values[0]),
+    )
+
+
+def closed_poles(loop: FrictionLoop, gains: np.ndarray) -> np.ndarray:
+    """Poles (gains, 6) of the closed loop by python-control, in natural units.
+
+    A loop of one input is a root locus. Of two inputs each gain closes both.
+    """
+    import control
+
+    plant = loop.plant
+    count = loop.inputs.shape[1]
+    if count == 1:
+        return np.asarray(control.root_locus_map(-plant, gains=gains).loci)
+    closed = [control.feedback(plant, control.ss([], [], [], mu * np.eye(count)), sign=1) for mu in gains]
+    return np.array([one.poles() for one in closed])
+
+
+def gain_margins(loop: FrictionLoop) -> list[float]:
+    """Gains up to `GREATEST` at which a pole reaches the axis, rising.
+
+    By `control.stability_margins` for a loop of one input; a static margin is that of the gain at
+    frequency zero. Loops of two inputs have none, see `critical_gain`.
+    """
+    import control
+
+    open_loop = -loop.plant
+    found = np.asarray(control.stability_margins(open_loop, returnall=True)[0]).tolist()
+    static = float(np.real(open_loop(0.0)))
+    if static < 0.0:
+        found.append(-1.0 / static)
+    return sorted(gain for gain in found if 0.0 < gain <= GREATEST)
+
+
+def critical_gain(loop: FrictionLoop, gains: np.ndarray, values: np.ndarray) -> float | None:
+    """The gain at which the closed loop first has a pole in the right half plane, from its poles
+    (gains, 6) at some gains; None if it has none at these."""
+    unstable = values.real.max(axis=1) > 0.0
+    if not unstable.any():
+        return None
+    first = int(np.argmax(unstable))
+
+    def growth(mu: float) -> float:
+        return float(closed_poles(loop, np.array([mu])).real.max())
+
+    return float(brentq(growth, gains[first - 1], gains[first], xtol=1e-13))
+
+
+def modulus_margin(loop: FrictionLoop, mu: float) -> float:
+    """Least distance of the Nyquist curve of a loop of one input at gain mu from -1."""
+    import control
+
+    return float(control.stability_margins(-mu * loop.plant)[2])
+
+
+def tracked(values: np.ndarray) -> np.ndarray:
+    """The same poles (gains, 6), each column near itself from one gain to the next."""
+    rows = [values[0][np.argsort(values[0].imag)]]
+    for row in values[1:]:
+        _, order = linear_sum_assignment(np.abs(rows[-1][:, None] - row[None, :]))
+        rows.append(row[order])
+    return np.array(rows)
+
+
+def locus(mus: np.ndarray, values: np.ndarray) -> Locus:
+    """Poles (mus, 6) in rad/s."""
+    rows = tracked(values).T
+    return Locus(
+        mu=tuple(mus.tolist()),
+        real=tuple(tuple(row.tolist()) for row in rows.real),
+        imag=tuple(tuple(row.tolist()) for row in rows.imag),
+    )
+
+
+def _along_equilibrium(scene: Scene, gains: np.ndarray) -> tuple[np.ndarray, np.ndarray, float]:
+    """Frictions that the branch of equilibria reaches, poles (n, 6) about it by python-control in
+    rad/s, and their greatest distance from own eigenvalues."""
+    import control
+
+    branch = Branch.of(damped_model(scene), GREATEST)
+    reached = gains[gains <= branch.mu_end]
+    rows = []
+    apart = 0.0
+    for matrices in branch.many(reached.tolist()):
+        A, B = state_matrices(*matrices)
+        values = control.ss(A, B, np.eye(6), 0.0).poles()
+        apart = max(apart, distance(values, complex_eigenvalues(*matrices).values))
+        rows.append(values)
+    return reached, np.array(rows), apart
+
+
+def loop_of(scene: Scene) -> Loop | Missing:
+    """The loop of a scene under modal damping, or the reason why there is none."""
+    scene = dataclasses.replace(scene, damping=Damping(ratios=(RATIO,) * 3))
+    gains = np.linspace(0.0, GREATEST, GAINS)
+    try:
+        analysis = analyse(scene)
+        loop = friction_loop(scene)
+        followed = critical_friction(scene, GREATEST)
+        reached, along, path_apart = _along_equilibrium(scene, gains)
+    except ComputationError as error:
+        return Missing(str(error))
+    values = closed_poles(loop, gains)
+    apart = path_apart
+    for mu, row in zip(gains.tolist(), values, strict=True):
+        own = complex_eigenvalues(*loop.matrices(mu)).values
+        apart = max(apart, distance(row, own))
+    single = loop.inputs.shape[1] == 1
+    margins = gain_margins(loop) if single else []
+    unstable = critical_gain(loop, gains, values)
+    frozen = margins[0] if margins else unstable
+    frequency_hz = None
+    if frozen is not None:
+        critical = closed_poles(loop, np.array([frozen]))[0]
+        rate = abs(critical[np.argmax(critical.real)].imag) * loop.rate
+        frequency_hz = float(rate) / (2 * math.pi)
+    stable = analysis.judgement.verdict == "stable"
+    losses = [p.mu for p in followed.points if p.kind in ("flutter", "divergence")]
+    return Loop(
+        contact=analysis.contact,
+        mu=scene.pad.mu,
+        inputs=loop.inputs.shape[1],
+        second=loop.second,
+        poles=poles(analysis.matrices),
+        frozen=frozen,
+        by_poles=unstable,
+        frequency_hz=frequency_hz,
+        margin=None if frozen is None else frozen / scene.pad.mu,
+        modulus=modulus_margin(loop, scene.pad.mu) if single and stable else None,
+        followed=losses[0] if losses else None,
+        ends=followed.end if reached[-1] < GREATEST else "",
+        locus=locus(gains, loop.rate * values),
+        path=locus(reached, along),
+        apart=apart,
+    )
 
 
 def study(files: Sequence[Path]) -> Eigenvalues:
-    """The poles of each scene given."""
-    return Eigenvalues({file.stem: examined(read_scene(file)) for file in files})
+    """The eight cases of models B1 and B2."""
+    scenes = read_scenes(files, HISTORY_FIGURES)
+    undamped = {name: examined(scene) for name, scene in scenes.items()}
+    loops = {name: loop_of(scene) for name, scene in scenes.items()}
+    every = (*undamped.values(), *loops.values())
+    return Eigenvalues(
+        scenes=undamped,
+        loops=loops,
+        apart=max(one.apart for one in every if not isinstance(one, Missing)),
+    )
+
+
+def sentences(record: Eigenvalues) -> Mapping[str, bool]:
+    """What the paper says of poles and loops."""
+    loops = {name: one for name, one in record.loops.items() if isinstance(one, Loop)}
+    points = [one for name, one in loops.items() if name.startswith("b1")]
+    line = {name[-1]: one for name, one in loops.items() if name.startswith("b2")}
+    return {
+        "python-control-agrees-with-own-eigenvalues": record.apart < 1e-11
+        and len(loops) == len(record.loops),
+        "friction-is-one-loop-on-the-line-and-two-on-points": all(
+            one.inputs == 1 for one in line.values()
+        )
+        and all(one.inputs == 2 and one.second < 1e-3 for one in points),
+        "gain-margin-agrees-with-root-locus": all(
+            (one.frozen is None and one.by_poles is None)
+            or (
+                one.frozen is not None
+                and one.by_poles is not None
+                and abs(one.frozen - one.by_poles) < 1e-7
+            )
+            for one in loops.values()
+        ),
+        "no-friction-destabilises-the-frozen-points": all(one.frozen is None for one in points),
+        "frozen-equilibrium-of-the-line-loses-stability-in-every-case": all(
+            one.frozen is not None for one in line.values()
+        ),
+        "b2-c-alone-is-past-its-gain-margin": [
+            name for name, one in loops.items() if one.margin is not None and one.margin < 1.0
+        ]
+        == ["b2-c"],
+        "frozen-and-followed-agree-in-c-and-d": all(
+            one.frozen is not None
+            and one.followed is not None
+            and abs(one.frozen - one.followed) < 1e-3 * one.followed
+            for one in (line["c"], line["d"])
+        ),
+        "following-the-equilibrium-keeps-a-and-b-stable": all(
+            line[case].frozen is not None and line[case].followed is None for case in "ab"
+        ),
+    }

@@ -23,21 +23,25 @@ from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.energy import under_both_laws
-from squeal.article.studies.starts import compression, grid, plane
+from squeal.article.studies.starts import compression
 from squeal.equilibrium import sliding_equilibrium
 from squeal.equilibrium.find import damped_model
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Damping, Scene
 from squeal.linear import complex_eigenvalues
+from squeal.model.contact import NONE
 from squeal.model.equations import PadModel
 from squeal.simulation.cycles import CLOSED_CURVE, Cycle, Shooting
+from squeal.simulation.observers import Shares
 
 RATIOS = (0.001, 0.005, 0.01, 0.02)
 RATIO = 0.005  # of the cycles
 LATE, LONGER, SEEN = 40, 150, 2  # windows until a motion is looked at, again, and for how long
-SIDE, WIDER = 5, 3.0  # initial conditions a side of the grid, and its reach over that of the maps
-MOVING, SEED = 75, 0  # more of them, in motion, beside an equilibrium that does not flutter
+BOX = 3.0  # half-width of the box of initial conditions, over the static compression
+SEED = 0  # of the draws from it
+STARTS = 100  # drawn
+STARTS_UNSTABLE = 25  # of these beside an unstable equilibrium, which every start leaves
 TOLERANCE = 1e-10
 CYCLES = ("b2-c-integral", "b1-d", "b2-d-integral")
 GREATEST = 0.8  # largest mu on it
@@ -50,14 +54,19 @@ Share = Annotated[float, ".1%"]
 class Settled(Record):
     """What a motion does after a long time, over `SEEN` windows.
 
-    lost: share of the time in which some edge is separated, 0 where contact does not change; peak:
-    of the first signal over F_n; hammers: by the definition; turns: changes of the edge struck;
-    low, high: range of delta/w, None with B1; face: greatest speed of the lower face while it
-    touches over that of the surface.
+    lost: share of the time in which some edge is separated, 0 where contact does not change;
+    airborne: share in which both are; peak: of the contact force over F_n, the sum of both edges;
+    leading, trailing: of the force at each edge over F_n, None with B2, whose line has one
+    reaction; hammers: by the definition; turns: changes of the edge struck; low, high: range of
+    delta/w, None with B1; face: greatest speed of the lower face while it touches over that of the
+    surface.
     """
 
     lost: Share
+    airborne: Share
     peak: float
+    leading: float | None
+    trailing: float | None
     hammers: bool
     turns: int
     low: float | None
@@ -73,8 +82,8 @@ class Settled(Record):
 class After(Record):
     """A motion at one damping ratio.
 
-    own: from the reference initial conditions, None where the model ends; starts: how many others;
-    lasting: of these lose contact on and on, hammering: and hammer; liveliest: of all that go on
+    own: from the reference initial conditions, None where the model ends; starts: how many others,
+    see `sampled_states`; lasting: of these lose contact on and on, hammering: and hammer; liveliest: of all that go on
     the one that hammers, or has most turns; growth: greatest real part of the eigenvalues about the
     equilibrium, 1/ms, None without one.
     """
@@ -89,13 +98,19 @@ class After(Record):
 
 
 class CyclePoint(Record):
-    """A periodic motion: period in ms, contact changes in it, the first signal's peak over F_n, the
-    greatest of the absolute values of its Floquet multipliers beside 1."""
+    """A periodic motion: period in ms, contact changes in it, the greatest of the absolute values
+    of its Floquet multipliers beside 1.
+
+    peak: of the contact force over F_n, the sum of both edges; leading, trailing: of the force at
+    each edge over F_n, None with B2.
+    """
 
     mu: float
     period: float
     changes: int
     peak: float
+    leading: float | None
+    trailing: float | None
     multiplier: float
 
     @property
@@ -108,7 +123,7 @@ class Cycles(Record):
     """A branch of periodic motions, the one that leads to greater mu first, as far as the surface
     stays faster than the lower face.
 
-    own: the one at the case's friction; decay: its greatest multiplier, from the decay of a
+    own: the one at the case's friction; airborne: share of its period without contact; decay: its greatest multiplier, from the decay of a
     disturbance in a simulation; shift: how far the multiplier of a shift in time is from 1; fold:
     the least friction of the branch; reaches: friction at which the lower face becomes as fast as
     the surface, None if it nowhere does; closed: the branch is a closed curve; threshold: friction
@@ -118,6 +133,7 @@ class Cycles(Record):
     """
 
     own: CyclePoint
+    airborne: Share
     decay: float
     shift: float
     branch: tuple[CyclePoint, ...]
@@ -142,8 +158,8 @@ class ContactDamping(Record):
 
 
 class Onset(Result):
-    """after: by motion (b1-a, b2-a-mean, b2-a-integral), for each of `ratios`; cycles: by motion;
-    other_damping: by motion and kind of damping, what the lively motion comes to;
+    """after: by motion (b1-a, b2-a-mean, b2-a-integral), for each of `ratios`; box, seed: of the
+    initial conditions; cycles: by motion; other_damping: by motion and kind of damping, what the lively motion comes to;
     contact_damping: by motion, sliding with damping of the normal force alone."""
 
     after: dict[str, tuple[After, ...]]
@@ -155,8 +171,10 @@ class Onset(Result):
     windows: int = LATE
     longer: int = LONGER
     seen: int = SEEN
-    starts: int = SIDE**2
-    moving: int = MOVING
+    box: float = BOX
+    seed: int = SEED
+    starts: int = STARTS
+    starts_unstable: int = STARTS_UNSTABLE
     left_out: str = ""
 
 
@@ -172,8 +190,8 @@ def damped(scene: Scene, ratio: float) -> Scene:
     return dataclasses.replace(scene, damping=Damping(ratios=(ratio,) * 3) if ratio else None)
 
 
-def run(begun: Sequence[Begun], stop: float, measured: bool) -> Arrays:
-    """Motions of one model and formulation."""
+def run(begun: Sequence[Begun], stop: float | np.ndarray, measured: bool) -> Arrays:
+    """Motions of one model and formulation, all over one time or each over its own (n,)."""
     one, C = begun[0].model, [np.array(each.model.damping) for each in begun]
     return simulate_many(
         one.name,
@@ -187,11 +205,30 @@ def run(begun: Sequence[Begun], stop: float, measured: bool) -> Arrays:
     )
 
 
+class ForcePeaks(NamedTuple):
+    """Greatest contact force over F_n: the sum, and at each edge of B1."""
+
+    total: float
+    leading: float | None
+    trailing: float | None
+
+
+def force_peaks(case: Case, line: bool) -> ForcePeaks:
+    """Of a measured case of B1, or of B2 (`line`), which has one reaction."""
+    if line:
+        return ForcePeaks(case.first.high, None, None)
+    return ForcePeaks(case.together.high, case.first.high, case.second.high)
+
+
 def _settled(case: Case, changes: int, full: float, line: bool) -> Settled:
     off = np.isnan(case.first.high)  # off the surface all the time
+    peaks = ForcePeaks(0.0, None, None) if off else force_peaks(case, line)
     return Settled(
         lost=1.0 if off else 1.0 - full if changes else 0.0,
-        peak=0.0 if off else case.first.high,
+        airborne=1.0 if off else case.shares.get(NONE, 0.0),
+        peak=peaks.total,
+        leading=peaks.leading,
+        trailing=peaks.trailing,
         hammers=changes > 0 and hammers(case).margin > 0.0,
         turns=case.blows[LEVELS.index(LEVEL)] if changes else 0,
         low=case.second.low if line and not off else None,
@@ -219,24 +256,40 @@ def settle(
     return ends, found
 
 
-def initial_states(scene: Scene) -> np.ndarray:
-    """The reference initial state, others at rest on a grid, and others in motion, (n, 6).
+def settle_late(
+    begun: Sequence[Begun], window: float
+) -> tuple[np.ndarray, list[Settled | None]]:
+    """States (n, 6) after a long time in observation times (`window`), and what the motions do
+    then; None where the model ends.
 
-    Those in motion are drawn about the equilibrium: along each axis, and by the tilt at an edge, up
-    to `WIDER` static compressions off and as fast as a mass on spring 1 that swings so far.
+    A motion that has settled after `LATE` is not simulated on, one that goes on is until `LONGER`.
     """
-    own = np.array([scene.initial])
+    ends, found = settle(begun, LATE * window, SEEN * window)
+    on = [i for i, one in enumerate(found) if one and one.goes_on]
+    if on:
+        again = [Begun(begun[i].model, ends[i]) for i in on]
+        last, later = settle(again, (LONGER - LATE) * window, SEEN * window)
+        for i, end, one in zip(on, last, later, strict=True):
+            ends[i] = end
+            found[i] = one
+    return ends, found
+
+
+def sampled_states(scene: Scene, half_width: float, count: int) -> np.ndarray:
+    """Initial states (count, 6) drawn uniformly from a box about the sliding equilibrium.
+
+    The box reaches `half_width` static compressions (`compression`) to both sides in x, in y and, as
+    the lift of an edge, in w theta. Velocities reach what a mass on spring 1 has that swings as far:
+    the half-width of each displacement times (k1/m)^(1/2). The draws of all boxes are alike but for
+    their scale. There is no state (0, 6) where there is no equilibrium.
+    """
     rest, _ = sliding_equilibrium(scene.pad_model)
     if rest is None:
-        return own
-    s, t = grid(SIDE)
-    reach = WIDER * compression(scene) * np.array([1.0, 1.0, 1.0 / scene.pad.w])
-    reach = np.append(reach, reach * np.sqrt(scene.pad.k1 / scene.pad.m))
-    drawn = np.random.default_rng(SEED).uniform(-1.0, 1.0, (MOVING, 6))
-    at = np.array(rest.q)
-    return np.concatenate(
-        [own, plane(scene, at, WIDER * s, WIDER * t), np.append(at, np.zeros(3)) + reach * drawn]
-    )
+        return np.empty((0, 6))
+    displacement = half_width * compression(scene) * np.array([1.0, 1.0, 1.0 / scene.pad.w])
+    velocity = displacement * np.sqrt(scene.pad.k1 / scene.pad.m)
+    drawn = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STARTS, 6))[:count]
+    return np.append(rest.q, np.zeros(3)) + np.append(displacement, velocity) * drawn
 
 
 def growth(scene: Scene, ratio: float) -> float | None:
@@ -250,19 +303,12 @@ def growth(scene: Scene, ratio: float) -> float | None:
 def after(scene: Scene, ratio: float) -> tuple[After, np.ndarray]:
     """What a scene comes to at one damping ratio, and the state (6,) of its liveliest motion."""
     assert scene.stop is not None
-    model, rate = damped_model(damped(scene, ratio)), growth(scene, ratio)
-    states = initial_states(scene)
-    if (rate or 0.0) > 0.0:  # every start leaves the equilibrium
-        states = states[: len(states) - MOVING]
-    begun = [Begun(model, state) for state in states]
-    ends, found = settle(begun, LATE * scene.stop, SEEN * scene.stop)
-    # those that go on are looked at again much later
-    on = [i for i, one in enumerate(found) if one and one.goes_on]
-    if on:
-        again = [Begun(model, ends[i]) for i in on]
-        last, later = settle(again, (LONGER - LATE) * scene.stop, SEEN * scene.stop)
-        for i, end, one in zip(on, last, later, strict=True):
-            ends[i], found[i] = end, one
+    model = damped_model(damped(scene, ratio))
+    rate = growth(scene, ratio)
+    unstable = (rate or 0.0) > 0.0
+    sampled = sampled_states(scene, BOX, STARTS_UNSTABLE if unstable else STARTS)
+    begun = [Begun(model, state) for state in (np.array(scene.initial), *sampled)]
+    ends, found = settle_late(begun, scene.stop)
     lasting = [i for i, one in enumerate(found) if one and one.goes_on]
     best = max(lasting, key=lambda i: (found[i].hammers, found[i].turns), default=None)  # type: ignore[union-attr]
     others = [one for i in lasting if i and (one := found[i])]
@@ -278,14 +324,37 @@ def after(scene: Scene, ratio: float) -> tuple[After, np.ndarray]:
     return row, np.full(6, np.nan) if best is None else ends[best]
 
 
-def _point(orbit: Orbit) -> CyclePoint:
-    return CyclePoint(
-        mu=orbit.value,
-        period=1e3 * orbit.period,
-        changes=len(orbit.contacts),
-        peak=orbit.peak,
-        multiplier=orbit.multiplier,
-    )
+def _points(scene: Scene, orbits: Sequence[Orbit]) -> list[CyclePoint]:
+    """The cycles of a damped scene, their forces measured over two periods each."""
+    begun = []
+    for orbit in orbits:
+        model = damped_model(scene.replace(mu=orbit.value))
+        begun.append(Begun(model, np.array(orbit.start)))
+    periods = np.array([orbit.period for orbit in orbits])
+    measured = run(begun, 2.0 * periods, True)
+    points = []
+    for i, orbit in enumerate(orbits):
+        peaks = force_peaks(case_of(measured, i), scene.model == "B2")
+        points.append(
+            CyclePoint(
+                mu=orbit.value,
+                period=1e3 * orbit.period,
+                changes=len(orbit.contacts),
+                peak=peaks.total,
+                leading=peaks.leading,
+                trailing=peaks.trailing,
+                multiplier=orbit.multiplier,
+            )
+        )
+    return points
+
+
+def airborne(pad: Shooting, cycle: Cycle) -> float:
+    """Share of a cycle's period in which no edge touches."""
+    model = pad.model(cycle.value)
+    shares = Shares(model, cycle.period)
+    shares.see(cycle.course)
+    return shares.result()[model.state_name(NONE)]
 
 
 def decay(pad: Shooting, cycle: Cycle, turns: int = 24) -> float:
@@ -319,11 +388,13 @@ def cycles(scene: Scene, state: np.ndarray) -> Cycles | Missing:
         return Missing(str(error))
     points = critical_friction(damped(scene, RATIO), GREATEST).points
     held, reaches = _held(found.orbits, found.own)
+    own, *branch = _points(damped(scene, RATIO), [found.orbits[found.own], *reversed(held)])
     return Cycles(
-        own=_point(found.orbits[found.own]),
+        own=own,
+        airborne=airborne(*found.source),
         decay=slower,
         shift=float(abs(found.source[1].trivial - 1.0)),
-        branch=tuple(map(_point, reversed(held))),
+        branch=tuple(branch),
         fold=min(one.value for one in held),
         reaches=reaches,
         closed=CLOSED_CURVE in found.ends,
@@ -485,7 +556,7 @@ def sentences(found: Onset) -> Mapping[str, bool]:
         "all-others-come-to-rest": len(rests) == 7 and "b2-c-integral" not in rests,
         "c-hammers-at-high-damping-alone": hammering("b2-c-integral") == [0.01, 0.02],
         "d-goes-on-beside-stable-sliding": all(
-            row.lasting > 0.5 * row.starts and (row.growth or 0.0) < 0.0 for row in beside
+            row.lasting > 0 and row.growth is not None and row.growth < 0.0 for row in beside
         ),
         "d-comes-to-rest-with-the-printed-law": max(lasts("b2-d-mean")) < RATIO,
         "d-hammers-on-points-alone": [

@@ -1,7 +1,7 @@
 """What becomes of the article's cases from other initial conditions: maps over height and tilt.
 
-The initial conditions are at rest on a plane through the sliding equilibrium and the reference
-ones.
+The initial conditions are at rest above, below and tilted from the sliding equilibrium, at its x.
+Heights and tilts are in static compressions of the contact.
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ KINDS = (
     "invalid simulation",
 )
 WINDOWS = (1, 10)  # observation times over that of the case
-SIDE, REACH = 11, 1.25  # of a map: points and half width
+SIDE, REACH = 11, 1.75  # of a map: points, and half-width in static compressions
 TOLERANCE = 1e-6
 
 
@@ -46,27 +46,46 @@ class Map(Record):
     share: dict[str, float]
 
 
-class Starts(Result):
-    """The maps by case, one for each of `WINDOWS`."""
+class CaseMaps(Record):
+    """Maps of a case, one for each of `WINDOWS`.
 
-    cases: dict[str, tuple[Map, ...] | Missing]
+    reference: displacement of the reference initial conditions from the equilibrium in x, in y and,
+    as the lift of an edge, in w theta; it and the axes of the maps are in static compressions.
+    compression: of the contact, in micrometres.
+    """
+
+    maps: tuple[Map, ...]
+    reference: tuple[float, float, float]
+    compression: float
+
+
+class Starts(Result):
+    """The maps by case; reach: half-width of a map in static compressions."""
+
+    cases: dict[str, CaseMaps | Missing]
     reach: float = REACH
     left_out: str = ""
 
     def share(self, name: str, kind: str, windows: int) -> float:
         """The share of the initial conditions of a case that come to a kind; 0 without a map."""
-        maps = self.cases[name]
-        several = () if isinstance(maps, Missing) else maps
+        case = self.cases[name]
+        several = () if isinstance(case, Missing) else case.maps
         return next((one.share[kind] for one in several if one.windows == windows), 0.0)
 
 
-def plane(scene: Scene, equilibrium: np.ndarray, s: np.ndarray, t: np.ndarray) -> np.ndarray:
-    """Starts (n, 6) at rest: the equilibrium (3,) at s = t = 0, the scene's start at s = 1."""
-    own = np.array(scene.initial)
-    rest = np.append(equilibrium, np.zeros(3))
-    starts = rest + s[:, None] * (own - rest)
-    starts[:, 2] += t * compression(scene) / scene.pad.w
-    return starts
+def plane(
+    scene: Scene, equilibrium: np.ndarray, height: np.ndarray, tilt: np.ndarray
+) -> np.ndarray:
+    """States (n, 6) at rest by height and tilt (n,) from an equilibrium (3,), in compressions.
+
+    A tilt of one lifts an edge by the static compression.
+    """
+    unit = compression(scene)
+    states = np.zeros((len(height), 6))
+    states[:, :3] = equilibrium
+    states[:, 1] += height * unit
+    states[:, 2] += tilt * unit / scene.pad.w
+    return states
 
 
 def compression(scene: Scene) -> float:
@@ -79,8 +98,8 @@ def compression(scene: Scene) -> float:
 def grid(side: int = SIDE) -> tuple[np.ndarray, np.ndarray]:
     """Heights and tilts (side^2,) of a map, the tilts in rows."""
     axis = REACH * (2.0 * np.arange(side) + 1.0 - side) / side
-    t, s = np.meshgrid(axis, axis, indexing="ij")
-    return s.ravel(), t.ravel()
+    tilt, height = np.meshgrid(axis, axis, indexing="ij")
+    return height.ravel(), tilt.ravel()
 
 
 def kind(case: Case) -> int:
@@ -89,8 +108,8 @@ def kind(case: Case) -> int:
 
 
 def _map(scene: Scene, equilibrium: np.ndarray, windows: int) -> Map:
-    s, t = grid()
-    starts = plane(scene, equilibrium, np.append(s, 1.0), np.append(t, 0.0))  # the own one last
+    height, tilt = grid()
+    starts = np.append(plane(scene, equilibrium, height, tilt), [scene.initial], axis=0)
     assert scene.stop is not None
     how = starts, windows * scene.stop, TOLERANCE, scene.formulation, measures
     motions = simulate_many(scene.model, scene.pad, *how)
@@ -101,17 +120,23 @@ def _map(scene: Scene, equilibrium: np.ndarray, windows: int) -> Map:
         ]
     )
     rows = tuple("".join(map(str, row)) for row in codes[:-1].reshape(SIDE, SIDE).tolist())
-    beside = codes[:-1][(s != 0.0) | (t != 0.0)]
+    beside = codes[:-1][(height != 0.0) | (tilt != 0.0)]
     share = {name: float(np.mean(beside == i)) for i, name in enumerate(KINDS)}
     return Map(windows, rows, int(codes[-1]), share)
 
 
-def maps(scene: Scene) -> tuple[Map, ...] | Missing:
+def maps(scene: Scene) -> CaseMaps | Missing:
     """The maps of a scene of B1 or B2."""
     rest, why = sliding_equilibrium(scene.pad_model)
     if rest is None:
         return Missing(why)
-    return tuple(_map(scene, np.array(rest.q), windows) for windows in WINDOWS)
+    q, unit = np.array(rest.q), compression(scene)
+    x, y, theta = ((np.array(scene.initial[:3]) - q) / unit).tolist()
+    return CaseMaps(
+        maps=tuple(_map(scene, q, windows) for windows in WINDOWS),
+        reference=(x, y, theta * scene.pad.w),
+        compression=1e6 * unit,
+    )
 
 
 def study(files: Sequence[Path]) -> Starts:
@@ -137,7 +162,6 @@ def sentences(record: Starts) -> Mapping[str, bool]:
             record.share(f"b1-{case}", hammering, 10) > 0.5 for case in "acd"
         ),
         "b2-c-hammers-from-all": record.share("b2-c", hammering, 10) == 1.0,
-        "b2-others-hammer-nowhere": all(
-            record.share(f"b2-{case}", hammering, 10) == 0.0 for case in "ab"
-        ),
+        "b2-a-hammers-from-few-b-from-none": 0.0 < record.share("b2-a", hammering, 10) < 0.15
+        and record.share("b2-b", hammering, 10) == 0.0,
     }

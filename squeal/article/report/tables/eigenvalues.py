@@ -1,19 +1,19 @@
-"""Complex eigenvalues about the sliding equilibrium of model B2."""
+"""Complex eigenvalues about the sliding equilibria of both models."""
 
 from squeal.article.records import Missing
 from squeal.article.report.latex import number, tabular, typeset
 from squeal.article.studies.eigenvalues import Eigenvalues
 
-CAPTION = r"""Complex eigenvalues about the sliding equilibrium of model B2 without damping,
-computed with python-control from the same matrices as \texttt{squeal eigenvalues}. Real parts of
-rounding size are set to zero."""
+CAPTION = r"""Complex eigenvalues about the sliding equilibria without damping, computed with
+python-control from the same matrices as \texttt{squeal eigenvalues}. Real parts of rounding size
+are set to zero."""
 
 
 def table(eigenvalues: Eigenvalues) -> str:
     """A group of rows a case, a row for a pair or a real eigenvalue."""
     groups = []
     for scene, entry in eigenvalues.scenes.items():
-        case = f"({scene[-1]})"
+        case = f"{scene[:2].upper()} ({scene[-1]})"
         if isinstance(entry, Missing):
             groups.append([[case, "--", rf"\multicolumn{{5}}{{l}}{{{typeset(entry.reason)}}}"]])
             continue

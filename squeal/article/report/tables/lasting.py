@@ -1,23 +1,45 @@
 """What lasts with damping."""
 
+from collections.abc import Callable
+
 from squeal.article.report.latex import number, percent, tabular, with_spread
 from squeal.article.studies.energy import motion_title
-from squeal.article.studies.onset import Onset
+from squeal.article.studies.onset import Onset, Settled
 
 CAPTION = r"""Motions with damping and sustained loss of contact: whether from the reference
-initial conditions, from how many others; of the liveliest the share of time with an edge separated,
-the peak force over $F_n$, the changes of the edge struck, and whether it hammers; greatest real
-part of the eigenvalues about the equilibrium. Measured over \val[n]{onset.seen} observation times
-after \val[n]{onset.longer}. In brackets: least and greatest value of repeats from initial
-conditions changed by rounding, where they differ."""
+initial conditions, from how many others (drawn from a box of half-width \val[2]{onset.box} static
+compressions, seed \val[n]{onset.seed}); of the liveliest the shares of time with an edge and with
+both edges separated, the peak contact force over $F_n$ (at the leading edge, at the trailing edge,
+and of their sum; the line has one reaction), the changes of the edge struck, and whether it
+hammers; greatest real part of the eigenvalues about the equilibrium. Measured over
+\val[n]{onset.seen} observation times after \val[n]{onset.longer}. In brackets: least and greatest
+value of \val[n]{onset.repeats} repeats from initial conditions changed by rounding."""
 
 
-def _share(value: float) -> str:
-    return percent(value, 0)
+def _share(value: float | None) -> str:
+    return number(value) if value is None else percent(value, 0)
 
 
-def _force(value: float) -> str:
+def _force(value: float | None) -> str:
     return number(value, 3)
+
+
+LIVELIEST: dict[str, Callable[..., str]] = {
+    "lost": _share,
+    "airborne": _share,
+    "leading": _force,
+    "trailing": _force,
+    "peak": _force,
+    "turns": str,
+}
+"""What is shown of the liveliest motion, and how."""
+
+
+def _lively(onset: Onset, lively: Settled, at: str) -> list[str]:
+    return [
+        with_spread(getattr(lively, name), onset.ends(f"{at}.liveliest.{name}"), show)
+        for name, show in LIVELIEST.items()
+    ]
 
 
 def table(onset: Onset) -> str:
@@ -31,13 +53,11 @@ def table(onset: Onset) -> str:
             at = f"after.{name}.{place}"
             own = "yes" if row.own and row.own.goes_on else "no"
             lasting = with_spread(row.lasting, onset.ends(f"{at}.lasting"), str)
-            lost = with_spread(lively.lost, onset.ends(f"{at}.liveliest.lost"), _share)
-            peak = with_spread(lively.peak, onset.ends(f"{at}.liveliest.peak"), _force)
-            turns = with_spread(lively.turns, onset.ends(f"{at}.liveliest.turns"), str)
-            hammers = "yes" if lively.hammers else "no"
             rows.append(
                 [motion_title(name), percent(row.ratio), own, f"{lasting} of {row.starts}"]
-                + [lost, peak, turns, hammers, number(row.growth, 2)]
+                + _lively(onset, lively, at)
+                + ["yes" if lively.hammers else "no", number(row.growth, 2)]
             )
-    head = ["", r"$\zeta$", "reference", "others", "lost", "peak", "turns", "hammers"]
-    return tabular("lrrrrrrlr", [*head, "growth, 1/ms"], [rows])
+    head = ["", r"$\zeta$", "reference", "others", "lost", "both off"]
+    head += ["leading", "trailing", "sum", "turns", "hammers", "growth, 1/ms"]
+    return tabular("lrrrrrrrrrlr", head, [rows])

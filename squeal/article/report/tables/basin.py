@@ -1,0 +1,27 @@
+"""Shares of initial conditions that lead to sustained loss of contact."""
+
+from squeal.article.report.latex import percent, tabular
+from squeal.article.studies.basin import Basin
+
+CAPTION = r"""Case (d) at a modal damping of \val[p1]{basin.ratio}, where sliding is stable: initial
+conditions that lead to sustained loss of contact, of \val[n]{onset.starts} drawn uniformly (seed
+\val[n]{basin.seed}) from a box about the sliding equilibrium, by the half-width of the box. The
+half-width is that of $x$, $y$ and $w\theta$ in static compressions (points:
+$F_n/(k_3+k_4) = {}$\val[2]{basin.compression.b1-d}\,$\mu$m, line:
+$F_n/k_c = {}$\val[3]{basin.compression.b2-d-integral}\,$\mu$m), and of their velocities over
+$\sqrt{k_1/m}$. In brackets: exact interval of \val[p0]{basin.confidence} confidence."""
+NAMES = {"b1-d": "points, B1 (d)", "b2-d-integral": "line, B2 (d)"}
+
+
+def table(basin: Basin) -> str:
+    """A row a model, a column a half-width."""
+    rows = []
+    widths: list[str] = []
+    for name, shares in basin.shares.items():
+        widths = [f"${one.half_width:g}$" for one in shares]
+        cells = []
+        for one in shares:
+            low = f"{100 * one.low:.0f}"
+            cells.append(f"{percent(one.share, 0)} ({low} to {100 * one.high:.0f})")
+        rows.append([NAMES[name], *cells])
+    return tabular("l" + "r" * len(widths), ["half-width", *widths], [rows])

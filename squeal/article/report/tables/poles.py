@@ -1,0 +1,46 @@
+"""Poles of all cases, and friction as a loop gain."""
+
+from squeal.article.records import Missing
+from squeal.article.report.latex import number, tabular, typeset
+from squeal.article.studies.eigenvalues import Eigenvalues, Loop
+
+CAPTION = r"""Complex eigenvalues by python-control about the sliding equilibria, with
+\val[p1]{eigenvalues.ratio} modal damping at zero friction: frequencies and damping ratios of the three
+modes (negative: the mode grows); the least friction up to \val[2]{eigenvalues.greatest} at which a
+mode begins to grow, about the equilibrium frozen at the reference friction (gain margin of the
+friction loop) and about the one that follows friction; least distance of the Nyquist curve from
+$-1$; greatest distance of a pole, of all frictions, from squeal's own eigenvalues, over the greatest
+magnitude."""
+
+
+def _row(name: str, loop: Loop) -> list[str]:
+    frequencies = [f"{pole.frequency_hz / 1e3:.2f}" for pole in loop.poles]
+    ratios = [
+        "--" if pole.damping_ratio is None else f"${100 * pole.damping_ratio:.2f}$"
+        for pole in loop.poles
+    ]
+    critical = [number(value, 3) for value in (loop.frozen, loop.followed)]
+    return [
+        f"{name[:2].upper()} ({name[-1]})",
+        loop.contact,
+        ", ".join(frequencies),
+        ", ".join(ratios),
+        *critical,
+        number(loop.modulus, 2),
+        number(loop.apart, 1),
+    ]
+
+
+def table(eigenvalues: Eigenvalues) -> str:
+    """A row a case, a group a model."""
+    groups: dict[str, list[list[str]]] = {}
+    for name, loop in eigenvalues.loops.items():
+        rows = groups.setdefault(name[:2], [])
+        if isinstance(loop, Missing):
+            reason = rf"\multicolumn{{7}}{{l}}{{{typeset(loop.reason)}}}"
+            rows.append([f"{name[:2].upper()} ({name[-1]})", reason])
+        else:
+            rows.append(_row(name, loop))
+    head = ["case", "contact", "frequencies, kHz", r"damping ratios, \%"]
+    critical = [r"$\mu$, frozen", r"$\mu$, following", "to $-1$", "distance"]
+    return tabular("llllrrrr", [*head, *critical], list(groups.values()))

@@ -1,0 +1,130 @@
+"""How many initial conditions lead to sustained loss of contact, by how far they lie from sliding.
+
+Case (d) at the damping of the cycles, where sliding is stable: initial conditions from boxes of
+several half-widths about the equilibrium, see `onset.sampled_states`.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from scipy.stats import binomtest
+
+from squeal.article.records import Record, Result
+from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies.energy import under_both_laws
+from squeal.article.studies.onset import (
+    BOX,
+    LONGER,
+    RATIO,
+    SEED,
+    STARTS,
+    Begun,
+    damped,
+    sampled_states,
+    settle_late,
+)
+from squeal.article.studies.starts import compression
+from squeal.equilibrium.find import damped_model
+from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
+from squeal.io.scene import Scene
+
+MOTIONS = ("b1-d", "b2-d-integral")
+HALF_WIDTHS = (0.5, 1.0, 1.5, 2.0, BOX)
+CONFIDENCE = 0.95
+AXES = ("x", "y", "w theta", "x_dot", "y_dot", "w theta_dot")
+Share = Annotated[float, ".0%"]
+
+
+class SampledShare(Record):
+    """Initial conditions from a box of one half-width, over the static compression.
+
+    lasting: how many of `starts` lead to sustained loss of contact; share: of them; low, high: the
+    exact (Clopper and Pearson's) interval of the share with the confidence `CONFIDENCE`.
+    """
+
+    half_width: float
+    starts: int
+    lasting: int
+    share: Share
+    low: Share
+    high: Share
+
+
+class Basin(Result):
+    """shares: by motion, a row a half-width; compression: by motion, in micrometres; ratio: modal
+    damping; axes: of the box, velocities over (k1/m)^(1/2); seed: of the draws; windows:
+    observation times after which a motion is looked at."""
+
+    shares: dict[str, tuple[SampledShare, ...]]
+    compression: dict[str, float]
+    ratio: Annotated[float, ".1%"] = RATIO
+    axes: tuple[str, ...] = AXES
+    seed: int = SEED
+    confidence: Annotated[float, ".0%"] = CONFIDENCE
+    windows: int = LONGER
+    left_out: str = ""
+
+
+def shares(scene: Scene) -> tuple[SampledShare, ...]:
+    """A row a half-width of the box."""
+    assert scene.stop is not None
+    model = damped_model(damped(scene, RATIO))
+    rows = []
+    for half_width in HALF_WIDTHS:
+        states = sampled_states(scene, half_width, STARTS)
+        _, found = settle_late([Begun(model, state) for state in states], scene.stop)
+        lasting = sum(one is not None and one.goes_on for one in found)
+        rows.append(sampled_share(half_width, lasting, len(states)))
+    return tuple(rows)
+
+
+def sampled_share(half_width: float, lasting: int, starts: int) -> SampledShare:
+    """A count with its share and interval."""
+    interval = binomtest(lasting, starts).proportion_ci(CONFIDENCE, method="exact")
+    return SampledShare(
+        half_width=half_width,
+        starts=starts,
+        lasting=lasting,
+        share=lasting / starts,
+        low=float(interval.low),
+        high=float(interval.high),
+    )
+
+
+def study(files: Sequence[Path]) -> Basin:
+    """Case (d) of both models, line contact under the energy-consistent law."""
+    scenes = under_both_laws(read_scenes(files, ("b1-d", "b2-d")))
+    if version("heyoka") == NOT_INSTALLED:
+        why = f"{WITHOUT_HEYOKA} nothing else simulates ensembles."
+        return Basin(shares={}, compression={}, left_out=why)
+    return Basin(
+        shares={name: shares(scenes[name]) for name in MOTIONS},
+        compression={name: 1e6 * compression(scenes[name]) for name in MOTIONS},
+    )
+
+
+def sentences(record: Basin) -> Mapping[str, bool]:
+    """What the paper says of these shares."""
+    if record.left_out:
+        return {}
+    nearest = [rows[0] for rows in record.shares.values()]
+    farthest = [rows[-1] for rows in record.shares.values()]
+    at_two = [_at(rows, 2.0) for rows in record.shares.values()]
+    at_one = [_at(rows, 1.0) for rows in record.shares.values()]
+    return {
+        "share-that-lasts-grows-with-the-box": all(
+            bool(np.all(np.diff([row.share for row in rows]) >= 0.0))
+            for rows in record.shares.values()
+        )
+        and all(a.high < b.low for a, b in zip(nearest, farthest, strict=True)),
+        "few-last-within-half-a-compression": all(row.high < 0.1 for row in nearest),
+        "less-than-half-last-within-one-compression": all(row.high < 0.5 for row in at_one),
+        "most-last-within-two-compressions": all(row.low > 0.5 for row in at_two),
+        "points-last-from-more-within-one-compression": at_one[0].low > at_one[1].high,
+    }
+
+
+def _at(rows: Sequence[SampledShare], half_width: float) -> SampledShare:
+    return next(row for row in rows if row.half_width == half_width)

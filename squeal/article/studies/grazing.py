@@ -1,0 +1,128 @@
+"""Why case (c) of the line hammers at strong damping alone: its trailing blow over the damping.
+
+The settled motion of B2 (c) under the energy-consistent law, from the reference initial conditions.
+"""
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from squeal.article.claims.measures import case_of
+from squeal.article.claims.motions import measures
+from squeal.article.claims.rules import LEVEL
+from squeal.article.identify.ensemble import Arrays, simulate_many, stack
+from squeal.article.records import Record, Result
+from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies.onset import LONGER, TOLERANCE, Begun, damped, run
+from squeal.equilibrium.find import damped_model
+from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
+from squeal.io.scene import Scene
+from squeal.model.contact import FULL, TRAIL
+
+RATIOS = (
+    *(0.001, 0.002, 0.003, 0.004, 0.005, 0.0055, 0.006, 0.0065, 0.0066, 0.0067, 0.0068, 0.0069),
+    *(0.007, 0.0075, 0.008, 0.009, 0.01, 0.012, 0.014, 0.016, 0.018, 0.02),
+)
+PLACES = 200  # in each step, at which the impulse of a blow is cut and summed
+Ratio = Annotated[float, ".2%"]
+
+
+class Blow(Record):
+    """The settled motion at one damping ratio.
+
+    trailing: impulse of the heaviest blow on the trailing half of the face over F_n T_1; alone:
+    share of time in which the trailing edge touches and the leading one does not; full: share in
+    full contact.
+    """
+
+    ratio: Ratio
+    trailing: float
+    alone: float
+    full: float
+
+
+class Grazing(Result):
+    """blows: a row a damping ratio; grazes: the ratio below which the trailing edge never touches
+    alone, crosses: the ratio at which its blow passes the least one of hammering (`level`), both
+    by linear interpolation; windows: observation times after which the motion is looked at."""
+
+    blows: tuple[Blow, ...]
+    grazes: Ratio
+    crosses: Ratio
+    level: float = LEVEL
+    windows: int = LONGER
+    left_out: str = ""
+
+
+def settled(scene: Scene, ratios: Sequence[float]) -> Arrays:
+    """Measures of the motions over one observation time after `LONGER`, one a damping ratio."""
+    assert scene.stop is not None
+    begun = [Begun(damped_model(damped(scene, r)), np.array(scene.initial)) for r in ratios]
+    ends = run(begun, LONGER * scene.stop, False)["final"]
+    return simulate_many(
+        scene.model,
+        stack([one.model.pad for one in begun]),
+        ends,
+        scene.stop,
+        TOLERANCE,
+        scene.formulation,
+        measure=partial(measures, places=PLACES),
+        damping=np.array([one.model.damping for one in begun]),
+    )
+
+
+def grazing(scene: Scene) -> Grazing:
+    """Of the scene of case (c)."""
+    late = settled(scene, RATIOS)
+    blows = []
+    for i, ratio in enumerate(RATIOS):
+        case = case_of(late, i)
+        blows.append(
+            Blow(
+                ratio=ratio,
+                trailing=case.heaviest[1],
+                alone=case.shares.get(TRAIL, 0.0),
+                full=case.shares.get(FULL, 0.0),
+            )
+        )
+    heavier = next(i for i, blow in enumerate(blows) if blow.trailing > LEVEL)
+    touches = next(i for i, blow in enumerate(blows) if blow.alone > 0.0)
+    pair = blows[heavier - 1 : heavier + 1]
+    crosses = np.interp(LEVEL, [blow.trailing for blow in pair], [blow.ratio for blow in pair])
+    first, second = blows[touches : touches + 2]
+    slope = (second.alone - first.alone) / (second.ratio - first.ratio)
+    return Grazing(
+        blows=tuple(blows),
+        grazes=max(first.ratio - first.alone / slope, blows[touches - 1].ratio),
+        crosses=float(crosses),
+    )
+
+
+def study(files: Sequence[Path]) -> Grazing:
+    """Case (c) of model B2."""
+    scene = read_scenes(files, ("b2-c",))["b2-c"]
+    if version("heyoka") == NOT_INSTALLED:
+        why = f"{WITHOUT_HEYOKA} nothing else simulates ensembles."
+        return Grazing(blows=(), grazes=np.nan, crosses=np.nan, left_out=why)
+    return grazing(scene)
+
+
+def sentences(record: Grazing) -> Mapping[str, bool]:
+    """What the paper says of these blows."""
+    if record.left_out:
+        return {}
+    weak = [blow for blow in record.blows if blow.ratio < record.grazes]
+    strong = [blow for blow in record.blows if blow.ratio > record.grazes]
+    return {
+        "trailing-edge-grazes-between-half-and-six-tenths-per-cent": 0.005 < record.grazes < 0.006
+        and all(blow.alone == 0.0 and blow.trailing == 0.0 for blow in weak),
+        "trailing-blow-grows-with-damping": all(
+            a.trailing < b.trailing for a, b in zip(strong, strong[1:], strict=False)
+        ),
+        "trailing-blow-passes-the-threshold-near-seven-tenths-per-cent": 0.0065
+        < record.crosses
+        < 0.0072,
+    }

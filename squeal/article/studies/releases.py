@@ -1,0 +1,161 @@
+"""Points and line released alike: how long they lose contact, from the same share of their load.
+
+The reference initial conditions load the points with 0.02 F_n and the line with 2.15 F_n, so that
+their losses of contact are those of unlike starts. Here both models are released at rest from the
+pose of their sliding equilibrium, moved vertically until full contact would carry a given multiple
+of the equilibrium's reaction.
+"""
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
+from squeal.article.claims.measures import measure
+from squeal.article.records import Record, Result
+from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies.hammering import contact, motion
+from squeal.article.studies.sets import REFERENCE
+from squeal.equilibrium import Equilibrium, sliding_equilibrium
+from squeal.io.scene import Scene
+from squeal.model.contact import FULL, State
+
+LOADS = (0.02, 0.5, 1.2, 2.0)
+"""Contact force at the release over the reaction of the sliding equilibrium."""
+MODELS = ("B1", "B2")
+CASE = "a"  # whose initial position is that of every case
+DIFFERENT = 0.01  # least difference of two shares of time that are called unlike
+Share = Annotated[float, ".0%"]
+
+
+class Release(Record):
+    """Both models from one load, as means over the cases in which both have an equilibrium.
+
+    points, line: share of time in which an edge is separated that touches in the equilibrium;
+    points_any, line_any: in which some edge is.
+    """
+
+    points: Share
+    line: Share
+    points_any: Share
+    line_any: Share
+
+
+class ReleasedSet(Record):
+    """A parameter set: cases: in which both models have a sliding equilibrium; start: by model the
+    contact force of the reference initial conditions over F_n; loads: a release by load."""
+
+    cases: tuple[str, ...]
+    start: dict[str, float]
+    loads: dict[str, Release]
+
+
+class Releases(Result):
+    """By name of the parameter set; observed over one observation time of each case."""
+
+    sets: dict[str, ReleasedSet]
+
+
+def equilibrium(scene: Scene) -> Equilibrium | None:
+    """The sliding equilibrium that the model means; None where there is none."""
+    found, _ = sliding_equilibrium(scene.pad_model)
+    if found is None or not found.admissible:
+        return None
+    return found
+
+
+def contact_stiffness(scene: Scene) -> float:
+    """Normal stiffness (N/m) of full contact."""
+    return sum(getattr(scene.pad, name) for name in scene.pad_model.law.parameters)
+
+
+def released(scene: Scene, rest: Equilibrium, load: float) -> Scene:
+    """The scene from rest at (1 - load) R_n/k above its equilibrium, k of full contact."""
+    x, y, theta = rest.q
+    height = (1.0 - load) * rest.R_n / contact_stiffness(scene)
+    return dataclasses.replace(
+        scene, initial=(x, y + height, theta, 0.0, 0.0, 0.0), start="origin"
+    )
+
+
+def start_force(scene: Scene) -> float:
+    """Contact force of a scene's initial position over F_n."""
+    model = scene.pad_model
+    q = np.array(scene.initial[:3])
+    state = model.state_at(q)
+    apart: State = tuple(False for _ in FULL)  # type: ignore[assignment]
+    force = model.loads(q, state)[1] - model.loads(q, apart)[1]
+    assert scene.pad.F_n is not None
+    return float(force) / scene.pad.F_n
+
+
+def released_set(scenes: Mapping[str, Scene]) -> ReleasedSet:
+    """A set from its eight scenes."""
+    rests = {name: equilibrium(scene) for name, scene in scenes.items()}
+    both = tuple(
+        case for case in CASES if all(rests[stem(model, case)] is not None for model in MODELS)
+    )
+    loads = {}
+    for load in LOADS:
+        lost: dict[str, float] = {}
+        any_edge: dict[str, float] = {}
+        for model in MODELS:
+            motions = []
+            for case in both:
+                scene = scenes[stem(model, case)]
+                rest = rests[stem(model, case)]
+                assert rest is not None
+                motions.append(motion(measure(released(scene, rest, load)), contact(scene)))
+            lost[model] = float(np.mean([one.lost for one in motions]))
+            any_edge[model] = float(np.mean([one.apart for one in motions]))
+        loads[str(load)] = Release(
+            points=lost["B1"],
+            line=lost["B2"],
+            points_any=any_edge["B1"],
+            line_any=any_edge["B2"],
+        )
+    return ReleasedSet(
+        cases=both,
+        start={model: start_force(scenes[stem(model, CASE)]) for model in MODELS},
+        loads=loads,
+    )
+
+
+def study(files: Sequence[Path]) -> Releases:
+    """The sets in the folders of the scene files."""
+    folders = list(dict.fromkeys(file.parent for file in files))
+    reference, *others = sorted(folders, key=lambda folder: len(folder.parts))
+    names = {reference: REFERENCE} | {folder: folder.name for folder in others}
+    sets = {}
+    for folder, name in names.items():
+        own = [file for file in files if file.parent == folder and file.stem in STEMS]
+        sets[name] = released_set(read_scenes(own, HISTORY_FIGURES))
+    return Releases(sets=sets)
+
+
+def longer(one: Release) -> str:
+    """Which model loses contact longer: points, line, or neither by as much as `DIFFERENT`."""
+    if abs(one.points - one.line) < DIFFERENT:
+        return "neither"
+    return "points" if one.points > one.line else "line"
+
+
+def sentences(record: Releases) -> Mapping[str, bool]:
+    """What the paper says of these releases."""
+    order = {
+        name: [longer(one.loads[str(load)]) for load in LOADS] for name, one in record.sets.items()
+    }
+    first = record.sets[REFERENCE]
+    return {
+        "reference-starts-are-unlike": first.start["B1"] < 0.05 and first.start["B2"] > 2.0,
+        "released-alike-the-order-depends-on-the-load": order[REFERENCE]
+        == ["points", "line", "line", "points"],
+        "released-alike-the-line-loses-longer-in-set-2": order["set-2"] == ["line"] * len(LOADS),
+        "released-alike-set-3-turns-at-half-the-load": order["set-3"][1] == "line"
+        and "line" not in (order["set-3"][0], *order["set-3"][2:]),
+        "released-alike-points-lose-longer-in-set-4": order["set-4"] == ["points"] * len(LOADS),
+        "points-released-near-their-load-lose-no-contact": first.loads["1.2"].points == 0.0,
+    }
