@@ -15,24 +15,28 @@ from typing import Literal
 from squeal.article.claims import CLAIMS
 from squeal.article.identify.arrangement import PRINTED, Arrangement, shuffled
 from squeal.article.identify.judging import distance, margins
+from squeal.article.identify.population import BOUNDS, Row, rows
 from squeal.article.identify.search import Start, arrays, rounded
+from squeal.article.identify.space import DIMENSIONS
 from squeal.article.records import Record, read_json
 from squeal.io.writing import to_json, write_text
 from squeal.model.contact import CONSISTENT
 
-Kind = Literal["shuffled", "printed", "screened"]
+Kind = Literal["shuffled", "printed", "screened", "bounded"]
 SHUFFLES = 20  # searches with shuffled statements, each with an arrangement of its own
 PRINTS = 10  # with the article's, from random sets as those
 SCREENS = 6  # with the article's, from sets that the balances allow, as `squeal identify` has it
+BOUNDED = 20  # with the article's, from random sets within `population.BOUNDS`
 
 
 class StoredSearch(Record):
     """One start of a search and the set at which it ended.
 
-    kind: shuffled statements, the article's (printed), or the article's from sets that the balances
-    allow (screened); arrangement: of the statements; sets: how many were judged; numbers: of the
-    set; distance: from the statements; satisfied: ids of the independent statements that it
-    satisfies, in that arrangement.
+    kind: shuffled statements, the article's (printed), the article's from sets that the balances
+    allow (screened) or within physical bounds (bounded); arrangement: of the statements; sets: how
+    many were judged; numbers: of the set; distance: from the statements; satisfied: ids of the
+    independent statements that it satisfies, in that arrangement; said: what a bounded one says of
+    the verdicts, None of others.
     """
 
     kind: Kind
@@ -42,6 +46,12 @@ class StoredSearch(Record):
     numbers: dict[str, float]
     distance: float
     satisfied: tuple[str, ...]
+    said: tuple[str, ...] | None = None
+
+    @property
+    def row(self) -> Row | None:
+        """What the set says of the verdicts."""
+        return None if self.said is None else Row(*self.said)
 
 
 class Searches(Record):
@@ -58,6 +68,8 @@ def planned() -> Iterator[tuple[Kind, int]]:
             yield "printed", seed
         if seed <= SCREENS:
             yield "screened", seed
+        if seed <= BOUNDED:
+            yield "bounded", seed
 
 
 def satisfied(numbers: dict[str, float], arrangement: Arrangement) -> tuple[float, tuple[str, ...]]:
@@ -72,10 +84,12 @@ def satisfied(numbers: dict[str, float], arrangement: Arrangement) -> tuple[floa
 def run(kind: Kind, seed: int) -> StoredSearch:
     """One start of a search."""
     arrangement = shuffled(seed) if kind == "shuffled" else PRINTED
-    start = Start(CONSISTENT, [seed, 0], 1, kind == "screened", arrangement)
-    numbers = rounded(start.result())
+    dimensions = BOUNDS if kind == "bounded" else DIMENSIONS
+    start = Start(CONSISTENT, [seed, 0], 1, kind == "screened", arrangement, dimensions)
+    numbers = rounded(start.result(), dimensions)
     far, ids = satisfied(numbers, arrangement)
-    return StoredSearch(kind, seed, arrangement, start.sets, numbers, round(far, 3), ids)
+    said = tuple(rows(arrays(numbers))[0]) if kind == "bounded" else None
+    return StoredSearch(kind, seed, arrangement, start.sets, numbers, round(far, 3), ids, said)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,13 +1,14 @@
 """Changes of contact that last beside stable sliding, of random parameter sets with damping.
 
-`python -m squeal.article.identify.lasting workflow/ensemble.csv` computes the first valid sets of a
-file that `squeal.article.identify.population` has written, and stores the cases there.
+`python -m squeal.article.identify.lasting workflow/ensemble.csv workflow/lasting.csv` computes the
+first valid sets of a table that `squeal.article.identify.population` has written.
 """
 
 import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from squeal.analysis.pads import at_equilibrium
 from squeal.article.cases import CASES
 from squeal.article.claims import case_of
 from squeal.article.claims.motions import measures
+from squeal.article.identify import population
 from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
 from squeal.article.identify.population import (
     NOT_APPLICABLE,
@@ -23,11 +25,11 @@ from squeal.article.identify.population import (
     UNDECIDED,
     compression,
     drawn,
-    read,
+    lines_of,
     rest,
     single,
     some,
-    write,
+    write_lines,
 )
 from squeal.article.identify.space import LENGTH, MODELS, STOP, TIME, Numbers, stacked
 from squeal.equilibrium.find import damped_model
@@ -38,11 +40,20 @@ from squeal.model.contact import CONSISTENT
 from squeal.model.equations import PadModel
 
 SETS = 100  # valid sets
-RATIOS = {"lasting5": 0.005, "lasting10": 0.01}  # of all modes, by column
+RATIOS = {"percent": 0.01, "half": 0.005}  # of all modes, by column
 STARTS, SEED, REACH = 12, 1, 3.0  # initial conditions, and their box in static compressions
 LATE, LONGER, SEEN = 40, 150, 2  # observation times until a motion is looked at, again, how long
 TOLERANCE = 1e-9
 REPEATS = 2
+
+
+class Lasting(NamedTuple):
+    """The number of a set, and its cases with lasting changes of contact at two damping ratios, as
+    `lasting` gives them; empty where not computed."""
+
+    number: int
+    percent: str = ""
+    half: str = ""
 
 
 def stable(model: PadModel, ratio: float) -> tuple[PadModel, np.ndarray] | None:
@@ -132,21 +143,31 @@ def lasting(numbers: Numbers, ratio: float) -> str:
     return "/".join(texts)
 
 
+def read(file: Path) -> list[Lasting]:
+    """The entries of a file. Raises OSError."""
+    return [Lasting(int(line[0]), *line[1:]) for line in lines_of(file)]
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compute the first valid sets of a file."""
-    parser = argparse.ArgumentParser(description="Store which contact goes on changing.")
-    parser.add_argument("file", type=Path, metavar="FILE", help="holds a row a set")
-    file = parser.parse_args(arguments).file
-    stored = read(file)
+    """Compute the first valid sets of a table and store the cases."""
+    parser = argparse.ArgumentParser(description="Store in which cases contact goes on changing.")
+    parser.add_argument("table", type=Path, metavar="TABLE", help="holds a row a set")
+    parser.add_argument("file", type=Path, metavar="FILE", help="holds the cases")
+    given = parser.parse_args(arguments)
+    stored = {one.number: one for one in read(given.file)} if given.file.exists() else {}
     numbers = drawn()
-    valid = [i for i, row in enumerate(stored) if row.outcome == "valid"][:SETS]
-    for done, i in enumerate(valid, 1):
-        for column, ratio in RATIOS.items():
-            if not getattr(stored[i], column):
-                answer = lasting(some(numbers, slice(i, i + 1)), ratio)
-                stored[i] = stored[i]._replace(**{column: answer})
-        write(file, stored)
-        print(f"{done} of {len(valid)}: {stored[i].lasting5} {stored[i].lasting10}", flush=True)
+    rows = population.read(given.table)
+    valid = [i for i, row in enumerate(rows) if row.outcome == "valid"][:SETS]
+    for column, ratio in RATIOS.items():
+        for i in valid:
+            one = stored.get(i, Lasting(i))
+            if getattr(one, column):
+                continue
+            answer = lasting(some(numbers, slice(i, i + 1)), ratio)
+            stored[i] = one._replace(**{column: answer})
+            lines = [[str(entry) for entry in stored[k]] for k in sorted(stored)]
+            write_lines(given.file, Lasting._fields, lines)
+            print(f"set {i} at {100.0 * ratio:g} %: {answer}", flush=True)
     return 0
 
 

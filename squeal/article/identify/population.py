@@ -95,8 +95,7 @@ class Row(NamedTuple):
     ("cd/c"); separates: cases in which the line separates; lost1, lost2, apart1, apart2: shares of
     time as in `studies.sets`, per mille, of points (1) and line (2); two_lost, two_apart: of two
     points with the stiffness of the line, less the line; spread: greatest difference of these
-    shares between repeats, per mille; verdicts: a letter for each of `VERDICTS`; lasting5,
-    lasting10: see `squeal.article.identify.lasting`, empty where not computed.
+    shares between repeats, per mille; verdicts: a letter for each of `VERDICTS`.
     """
 
     outcome: str
@@ -115,8 +114,6 @@ class Row(NamedTuple):
     two_apart: str = ""
     spread: str = ""
     verdicts: str = ""
-    lasting5: str = ""
-    lasting10: str = ""
 
 
 VERDICTS = (
@@ -530,17 +527,26 @@ def rows(numbers: Numbers) -> list[Row]:
 
 def read(file: Path) -> list[Row]:
     """The rows of a file. Raises OSError, and TypeError where a row does not fit."""
-    with file.open(newline="", encoding="utf-8") as stream:
-        _, *lines = csv.reader(stream)
-    return [Row(*line) for line in lines]
+    return [Row(*line) for line in lines_of(file)]
 
 
 def write(file: Path, stored: Sequence[Row]) -> None:
     """Write rows to a file."""
+    write_lines(file, Row._fields, stored)
+
+
+def lines_of(file: Path) -> list[list[str]]:
+    """The lines of a table below its head."""
+    with file.open(newline="", encoding="utf-8") as stream:
+        return [*csv.reader(stream)][1:]
+
+
+def write_lines(file: Path, head: Sequence[str], lines: Iterable[Sequence[str]]) -> None:
+    """Write a table."""
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(Row._fields)
-    writer.writerows(stored)
+    writer.writerow(head)
+    writer.writerows(lines)
     write_text(file, stream.getvalue())
 
 

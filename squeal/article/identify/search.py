@@ -18,7 +18,15 @@ from squeal.article.claims import judge_scenes
 from squeal.article.claims.judging import JudgedClaim
 from squeal.article.identify.arrangement import PRINTED, Arrangement
 from squeal.article.identify.judging import distance, margins
-from squeal.article.identify.space import DIMENSIONS, MODELS, NAMES, Numbers, decode, scenes_of
+from squeal.article.identify.space import (
+    DIMENSIONS,
+    MODELS,
+    NAMES,
+    Dimension,
+    Numbers,
+    decode,
+    scenes_of,
+)
 from squeal.article.records import Record, read_json
 from squeal.errors import InputError
 from squeal.io.writing import to_json, write_text
@@ -65,7 +73,7 @@ class Start:
     """One start of a search: its formulation, its random numbers, and how many sets it has judged.
 
     screened: whether its first sets are those that the balances allow, where the law is the
-    consistent one; arrangement: of the statements.
+    consistent one; arrangement: of the statements; dimensions: ranges of the numbers.
     """
 
     def __init__(
@@ -75,16 +83,18 @@ class Start:
         workers: int,
         screened: bool = True,
         arrangement: Arrangement = PRINTED,
+        dimensions: Sequence[Dimension] = DIMENSIONS,
     ) -> None:
         self.formulation = formulation
         self.workers = workers
         self.screened = screened and formulation == CONSISTENT
         self.arrangement = arrangement
+        self.dimensions = dimensions
         self.random = np.random.default_rng(seed)
         self.sets = 0
 
     def distances(self, points: np.ndarray, models: tuple[Model, ...]) -> np.ndarray:
-        numbers = decode(points)
+        numbers = decode(points, self.dimensions)
         self.sets += len(points)
         table, whole = margins(
             numbers, self.formulation, models, workers=self.workers, arrangement=self.arrangement
@@ -97,7 +107,7 @@ class Start:
         for _ in range(CHUNKS):
             points = self.random.uniform(size=(DRAWN, len(DIMENSIONS)))
             if self.screened:
-                points = points[allowed(decode(points))]
+                points = points[allowed(decode(points, self.dimensions))]
             saved.append(points[:FIRST])
             if sum(map(len, saved)) >= FIRST:
                 break
@@ -134,9 +144,10 @@ class Start:
         return self.near(points[self.distances(points, ("B1",)).argmin()], OWN, "B1")
 
 
-def rounded(point: np.ndarray) -> dict[str, float]:
+def rounded(point: np.ndarray, dimensions: Sequence[Dimension] = DIMENSIONS) -> dict[str, float]:
     """The numbers of a point (dimensions,), to `DIGITS`."""
-    return {name: float(f"{v[0]:.{DIGITS}g}") for name, v in decode(point[None]).items()}
+    numbers = decode(point[None], dimensions)
+    return {name: float(f"{v[0]:.{DIGITS}g}") for name, v in numbers.items()}
 
 
 def arrays(numbers: dict[str, float]) -> dict[str, np.ndarray]:
