@@ -26,7 +26,7 @@ Kind = Literal["shuffled", "printed", "screened", "bounded"]
 SHUFFLES = 20  # searches with shuffled statements, each with an arrangement of its own
 PRINTS = 10  # with the article's, from random sets as those
 SCREENS = 6  # with the article's, from sets that the balances allow, as `squeal identify` has it
-BOUNDED = 20  # with the article's, from random sets within `population.BOUNDS`
+BOUNDED = 8  # with the article's, from random sets within `population.BOUNDS`
 
 
 class StoredSearch(Record):

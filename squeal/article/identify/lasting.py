@@ -101,12 +101,12 @@ def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
     for before in (LATE, LONGER - LATE):
         if not going.size:
             break
-        ends = _run([pads[i] for i in going], states, before * STOP, False)
+        ends = _run([pads[i] for i in going.tolist()], states, before * STOP, False)
         there = ends["outcome"] == DONE
         going, states = going[there], ends["final"][there]
         if not going.size:
             break
-        late = _run([pads[i] for i in going], states, SEEN * STOP, True)
+        late = _run([pads[i] for i in going.tolist()], states, SEEN * STOP, True)
         on = np.zeros(len(going), dtype=bool)
         for k in np.flatnonzero((late["outcome"] == DONE) & (late["changes"] > 0)).tolist():
             speed = case_of(late, k, 1.0).face * LENGTH / TIME
@@ -137,7 +137,8 @@ def lasting(numbers: Numbers, ratio: float) -> str:
         for repeat in range(REPEATS):
             off = np.random.default_rng(repeat).uniform(-OFF, OFF, states.shape)
             last = lasts(pads, states * (1.0 + repeat * off)).reshape(len(beside), STARTS)
-            cases = zip(beside, last.any(axis=1), strict=True)
+            last_any = np.asarray(last.any(axis=1))
+            cases = zip(beside, last_any.tolist(), strict=True)
             answers.append("".join(case for case, one in cases if one))
         texts.append(answers[0] if len(set(answers)) == 1 else UNDECIDED)
     return "/".join(texts)
@@ -164,7 +165,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if getattr(one, column):
                 continue
             answer = lasting(some(numbers, slice(i, i + 1)), ratio)
-            stored[i] = one._replace(**{column: answer})
+            own = one._asdict() | {column: answer}
+            stored[i] = Lasting(**own)
             lines = [[str(entry) for entry in stored[k]] for k in sorted(stored)]
             write_lines(given.file, Lasting._fields, lines)
             print(f"set {i} at {100.0 * ratio:g} %: {answer}", flush=True)

@@ -189,7 +189,7 @@ def motions(
     if not able.size:
         return Motions({"outcome": np.empty(0, dtype=int)}, row.reshape(shape))
     given = [stack.pad.given() for stack in stacks]
-    columns = {
+    columns: dict[str, Any] = {
         name: np.tile(np.concatenate([one[name] for one in given]), repeats)[able]
         for name in given[0]
     }
@@ -222,8 +222,8 @@ def edge_shares(course: Course, units: Units) -> Arrays:
     weights = grid.weights[:, None] * grid.steps.h
     n = len(course.t0)
     spent = np.zeros((n, len(STATES)))
-    on = grid.steps.on.any(axis=0)
-    touched = np.logical_or.accumulate(on)  # starts of each motion are set anew below
+    on = np.asarray(grid.steps.on.any(axis=0))
+    touched = np.zeros(on.shape)  # 1 from the first touch of each motion on
     for lane in range(n):
         end = grid.first[lane + 1] if lane + 1 < n else len(on)
         own = slice(grid.first[lane], end)

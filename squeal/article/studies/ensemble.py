@@ -32,7 +32,8 @@ from squeal.io.provenance import NOT_INSTALLED, version
 
 CONFIDENCE = 0.95
 SLOW = 5.0  # m/s, a slower surface
-CLOSE = 9  # independent statements that a set close to the article satisfies at least
+KINDS = ("printed", "shuffled", "screened", "bounded")
+MODELS = {"points": (0,), "line": (1,), "either": (0, 1)}
 SAMPLE, SAMPLE_SEED = 20, 1  # sets that are computed again
 ROUNDED = 2.0  # per mille, differences of shares that the stored digits allow
 
@@ -71,7 +72,7 @@ class Sample(Record):
 
 class Search(Record):
     """Searches of one kind: independent statements that each satisfies at its end, their median and
-    greatest number; sets judged in all."""
+    greatest number; sets judged in all by these searches."""
 
     satisfied: tuple[int, ...]
     median: float
@@ -82,7 +83,9 @@ class Search(Record):
 class Ensemble(Result):
     """outcomes: how many sets were valid, outran the surface, left the model or had no standing
     start; groups: how many valid sets there are in all, that stay slower than `slow` (m/s), flatter
-    than `flattest`, and that satisfy at least `close` statements; shares: by property and group;
+    than `flattest`, and at which searches within the bounds ended (fitted), which satisfy at least
+    `fewest` statements; shares: by property and group; coexist: shares of the first `damped` valid
+    sets in which contact goes on changing beside stable sliding, by damping ratio and model;
     statements: how many are independent; counts: how many valid sets satisfy each number of them;
     lost, apart: shares of time of each valid set, points and line, per mille; searches: by kind;
     reaching: how many searches with shuffled statements satisfy as many as the median of those with
@@ -95,6 +98,7 @@ class Ensemble(Result):
     outcomes: dict[str, int]
     groups: dict[str, int]
     shares: dict[str, dict[str, Share]]
+    coexist: dict[str, dict[str, Share]]
     statements: int
     counts: tuple[int, ...]
     median: int
@@ -104,11 +108,11 @@ class Ensemble(Result):
     reaching: int
     chance: float
     sample: Sample | None
+    fewest: int
+    damped: int
     speed: float = population.SPEED
     slow: float = SLOW
     flattest: float = FLATTEST
-    close: int = CLOSE
-    damped: int = 0
     starts: int = lasting.STARTS
     reach: float = lasting.REACH
     off: float = population.OFF
@@ -185,22 +189,18 @@ def _separates(flutters: bool) -> Property:
     return answer
 
 
-def _lasting(column: str, models: Sequence[int]) -> Property:
-    """Whether contact goes on changing beside stable sliding in some case of some models."""
-
-    def answer(row: Row) -> str:
-        text: str = getattr(row, column)
-        if not text:
-            return NOT_APPLICABLE
-        found = [_of_cases(text, model) for model in models]
-        known = [cases for cases in found if cases != NOT_APPLICABLE]
-        if not known:
-            return NOT_APPLICABLE
-        if any(cases not in ("", UNDECIDED) for cases in known):
-            return YES
-        return UNDECIDED if UNDECIDED in known else NO
-
-    return answer
+def lasts(text: str, models: Sequence[int]) -> str:
+    """Whether contact goes on changing beside stable sliding in some case of some models, from the
+    cases that `lasting` names."""
+    if not text:
+        return NOT_APPLICABLE
+    found = [_of_cases(text, model) for model in models]
+    known = [cases for cases in found if cases != NOT_APPLICABLE]
+    if not known:
+        return NOT_APPLICABLE
+    if any(cases not in ("", UNDECIDED) for cases in known):
+        return YES
+    return UNDECIDED if UNDECIDED in known else NO
 
 
 PROPERTIES: dict[str, Property] = {
@@ -222,11 +222,6 @@ PROPERTIES: dict[str, Property] = {
         f"{name}_longer_{load:g}": _is(f"load_{load:g}", wanted)
         for load in LOADINGS
         for name, wanted in (("points", POINTS), ("line", LINE), ("equally", EQUAL))
-    },
-    **{
-        f"{column}_{name}": _lasting(column, models)
-        for column in lasting.RATIOS
-        for name, models in (("points", (0,)), ("line", (1,)), ("either", (0, 1)))
     },
 }
 
@@ -274,25 +269,25 @@ def _search(searches: Sequence[control.StoredSearch]) -> Search:
 
 def study(files: Sequence[Path]) -> Ensemble:
     """What the stored sets and searches say."""
-    table, searches_file = files
+    table, damped_file, searches_file = files
     rows = population.read(table)
     heights = population.drawn()["h"][: len(rows)].tolist()
     pairs = [(row, h) for row, h in zip(rows, heights, strict=True) if row.outcome == "valid"]
     valid = [row for row, _ in pairs]
+    stored = read_json(control.Searches, searches_file).searches
     groups = {
         "all": valid,
         "slow": [row for row in valid if float(row.speed) < SLOW],
         "flat": [row for row, h in pairs if h < FLATTEST],
-        "close": [row for row in valid if satisfied(row) >= CLOSE],
+        "fitted": [row for one in stored if (row := one.row) and row.outcome == "valid"],
     }
     shares: dict[str, dict[str, Share]] = {}
     for name, answer in PROPERTIES.items():
         found = {group: share([answer(row) for row in some]) for group, some in groups.items()}
         shares[name] = {group: one for group, one in found.items() if one is not None}
     counts = [satisfied(row) for row in valid]
-    stored = read_json(control.Searches, searches_file).searches
-    kinds = ("printed", "shuffled", "screened")
-    searches = {kind: _search([one for one in stored if one.kind == kind]) for kind in kinds}
+    damped = lasting.read(damped_file)
+    searches = {kind: _search([one for one in stored if one.kind == kind]) for kind in KINDS}
     printed, shuffled = searches["printed"], searches["shuffled"]
     able = version("heyoka") != NOT_INSTALLED
     return Ensemble(
@@ -302,6 +297,14 @@ def study(files: Sequence[Path]) -> Ensemble:
         outcomes=dict(Counter(row.outcome for row in rows)),
         groups={name: len(some) for name, some in groups.items()},
         shares=shares,
+        coexist={
+            column: {
+                name: one
+                for name, models in MODELS.items()
+                if (one := share([lasts(getattr(each, column), models) for each in damped]))
+            }
+            for column in lasting.RATIOS
+        },
         statements=len(INDEPENDENT),
         counts=tuple(np.bincount(counts, minlength=len(INDEPENDENT) + 1).tolist()),
         median=int(np.median(counts)),
@@ -311,7 +314,8 @@ def study(files: Sequence[Path]) -> Ensemble:
         reaching=sum(n >= printed.median for n in shuffled.satisfied),
         chance=float(mannwhitneyu(printed.satisfied, shuffled.satisfied).pvalue),
         sample=sampled(rows) if able else None,
-        damped=sum(bool(row.lasting10) for row in rows),
+        fewest=min(satisfied(row) for row in groups["fitted"]),
+        damped=len(damped),
     )
 
 
