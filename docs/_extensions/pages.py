@@ -24,7 +24,7 @@ def findings() -> str:
     """The findings, each with what was measured while the site was built."""
     return "\n".join(
         f"({found.id.lower()})=\n## {found.id}: {found.where}\n\n{_escaped(found.statement)}\n\n"
-        f"Measured\n: {_escaped(found.outcome)}\n"
+        f"Worth\n: {_escaped(found.worth)}\n\nMeasured\n: {_escaped(found.outcome)}\n"
         for found in study(scene_files(None, STEMS)).findings
     )
 

@@ -44,7 +44,7 @@ _B2 = _scenes(*(stem("B2", case) for case in CASES))
 _SETS = (*_ALL, *_scenes(*(f"{one}/{name}" for one in SETS for name in HISTORY_FIGURES)))
 
 STUDIES: dict[str, tuple[str, ...]] = {
-    "quasi_static": _scenes("b3"),
+    "quasi_static": (*_scenes("b3"), *_B2, *_scenes(*(f"{one}/b3" for one in SETS))),
     "eigenvalues": _ALL,
     "stability": _ALL,
     "angles": _scenes("b2-c"),

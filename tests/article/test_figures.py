@@ -216,7 +216,8 @@ def test_quasi_static_map_is_eq_23():
         K31 = -d * pad.k1 * math.cos(a) * math.sin(a + beta - t0)
         K31 -= d * pad.k2 * math.cos(b) * math.sin(b + beta + t0)
         printed = pad.mu < K11 / K21 and pad.mu < K31 / (pad.h * K21)
-        # Rn/F_n = K11/(K11 - mu K21) from rows 1 and 2, K31/(K31 - mu h K21) from rows 2 and 3
+        # Rn/F_n = K11/(K11 - mu K21) from rows 1 and 2, K31/(K31 - mu h K21) from rows 2 and 3,
+        # and x has the sign of Rn/K11 in row 1, that of Rn/K31 in row 3
         both = K11 / (K11 - pad.mu * K21) > 0 and K31 / (K31 - pad.mu * pad.h * K21) > 0
         assert maps.as_printed[i, j] == printed
-        assert maps.sign_aware[i, j] == both
+        assert maps.complete[i, j] == (both and K11 > 0 and K31 > 0)

@@ -7,11 +7,12 @@ import math
 import numpy as np
 import pytest
 
-from squeal.article.findings import FINDINGS, measure_findings
+from squeal.article.findings import FINDINGS, MeasuredFinding, measure_findings
 from squeal.article.findings.equations import energy_gained
 from squeal.article.findings.motion import Study
 from squeal.article.findings.work import contact_work
 from squeal.article.records import from_dict
+from squeal.article.studies.findings import Findings, sentences
 from squeal.cli.main import main
 from squeal.io.provenance import Provenance
 from squeal.io.scene import Scene, read_scene
@@ -97,6 +98,36 @@ def test_numbers_with_known_values(results):
     shares = numbers("E8")
     assert sum(shares.values()) == pytest.approx(1.0, abs=1e-12)
     assert numbers("E12")["imaginary"] < 1e-12
+    # rows 1 and 2, and rows 2 and 3, of Eq. (21): K21 = 0 and K11 = k2 or k1; K31 is -h K11 but
+    # for the tilt at the start
+    for case, spring, sign in (("a", "k2", 1), ("b", "k1", -1)):
+        pad = read_scene(SCENES / f"b2-{case}.yaml").pad
+        x = pad.mu * pad.F_n / getattr(pad, spring)
+        arm = math.hypot(pad.w, pad.h) * math.sin(math.atan2(pad.h, pad.w) + sign * pad.theta0)
+        assert numbers("E9")[f"x_12_{case}"] == pytest.approx(x, rel=1e-9)
+        assert numbers("E9")[f"x_23_{case}"] == pytest.approx(-x * pad.h / arm, rel=1e-9)
+    assert numbers("E9")["as_printed"] < numbers("E9")["complete"]
+
+
+def test_what_a_finding_is_worth_is_said_once():
+    """E1 and E15 stand apart from what changes a figure, which is measured."""
+    every = {one.id: one for one in FINDINGS}
+    assert {name for name, one in every.items() if one.affects} == {
+        name for name, one in every.items() if one.kind == "changes a result"
+    }
+    measured = {
+        "E4": {"fed_mean": 0.2, "fed_integral": 1e-15},
+        "E9": {"as_printed": 0.04, "complete": 0.17},
+        "E5": {"apart": 0.02},
+    }
+    findings = tuple(
+        MeasuredFinding.of(one, measured=measured.get(one.id, {}), outcome="") for one in FINDINGS
+    )
+    assert all(sentences(Findings(findings)).values())
+    of_e9 = next(i for i, one in enumerate(findings) if one.id == "E9")
+    same = dataclasses.replace(findings[of_e9], measured={"as_printed": 0.04, "complete": 0.04})
+    changed = Findings((*findings[:of_e9], same, *findings[of_e9 + 1 :]))
+    assert not sentences(changed)["e4-and-e9-change-figures"]
 
 
 def test_commands_of_several_scenes_name_them_all(capsys):

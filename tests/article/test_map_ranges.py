@@ -19,8 +19,8 @@ def scene():
 
 
 def test_shares_of_the_printed_conditions_lie_where_they_are_known_to(scene):
-    """Equal springs, level pad, h/w from 0.1 to 1 and mu from 0.1 to 0.7: 3 to 20 %, 89 to 99 %."""
-    printed, signs = [], []
+    """Equal springs, level pad, h/w from 0.1 to 1 and mu from 0.1 to 0.7: 3 to 20 %."""
+    printed = []
     angles = ranges_study._angles(90)
     for ratio in (0.1, 0.4, 1.0):
         for mu in (0.1, 0.4, 0.7):
@@ -29,11 +29,11 @@ def test_shares_of_the_printed_conditions_lie_where_they_are_known_to(scene):
             assert pad.k1 + pad.k2 == pytest.approx(scene.pad.k1 + scene.pad.k2)
             holds = bounds(pad, angles)
             printed.append(holds.as_printed.mean())
-            signs.append(holds.sign_aware.mean())
+            # as printed they require K21 > 0, where the complete ones are the same
+            assert np.all(holds.complete[holds.as_printed])
+            assert holds.complete.mean() > 1.5 * printed[-1]
     assert 0.025 < min(printed) < 0.04
     assert 0.18 < max(printed) < 0.21
-    assert 0.88 < min(signs) < 0.90
-    assert max(signs) > 0.98
 
 
 def test_sliding_in_full_contact_is_counted_pad_by_pad(scene):

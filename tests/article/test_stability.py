@@ -141,7 +141,7 @@ def test_the_map_of_equilibria_is_that_of_single_ones(monkeypatch):
     assert record.share.quiet == pytest.approx(shares[2:].sum(), abs=0.08)
     assert record.share.quiet_full == pytest.approx(shares[3], abs=0.08)
     printed = quasi_static(scene_of("b3").pad, 40)
-    assert len(quasi_static_figure.draw(printed, record).figure.axes) == 3
+    assert len(quasi_static_figure.draw(printed, record).figure.axes) == 4
 
 
 def test_the_damped_share_is_that_of_single_equilibria(monkeypatch):

@@ -41,7 +41,8 @@ KEYS = {
     "critical-friction PAD": THRESHOLDS,
     "critical-friction SYSTEM": THRESHOLDS,
     f"sliding {B2}": {
-        "": "K determinant rank printed_K33_singular bound_23a bound_23b holds_as_printed",
+        "": "K determinant rank printed_K33_singular bound_23a bound_23b holds_as_printed "
+        "holds_sign_aware K31_mismatch",
         "equilibria": "x y theta verdict",
     },
     f"map {B3} --n 20": {"": "share"},

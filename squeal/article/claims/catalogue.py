@@ -42,7 +42,7 @@ class Claim:
 
     The rule takes the measures of these scenes in their order (b3: those of the linear model).
     ample: margin beyond which a search gains no more, over F_n / (k1 w) if `by_load` (a tilt grows
-    with the load); conflicts: a claim that cannot hold together with this one; follows: why its
+    with the load); conflicts: claims that cannot hold together with this one; follows: why its
     verdict carries no information of its own, None where it does.
     """
 
@@ -53,7 +53,7 @@ class Claim:
     rule: Callable[..., Outcome]
     ample: float = ROOM
     by_load: bool = False
-    conflicts: str = ""
+    conflicts: tuple[str, ...] = ()
     follows: Consequence | None = None
 
     @property
@@ -123,13 +123,32 @@ CLAIMS = (
     Claim("B2-b-trailing", ("b2-b",), "Sec. 5, Fig. 10(b)", "delta > 0 at all times",
           rules.positive("second", "w"), ample=0.01),
     Claim("B2-b-tilt", ("b2-b",), "Sec. 5", "theta0 + theta < 0 at all times",
-          rules.tilted_down, ample=TILT, by_load=True, conflicts="B2-b-theta",
+          rules.tilted_down, ample=TILT, by_load=True,
+          conflicts=("B2-b-theta", "B2-b-theta-line"),
           follows=_implied(
               "B2-b-trailing B2-only-c",
               "delta from the mass centre is on the side that dips, while the pad tilts little")),
     Claim("B2-b-theta", ("b1-b", "b2-b"), "Sec. 5, end",
           "theta0 + theta > 0 at all times in models B1 and B2",
-          rules.both_tilted_up, ample=TILT, by_load=True, conflicts="B2-b-tilt"),
+          rules.both_tilted_up, ample=TILT, by_load=True, conflicts=("B2-b-tilt",),
+          follows=_implied(
+              "B1-b-theta B2-b-theta-line", "the same of each model alone")),
+    Claim("B1-b-theta", ("b1-b",), "Sec. 5, end", "theta0 + theta > 0 at all times in model B1",
+          rules.tilted_up, ample=TILT, by_load=True),
+    Claim("B2-b-theta-line", ("b2-b",), "Sec. 5, end",
+          "theta0 + theta > 0 at all times in model B2",
+          rules.tilted_up, ample=TILT, by_load=True, conflicts=("B2-b-tilt",)),
+    Claim("B1-b-trail-only", ("b1-b",), "Sec. 5, end",
+          "in model B1 contact is lost at the trailing edge only, if at all",
+          rules.trailing_edge_alone,
+          follows=_implied(
+              "B1-b-states", "the leading edge touches in states 1 and 3, and no other occurs")),
+    Claim("B2-b-trail-only", ("b2-b",), "Sec. 5, end",
+          "in model B2 contact is lost at the trailing edge only, if at all",
+          rules.trailing_edge_alone,
+          follows=_implied(
+              "B2-b-theta-line B2-only-c",
+              "the leading edge is the lower one, and the surfaces never separate")),
     Claim("B2-b-twice", ("b2-a", "b2-b"), "Sec. 5",
           "Rn of b is almost twice that of a (read as their means, 1.7 to 2)",
           rules.mean_almost_doubles, ample=0.1),

@@ -55,7 +55,7 @@ def judge_claims(measured: Measured) -> list[JudgedClaim]:
         why = {} if claim.follows else {"kind": "informative", "derivation": ""}
         judged.append(JudgedClaim.of(claim, outcome, claim.follows, verdict=verdict, **why))
     holding = {j.id for j in judged if j.holds}
-    lost = {c.id for c in CLAIMS if c.conflicts in holding} - holding
+    lost = {c.id for c in CLAIMS if holding & set(c.conflicts)} - holding
     return [replace(j, verdict="contradicted") if j.id in lost else j for j in judged]
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.article.claims.motions import measure_alone
-from squeal.article.equations import quasi_static_map, rank, stiffness
+from squeal.article.equations import Readings, quasi_static_map, rank, stiffness
 from squeal.equilibrium.statics import Statics
 from squeal.errors import InputError
 from squeal.io.scene import Scene
@@ -31,18 +31,18 @@ class Range:
 class Case:
     """Measures of one simulated case; times in units of sqrt(m/k), forces over F_n, delta over w.
 
-    separated: time that the leading and trailing edge spend apart after first contact; losses:
-    the edges in the order in which they separate; shares: share of time in each contact state
-    after first contact; first, second: range of F3, F4 (B1) or Rn, delta (B2); together: range of
-    F3 + F4 (B1); tilt: range of theta0 + theta in rad; mean: time mean of the first signal; blows:
-    how often successive blows fall on different edges, for each of `LEVELS`; heaviest: impulse of
-    the heaviest blow on each edge, over F_n T_1; vanishes: share of time in which the force at each
-    edge is zero (of B2 that of the two edge forces that have the reaction's resultant and moment,
-    which vanish with the reaction alone); calm: greatest acceleration in the last tenth of the run
-    over that of the whole run; slip, face: greatest x_dot, and greatest speed of the lower face
-    while it touches, over the speed V of the surface (NaN without V);
-    raised: reaction of the sliding equilibrium over that without friction, less one (NaN if one
-    of them is not computed or does not exist).
+    separated: time that the leading and trailing edge spend apart after first contact; losses: the
+    edges in the order in which they separate; shares: share of time in each contact state after
+    first contact; first, second: range of F3, F4 (B1) or Rn, delta (B2); together: range of F3 + F4
+    (B1); tilt: range of theta0 + theta in rad; down: share of time in which the tilt is negative;
+    mean: time mean of the first signal; blows: how often successive blows fall on different edges,
+    for each of `LEVELS`; heaviest: impulse of the heaviest blow on each edge, over F_n T_1;
+    vanishes: share of time in which the force at each edge is zero (of B2 that of the two edge
+    forces that have the reaction's resultant and moment, which vanish with the reaction alone);
+    calm: greatest acceleration in the last tenth of the run over that of the whole run; slip, face:
+    greatest x_dot, and greatest speed of the lower face while it touches, over the speed V of the
+    surface (NaN without V); raised: reaction of the sliding equilibrium over that without friction,
+    less one (NaN if one of them is not computed or does not exist).
     """
 
     duration: float
@@ -53,6 +53,7 @@ class Case:
     second: Range
     together: Range
     tilt: Range
+    down: float
     mean: float
     blows: tuple[int, ...]
     heaviest: tuple[float, float]
@@ -144,6 +145,7 @@ def case_of(
         losses=arrays["losses"][pad],
         shares={state: share for state, share in shares if share > 0.0},
         **{name: span(name) for name in ("first", "second", "together", "tilt")},
+        down=float(arrays["down"][pad]),
         mean=float(arrays["mean"][pad]),
         blows=tuple(arrays["blows"][pad].tolist()),
         heaviest=tuple(arrays["heaviest"][pad].tolist()),
@@ -157,10 +159,10 @@ def case_of(
 
 @dataclass(frozen=True)
 class Linear:
-    """What the claims on model B3 need: ranks of K by case, share of the map where (23) holds."""
+    """What the claims on model B3 need: ranks of K by case, shares of the map where (23) holds."""
 
     ranks: Mapping[str, int]
-    share_as_printed: float
+    share: Readings
 
 
 def linear_measures(pads: Mapping[str, Pad], points: int = 500) -> Linear:
@@ -170,9 +172,9 @@ def linear_measures(pads: Mapping[str, Pad], points: int = 500) -> Linear:
     pads tells it.
     """
     ranks = {case: rank(pad, stiffness(pad)) for case, pad in pads.items()}
-    return Linear(ranks, _share_as_printed(next(iter(pads.values())), points))
+    return Linear(ranks, _share(next(iter(pads.values())), points))
 
 
 @lru_cache(maxsize=8)
-def _share_as_printed(pad: Pad, points: int) -> float:
-    return quasi_static_map(pad, points).share.as_printed
+def _share(pad: Pad, points: int) -> Readings:
+    return quasi_static_map(pad, points).share

@@ -45,12 +45,13 @@ def measures(
     duration (n,): time since first contact; separated (n, 2): time that each edge is apart in it;
     shares (n, 4): of the states in the order of `STATES`; losses (n,): tuples of the edges in the
     order in which they separate; first, second (n, 2): range of F3, F4 over F_n (B1) or of Rn over
-    F_n, delta over w (B2); together (n, 2): of F3 + F4 (B1); tilt (n, 2): of theta0 + theta; mean
-    (n,): of the first signal; blows (n, levels), heaviest (n, 2): see `_blows`; calm (n,): greatest
-    acceleration in the last tenth over that of the whole run, NaN if not wanted; fastest (n,): the
-    greatest x_dot; face (n,): the greatest speed of the lower face while it touches, NaN if it
-    never does. Friction never reverses if the speed V of the surface exceeds the latter. Raises
-    InputError for a model with other contact points than the two edges.
+    F_n, delta over w (B2); together (n, 2): of F3 + F4 (B1); tilt (n, 2): of theta0 + theta; down
+    (n,): share of the time in which the tilt is negative; mean (n,): of the first signal; blows (n,
+    levels), heaviest (n, 2): see `_blows`; calm (n,): greatest acceleration in the last tenth over
+    that of the whole run, NaN if not wanted; fastest (n,): the greatest x_dot; face (n,): the
+    greatest speed of the lower face while it touches, NaN if it never does. Friction never reverses
+    if the speed V of the surface exceeds the latter. Raises InputError for a model with other
+    contact points than the two edges.
     """
     law, n = course.law, len(course.t0)
     if law.points != 2:
@@ -75,6 +76,7 @@ def measures(
         return np.asarray(states[3])
 
     nothing, lane = np.full((n, 2), np.nan), grid.steps.lane
+    tilts = grid.read(tilt)
     counts = grid.steps.t >= touched[lane]
     means = np.where(counts, grid.weights @ np.nan_to_num(a), 0.0) * grid.steps.h
     load, moment = (a, a * b) if line else (a + b, b - a)
@@ -89,7 +91,8 @@ def measures(
             "first": span(one_of(signals, 0), a),
             "second": span(one_of(signals, 1), b),
             "together": nothing if line else span(both, a + b),
-            "tilt": span(tilt, grid.read(tilt)),
+            "tilt": span(tilt, tilts),
+            "down": _negative(grid, tilts, touched, n) / duration,
             "mean": np.bincount(lane, means, n) / duration,
             "blows": blows,
             "heaviest": heaviest,
@@ -151,6 +154,21 @@ def _first_turn(grid: Grid, values: np.ndarray, touched: np.ndarray) -> np.ndarr
         t = grid.t[:, own]
         since[lane] = t[place, step] if step < t.shape[1] else t[-1, -1]
     return since
+
+
+def _negative(grid: Grid, values: np.ndarray, touched: np.ndarray, n: int) -> np.ndarray:
+    """Time (n,) since first contact in which a signal (k, s) is negative.
+
+    The signal counts as straight between places, so that a crossing is located to second order.
+    """
+    before, after = values[:-1], values[1:]
+    rise = np.abs(after - before)
+    below = np.maximum(-np.minimum(before, after), 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = np.where(rise > 0.0, np.minimum(below / rise, 1.0), before < 0.0)
+    counts = grid.t[:-1] >= touched[grid.steps.lane]
+    spent = np.where(counts, share * np.diff(grid.t, axis=0), 0.0).sum(axis=0)
+    return np.bincount(grid.steps.lane, spent, n)
 
 
 def _blows(

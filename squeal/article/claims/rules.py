@@ -131,6 +131,23 @@ def tilted_down(case: Case) -> Outcome:
     return Outcome(-case.tilt.high, f"greatest tilt {case.tilt.high:.3g} rad")
 
 
+def tilted_up(case: Case) -> Outcome:
+    """theta0 + theta stays positive."""
+    words = f"least tilt {case.tilt.low:.3g} rad, negative for {100 * case.down:.1f} % of the time"
+    return Outcome(case.tilt.low, words)
+
+
+def trailing_edge_alone(case: Case) -> Outcome:
+    """Where contact is lost, it is at the trailing edge; without a loss nothing contradicts it."""
+    leading, trailing = (apart / case.duration for apart in case.separated)
+    margin = -leading if leading > TOUCH else 1.0 - leading
+    words = (
+        f"leading edge off for {100 * leading:.1f} % of the time, trailing edge for "
+        f"{100 * trailing:.1f} %"
+    )
+    return Outcome(margin, words)
+
+
 def both_tilted_up(b1: Case, b2: Case) -> Outcome:
     """theta0 + theta stays positive in both models."""
     words = f"least tilt B1 {b1.tilt.low:.3g}, B2 {b2.tilt.low:.3g} rad"
@@ -244,6 +261,10 @@ def singular(linear: Linear) -> Outcome:
 
 
 def small_region(linear: Linear) -> Outcome:
-    """(23a, b) hold on a small part of the map."""
-    share = linear.share_as_printed
-    return Outcome(SMALL_REGION - share, f"{100 * share:.1f} % of the map")
+    """(23a, b) hold on a small part of the map; the share of the complete ones is printed too."""
+    printed, complete = linear.share.as_printed, linear.share.complete
+    words = (
+        f"{100 * printed:.1f} % of the map; the complete necessary conditions hold on "
+        f"{100 * complete:.1f} %"
+    )
+    return Outcome(SMALL_REGION - printed, words)

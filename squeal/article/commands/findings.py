@@ -17,5 +17,7 @@ def run(given: argparse.Namespace) -> Reply:
     files = scene_files(given.scenes, STEMS)
     record = study(files)
     every = record.findings
-    lines = (f"{one.id}, {one.where}: {one.statement}\n    {one.outcome}" for one in every)
+    lines = (
+        f"{one.id}, {one.where} ({one.worth}): {one.statement}\n    {one.outcome}" for one in every
+    )
     return Reply(record.to_dict, lambda: "\n".join(lines), files)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.pads import at_equilibrium
-from squeal.article.equations import bounds, rank, stiffness
+from squeal.article.equations import bounds, mismatch, rank, stiffness
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take_files
 from squeal.equilibrium import Equilibrium, find_all, sliding_equilibrium
@@ -51,8 +51,9 @@ def _finite(value: float) -> float | None:
 def data(scene: Scene) -> dict[str, Any]:
     """The answer as a JSON object; a bound is null where K21 = 0, and friction is not bounded.
 
-    Both conditions hold there, because they require nothing, and say nothing about sliding.
-
+    `holds_as_printed` is true there, because the bounds require nothing. `holds_sign_aware` holds
+    the complete necessary conditions; the key keeps its name for scripts. `K31_mismatch` is
+    K31/(h K11) - 1, null where K11 = 0: only where it is zero do the three rows hold together.
     `admissible` is about the equilibrium that `squeal eigenvalues` takes.
     """
     pad = scene.pad
@@ -66,7 +67,8 @@ def data(scene: Scene) -> dict[str, Any]:
         "bound_23a": _finite(limits.bound_23a),
         "bound_23b": _finite(limits.bound_23b),
         "holds_as_printed": bool(limits.as_printed),
-        "holds_sign_aware": bool(limits.sign_aware),
+        "holds_sign_aware": bool(limits.complete),
+        "K31_mismatch": _finite(mismatch(pad)),
     }
     if not scene.pad_model.linear:
         judged = judged_equilibria(scene)
@@ -81,6 +83,14 @@ def data(scene: Scene) -> dict[str, Any]:
             for e, judgement in judged
         ]
     return answer
+
+
+def _missed(answer: dict[str, Any]) -> str:
+    """By how much K31 = h K11 is missed, in words."""
+    miss = answer["K31_mismatch"]
+    if miss is None:
+        return "has no ratio (K11 = 0)"
+    return f"is missed by {number(100 * miss)} %"
 
 
 def text(answer: dict[str, Any]) -> str:
@@ -101,9 +111,10 @@ def text(answer: dict[str, Any]) -> str:
         ),
         (
             f"(23a) {bound('bound_23a')}; (23b) {bound('bound_23b')}; "
-            f"hold as printed: {yes[answer['holds_as_printed']]}, "
-            f"with correct signs: {yes[answer['holds_sign_aware']]}"
-            f"{'; without bounds they say nothing of sliding' if nothing else ''}"
+            f"hold as printed: {yes[answer['holds_as_printed']]}"
+            f"{', since nothing is bounded' if nothing else ''}; "
+            f"complete necessary conditions hold: {yes[answer['holds_sign_aware']]}; "
+            f"K31 = h K11, which sliding needs with y = theta = delta = 0, {_missed(answer)}"
         ),
     ]
     if "equilibria" in answer:

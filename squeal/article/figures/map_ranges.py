@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from squeal.article.cases import CASES
 from squeal.article.outline import angle_axes_of_pi, mark
-from squeal.article.studies.map_ranges import MapRanges
+from squeal.article.studies.map_ranges import MapRanges, Span
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 LOOKS = (("#3498DB", "--"), ("#000000", "-"), ("#C8380E", ":"))
@@ -32,7 +32,7 @@ def map_ranges_figure(record: MapRanges) -> Figure:
             shape.legend(loc="lower left", fontsize=8)
             share.fill_between(sweep.values, sweep.low, sweep.high, color="0.85", lw=0.0)
             share.plot(sweep.values, sweep.printed, "k-", label="(23a, b) as printed")
-            share.plot(sweep.values, sweep.signs, "k--", label="correct signs")
+            share.plot(sweep.values, sweep.complete, "k--", label="complete conditions")
             label = "equilibrium on the branch"
             share.plot(sweep.sparse, sweep.reached, "o-", color="#3498DB", ms=3, label=label)
             share.plot(
@@ -54,13 +54,16 @@ def map_ranges_figure(record: MapRanges) -> Figure:
 
 def draw(record: MapRanges) -> Drawing:
     """The figure, ready to be saved."""
-    low, high = (100 * v for v in (record.printed.low, record.printed.high))
+
+    def span(one: Span) -> str:
+        return f"{100 * one.low:.1f} to {100 * one.high:.1f} % of the map"
+
     text = (
         "Upper row: outlines over the two spring angles of the area in which the conditions "
         "(23a, b) hold as printed, at three values each of h/w, k2/k1 and mu, with the four cases "
         f"marked. Lower row: shares of the map over the same parameters. Over all {record.pads} "
-        f"pads the printed conditions hold on {low:.1f} to {high:.1f} % of the map; grey bands "
-        "show that range at each value."
+        f"pads the printed conditions hold on {span(record.printed)}, the complete necessary ones "
+        f"on {span(record.complete)}; grey bands show the range of the printed at each value."
     )
     made = origin(__name__, record.provenance)
     return Drawing(map_ranges_figure(record), text, "The map of Fig. 13 over its parameters", made)
@@ -69,5 +72,5 @@ def draw(record: MapRanges) -> Drawing:
 CAPTION = r"""Where quasi-static sliding is possible, over the parameters, the others as in the
 reference set (grey verticals). Above: outlines of the region of both spring angles in which
 \aeqs{23a}{23b} of the article hold as printed. Below: shares of all angles for which they hold as
-printed (grey: range over the others) and with the correct signs, for which B2 has a sliding
-equilibrium, and for which no mode grows about it."""
+printed (grey: range over the others), for which the complete necessary conditions hold, for which
+B2 has a sliding equilibrium, and for which no mode grows about it."""

@@ -1,42 +1,67 @@
-"""Fig. 13: where the conditions (23a, b) for quasi-static sliding hold."""
+"""Fig. 13: where the conditions (23a, b) for quasi-static sliding hold, and what slides there."""
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from squeal.article.cases import CASES
-from squeal.article.outline import angle_axes_of_pi, draw_areas, mark
+from squeal.article.outline import Outline, angle_axes_of_pi, draw_areas
 from squeal.article.studies.angles import PARTIAL, Angles
 from squeal.article.studies.quasi_static import QuasiStatic
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
+RED = "#C8380E"
 Marks = Mapping[str, tuple[float, float]]
 """Letters of cases with their (alpha1, alpha2) in rad."""
 
 
+BESIDE = {"a": (0.0, 10.0), "b": (-11.0, 0.0), "c": (-5.0, 14.0), "d": (8.0, 9.0)}
+"""Where a case's letter stands from its place, in points: what lies there stays in sight."""
+
+
+def _mark_beside(axes: Axes, marks: Marks) -> None:
+    """A dot at the place of each case, and its letter beside it on a short line."""
+    for name, place in marks.items():
+        at = (place[0] / np.pi, place[1] / np.pi)
+        dot: Any = {"marker": "o", "ms": 3.5, "mfc": "white", "mec": RED, "mew": 0.9}
+        axes.plot(*at, **dot, clip_on=False, zorder=6)
+        box = {"boxstyle": "circle,pad=0.1", "fc": "white", "ec": RED, "lw": 0.9}
+        line = {"arrowstyle": "-", "color": RED, "lw": 0.9, "shrinkA": 0.0, "shrinkB": 0.0}
+        look: Any = {"ha": "center", "va": "center", "fontsize": 8, "zorder": 5}
+        beside = BESIDE.get(name, (8.0, 8.0))
+        axes.annotate(
+            name, at, beside, textcoords="offset points", bbox=box, arrowprops=line, **look
+        )
+
+
 def quasi_static_figure(record: QuasiStatic, angles: Angles, marks: Marks) -> Figure:
-    """Fig. 13 as printed, beside it with the correct signs and what equilibria of B2 there are.
+    """Fig. 13 as printed, the complete conditions, their state, and equilibria of B2.
 
     The regions are black as in the article, within their traced boundaries.
     """
     quiet = np.arange(4) >= PARTIAL
-    panels = {
-        f"(a) as printed: {100 * record.share.as_printed:.1f} %": record.as_printed,
-        f"(b) correct signs: {100 * record.share.sign_aware:.1f} %": record.sign_aware,
-        f"(c) no growing mode: {100 * angles.share.quiet:.1f} %": angles.b2.regrouped(
-            quiet.astype(int)
-        ),
-    }
-    ring = {"boxstyle": "circle,pad=0.15", "ec": "#C8380E", "lw": 1.0}
+    equilibria = angles.b2.regrouped(quiet.astype(int))
+    share = record.share
+    black, grey = ("white", "black"), ("white", "0.8")
+    panels: tuple[tuple[str, Outline, tuple[str, str]], ...] = (
+        (f"(a) as printed: {100 * share.as_printed:.1f} %", record.as_printed, black),
+        (f"(b) complete conditions: {100 * share.complete:.1f} %", record.complete, black),
+        ("(c) the state itself: a curve", record.complete, grey),
+        (f"(d) B2, no growth: {100 * angles.share.quiet:.1f} %", equilibria, black),
+    )
     with style():
-        figure = Figure(figsize=(DOUBLE, 2.75))
-        axes = figure.subplots(1, 3, sharey=True)
-        for one, (title, outline) in zip(axes, panels.items(), strict=True):
-            draw_areas(one, outline, ("white", "black"), np.pi)
-            mark(one, marks, np.pi, 8, **ring)
-            one.set_title(title, pad=8.0)
+        figure = Figure(figsize=(DOUBLE, 2.3))
+        axes = figure.subplots(1, 4, sharey=True)
+        for one, (title, outline, colours) in zip(axes, panels, strict=True):
+            draw_areas(one, outline, colours, np.pi)
+            _mark_beside(one, marks)
+            one.set_title(title, fontsize=8, pad=16.0)
             angle_axes_of_pi(one)
+        for curve in record.state:
+            axes[2].plot(*(np.array(curve).T / np.pi), color="black", lw=1.6, zorder=3)
         for one in axes[1:]:
             one.set_ylabel("")
     return figure
@@ -44,16 +69,17 @@ def quasi_static_figure(record: QuasiStatic, angles: Angles, marks: Marks) -> Fi
 
 def alternative_text(record: QuasiStatic, angles: Angles) -> str:
     """The maps in words."""
-    printed, signs, quiet = (
+    printed, complete, quiet = (
         f"{100 * share:.1f} % of the map"
-        for share in (record.share.as_printed, record.share.sign_aware, angles.share.quiet)
+        for share in (record.share.as_printed, record.share.complete, angles.share.quiet)
     )
     return (
-        "Three maps over the spring angles alpha1 and alpha2 from 0 to pi at the friction "
-        f"coefficient {record.mu:g}, black where: (a) the conditions (23a) and (23b) hold as "
-        f"printed, {printed}; (b) they hold with the correct signs of the divisors, {signs}; (c) "
-        f"model B2 has a sliding equilibrium about which no mode grows, {quiet}. Letters mark the "
-        "cases."
+        "Four maps over the spring angles alpha1 and alpha2 from 0 to pi at the friction "
+        f"coefficient {record.mu:g}. Black: (a) where the conditions (23a) and (23b) hold as "
+        f"printed, {printed}; (b) where the complete necessary conditions hold, {complete}; (c) "
+        "the curve on which the sliding state of these conditions exists, within the area of (b) "
+        "in grey; (d) where model B2 has a sliding equilibrium about which no mode grows, "
+        f"{quiet}. Letters mark the cases."
     )
 
 
@@ -66,8 +92,10 @@ def draw(record: QuasiStatic, angles: Angles, marks: Marks = CASES) -> Drawing:
 
 
 CAPTIONS = {
-    "fig13": r"""Where \aeqs{23a}{23b} hold (black) at $\mu = {}$\val{quasi_static.mu}: (a)~as
-printed, as in the article; (b)~with the correct signs of the divisors $K_{21}$ and $K_{31}$.
-(c)~Where model B2 has a sliding equilibrium about which no mode grows. Letters mark the four
-cases."""
+    "fig13": r"""Quasi-static sliding at $\mu = {}$\val{quasi_static.mu} with the reference set
+(black). (a)~\aeqs{23a}{23b} hold as printed, as in the article. (b)~The complete necessary
+conditions of the same state hold: $\mu K_{21} < K_{11}$, $K_{31} > 0$ and
+$\mu h K_{21} < K_{31}$. (c)~The state itself exists: $K_{31} = h K_{11}$ and
+$\mu K_{21} < K_{11}$, a curve within the region of (b) (grey). (d)~Model B2 has a sliding
+equilibrium about which no mode grows. Dots mark the four cases."""
 }

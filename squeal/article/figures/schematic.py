@@ -8,8 +8,9 @@ from matplotlib.patches import Polygon
 
 from squeal.article.cases import CASES, stem
 from squeal.article.figures.sketch import _coil, _ground
+from squeal.article.studies._scenes import REFERENCE
 from squeal.article.studies.hammering import Hammering
-from squeal.article.studies.sets import REFERENCE, Sets
+from squeal.article.studies.sets import Sets
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 ON, OFF = "#C8380E", "white"

@@ -8,6 +8,9 @@ from squeal.article.cases import CASES, stem
 from squeal.errors import InputError
 from squeal.io.scene import Scene, check_simulation, read_scene
 
+REFERENCE = "reference"
+"""Name of the parameter set of the figures; the others are named as their folders."""
+
 
 def read_scenes(files: Sequence[Path], stems: Iterable[str]) -> dict[str, Scene]:
     """The scenes of some of the files, by their names. Raises InputError if a file is not given."""
@@ -16,6 +19,18 @@ def read_scenes(files: Sequence[Path], stems: Iterable[str]) -> dict[str, Scene]
         if name not in given:
             raise InputError(f"{name}.yaml: missing; the article's scenes must be given")
     return {name: read_scene(given[name]) for name in stems}
+
+
+def by_set(files: Sequence[Path]) -> dict[str, list[Path]]:
+    """The files by parameter set: the reference first, then the folders beside its scenes."""
+    folders = sorted(
+        {file.parent for file in files}, key=lambda folder: (len(folder.parts), folder)
+    )
+    names = [REFERENCE, *(folder.name for folder in folders[1:])]
+    return {
+        name: [file for file in files if file.parent == folder]
+        for name, folder in zip(names, folders, strict=True)
+    }
 
 
 def read_cases(files: Sequence[Path], model: str) -> dict[str, Scene]:

@@ -1,33 +1,101 @@
 """Map of the quasi-static sliding motion of model B3 over the two spring angles (Fig. 13)."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
-from squeal.article.equations import Readings, bounds, quasi_static_map
+from squeal.article.cases import CASES, SMALL_REGION, stem
+from squeal.article.equations import (
+    Readings,
+    RowPairs,
+    bounds,
+    mismatch,
+    quasi_static_map,
+    row_pairs,
+    state_sides,
+)
 from squeal.article.outline import Outline, outline
-from squeal.article.records import Result
-from squeal.article.studies._scenes import read_scenes
+from squeal.article.records import Record, Result
+from squeal.article.studies._scenes import REFERENCE, by_set, read_scenes
 from squeal.model.pad import Pad
 
 CELLS = 240  # a side
 ENDS = ((0.0, math.pi), (0.0, math.pi))
 
+Curve = tuple[tuple[float, float], ...]
+"""Points (alpha1, alpha2) in rad."""
+
+
+class CaseRows(Record):
+    """The restricted state of one case: what pairs of rows give, and K31/(h K11) - 1.
+
+    exists: both pairs of rows give the same x to rounding, and a positive reaction.
+    """
+
+    rows: RowPairs
+    mismatch: float
+    exists: bool
+
 
 class QuasiStatic(Result):
-    """Map of n x n cells at the scene's mu: regions (code 1) of both readings of (23a, b)."""
+    """Map of n x n cells at the scene's mu, of the reference set but for `sets`.
+
+    as_printed, complete: regions (code 1) where (23a, b) hold as printed, and where the complete
+    necessary conditions do; state: the curve on which the restricted state itself exists; cases:
+    that state in each case; sets: shares of the map of each parameter set, the reference included.
+    """
 
     n: int
     mu: float
     share: Readings
     as_printed: Outline
-    sign_aware: Outline
+    complete: Outline
+    state: tuple[Curve, ...]
+    cases: dict[str, CaseRows]
+    sets: dict[str, Readings]
 
 
-def quasi_static(pad: Pad, cells: int = CELLS) -> QuasiStatic:
-    """The map of so many cells a side, with the boundaries of both readings traced."""
+def state_curves(pad: Pad, cells: int = CELLS) -> tuple[Curve, ...]:
+    """The curve K31 = h K11 where R_n > 0, for mu > 0.
+
+    Points lie on the curve where it passes from cell to cell, and on chords between. Cells in which
+    R_n changes its sign are left out, so that the curve ends within one of them.
+    """
+    angles = math.pi * (np.arange(cells) + 0.5) / cells
+
+    def codes(points: np.ndarray) -> np.ndarray:
+        above, pressed = state_sides(pad, (points[0], points[1]))
+        return np.asarray(above + 2 * pressed)
+
+    grid = np.array(np.meshgrid(angles, angles, indexing="ij"))
+    traced = outline(ENDS, angles, angles, codes(grid), codes)
+    below, above = 2, 3  # the curve, where the reaction is positive
+    return tuple(
+        tuple((round(first, 7), round(second, 7)) for first, second in curve.tolist())
+        for curve, sides in traced.curves
+        if sides == (below, above)
+    )
+
+
+def case_rows(pad: Pad) -> CaseRows:
+    """The restricted state of a pad with F_n."""
+    rows, missed = row_pairs(pad), mismatch(pad)
+    exists = rows.R_12 > 0.0 and math.isclose(rows.x_12, rows.x_23, rel_tol=1e-12)
+    return CaseRows(rows, missed, exists)
+
+
+def quasi_static(
+    pad: Pad,
+    cells: int = CELLS,
+    cases: Mapping[str, Pad] | None = None,
+    sets: Mapping[str, Pad] | None = None,
+) -> QuasiStatic:
+    """The map of so many cells a side, with the boundaries of both readings traced.
+
+    cases: pads with F_n by case; sets: a pad of each parameter set, by its name.
+    """
     maps = quasi_static_map(pad, cells)
 
     def region(reading: str) -> Outline:
@@ -37,14 +105,42 @@ def quasi_static(pad: Pad, cells: int = CELLS) -> QuasiStatic:
         codes = getattr(maps, reading).astype(int)
         return outline(ENDS, maps.angles, maps.angles, codes, at)
 
-    return QuasiStatic(cells, pad.mu, maps.share, region("as_printed"), region("sign_aware"))
+    return QuasiStatic(
+        n=cells,
+        mu=pad.mu,
+        share=maps.share,
+        as_printed=region("as_printed"),
+        complete=region("complete"),
+        state=state_curves(pad, cells),
+        cases={case: case_rows(one) for case, one in (cases or {}).items()},
+        sets={name: quasi_static_map(one, cells).share for name, one in (sets or {}).items()},
+    )
 
 
 def study(files: Sequence[Path]) -> QuasiStatic:
-    """The map of the scene of model B3."""
-    return quasi_static(read_scenes(files, ["b3"])["b3"].pad)
+    """The map of the reference scene of model B3, and the shares of the other sets."""
+    folders = by_set(files)
+    linear = {name: read_scenes(own, ["b3"])["b3"].pad for name, own in folders.items()}
+    line = read_scenes(folders[REFERENCE], [stem("B2", case) for case in CASES])
+    cases = {case: line[stem("B2", case)].pad for case in CASES}
+    return quasi_static(linear[REFERENCE], cases=cases, sets=linear)
 
 
 def sentences(record: QuasiStatic) -> dict[str, bool]:
     """What the paper says of the map."""
-    return {"signs-decide-the-map": record.share.as_printed < 0.1 and record.share.sign_aware > 0.9}
+    share, cases = record.share, record.cases
+    others = [one for name, one in record.sets.items() if name != REFERENCE]
+    return {
+        "printed-conditions-hold-on-a-small-part": share.as_printed < 0.1,
+        "complete-conditions-hold-on-a-small-part": 0.1 < share.complete < SMALL_REGION,
+        "complete-conditions-hold-on-more-than-a-quarter-with-other-sets": all(
+            SMALL_REGION < one.complete < 0.35 for one in others
+        ),
+        "printed-conditions-leave-out-a-part": all(
+            one.as_printed < one.complete for one in (share, *others)
+        ),
+        "rows-contradict-each-other-in-a-and-b": all(
+            cases[case].rows.x_12 > 0.0 > cases[case].rows.x_23 for case in "ab"
+        ),
+        "no-case-is-on-the-curve": not any(one.exists for one in cases.values()),
+    }

@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 
 from squeal.analysis.pads import analyse, critical_friction
-from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
+from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims import CLAIMS, judge_claims, linear_measures, measure_scenes
 from squeal.article.claims.rules import hammering_cases
 from squeal.article.records import Record, Result
-from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies._scenes import REFERENCE, by_set, read_scenes
 from squeal.article.studies.hammering import contact, motion
 from squeal.article.studies.line_springs import on_springs
 from squeal.article.studies.onset import RATIO, After, after
@@ -19,7 +19,6 @@ from squeal.io.scene import Scene
 from squeal.model.contact import State
 from squeal.simulation.run import simulate
 
-REFERENCE = "reference"
 TWO = "two points"  # springs in place of the line, with its stiffness, F_n, y0 and start
 RARE = 0.05  # a share of initial conditions that the text does not name
 SAMPLES = 20001  # of the motion on these
@@ -209,12 +208,10 @@ def parameter_set(scenes: Mapping[str, Scene]) -> ParameterSet:
 
 def study(files: Sequence[Path]) -> Sets:
     """The sets in the folders of the scene files."""
-    folders = list(dict.fromkeys(file.parent for file in files))
-    first, *others = sorted(folders, key=lambda folder: len(folder.parts))
-    sets = {}
-    for name, folder in ((REFERENCE, first), *((one.name, one) for one in others)):
-        own = [file for file in files if file.parent == folder and file.stem in STEMS]
-        sets[name] = parameter_set(read_scenes(own, HISTORY_FIGURES))
+    sets = {
+        name: parameter_set(read_scenes(own, HISTORY_FIGURES))
+        for name, own in by_set(files).items()
+    }
     return Sets(sets=sets, statements=sum(claim.informative for claim in CLAIMS))
 
 

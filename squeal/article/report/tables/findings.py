@@ -3,13 +3,20 @@
 from squeal.article.report.latex import long_table, typeset
 from squeal.article.studies.findings import Findings
 
-CAPTION = r"Findings on the article's equations and text, each measured by the program."
+CAPTION = r"""Findings on the article's equations and text, each measured by the program. In
+italics: whether a finding changes a result of the article. The text at hand was extracted from a
+file whose pages we did not see, so that two misprints may be faults of the extraction."""
 
 
 def table(findings: Findings) -> str:
     """A row a finding."""
     rows = [
-        [f.id, typeset(f.where), typeset(f.statement), typeset(f.outcome)]
+        [
+            f.id,
+            typeset(f.where),
+            rf"{typeset(f.statement)} \emph{{({typeset(f.worth)})}}",
+            typeset(f.outcome),
+        ]
         for f in findings.findings
     ]
     return long_table(["", "place", "finding", "measured"], rows)
