@@ -47,6 +47,7 @@ def one_set(
         lost=LESS,
         apart=WIDE,
         lasting=lasting or {},
+        lasting_repeats={},
         growth=dict.fromkeys(lasting or {}, growth),
         face=face,
     )

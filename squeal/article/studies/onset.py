@@ -20,7 +20,8 @@ from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
 from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
-from squeal.article.records import Missing, Record, Result
+from squeal.article.records import Missing, Moved, Record, Result
+from squeal.article.spread import disturbed, moved
 from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.energy import under_both_laws
 from squeal.article.studies.starts import compression
@@ -43,6 +44,8 @@ SEED = 0  # of the draws from it
 STARTS = 100  # drawn
 STARTS_UNSTABLE = 25  # of these beside an unstable equilibrium, which every start leaves
 TOLERANCE = 1e-10
+REPEATS = 4  # of motions that do not come to one cycle
+UNLIKE = 0.01  # least difference of the shares `lost` of such motions
 CYCLES = ("b2-c-integral", "b1-d", "b2-d-integral")
 GREATEST = 0.8  # largest mu on it
 NEAR = 1e-6  # of their size: returns this near are the same
@@ -83,9 +86,10 @@ class After(Record):
     """A motion at one damping ratio.
 
     own: from the reference initial conditions, None where the model ends; starts: how many others,
-    see `sampled_states`; lasting: of these lose contact on and on, hammering: and hammer; liveliest: of all that go on
-    the one that hammers, or has most turns; growth: greatest real part of the eigenvalues about the
-    equilibrium, 1/ms, None without one.
+    see `sampled_states`; lasting: of these lose contact on and on, hammering: and hammer; unlike:
+    how far the shares `lost` of those lie apart; liveliest: of all that go on the one that hammers,
+    or has most turns; growth: greatest real part of the eigenvalues about the equilibrium, 1/ms,
+    None without one.
     """
 
     ratio: Share
@@ -93,6 +97,7 @@ class After(Record):
     starts: int
     lasting: int
     hammering: int
+    unlike: float
     liveliest: Settled | None
     growth: float | None
 
@@ -175,6 +180,7 @@ class Onset(Result):
     seed: int = SEED
     starts: int = STARTS
     starts_unstable: int = STARTS_UNSTABLE
+    repeats: int = REPEATS
     left_out: str = ""
 
 
@@ -256,9 +262,7 @@ def settle(
     return ends, found
 
 
-def settle_late(
-    begun: Sequence[Begun], window: float
-) -> tuple[np.ndarray, list[Settled | None]]:
+def settle_late(begun: Sequence[Begun], window: float) -> tuple[np.ndarray, list[Settled | None]]:
     """States (n, 6) after a long time in observation times (`window`), and what the motions do
     then; None where the model ends.
 
@@ -300,15 +304,18 @@ def growth(scene: Scene, ratio: float) -> float | None:
         return None
 
 
-def after(scene: Scene, ratio: float) -> tuple[After, np.ndarray]:
-    """What a scene comes to at one damping ratio, and the state (6,) of its liveliest motion."""
+def after(scene: Scene, ratio: float, repeat: int = 0) -> tuple[After, np.ndarray]:
+    """What a scene comes to at one damping ratio, and the state (6,) of its liveliest motion.
+
+    A `repeat` starts from initial conditions that differ by rounding, see `disturbed`.
+    """
     assert scene.stop is not None
     model = damped_model(damped(scene, ratio))
     rate = growth(scene, ratio)
     unstable = (rate or 0.0) > 0.0
     sampled = sampled_states(scene, BOX, STARTS_UNSTABLE if unstable else STARTS)
-    begun = [Begun(model, state) for state in (np.array(scene.initial), *sampled)]
-    ends, found = settle_late(begun, scene.stop)
+    states = disturbed(np.array([scene.initial, *sampled]), repeat)
+    ends, found = settle_late([Begun(model, state) for state in states], scene.stop)
     lasting = [i for i, one in enumerate(found) if one and one.goes_on]
     best = max(lasting, key=lambda i: (found[i].hammers, found[i].turns), default=None)  # type: ignore[union-attr]
     others = [one for i in lasting if i and (one := found[i])]
@@ -318,10 +325,21 @@ def after(scene: Scene, ratio: float) -> tuple[After, np.ndarray]:
         starts=len(found) - 1,
         lasting=len(others),
         hammering=sum(one.hammers for one in others),
+        unlike=float(np.ptp([one.lost for one in others])) if others else 0.0,
         liveliest=None if best is None else found[best],
         growth=rate,
     )
     return row, np.full(6, np.nan) if best is None else ends[best]
+
+
+def repeats(scene: Scene, ratio: float, row: After) -> list[After]:
+    """The row, and where its motions do not come to one cycle, `REPEATS` more from other rounding.
+
+    Motions that last without such a cycle forget their start, and so does what is counted of them.
+    """
+    if row.unlike <= UNLIKE:
+        return [row]
+    return [row, *(after(scene, ratio, repeat)[0] for repeat in range(1, REPEATS + 1))]
 
 
 def _points(scene: Scene, orbits: Sequence[Orbit]) -> list[CyclePoint]:
@@ -488,10 +506,13 @@ def study(files: Sequence[Path]) -> Onset:
     motions = under_both_laws(scenes)
     rows: dict[str, list[After]] = {}
     states: dict[str, np.ndarray] = {}
+    spread: list[Moved] = []
     for name, scene in motions.items():
         for ratio in RATIOS:
             row, state = after(scene, ratio)
             rows.setdefault(name, []).append(row)
+            place = len(rows[name]) - 1
+            spread += moved(f"after.{name}.{place}", repeats(scene, ratio, row))
             if ratio == RATIO:
                 states[name] = state
     lasting = [name for name in CYCLES if np.isfinite(states[name]).all()]
@@ -505,6 +526,7 @@ def study(files: Sequence[Path]) -> Onset:
         },
         other_damping={name: other_damping(motions[name], states[name]) for name in lasting},
         contact_damping={name: contact_damping(motions[name]) for name in CYCLES[1:]},
+        spread=tuple(spread),
     )
 
 

@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from squeal.article.report.latex import number, percent, tabular
+from squeal.article.cases import stem
+from squeal.article.report.latex import number, percent, tabular, with_spread
 from squeal.article.studies.sets import TWO, ParameterSet, Sets
 
 CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed; level, at rest, the
@@ -40,8 +41,16 @@ def _fastest(one: ParameterSet, model: str) -> str:
     return number(speed, 2) + (OUTSIDE if speed >= 1.0 else "")
 
 
-def _lasting(one: ParameterSet, model: str) -> str:
-    shown = (f"{case} ({percent(share, 0)})" for case, share in one.beside(model).items())
+def _share(value: float) -> str:
+    return percent(value, 0)
+
+
+def _lasting(sets: Sets, name: str, model: str) -> str:
+    one = sets.sets[name]
+    shown = []
+    for case, share in one.beside(model).items():
+        ends = sets.ends(f"sets.{name}.lasting.{stem(model, case)}")
+        shown.append(f"{case}: {with_spread(share, ends, _share)}")
     return ", ".join(shown) or ("none" if one.lasting else "--")
 
 
@@ -51,7 +60,7 @@ def table(sets: Sets) -> str:
     ratios = [[name, *(_ratio(k, one.numbers[k]) for one in every)] for k, name in NAMES.items()]
     satisfied = (f"{one.satisfied} of {sets.statements}" for one in every)
     load = (number(one.parameters["F_n"] / 1e3, 3) for one in every)
-    ratios.append(["$F_n$ in the units of Table~S1, kN", *load])
+    ratios.append([r"$F_n$ in the units of Table~\numberof{parameters}, kN", *load])
     shown: dict[str, Callable[[ParameterSet, str], str]] = {
         "fastest face over $V$, {}": _fastest,
         "{} hammers in": lambda one, model: _cases(one.hammering[model]),
@@ -59,13 +68,15 @@ def table(sets: Sets) -> str:
         "{} has no equilibrium in": lambda one, model: _cases(one.without[model]),
         "contact lost from equilibrium, {}": lambda one, model: percent(one.lost[model], 0),
         "contact lost from full contact, {}": lambda one, model: percent(one.apart[model], 0),
-        "lasting beside stable sliding, {}": _lasting,
     }
     rows = [
         [name.format(model), *(show(one, model) for one in every)]
         for name, show in shown.items()
         for model in ("B1", "B2", *[TWO] * ("contact lost" in name))
     ]
+    for model in ("B1", "B2"):
+        every_set = (_lasting(sets, name, model) for name in sets.sets)
+        rows.append([f"lasting beside stable sliding, {model}", *every_set])
     rows.insert(0, ["independent statements satisfied", *satisfied])
     head = [""]
     for name, one in sets.sets.items():
