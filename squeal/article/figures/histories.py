@@ -21,7 +21,7 @@ def history_figure(run: Run) -> Figure:
     looks = Looks.of(run)
     with style():
         figure = Figure(figsize=(SINGLE, 2.65))
-        heights = [3.0, 3.0, 0.3 + 0.45 * len(looks.states)]
+        heights = [3.0, 3.0, 0.3 + 0.6 * len(looks.states)]  # labels of the states stand apart
         plotted = contact_law(run.model).plotted
         grid = figure.subplots(3, 1, sharex=True, height_ratios=heights)
         for axes, signal, letter in zip(grid, plotted, "ab", strict=False):
