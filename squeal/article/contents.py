@@ -61,6 +61,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "claims": _ALL,
     "findings": _scenes(*STEMS),
     "baseline": (),
+    "ensemble": ("workflow/ensemble.csv", "workflow/lasting.csv", "workflow/searches.json"),
     "accuracy": _scenes("b1-c", "b2-c"),
     "extreme": (),
 }
@@ -75,6 +76,7 @@ _DRAWN_FROM = {
     "coupling": ("stability",),
     "modes": ("stability",),
     "accuracy": ("accuracy",),
+    "ensemble": ("ensemble", "sets"),
 }
 FIGURES: dict[str, Figure] = {
     "fig01": Figure("sketch", _scenes("b1-c")),
@@ -92,8 +94,10 @@ RESULTS = tuple(map(result_file, (*HISTORY_FIGURES, *STUDIES)))
 """All result files that the report rests on."""
 TABLES = (
     "basin",
+    "bounds",
     "claims",
     "eigenvalues",
+    "ensemble",
     "extreme",
     "findings",
     "lasting",

@@ -1,5 +1,6 @@
 """Statements with shuffled cases and edges: what a search is tried on beside the article's own."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -65,7 +66,8 @@ def shuffled(seed: int) -> Arrangement:
 
 
 def mirrored(case: Case, line: bool) -> Case:
-    """A case with leading and trailing edge in each other's place."""
+    """A case with leading and trailing edge in each other's place, where the mean of F4 (B1) and
+    speeds, which are not measured, are NaN."""
     first, second = case.first, case.second
     if line:  # reaction, and its position
         second = _negative(second)
@@ -76,6 +78,9 @@ def mirrored(case: Case, line: bool) -> Case:
         first=first,
         second=second,
         tilt=_negative(case.tilt),
+        mean=case.mean if line else math.nan,
+        slip=math.nan,
+        face=math.nan,
         separated=case.separated[::-1],
         heaviest=case.heaviest[::-1],
         vanishes=case.vanishes[::-1],

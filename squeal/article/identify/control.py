@@ -35,8 +35,8 @@ class StoredSearch(Record):
     kind: shuffled statements, the article's (printed), the article's from sets that the balances
     allow (screened) or within physical bounds (bounded); arrangement: of the statements; sets: how
     many were judged; numbers: of the set; distance: from the statements; satisfied: ids of the
-    independent statements that it satisfies, in that arrangement; said: what a bounded one says of
-    the verdicts, None of others.
+    independent statements that it satisfies, in that arrangement; said: what the set says of the
+    verdicts, None with shuffled statements.
     """
 
     kind: Kind
@@ -88,7 +88,7 @@ def run(kind: Kind, seed: int) -> StoredSearch:
     start = Start(CONSISTENT, [seed, 0], 1, kind == "screened", arrangement, dimensions)
     numbers = rounded(start.result(), dimensions)
     far, ids = satisfied(numbers, arrangement)
-    said = tuple(rows(arrays(numbers))[0]) if kind == "bounded" else None
+    said = None if kind == "shuffled" else tuple(rows(arrays(numbers))[0])
     return StoredSearch(kind, seed, arrangement, start.sets, numbers, round(far, 3), ids, said)
 
 

@@ -32,6 +32,8 @@ from squeal.io.provenance import NOT_INSTALLED, version
 
 CONFIDENCE = 0.95
 SLOW = 5.0  # m/s, a slower surface
+CLOSE = 7  # independent statements that a random set close to the article satisfies at least
+FITTED = 10  # and a set at which a search ended
 KINDS = ("printed", "shuffled", "screened", "bounded")
 MODELS = {"points": (0,), "line": (1,), "either": (0, 1)}
 SAMPLE, SAMPLE_SEED = 20, 1  # sets that are computed again
@@ -83,8 +85,8 @@ class Search(Record):
 class Ensemble(Result):
     """outcomes: how many sets were valid, outran the surface, left the model or had no standing
     start; groups: how many valid sets there are in all, that stay slower than `slow` (m/s), flatter
-    than `flattest`, and at which searches within the bounds ended (fitted), which satisfy at least
-    `fewest` statements; shares: by property and group; coexist: shares of the first `damped` valid
+    than `flattest`, that satisfy at least `close` statements, and, not of the random sets, at which
+    searches ended with at least `fitted` statements; shares: by property and group; coexist: shares of the first `damped` valid
     sets in which contact goes on changing beside stable sliding, by damping ratio and model;
     statements: how many are independent; counts: how many valid sets satisfy each number of them;
     lost, apart: shares of time of each valid set, points and line, per mille; searches: by kind;
@@ -108,11 +110,12 @@ class Ensemble(Result):
     reaching: int
     chance: float
     sample: Sample | None
-    fewest: int
     damped: int
     speed: float = population.SPEED
     slow: float = SLOW
     flattest: float = FLATTEST
+    close: int = CLOSE
+    fitted: int = FITTED
     starts: int = lasting.STARTS
     reach: float = lasting.REACH
     off: float = population.OFF
@@ -275,11 +278,13 @@ def study(files: Sequence[Path]) -> Ensemble:
     pairs = [(row, h) for row, h in zip(rows, heights, strict=True) if row.outcome == "valid"]
     valid = [row for row, _ in pairs]
     stored = read_json(control.Searches, searches_file).searches
+    ended = [row for one in stored if (row := one.row) is not None]
     groups = {
         "all": valid,
         "slow": [row for row in valid if float(row.speed) < SLOW],
         "flat": [row for row, h in pairs if h < FLATTEST],
-        "fitted": [row for one in stored if (row := one.row) and row.outcome == "valid"],
+        "close": [row for row in valid if satisfied(row) >= CLOSE],
+        "fitted": [row for row in ended if row.outcome == "valid" and satisfied(row) >= FITTED],
     }
     shares: dict[str, dict[str, Share]] = {}
     for name, answer in PROPERTIES.items():
@@ -314,7 +319,6 @@ def study(files: Sequence[Path]) -> Ensemble:
         reaching=sum(n >= printed.median for n in shuffled.satisfied),
         chance=float(mannwhitneyu(printed.satisfied, shuffled.satisfied).pvalue),
         sample=sampled(rows) if able else None,
-        fewest=min(satisfied(row) for row in groups["fitted"]),
         damped=len(damped),
     )
 
