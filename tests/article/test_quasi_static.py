@@ -90,7 +90,7 @@ def test_four_panels_show_the_cases_at_their_places(record):
     assert [one.get_title()[:3] for one in axes] == ["(a)", "(b)", "(c)", "(d)"]
     for one in axes:
         dots = [line for line in one.lines if line.get_marker() == "o"]
-        places = np.array([line.get_xydata()[0] for line in dots]) * np.pi
+        places = np.array([np.asarray(line.get_xydata())[0] for line in dots]) * np.pi
         assert np.allclose(places, list(CASES.values()))
         assert [text.get_text() for text in one.texts] == list(CASES)
     curves = [line for line in axes[2].lines if line.get_marker() != "o"]
