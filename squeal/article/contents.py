@@ -97,7 +97,6 @@ TABLES = (
     "bounds",
     "claims",
     "eigenvalues",
-    "ensemble",
     "extreme",
     "findings",
     "lasting",
@@ -109,6 +108,7 @@ TABLES = (
     "sets",
     "table1",
     "table2",
+    "verdicts",
     "works",
 )
 """paper/generated/NAME.tex is written by `squeal.article.report.tables.NAME`."""

@@ -31,6 +31,8 @@ def captions() -> dict[str, str]:
         several = getattr(module, "CAPTIONS", {})
         texts[name] = several.get(name, getattr(module, "CAPTION", ""))
     for name, module in modules("squeal.article.report.tables").items():
+        if name in texts:
+            raise ValueError(f"{name}: a figure and a table; each needs a name of its own")
         texts[name] = module.CAPTION
     return texts
 

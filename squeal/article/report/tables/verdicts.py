@@ -3,7 +3,7 @@
 from squeal.article.report.latex import tabular
 from squeal.article.studies.ensemble import Ensemble, Share
 
-CAPTION = r"""Share of random parameter sets (bounds: Table~\ref{bounds}) for which a statement
+CAPTION = r"""Share of random parameter sets, drawn within physical bounds, for which a statement
 holds, in \%, with its 95\,\% interval (Wilson). Columns: all \val{ensemble.groups.all} sets whose
 lower face stays slower than \val[n]{ensemble.speed}\,m/s; those that stay slower than
 \val[n]{ensemble.slow}\,m/s; those with $h/w < 0.296$. A set counts as undecided, and widens the
