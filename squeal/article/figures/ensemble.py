@@ -23,8 +23,8 @@ SHOWN = {
 """Properties by name, and in words."""
 COEXIST = "contact lost beside stable sliding"
 RANDOM, SHUFFLED, PRINTED = "0.75", "#E69F00", "#3B0F4A"
-CAPTION = r"""Random parameter sets within physical bounds (Table~\ref{bounds};
-\val{ensemble.groups.all} valid sets). (a)~Share of the sets for which each statement holds, with
+CAPTION = r"""Random parameter sets within physical bounds (\val{ensemble.groups.all} valid
+sets). (a)~Share of the sets for which each statement holds, with
 95\,\% intervals, which include undecided sets; the last row is under modal damping of 1\,\%.
 (b)~Share of time in which an edge is separated that touches in steady sliding, means over the cases
 of each set; cross: reference set. (c)~Independent statements satisfied: by random sets (grey), and
