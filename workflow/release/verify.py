@@ -21,6 +21,7 @@ import sys
 import zlib
 from collections import defaultdict
 from collections.abc import Iterable, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -178,8 +179,7 @@ def here() -> dict[str, str]:
 
 def _numpy_instructions() -> str:
     """The groups of instructions that NumPy's loops are compiled for and that it uses here."""
-    from numpy._core import _multiarray_umath as core  # as numpy.show_runtime reads them
-
+    core: Any = import_module("numpy._core._multiarray_umath")  # as numpy.show_runtime reads it
     groups = [*core.__cpu_baseline__, *core.__cpu_dispatch__]
     return " ".join(group for group in groups if core.__cpu_features__[group])
 
