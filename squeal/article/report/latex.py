@@ -90,13 +90,20 @@ def percent(share: float, digits: int = 1) -> str:
     return rf"{text}\,\%"
 
 
+PERCENT = r"\,\%"
+
+
 def with_spread(
     value: float, ends: tuple[float, float] | None, show: Callable[[float], str]
 ) -> str:
     """A number, behind it in brackets the ends of its spread where these are shown otherwise."""
     own = show(value)
     low, high = (own, own) if ends is None else (show(ends[0]), show(ends[1]))
-    return own if low == high == own else f"{own} ({low}--{high})"
+    if low == high == own:
+        return own
+    unit = PERCENT if own.endswith(PERCENT) else ""
+    low, high, own = (one.removesuffix(unit) for one in (low, high, own))
+    return f"{own} ({low}--{high}){unit}"
 
 
 def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequence[str]]]) -> str:

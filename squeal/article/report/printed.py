@@ -8,7 +8,7 @@ import re
 from itertools import zip_longest
 
 Range = tuple[float, float]
-_NUMBER = r"\$?(-?\d+(?:\.\d+)?)(?: \\times 10\^\{(-?\d+)\})?\$?(?:\\,\\%)?"
+_NUMBER = r"\$?(-?\d+(?:\.\d+)?)(?: \\times 10\^\{(-?\d+)\})?\$?"
 _PRINTED = re.compile(rf"(less than |\$<\$ ?)?{_NUMBER}(?: \({_NUMBER}--{_NUMBER}\))?")
 
 
