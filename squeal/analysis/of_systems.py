@@ -113,11 +113,23 @@ class Question:
         """The system that is analysed."""
         return self.file.system
 
+    def _warn_of_unused_parameter(self) -> None:
+        """Warn where no matrix depends on the swept parameter: every value has the same answer.
+
+        What presses components may depend on it without a matrix that does.
+        """
+        parameter = self.system.parameter
+        if parameter not in self.system.names and self.file.assembly is None:
+            Place(self.system.name or "system").warn(
+                f"no matrix depends on {parameter}; the answer is the same at every value of it"
+            )
+
     def eigenvalues(self, at: float | None = None, look: Sweep | None = None) -> Eigenvalues:
         """The roots that are wanted, with what proves them complete, or of a large system from the
         basis of a first look."""
         file, free = self.file, self.system.parameter
         if at is not None:
+            self._warn_of_unused_parameter()
             file = replace(file, system=self.system.replace({free: at}))
         system = file.system
         if look and isinstance(look.source[1], FirstLook) and not is_small(system):
@@ -185,6 +197,7 @@ class Question:
         self, values: Sequence[float], method: str | None = None, workers: int | None = None
     ) -> Sweep:
         """The roots at values of the parameter, on the system itself or on a reduced one."""
+        self._warn_of_unused_parameter()
         system, reduction = self.system, None
         if method in ("reduced", "modal") or (method is None and not is_small(system)):
             reduction, _ = self.reduced(values, method or "modal", CHECKED)
@@ -198,6 +211,7 @@ class Question:
         self, high: float, low: float | None = None, workers: int | None = None
     ) -> Thresholds:
         """Every threshold of the wanted roots from low to high."""
+        self._warn_of_unused_parameter()
         answer = system_thresholds(self.system, high, low, self.wanted, workers or 1)
         return widened(self.system, self.file.assembly, answer) if self.joined else answer
 

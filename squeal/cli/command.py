@@ -88,11 +88,8 @@ class Source:
         """The scene, validated. Raises InputError."""
         return Scene.from_dict(self.document, self.at, self.path or Path(self.at.source))
 
-    def subject(self, swept: bool = False) -> Any:
-        """The Scene or SystemFile that the file holds. Raises InputError.
-
-        swept: warn where nothing depends on the free parameter of a system.
-        """
+    def subject(self) -> Any:
+        """The Scene or SystemFile that the file holds. Raises InputError."""
         if not is_system(self.document):
             return self.scene()
         room = importlib.import_module("squeal.io.system")  # formats, which no scene needs
@@ -110,9 +107,6 @@ class Source:
             if name != key and name not in system.names and not seated:
                 words = f"no matrix of {self.name} depends on {name}"
                 raise InputError(f"--set {name}={value:g}: {words}")
-        if swept and system.parameter not in system.names:
-            words = f"no matrix depends on {system.parameter}"
-            warnings.warn(words, InputWarning, stacklevel=2)
         return file
 
 

@@ -28,7 +28,7 @@ def options(parser: Parser) -> None:
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and answer."""
-    subject = given.source.subject(swept=True)
+    subject = given.source.subject()
     scene = isinstance(subject, Scene)
     asked = picked(given, "high low band region memory workers") | {"progress": steps()}
     thresholds = squeal.thresholds(subject, **asked)

@@ -35,7 +35,7 @@ def options(parser: Parser) -> None:
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and analyse it."""
     source = given.source
-    subject = source.subject(swept=given.values is not None)
+    subject = source.subject()
     scene = isinstance(subject, Scene)
     if scene:
         refuse(given, "at method shape shapes test", f"{source.name}, a scene")

@@ -37,12 +37,14 @@ def run(given: argparse.Namespace) -> Reply:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         kind = "not empty" if folder.is_dir() else "no folder"
         raise InputError(f"--output {folder}: is {kind}; a new or empty folder is allowed")
-    subject, basis, rows = given.source.subject(), None, None
+    subject, basis, rows, frozen = given.source.subject(), None, None, ""
     if isinstance(subject, Scene):
         refuse(given, "method band region values", f"{given.source.name}, a scene with six roots")
-        (M, C, K), mu = analyse(subject).matrices, {"mu": subject.pad.mu}
+        M, C, K = analyse(subject).matrices
         name = Path(given.source.name).stem
-        system = squeal.System(M, C if C.any() else None, K, mu, name=name)
+        system = squeal.System(M, C if C.any() else None, K, name=name)
+        # another friction has another equilibrium, and so other matrices
+        frozen = f"linearised at mu = {subject.pad.mu:g}; the matrices depend on no parameter"
     elif given.method is None and subject.assembly is not None:
         refuse(given, "region values", "components; --method reduced or modal takes it")
         system, source, basis = subject.system, given.source, subject.assembly.reduction
@@ -58,8 +60,12 @@ def run(given: argparse.Namespace) -> Reply:
             warnings.warn(words, InputWarning, stacklevel=2)
         system = reduction.system
     file = "system.yaml" if rows is None else "assembly.yaml"
-    rows = write_system(folder, system, given.format) if rows is None else rows
+    if rows is None:
+        more = {"reference": frozen} if frozen else {}
+        rows = write_system(folder, system, given.format, **more)
     head = f"{system.name}: {system.n} rows, {len(rows)} matrices and {file} in {folder}"
+    if frozen:
+        head += f"\n{frozen}"
     cells = [(r["file"], r["part"], r["factor"]) for r in rows]
     return Reply(
         lambda: {"folder": str(folder), "rows": system.n, "files": rows, "basis": basis},

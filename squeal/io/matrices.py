@@ -2,6 +2,7 @@
 
 import hashlib
 import re
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -9,13 +10,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array, csc_array
+from scipy.sparse import coo_array, csc_array, diags_array
 
 from squeal.errors import InputError, missing
 from squeal.io.matrix_formats import FORMATS, HEAD, MatrixFile, is_half, mirrored, sound
 from squeal.io.writing import write_whole
 from squeal.linear.matrices import given_matrix
 from squeal.schema import Place
+
+FREE_MOTION = 1e-8  # of the diagonal: pivots below are those of a free body
 
 
 def _picked(found: MatrixFile | dict[str, Any], key: str | None) -> MatrixFile:
@@ -32,6 +35,8 @@ def _picked(found: MatrixFile | dict[str, Any], key: str | None) -> MatrixFile:
     if name is None:
         raise InputError(f"holds no matrix {key}; it holds {names}")
     one = found[name]
+    if callable(one):
+        one = one()
     return one if isinstance(one, MatrixFile) else MatrixFile(one)
 
 
@@ -67,6 +72,7 @@ def read_matrix(
         if path not in opened:
             opened[path] = fitting[0].read(path)
         file = _picked(opened[path], key)
+        _unique(file)
         matrix = _complete(at, _checked(file.matrix), file, symmetric)
         return replace(file, matrix=matrix, symmetric=False, form=name)
     except InputError as error:
@@ -80,6 +86,19 @@ def read_matrix(
         if reason := getattr(error, "strerror", None) or "no such name" * (not path.exists()):
             words = f"cannot be read ({reason}); the name of a matrix file is allowed"
     raise at.refuse(words)
+
+
+def _unique(file: MatrixFile) -> None:
+    """Refuse labels that name several rows: rows of one label would be added when files are
+    combined. Raises InputError."""
+    count = Counter(file.labels or ())
+    repeated = [label for label, rows in count.items() if rows > 1]
+    if repeated:
+        node, dof = repeated[0]
+        raise InputError(
+            f"{len(repeated)} labels name several rows, the first is degree of freedom {dof} of "
+            f"node {node}; each row must have a label of its own"
+        )
 
 
 def _checked(given: Any) -> Any:
@@ -112,6 +131,8 @@ def _complete(at: Place, matrix: Any, file: MatrixFile, symmetric: bool | None) 
                 f"{words}, and nothing says whether each stands for both; the key "
                 "symmetric: true or symmetric: false beside the file must"
             )
+        if Path(at.source).suffix.lower() != ".mas":  # a mass, whatever friction does
+            _refuse_one_sided(at, mirrored(matrix), file.labels)
         at.warn(
             f"{words}; each is taken for both, as Abaqus writes symmetric matrices "
             "(symmetric: false beside the file says otherwise)"
@@ -122,6 +143,53 @@ def _complete(at: Place, matrix: Any, file: MatrixFile, symmetric: bool | None) 
     if said and abs(matrix - matrix.T).max() > 0.0:
         raise InputError("is not symmetric; symmetric: true is not allowed")
     return matrix
+
+
+def _refuse_one_sided(at: Place, completed: Any, labels: Sequence[tuple[int, int]]) -> None:
+    """Refuse half a matrix that may be the half of an unsymmetric one, as CalculiX writes it.
+
+    Its input file beside it has friction, or the completed matrix is indefinite, which no stiffness
+    or mass of a structure is; multipliers in internal nodes, below zero, make it so in Abaqus.
+    Raises InputError.
+    """
+    way_on = (
+        "friction makes a stiffness unsymmetric, and CalculiX writes one half of it. Export the "
+        "stiffness without friction and the contact as a matrix of its own, or join the bodies as "
+        "components"
+    )
+    deck = Path(at.source).with_suffix(".inp")
+    if deck.is_file():
+        lines = deck.read_text(encoding="latin-1").upper().splitlines()
+        if any(line.startswith("*FRICTION") for line in lines):
+            raise InputError(f"holds one half of a matrix, and {deck.name} has *FRICTION; {way_on}")
+    has_multipliers = any(node < 0 for node, _ in labels)
+    negative = 0 if has_multipliers else negative_pivots(completed)
+    if negative:
+        raise InputError(
+            f"holds one half of a matrix whose completion has {negative} negative eigenvalues, "
+            f"which no structure has; {way_on}, or say symmetric: true beside the file"
+        )
+
+
+def negative_pivots(matrix: Any) -> int:
+    """The number of negative eigenvalues of a symmetric sparse matrix, by the signs of its pivots.
+
+    Those within 1e-8 of the diagonal are taken for the zeros of a free body.
+    """
+    from scipy.sparse.linalg import splu
+
+    shift = diags_array(FREE_MOTION * np.abs(matrix.diagonal()))
+    options = {"SymmetricMode": True}
+    try:
+        factors = splu(
+            csc_array(matrix + shift),
+            permc_spec="MMD_AT_PLUS_A",
+            diag_pivot_thresh=0.0,
+            options=options,
+        )
+    except RuntimeError:  # exactly singular: a row without stiffness says nothing
+        return 0
+    return int(np.count_nonzero(factors.U.diagonal() < 0.0))
 
 
 def _as_abaqus_writes(matrix: Any, nodes: NDArray[np.intp]) -> bool:
@@ -155,6 +223,11 @@ def aligned(files: Sequence[MatrixFile]) -> list[Any]:
         return result
     if not all(file.labels for file in files):
         raise InputError("matrices with (node, dof) labels and without cannot be combined")
+    if any(file.numbered and file.labels != files[0].labels for file in files):
+        raise InputError(
+            "matrices whose rows share labels can be combined only with matrices of the same rows; "
+            "export them from one job"
+        )
     every = all_labels(files)
     place, shape = {label: i for i, label in enumerate(every)}, (len(every), len(every))
     placed = []

@@ -15,9 +15,11 @@ import subprocess
 import sys
 import warnings
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -39,6 +41,7 @@ MATRIX, COMPRESSED, SPARSE = 14, 15, 5  # data elements, and a class, of MATLAB'
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 # Ansys' names of degrees of freedom, with the numbers of the other programs
 FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6, "PRES": 8, "TEMP": 11}
+OTHER_FREEDOMS = 100  # numbers above are of other names
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +51,8 @@ class MatrixFile:
     `labels` are the (node, degree of freedom) of its rows, if they are named so; `open_ended` is
     true if the file does not say how many rows there are (the last may be empty). `symmetric` says
     whether entries on one side of the diagonal stand for those on the other too, None if the file
-    does not say. `form` names the format that the file was read as.
+    does not say. `form` names the format that the file was read as. `numbered` is true if some
+    labels only number rows, so that the file goes with files of the same labels alone.
     """
 
     matrix: Any = field(repr=False)
@@ -56,6 +60,7 @@ class MatrixFile:
     open_ended: bool = False
     symmetric: bool | None = False
     form: str = ""
+    numbered: bool = False
 
 
 def _numbers(lines: Any, places: int, values: int) -> tuple[NDArray, NDArray]:
@@ -199,7 +204,8 @@ def _abaqus_matrix(path: Path, head: str, text: str) -> MatrixFile:
     labels = _labels(path.with_suffix(".dof"), n)
     n = len(labels) if labels else n
     matrix = _assembled(path, given.T - 1, entries, (n, n))
-    return MatrixFile(matrix, labels, labels is None, symmetric)
+    numbered = any(node < 0 for node, _ in labels or ())
+    return MatrixFile(matrix, labels, labels is None, symmetric, numbered=numbered)
 
 
 def _labelled(path: Path, given: NDArray, values: NDArray, symmetric: bool | None) -> MatrixFile:
@@ -261,51 +267,94 @@ def _read_harwell_boeing(path: Path) -> MatrixFile:
     sound(matrix)
     if kind[1] != "U":
         matrix = mirrored(matrix, 1 if kind[1] == "S" else -1)
-    return MatrixFile(matrix, _labels(path.with_suffix(".mapping"), rows))
+    labels = _labels(path.with_suffix(".mapping"), rows)
+    numbered = any(node < 0 for node, _ in labels or ())
+    return MatrixFile(matrix, labels, numbered=numbered)
 
 
 def _labels(path: Path, rows: int) -> tuple[tuple[int, int], ...] | None:
     """The (node, degree of freedom) of each row, from lines `node.dof` of CalculiX or `row node
-    name` of Ansys; None without such a file."""
+    name` of Ansys; None without such a file.
+
+    CalculiX expands shells and beams to solids and gives several rows the label of one node. Those
+    rows become internal, with the negative of the row's number for a node.
+    """
     if not path.is_file():
         return None
     text = path.read_text(encoding="ascii").upper()
     found = re.findall(r"(?m)^\s*(?:\d+\s+)?(\d+)(?:\.|\s+)(\w+)\s*$", text)
-    labels = tuple((int(node), FREEDOMS.get(name) or int(name)) for node, name in found)
+    labels = [(int(node), _freedom(name)) for node, name in found]
     if len(labels) < rows:
         raise ValueError(f"{path.name} names {len(labels)} of its {rows} rows")
-    return labels
+    count = Counter(labels)
+    repeated = [row for row, label in enumerate(labels) if count[label] > 1]
+    if repeated:
+        node, dof = labels[repeated[0]]
+        Place(str(path)).warn(
+            f"{len(repeated)} of {len(labels)} rows share their label with another row, the first "
+            f"is degree of freedom {dof} of node {node}; they are told apart by their row numbers "
+            "and take no part in mode shapes"
+        )
+    for row in repeated:
+        labels[row] = (-row - 1, labels[row][1])
+    return tuple(labels)
 
 
-def _read_dmig(path: Path) -> dict[str, MatrixFile]:
-    """Cards DMIG of bulk data or a punch file, in small, large or free fields."""
+def _read_dmig(path: Path) -> dict[str, MatrixFile | Callable[[], MatrixFile]]:
+    """Cards DMIG of bulk data or a punch file, in small, large or free fields.
+
+    Each matrix is built only when it is picked: a punch file of EXTOUT also holds rectangular ones.
+    """
     cards: list[list[str]] = []
     ours = False
     for full in path.read_text(encoding="latin-1").splitlines():
         line = full.partition("$")[0].rstrip().expandtabs(8).upper()
-        wide = 16 if "*" in line[:8] else 8
         if "," in line:
-            head, *data = [word.strip() for word in line.split(",")]
-            data = [*data, *[""] * 8][: 64 // wide]
+            head, *cells = line.split(",")
         else:
-            head, data = line[:8], [line[k : k + wide].strip() for k in range(8, 72, wide)]
-        name = head.strip(" *")
-        if name and name[0] != "+":
-            ours = name == "DMIG"
-            cards += [data] if ours else []
+            head, cells = line[:8], [line[8:]]
+        large = "*" in head
+        if "," in line:
+            data = [_field(cell) for cell in [*cells, *[""] * 8]]
+            data = data[: 4 if large else 8]
+        else:
+            width = 16 if large else 8
+            data = [_field(line[k : k + width]) for k in range(8, 72, width)]
+        mark = head.strip()
+        # a name ends with *, a mark of a continuation begins with it, whatever follows
+        continues = not mark or mark[0] in "+*"
+        if not continues:
+            ours = mark.rstrip(" *") == "DMIG"
+            if ours:
+                cards.append(data)
         elif ours and line:
             cards[-1] += data
     heads = {card[0]: card for card in cards if card[1] == "0"}
     if missing := {card[0] for card in cards} - heads.keys():
         raise ValueError(f"the card DMIG {missing.pop()} 0, which says what it holds, is missing")
-    return {name: _dmig(path, head, cards) for name, head in heads.items()}
+    return {name: partial(_dmig, path, head, cards) for name, head in heads.items()}
+
+
+def _freedom(name: str) -> int:
+    """The number of a degree of freedom of any name; those that move no node in space, such as
+    WARP or VOLT, get one of their own, the same in every file."""
+    if name.isdigit():
+        return int(name)
+    return FREEDOMS.get(name) or OTHER_FREEDOMS + zlib.crc32(name.encode())
+
+
+def _field(cell: str) -> str:
+    """A field of a card, without blanks before an exponent: Nastran reads 5.0 D+5 as one number."""
+    return re.sub(r"\s+(?=[DE+-])", "", cell.strip())
 
 
 def _dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
     """One of the matrices that cards DMIG hold."""
     name, form, polar = head[0], head[2], head[5]
     if form not in ("1", "6"):
-        raise ValueError(f"{name} has the form {form}; 1 (square) and 6 (symmetric) are read")
+        raise InputError(
+            f"the matrix {name} has the form {form}; 1 (square) and 6 (symmetric) are read"
+        )
     each = [  # node, degree of freedom of row and column; real and imaginary part
         (card[k], card[k + 1] or "0", card[1], card[2] or "0", card[k + 2], card[k + 3])
         for card in cards
@@ -536,7 +585,7 @@ class Format:
     name: str
     suffixes: tuple[str, ...]
     head: bytes | None
-    read: Callable[[Path], MatrixFile | dict[str, Any]]
+    read: Callable[[Path], MatrixFile | Mapping[str, Any]]
 
 
 # a type such as RUA begins the third line, and the second counts lines

@@ -216,11 +216,14 @@ def read_table(
     """The lines of a .csv file that has some columns, perhaps one `more`, or of the nodes or
     elements of an .inp file. Raises InputError."""
     at = Place(str(path))
-    text = schema.read_content(path, at).decode("utf-8-sig", "backslashreplace").splitlines()
+    text = _lines_of(path, at)
+    is_input_file = path.suffix.lower() == ".inp"
+    if is_input_file:
+        text = list(_with_included(path, text, at, (path.resolve(),)))
     table = csv.reader(text)
     rows = ((table.line_num, cells) for cells in table)
     try:
-        lines = _input_file(text, at, names[0]) if path.suffix.lower() == ".inp" else rows
+        lines = _input_file(text, at, names[0]) if is_input_file else rows
         (_, head), *rest = [one for one in lines if "".join(one[1]).strip()] or [(1, [])]
     except csv.Error as error:
         raise at.refuse(f"no table of comma-separated values: {error}") from None
@@ -236,6 +239,30 @@ def read_table(
             raise here.refuse(f"{len(cells)} cells; the first line names {len(heads)} columns")
         known.append((here, dict(zip_longest(heads, cells[: len(heads)], fillvalue=""))))
     return at, known
+
+
+def _lines_of(path: Path, at: Place) -> list[str]:
+    return schema.read_content(path, at).decode("utf-8-sig", "backslashreplace").splitlines()
+
+
+def _with_included(
+    path: Path, text: Sequence[str], at: Place, opened: tuple[Path, ...]
+) -> Iterator[str]:
+    """The lines of an input file with those of the files that *INCLUDE names in their places.
+
+    `opened` are the files that include this one. Raises InputError.
+    """
+    for number, line in enumerate(text, 1):
+        name = re.match(r"\s*\*INCLUDE\s*,\s*INPUT\s*=\s*\"?([^\",]+)", line, re.IGNORECASE)
+        if not name:
+            yield line
+            continue
+        included = path.parent / name[1].strip()
+        if included.resolve() in opened:
+            raise (at / f"line {number}").refuse(f"{included.name} includes itself")
+        here = Place(str(included))
+        inside = _lines_of(included, here)
+        yield from _with_included(included, inside, here, (*opened, included.resolve()))
 
 
 def _input_file(text: list[str], at: Place, wanted: str) -> Iterator[tuple[int, list[str]]]:
@@ -297,7 +324,8 @@ def _read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] =
     dof is 1 to 3 or x, y, z for displacements, 4 to 6 or rx, ry, rz for rotations, - for what does
     not move a node in space; a line with fixed, which is none of a row, gives a node that nothing
     moves its place. Where matrices have `labels`, these name the rows: a line for each node
-    suffices, in any order, and internal nodes, below zero, need none. Raises InputError.
+    suffices, in any order, and internal nodes, below zero, need none; a node without a line has no
+    part in mode shapes, which is warned of. Raises InputError.
     """
     at, lines = read_table(path, [name for name in COLUMNS if name != "dof" or not labels])
     names, directions, places = [], [], []
@@ -311,11 +339,17 @@ def _read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] =
     each, first, nodes = np.unique(names, return_index=True, return_inverse=True)
     if labels:
         index = {name: i for i, name in enumerate(each.tolist())}
-        if missing := sorted({node for node, _ in labels if node > 0 and str(node) not in index}):
+        named = {node for node, _ in labels if node > 0}
+        missing = sorted(node for node in named if str(node) not in index)
+        if missing:
             words = f"no line for {len(missing)} nodes of the matrices, the first is {missing[0]}"
-            raise at.refuse(words)
+            if len(missing) == len(named):
+                raise at.refuse(words)
+            at.warn(f"{words}; they have no place in mode shapes")
         nodes = np.array([index.get(str(node), 0) for node, _ in labels])
-        directions = [way - 1 if node > 0 and 1 <= way <= 3 else -1 for node, way in labels]
+        directions = [
+            way - 1 if str(node) in index and 1 <= way <= 3 else -1 for node, way in labels
+        ]
     moves = np.array(directions)
     if len(moved := np.flatnonzero(moves > FIXED)) != rows:
         raise at.refuse(f"{len(moved)} lines; the system's {rows} rows need one each")

@@ -63,6 +63,9 @@ def dense(matrix: Any) -> np.ndarray:
 
 def given_matrix(value: Any, name: str = "", real: bool = False) -> Any:
     """A given matrix (n, m) of finite numbers, or `real` ones; sparse as CSC. Raises InputError."""
+    if np.ma.is_masked(value):
+        words = "has masked entries; a matrix of finite numbers is required"
+        raise InputError(f"{name}: {words}" if name else words)
     try:
         X: Any = value.tocsc() if is_sparse(value) else np.asarray(value)
         turned = np.iscomplexobj(X) and (X.data if is_sparse(X) else X).imag.any()

@@ -267,26 +267,39 @@ def with_slopes(
 def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
     """The system without the rows that a penalty on the diagonal of K holds, and these rows.
 
-    Finite-element programs write a support as a diagonal entry of 1e22 or more. A row is one if its
-    diagonal entry, at the system's own parameters, is 1e10 times greater than all else in its row
-    and column and than the diagonal of the other rows, as a stiffness and per mass.
+    Finite-element programs write a support as a diagonal entry of 1e22 or more. Rows are supports
+    if they are a minority and their diagonal entries, at the system's own parameters, are 1e10
+    times greater than the diagonal of each other row, as a stiffness and per mass, and than each
+    coupling to another row, at whatever value of the parameters.
     """
     from scipy.sparse import csc_array
 
-    M, _, K = system.frozen().at()
-    beside, mass, gap = csc_array(abs(K)), np.abs(M.diagonal()), 1e10
-    diagonal = beside.diagonal()
+    frozen = system.frozen()
+    M, _, K = frozen.at()
+    mass = np.abs(M.diagonal())
+    gap = 1e10
+    diagonal = np.abs(csc_array(K).diagonal())
     order = np.argsort(diagonal)
     order = order[diagonal[order] > 0.0]
-    gaps = np.flatnonzero(diagonal[order[1:]] >= gap * diagonal[order[:-1]])
-    if not gaps.size:
-        return system, gaps
-    rows = np.sort(order[gaps[0] + 1 :])
+    above_gap = 1 + np.flatnonzero(diagonal[order[1:]] >= gap * diagonal[order[:-1]])
+    above_gap = above_gap[2 * above_gap > order.size]  # soft rows may lie below a gap too
+    if not above_gap.size:
+        return system, above_gap
+    rows = np.sort(order[above_gap[0] :])
     rest = np.setdiff1d(np.arange(system.n), rows)
     heavy = rest[mass[rest] > 0.0]
     fastest = np.max(diagonal[heavy] / mass[heavy], initial=0.0)
-    beside.setdiag(0.0)
-    most = max(beside[rows].max(), beside[:, rows].max(), fastest * mass[rows].max())
+    # a factor that is zero at these parameters need not be at others
+    couplings = csc_array((system.n, system.n))
+    for term in frozen.K:
+        size = max(abs(term.factor.value(frozen.parameters)), 1.0)
+        couplings = couplings + size * abs(csc_array(term.matrix))
+    couplings.setdiag(0.0)
+    most = max(
+        couplings[rows].max(),
+        couplings[:, rows].max(),
+        fastest * mass[rows].max(),
+    )
     if diagonal[rows].min() < gap * most:
         return system, rows[:0]
 

@@ -84,7 +84,8 @@ def page(report: Report, inputs: Sequence[Any] = ()) -> str:
     versions = ", ".join(
         f"{name} {number}" for name, number in made.versions.items() if name in used
     )
-    parts.append(f"<footer><p>squeal {__version__}; {files or 'no file'}; {versions}</p></footer>")
+    footer = escape(f"squeal {__version__}; {files or 'no file'}; {versions}")
+    parts.append(f"<footer><p>{footer}</p></footer>")
     head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width">'
     head += f"<title>Stability</title><style>{STYLE}</style>"
     # a name may hold anything

@@ -521,8 +521,17 @@ def assemble(
         with Place(f"contact {contact.name}").named():
             joints.append(_joint(contact, bodies))
     own = dict(OWN)
+    used: set[str] = set()  # parameters that matrices depend on
     for body in bodies.values():
+        for key in used & body.system.names - set(parameters or {}):
+            value = body.system.parameters[key]
+            if own[key] != value:
+                raise InputError(
+                    f"components: the parameter {key} is {value:g} in {body.name} and {own[key]:g} "
+                    "in another component; matrices of both depend on it, and it must be one number"
+                )
         own |= body.system.parameters
+        used |= body.system.names
     M, C, K = (_merged(list(bodies.values()), part) for part in range(3))
     structure = TermSystem(M, C, K, own | dict(parameters or {}), parameter, name)
     seats, slopes, displacements = _seated(structure, joints, list(bodies.values()))

@@ -210,6 +210,17 @@ def test_harwell_boeing_as_ansys_writes_it(tmp_path, read):
     assert read_matrix(tmp_path / "K.txt").labels == ((11, 1), (11, 6))
 
 
+@pytest.mark.parametrize("name", ["WARP", "VOLT", "VX", "MAG", "ENKE", "7"])
+def test_hbmat_names_any_degree_of_freedom(tmp_path, name):
+    """Beams with warping, and acoustic, electric and magnetic elements, have others than UX."""
+    (tmp_path / "K.hb").write_text(harwell_boeing("RUA", [1, 2, 3], [1, 2], [2, 3]))
+    (tmp_path / "K.mapping").write_text(f"Matrix Eqn  Node  DOF\n 1  5 UX\n 2  5 {name}\n")
+    first, second = read_matrix(tmp_path / "K.hb").labels
+    assert first == (5, 1)
+    assert second[0] == 5
+    assert second != first
+
+
 DMIG = """$ a comment
 GRID    1               0.      0.      0.
 DMIG    K       0       6       4       0                       8
@@ -232,6 +243,105 @@ def test_dmig_in_small_large_and_free_fields(tmp_path):
     assert K.labels == M.labels == ((2, 1), (7, 3))
     assert K.matrix.toarray().tolist() == [[4 + 0.1j, -1.5], [-1.5, 20]]
     assert M.matrix.toarray().tolist() == [[1e-3, -0.25], [0.5, 0]]  # GJ, CJ is the column
+
+
+MARKED = """DMIG    K       0       6       1       0                       2
+DMIG*   K                              1               1                *A
+*A                     1               1 5.0 D+5                        *B
+*B                     2               1-2.5 D+5
+DMIG*   K                              2               1                *C
+*C                     2               1 1.5+5
+"""
+
+
+@pytest.mark.parametrize("mark", ["*A", "*", "*K1", "*12", "* B"])
+def test_dmig_continuations_may_carry_any_mark(tmp_path, mark):
+    """A card's name ends with *, a mark begins with it; MSC's sample decks write both."""
+    text = MARKED.replace("*A      ", f"{mark:8}").replace("*B      ", f"{mark:8}")
+    (tmp_path / "K.pch").write_text(text)
+    K = read_matrix(tmp_path / "K.pch").matrix
+    assert K.toarray().tolist() == [[5e5, -2.5e5], [-2.5e5, 1.5e5]]
+
+
+def test_of_several_dmig_matrices_only_the_one_picked_is_built(tmp_path):
+    """PARAM,EXTOUT,DMIGPCH writes the rectangular VAX beside the matrices."""
+    text = MARKED + "DMIG,VAX,0,9,1,,,,1\nDMIG,VAX,1,0,,1,1,1.\n"
+    (tmp_path / "K.pch").write_text(text)
+    assert read_matrix(tmp_path / "K.pch", "K").matrix.shape == (2, 2)
+    with pytest.raises(InputError, match="VAX has the form 9"):
+        read_matrix(tmp_path / "K.pch", "VAX")
+    with pytest.raises(InputError, match="holds the matrices K, VAX"):
+        read_matrix(tmp_path / "K.pch")
+
+
+def write_bar(folder, stem, labels, rows=4):
+    """K and M of a fixed-free chain of unit springs and masses in lower triangles, with labels."""
+    folder.mkdir(exist_ok=True)
+    K = "".join(
+        f"{i} {i} {2 if i < rows else 1}\n" + (f"{i + 1} {i} -1\n" if i < rows else "")
+        for i in range(1, rows + 1)
+    )
+    (folder / f"{stem}.sti").write_text(K)
+    (folder / f"{stem}.mas").write_text("".join(f"{i} {i} 1\n" for i in range(1, rows + 1)))
+    (folder / f"{stem}.dof").write_text("".join(f"{label}\n" for label in labels))
+    text = f"M: {{file: {stem}.mas}}\nK: {{file: {stem}.sti}}\n"
+    (folder / f"{stem}.yaml").write_text(text)
+    return folder / f"{stem}.yaml"
+
+
+CHAIN = 2 * np.sin(np.pi * np.arange(1, 8, 2) / 18)  # of four masses, fixed and free
+
+
+@pytest.mark.filterwarnings("ignore::squeal.errors.InputWarning")
+@pytest.mark.parametrize(
+    "labels",
+    [
+        ("1.1", "1.1", "2.1", "2.1"),  # an expanded beam
+        ("3.1", "1.1", "3.1", "2.1"),
+        ("1.1", "1.1", "1.1", "1.1"),
+        ("1.1", "2.1", "2.2", "2.2"),
+        ("1.1", "2.1", "3.1", "4.1"),
+    ],
+)
+def test_rows_that_share_a_label_are_not_added(tmp_path, labels):
+    """CalculiX gives several rows of an expanded shell or beam one label."""
+    system = read_system(write_bar(tmp_path, "bar", labels)).system
+    M, _, K = system.at()
+    values = eigsh(csc_array(K), 3, csc_array(M), sigma=0, return_eigenvectors=False)
+    assert np.sqrt(np.sort(values)) == pytest.approx(CHAIN[:3], rel=1e-12)
+
+
+@pytest.mark.filterwarnings("ignore::squeal.errors.InputWarning")
+def test_rows_that_share_labels_are_told_apart_within_one_job_alone(tmp_path):
+    write_bar(tmp_path, "one", ("1.1", "1.1", "2.1", "3.1"))
+    path = write_bar(tmp_path, "two", ("1.1", "2.1", "2.1", "3.1"))
+    path.write_text("M: {file: one.mas}\nK: {file: two.sti}\n")
+    with pytest.raises(InputError, match="one job"):
+        read_system(path)
+
+
+@pytest.mark.parametrize("word", ["*FRICTION", "*Friction", "*friction\n0.5"])
+def test_half_a_stiffness_of_a_job_with_friction_is_refused(tmp_path, word):
+    """CalculiX writes one half of the unsymmetric matrix of its contact."""
+    path = write_bar(tmp_path, "job", ("1.1", "2.1", "3.1", "4.1"))
+    (tmp_path / "job.inp").write_text(f"*SURFACE INTERACTION,NAME=I\n{word}\n")
+    with pytest.raises(InputError, match=r"job\.sti: .*one half.*job\.inp has \*FRICTION"):
+        read_system(path)
+
+
+@pytest.mark.parametrize("coupling", [-1.8, 1.9, 3.0])
+def test_half_a_matrix_that_is_indefinite_when_completed_is_refused(tmp_path, coupling):
+    """3, 1 and 1 on the diagonal with two couplings to the first: definite below sqrt(1.5)."""
+    text = f"1 1 3\n2 1 {coupling / 1.2}\n3 1 {coupling / 1.2}\n2 2 1\n3 3 1\n"
+    (tmp_path / "K.sti").write_text(text)
+    (tmp_path / "K.dof").write_text("1.1\n2.1\n3.1\n")
+    if abs(coupling / 1.2) > np.sqrt(3):  # more than the diagonal allows: no half of a structure
+        with pytest.raises(InputError, match="nothing says"):
+            read_matrix(tmp_path / "K.sti")
+        return
+    with pytest.raises(InputError, match="1 negative eigenvalues"):
+        read_matrix(tmp_path / "K.sti")
+    assert read_matrix(tmp_path / "K.sti", symmetric=True).matrix.nnz == 7
 
 
 def test_calculix_names_its_rows_in_a_file_beside(tmp_path):

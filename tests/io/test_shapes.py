@@ -7,7 +7,7 @@ import pytest
 
 import squeal
 from squeal.cli.main import main
-from squeal.errors import InputError
+from squeal.errors import InputError, InputWarning
 from squeal.io.shapes import displacements, outer_faces
 from squeal.io.system import CELLS as SOLIDS
 from squeal.io.system import _read_coordinates, _read_elements, read_system
@@ -185,13 +185,40 @@ def test_the_input_file_of_abaqus_names_nodes_and_elements(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "words"),
     [("*HEADING", "*INSTANCE, NAME=A", "line 1: .INSTANCE"), ("15, 1.,,", "15, 1., a", r"5\.y: .a"),
-     ("*Node,", "*NODE, SYSTEM=C,", "line 3"), ("75,0,", "76,0,", "first is 75")],
+     ("*Node,", "*NODE, SYSTEM=C,", "line 3")],
 )  # fmt: skip
 def test_an_input_file_that_would_mislead_is_refused(tmp_path, old, new, words):
     (tmp_path / "job.inp").write_text(INPUT.replace(old, new, 1))
     with pytest.raises(InputError, match=words) as caught:
         of_input(tmp_path / "job.inp")
     assert "job.inp" in str(caught.value)
+
+
+def test_an_internal_node_without_a_place_is_warned_of(tmp_path):
+    """C3D8I, and shells that CalculiX expands, have rows of nodes that no file lists."""
+    (tmp_path / "job.inp").write_text(INPUT)
+    with pytest.warns(InputWarning, match="no line for 1 nodes of the matrices, the first is 900"):
+        found = _read_coordinates(tmp_path / "job.inp", 3, [(5, 1), (900, 1), (15, 2)])
+    assert found.directions.tolist() == [0, -1, 1]
+    with pytest.raises(InputError, match="no line for 2 nodes"):
+        _read_coordinates(tmp_path / "job.inp", 2, [(900, 1), (901, 1)])
+
+
+def test_included_files_are_read_in_their_places(tmp_path):
+    mesh = INPUT.splitlines(keepends=True)
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "mesh.inp").write_text("".join(mesh[2:]))
+    (tmp_path / "parts" / "job.inp").write_text("".join(mesh[:2]) + "*include, input=mesh.inp\n")
+    (tmp_path / "whole.inp").write_text(INPUT)
+    one, other = of_input(tmp_path / "parts" / "job.inp"), of_input(tmp_path / "whole.inp")
+    assert (one.names, one.cells) == (other.names, other.cells)
+    (tmp_path / "a.inp").write_text("*INCLUDE, INPUT=b.inp\n")
+    (tmp_path / "b.inp").write_text("*INCLUDE, INPUT=a.inp\n")
+    with pytest.raises(InputError, match="includes itself"):
+        of_input(tmp_path / "a.inp")
+    (tmp_path / "a.inp").write_text("*INCLUDE, INPUT=nothing.inp\n")
+    with pytest.raises(InputError, match=r"nothing\.inp"):
+        of_input(tmp_path / "a.inp")
 
 
 def test_files_of_shapes_need_coordinates_and_a_known_suffix(cubes, tmp_path):

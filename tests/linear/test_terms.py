@@ -102,9 +102,9 @@ def test_modal_ratios_are_the_damping_ratios():
 @KINDS
 @pytest.mark.parametrize("penalty", [1e22, 1e36])
 def test_penalties_on_the_diagonal_are_supports(kind, penalty):
-    held = np.diag([0.0, penalty, 0.0, 3.0 * penalty])
-    K = 1e6 * (np.eye(4) + 0.1 * np.arange(16).reshape(4, 4)) + held
-    system = TermSystem((Term(kind(np.eye(4))),), (), (Term(kind(K)),))
+    held = np.diag([0.0, penalty, 0.0, 3.0 * penalty, 0.0])
+    K = 1e6 * (np.eye(5) + 0.1 * np.arange(25).reshape(5, 5)) + held
+    system = TermSystem((Term(kind(np.eye(5))),), (), (Term(kind(K)),))
     rest, rows = without_supports(system)
     assert rows.tolist() == [1, 3]
     assert dense(rest.at()[2]) == pytest.approx(K[::2, ::2], rel=1e-15)
@@ -125,6 +125,38 @@ def test_stiff_springs_between_coordinates_and_mixed_units_are_no_supports(K, ma
     assert not without_supports(system)[1].size
 
 
+COUPLED = np.zeros((3, 3))
+COUPLED[0, 1] = 5e6
+COUPLED[1, 0] = -5e6
+
+
+@KINDS
+@pytest.mark.parametrize(
+    ("diagonal", "coupling"),
+    [
+        ((1e-6, 1e7, 1.1e7), COUPLED),  # a modal model of a nearly free body
+        ((1e-6, 1e-6, 1e7, 1e7, 1.1e7), None),
+        ((0.0, 1e-4, 1e7, 2e7), None),
+        ((1.0, 1.0, 1e11), 2.0 * COUPLED.T[::-1]),  # coupled at another value of mu
+        ((1e-6, 1e7), None),
+    ],
+)
+def test_stiff_rows_that_are_no_minority_or_coupled_somewhere_are_no_supports(
+    kind, diagonal, coupling
+):
+    K = (Term(kind(np.diag(diagonal))),)
+    if coupling is not None:
+        K = (*K, Term(kind(coupling), Formula("mu")))
+    system = TermSystem((Term(kind(np.eye(len(diagonal)))),), (), K, {"mu": 0.0})
+    assert not without_supports(system)[1].size
+
+
+def test_supports_of_two_sizes_and_a_soft_row_are_told_apart():
+    diagonal = (1e-6, 1e7, 1e7, 2e7, 3e7, 1e22, 1e36)
+    system = TermSystem((Term(np.eye(7)),), (), (Term(np.diag(diagonal)),))
+    assert without_supports(system)[1].tolist() == [5, 6]
+
+
 def test_one_form_of_every_kind_of_system():
     terms = _system()
     exact = with_slopes(terms, [1.0, 2.2, 3.0], 1.0, 3.0)
@@ -132,3 +164,11 @@ def test_one_form_of_every_kind_of_system():
     for (at, slopes), (exact_at, exact_slopes) in zip(found, exact, strict=True):
         assert np.array_equal(np.array(at), np.array(exact_at))
         assert np.array(slopes) == pytest.approx(np.array(exact_slopes), rel=1e-5, abs=1e-9)
+
+
+def test_masked_entries_are_no_numbers():
+    """Their values, whatever they are, entered the matrix."""
+    masked = np.ma.masked_equal([[1.0, 0.0], [0.0, 1e20]], 1e20)
+    with pytest.raises(InputError, match="masked"):
+        Term(masked)
+    assert Term(np.ma.masked_equal(np.eye(2), 7.0)).matrix.tolist() == np.eye(2).tolist()

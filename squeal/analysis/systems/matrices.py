@@ -76,8 +76,16 @@ def write_system(
     """
     rows = []
     document: dict[str, Any] = {"name": system.name}
-    own = {name: v for name, v in system.parameters.items() if name not in system.follows}
-    document |= {"parameters": own, "parameter": system.parameter}
+    default = {} if system.parameter in system.names else {system.parameter: 0.0}
+    own = {
+        name: value
+        for name, value in system.parameters.items()
+        if name not in system.follows and (name, value) not in default.items()
+    }
+    if own:
+        document["parameters"] = own
+    if system.parameter in own:
+        document["parameter"] = system.parameter
     with whole_folder(folder) as place:
         for part, terms in zip("MCK", system.parts, strict=True):
             for i, term in enumerate(terms):

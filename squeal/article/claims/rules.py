@@ -145,6 +145,8 @@ def trailing_edge_alone(case: Case) -> Outcome:
         f"leading edge off for {100 * leading:.1f} % of the time, trailing edge for "
         f"{100 * trailing:.1f} %"
     )
+    if max(leading, trailing) <= TOUCH:
+        words = "no edge separates, so that nothing contradicts it"
     return Outcome(margin, words)
 
 

@@ -53,8 +53,8 @@ def data(scene: Scene) -> dict[str, Any]:
 
     `holds_as_printed` is true there, because the bounds require nothing. `holds_sign_aware` holds
     the complete necessary conditions; the key keeps its name for scripts. `K31_mismatch` is
-    K31/(h K11) - 1, null where K11 = 0: only where it is zero do the three rows hold together.
-    `admissible` is about the equilibrium that `squeal eigenvalues` takes.
+    K31/(h K11) - 1, null where K11 = 0: with friction the three rows hold together only where it
+    is zero. `admissible` is about the equilibrium that `squeal eigenvalues` takes.
     """
     pad = scene.pad
     K = stiffness(pad)
@@ -85,12 +85,10 @@ def data(scene: Scene) -> dict[str, Any]:
     return answer
 
 
-def _missed(answer: dict[str, Any]) -> str:
-    """By how much K31 = h K11 is missed, in words."""
-    miss = answer["K31_mismatch"]
-    if miss is None:
-        return "has no ratio (K11 = 0)"
-    return f"is missed by {number(100 * miss)} %"
+def _moment_entry(answer: dict[str, Any]) -> str:
+    """K31 over h K11 in words."""
+    missed = answer["K31_mismatch"]
+    return "K11 = 0" if missed is None else f"K31 = {number(1.0 + missed)} h K11"
 
 
 def text(answer: dict[str, Any]) -> str:
@@ -112,9 +110,10 @@ def text(answer: dict[str, Any]) -> str:
         (
             f"(23a) {bound('bound_23a')}; (23b) {bound('bound_23b')}; "
             f"hold as printed: {yes[answer['holds_as_printed']]}"
-            f"{', since nothing is bounded' if nothing else ''}; "
-            f"complete necessary conditions hold: {yes[answer['holds_sign_aware']]}; "
-            f"K31 = h K11, which sliding needs with y = theta = delta = 0, {_missed(answer)}"
+            f"{', since nothing is bounded' if nothing else ''}\n"
+            f"complete necessary conditions hold: {yes[answer['holds_sign_aware']]}; their state, "
+            f"with y = theta = delta = 0, needs K31 = h K11 under friction; here "
+            f"{_moment_entry(answer)}"
         ),
     ]
     if "equilibria" in answer:
