@@ -8,6 +8,7 @@ import pytest
 from squeal.article.studies import onset
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import read_scene
+from tests.article.plain import Plain, move
 from tests.conftest import ROOT, needs_heyoka
 
 pytestmark = needs_heyoka
@@ -17,13 +18,19 @@ def scene(name):
     return read_scene(ROOT / f"workflow/scenes/{name}.yaml")
 
 
-def test_initial_states_lie_about_the_equilibrium():
+@pytest.mark.parametrize("half_width", [0.5, 3.0])
+def test_sampled_states_fill_a_box_about_the_equilibrium(half_width):
     one = scene("b1-d")
-    states = onset.initial_states(one)
-    assert len(states) == 1 + onset.SIDE**2 + onset.MOVING
-    assert states[0] == pytest.approx(one.initial)
-    rest = np.array(sliding_equilibrium(one.pad_model)[0].q)
-    assert np.abs(states[1:, :3] - rest).min(axis=0) == pytest.approx(0.0, abs=1e-6)
+    states = onset.sampled_states(one, half_width, onset.STARTS)
+    rest = np.append(sliding_equilibrium(one.pad_model)[0].q, np.zeros(3))
+    compression = one.pad.F_n / (one.pad.k3 + one.pad.k4)
+    reach = half_width * compression * np.array([1.0, 1.0, 1.0 / one.pad.w])
+    reach = np.append(reach, reach * np.sqrt(one.pad.k1 / one.pad.m))
+    share = (states - rest) / reach
+    assert np.abs(share).max() < 1.0
+    assert np.abs(share).max(axis=0) == pytest.approx(1.0, abs=0.1)
+    # of a uniform distribution from -1 to 1
+    assert share.var(axis=0) == pytest.approx(1.0 / 3.0, abs=0.1)
 
 
 def test_strong_damping_brings_all_to_rest():
@@ -82,6 +89,38 @@ def test_folds_of_case_d_against_shooting_by_differences(case, fold, closed):
     assert found.fold == pytest.approx(fold, abs=2e-8)
     assert found.closed is closed
     assert found.reaches is None
+
+
+def test_forces_of_the_cycle_on_points_against_a_program_of_its_own():
+    """The peaks at the edges and of their sum, and the share of the period in the air."""
+    one = scene("b1-d")
+    state = np.array(D_CYCLES["b1-d"])
+    found = onset.cycles(one, state)
+    model = Plain(one.pad, line=False)
+    model.damp(onset.RATIO)
+    motion = move(model, state, 1e-3 * found.own.period, 20001)
+    depths = np.maximum(-motion.gaps, 0.0) / one.pad.F_n
+    leading = one.pad.k3 * depths[0]
+    trailing = one.pad.k4 * depths[1]
+    assert found.own.leading == pytest.approx(leading.max(), rel=1e-4)
+    assert found.own.trailing == pytest.approx(trailing.max(), rel=1e-4)
+    assert found.own.peak == pytest.approx((leading + trailing).max(), rel=1e-4)
+    assert found.airborne == pytest.approx(np.mean((motion.gaps > 0.0).all(axis=0)), abs=1e-3)
+    assert np.abs(motion.states[-1] - state).max() < 1e-4 * np.abs(state).max()
+
+
+def test_a_branch_does_not_end_where_a_step_passes_small_cycles():
+    """The branch of B2 (d) narrows to cycles in full contact of a third of the amplitude; from this
+    phase of the first cycle a step lands on the equilibrium beside them."""
+    one = scene("b2-d")
+    start = onset.Begun(
+        onset.damped_model(onset.damped(one, onset.RATIO)), np.array(D_CYCLES["b2-d"])
+    )
+    period = 0.353788574654628e-3
+    later = onset.run([start], 0.125 * period, False)["final"][0]
+    found = onset.cycles(one, later)
+    assert isinstance(found, onset.Cycles)
+    assert found.closed
 
 
 def test_intervals_of_growth():

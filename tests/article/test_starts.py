@@ -5,7 +5,17 @@ import pytest
 
 from squeal.article.claims.motions import LEVELS
 from squeal.article.records import Missing
-from squeal.article.studies.starts import KINDS, SIDE, Starts, compression, grid, kind, maps, plane
+from squeal.article.studies.starts import (
+    KINDS,
+    REACH,
+    SIDE,
+    Starts,
+    compression,
+    grid,
+    kind,
+    maps,
+    plane,
+)
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import read_scene
 from tests.article.test_claims import BEATS, case
@@ -21,27 +31,36 @@ def test_kinds(changes, expected):
     assert len(LEVELS) == 6
 
 
-def test_the_plane_holds_the_equilibrium_and_the_own_start():
+def test_heights_and_tilts_are_in_static_compressions():
     scene = read_scene(ROOT / "workflow/scenes/b2-c.yaml")
     rest = np.array(sliding_equilibrium(scene.pad_model)[0].q)
-    one = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
-    middle, own, tilted = plane(scene, rest, *one)
-    assert middle[:3] == pytest.approx(rest)
-    assert own == pytest.approx(scene.initial)
-    # the tilt of one lifts an edge by the static compression
-    assert (tilted - middle)[2] * scene.pad.w == pytest.approx(compression(scene))
-    assert compression(scene) == scene.pad.F_n / scene.pad.k_c
+    middle, lifted, tilted = plane(
+        scene, rest, np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+    )
+    assert middle == pytest.approx([*rest, 0.0, 0.0, 0.0])
+    # the load of full contact falls by F_n over one compression
+    force = [scene.pad_model.loads(state[:3], (True, True))[1] for state in (middle, lifted)]
+    spring = scene.pad_model.replace(k_c=1e-12)
+    without = [spring.loads(state[:3], (True, True))[1] for state in (middle, lifted)]
+    assert np.diff(force)[0] - np.diff(without)[0] == pytest.approx(-scene.pad.F_n, rel=1e-9)
+    # the tilt of one lifts the trailing edge by as much, and lowers the leading one
+    gaps = [scene.pad_model.gaps(state[:3]) for state in (middle, tilted)]
+    assert gaps[1] - gaps[0] == pytest.approx(compression(scene) * np.array([-1.0, 1.0]), rel=1e-2)
 
 
 @needs_heyoka
-def test_the_middle_of_a_stable_map_keeps_contact_and_symmetry_is_not_assumed():
-    both = maps(read_scene(ROOT / "workflow/scenes/b2-b.yaml"))
-    assert not isinstance(both, Missing)
-    one, ten = both
+def test_the_middle_of_a_stable_map_keeps_contact():
+    scene = read_scene(ROOT / "workflow/scenes/b2-b.yaml")
+    case = maps(scene)
+    assert not isinstance(case, Missing)
+    one, ten = case.maps
     middle = SIDE // 2
     assert one.rows[middle][middle] == ten.rows[middle][middle] == "0"
     assert sum(one.share.values()) == pytest.approx(1.0)
-    s, t = grid()
-    assert (s[0], t[0]) == (s.min(), t.min())
-    record = Starts(cases={"b2-b": (one, ten)})
+    height, tilt = grid()
+    assert (height[0], tilt[0]) == (-REACH * (SIDE - 1) / SIDE,) * 2
+    record = Starts(cases={"b2-b": case})
     assert record.share("b2-b", KINDS[0], 10) <= record.share("b2-b", KINDS[0], 1)
+    rest = sliding_equilibrium(scene.pad_model)[0].q
+    back = plane(scene, np.array(rest), *np.array([case.reference[1:2], case.reference[2:]]))
+    assert back[0, 1:3] == pytest.approx(scene.initial[1:3], abs=1e-12)

@@ -18,15 +18,28 @@ LOOKS: dict[bool, dict[str, Any]] = {
 """Of stable and unstable motions."""
 EDGES: dict[str, dict[str, Any]] = {
     "trailing": {"color": "#6A1B7B", "lw": 0.9, "ls": "-"},
-    "leading": {"color": "#3498DB", "lw": 0.9, "ls": "-"},
+    "leading": {"color": "#3498DB", "lw": 1.1, "ls": (0, (1, 1))},
 }
 """Forces at the edges of B1, beside their sum."""
+SHIFTS = {"trailing": 2.0, "leading": -27.0}  # of their labels, clear of the other curves
 CAPTION = r"""Periodic motions at $\zeta = {}$\val[p1]{onset.ratio} over friction: peak of the whole
-contact force, the sum of both edges. Solid: stable; dashed: unstable. Thin, on points: peaks of the
-force at the trailing (upper) and at the leading edge (lower curve), which do not occur at once. Bar below: the sliding
-equilibrium is stable (grey) or flutters (black). Ring: the friction of the reference set. The
-curve of (c) begins where contact begins to change, and ends where the lower face becomes as fast
-as the surface."""
+contact force, the sum of both edges. Solid: stable; dashed: unstable. On points: peaks of
+the force at the trailing (thin) and at the leading edge (dotted) too, which do not occur at once.
+Bar below: the sliding equilibrium is stable (grey) or flutters (black). Ring: the friction of the
+reference set. The curve of (c) begins where contact begins to change, and ends where the lower face
+becomes as fast as the surface."""
+
+
+def _label(axes: Axes, mu: np.ndarray, values: np.ndarray, text: str, shift: float) -> None:
+    """Text so many points above the greatest value of a curve."""
+    at = int(np.argmax(values))
+    place: Any = {
+        "xytext": (0.0, shift),
+        "textcoords": "offset points",
+        "ha": "left",
+        "va": "bottom",
+    }
+    axes.annotate(text, (mu[at], values[at]), **place)
 
 
 def _panel(axes: Axes, cycles: Cycles) -> None:
@@ -37,12 +50,14 @@ def _panel(axes: Axes, cycles: Cycles) -> None:
         shown = slice(part[0], part[-1] + 2)
         axes.plot(mu[shown], peak[shown], **LOOKS[bool(stable[part[0]])])
     for edge, look in EDGES.items():
-        peaks = [getattr(point, edge) for point in cycles.branch]
-        if None not in peaks:
-            axes.plot(mu, peaks, gid=edge, **look)
-            axes.annotate(edge, (mu[0], peaks[0]), (0.0, 3.0), textcoords="offset points", ha="right")
+        values = [getattr(point, edge) for point in cycles.branch]
+        if None not in values:
+            axes.plot(mu, values, gid=edge, **look)
+            _label(axes, mu, np.array(values), edge, SHIFTS[edge])
+    if cycles.own.leading is not None:
+        _label(axes, mu, peak, "sum", 2.0)
     axes.plot(cycles.own.mu, cycles.own.peak, "o", mfc="none", mec="k", ms=5)
-    high = 1.15 * peak.max()
+    high = 1.2 * peak.max()
     axes.fill_between([0.0, GREATEST], -0.07 * high, 0.0, color="0.75", lw=0.0)
     for interval in cycles.unstable:
         axes.fill_between(interval, -0.07 * high, 0.0, color="k", lw=0.0)

@@ -21,16 +21,16 @@ LOOKS: dict[str, dict[str, Any]] = {
     "B2 (d)": {"color": "k", "marker": "s", "mfc": "w", "ls": (0, (4, 1.5))},
 }
 NAMES = {"b1-d": "B1 (d)", "b2-d-integral": "B2 (d)"}
-CAPTION = r"""Sustained loss of contact with damping (B2 with the energy-consistent law). (a)~Share of
-initial conditions that lead to it, of \val[n]{onset.starts} drawn from a box of half-width
+CAPTION = r"""Sustained loss of contact with damping (B2 with the energy-consistent law). (a)~Share
+of initial conditions that lead to it, of \val[n]{onset.starts} drawn from a box of half-width
 \val[2]{onset.box} static compressions (\val[n]{onset.starts_unstable} beside an unstable
 equilibrium). Red: from the reference initial conditions too; orange: from others alone, beside a
 stable equilibrium; blue: permanent contact from all. (b)~The share in case (d) at
 \val[p1]{basin.ratio} over the half-width of the box, with intervals of \val[p0]{basin.confidence}
 confidence. The box spans $x$, $y$, $w\theta$ and their velocities over $\sqrt{k_1/m}$ about the
-sliding equilibrium (seed \val[n]{basin.seed}). (c)~Impulse of the heaviest blow on the trailing half
-of the line in case (c) over the damping ratio. Above the dashed line, \val[2]{grazing.level}, the
-blow counts for hammering."""
+sliding equilibrium (seed \val[n]{basin.seed}). (c)~Impulse of the heaviest blow on the trailing
+half of the line in case (c) over the damping ratio. Above the dashed line,
+\val[2]{grazing.level}, the blow counts for hammering."""
 
 
 def _tile(row: After) -> tuple[int, str]:
@@ -107,10 +107,10 @@ def draw(onset: Onset, basin: Basin, grazing: Grazing) -> Drawing:
         for row in rows
         if row.lasting and not name.endswith("mean")
     ]
-    shares = [
-        f"{NAMES[name]} {', '.join(f'{100 * row.share:.0f} % at {row.half_width:g}' for row in rows)}"
-        for name, rows in basin.shares.items()
-    ]
+    shares = []
+    for name, rows in basin.shares.items():
+        each = [f"{100 * row.share:.0f} % at {row.half_width:g}" for row in rows]
+        shares.append(f"{NAMES[name]} {', '.join(each)}")
     text = (
         f"Cases by damping ratio with sustained loss of contact: {'; '.join(lasting)}. Share that "
         f"lasts by half-width of the box of initial conditions: {'; '.join(shares)}. The blow on "

@@ -15,10 +15,11 @@ COLOURS = ("#E6F3FB", "#E69F00", "#3B0F4A", "#C8380E", "#4D4D4D")
 HALO = [withStroke(linewidth=2.2, foreground="w")]
 CAPTION = r"""What becomes of initial conditions at rest after ten observation times without
 damping, over the height of the centre above the sliding equilibrium and the lift of the trailing
-edge by tilt, both in static compressions of the contact (points: $F_n/(k_3+k_4) = {}$\val[2]{starts.cases.b1-a.compression}\,$\mu$m, line:
-$F_n/k_c = {}$\val[3]{starts.cases.b2-a.compression}\,$\mu$m). Cross: equilibrium. Ring: height and
-tilt of the reference initial conditions, in the colour of what becomes of these; they also lie off
-the plane in $x$."""
+edge by tilt, both in static compressions of the contact (points: $F_n/(k_3+k_4) =
+{}$\val[2]{starts.cases.b1-a.compression}\,$\mu$m, line: $F_n/k_c =
+{}$\val[3]{starts.cases.b2-a.compression}\,$\mu$m). Cross: equilibrium. Ring: height and tilt of the
+reference initial conditions, in the colour of what becomes of these; they also lie off the plane in
+$x$."""
 
 
 def starts_figure(cases: dict[str, CaseMaps], reach: float) -> Figure:
@@ -76,8 +77,8 @@ def draw(record: Starts) -> Drawing:
         )
     text = (
         "Maps over height and tilt of initial conditions about the equilibrium of each case, in "
-        f"static compressions of the contact, up to {record.reach:g} to each side, coloured by what "
-        f"becomes of the motion. {'; '.join(parts)}."
+        f"static compressions of the contact, up to {record.reach:g} to each side, coloured by "
+        f"what becomes of the motion. {'; '.join(parts)}."
     )
     made = origin(__name__, record.provenance)
     return Drawing(starts_figure(cases, record.reach), text, title, made)

@@ -1,14 +1,14 @@
 """Complex eigenvalue analysis of the article's eight cases by python-control: poles and loops.
 
-Friction as a loop gain. About an equilibrium the motion changes the normal reaction by r' q; Coulomb
-friction returns mu times this change as a load b (a force along the surface and its moment). With
-everything else in the plant,
+Friction as a loop gain. About an equilibrium the motion changes the normal reaction by r' q;
+Coulomb friction returns mu times this change as a load b (a force along the surface and its
+moment). With everything else in the plant,
 
     M q'' + C q' + K_0 q = u,    z = Phi q,    u = mu z,
 
 the loop gain is mu, and Phi = -dK/dmu at that place. On the line friction acts at the distance h
-from the centre, so that Phi = b r' has rank one and the loop one input: the root locus over its gain
-is the path of the poles over friction, and its gain margin the friction at which one of them
+from the centre, so that Phi = b r' has rank one and the loop one input: the root locus over its
+gain is the path of the poles over friction, and its gain margin the friction at which one of them
 reaches the imaginary axis. On points the two edges have different arms; Phi has rank two, and mu
 closes two loops at once.
 
@@ -42,6 +42,7 @@ ROUNDING = 1e-9  # real parts below this share of |s| are rounding
 RANK = 1e-12  # singular values of the loop below this share of the greatest are rounding
 RATIO = 0.005  # modal damping of the loops
 GREATEST = 1.5  # loop gain, which is friction
+AGREES = 1e-11  # of the greatest magnitude: poles by python-control and own ones differ by less
 GAINS = 151
 Row = tuple[float, ...]
 
@@ -85,12 +86,13 @@ class Loop(Record):
     inputs: of the loop; second: its second singular value over the first; poles: at the case's
     friction `mu`; frozen: the least gain at which a pole reaches the imaginary axis (the gain
     margin of the loop of gain one), None if none does up to `GREATEST`, and frequency_hz there;
-    by_poles: the same gain from the poles of the closed loop; margin: frozen over mu; modulus: the least distance of the Nyquist curve from -1 at the case's
-    friction, of a stable loop of one input; followed: the friction at which the equilibrium that
-    follows friction loses stability, None as for frozen; ends: why it is not followed to
-    `GREATEST`, empty if it is; locus, path: the poles about the frozen equilibrium, and about the
-    one that follows; apart: greatest distance of a pole by python-control from an own eigenvalue,
-    at all frictions of both, over the greatest magnitude.
+    by_poles: the same gain from the poles of the closed loop; margin: frozen over mu; modulus: the
+    least distance of the Nyquist curve from -1 at the case's friction, of a stable loop of one
+    input; followed: the friction at which the equilibrium that follows friction loses stability,
+    None as for frozen; ends: why it is not followed to `GREATEST`, empty if it is; locus, path: the
+    poles about the frozen equilibrium, and about the one that follows; apart: greatest distance of
+    a pole by python-control from an own eigenvalue, at all frictions of both, over the greatest
+    magnitude.
     """
 
     contact: str
@@ -113,13 +115,21 @@ class Loop(Record):
 class Eigenvalues(Result):
     """scenes: without damping, loops: with the modal damping `ratio`, by name of the scene; a scene
     without steady sliding has the reason. apart: the greatest distance of a pole by python-control
-    from an own eigenvalue, of all."""
+    from an own eigenvalue, of all, which is below `agrees`."""
 
     scenes: dict[str, EquilibriumPoles | Missing]
     loops: dict[str, Loop | Missing]
     apart: float
+    agrees: float = AGREES
     ratio: float = RATIO
     greatest: float = GREATEST
+
+    @property
+    def wrong(self) -> str:
+        """That python-control and the own solver differ."""
+        if self.apart < AGREES:
+            return ""
+        return f"poles by python-control are {self.apart:.1e} from the own eigenvalues"
 
 
 def poles(system: Linearisation) -> tuple[Pole, ...]:
@@ -241,7 +251,9 @@ def closed_poles(loop: FrictionLoop, gains: np.ndarray) -> np.ndarray:
     count = loop.inputs.shape[1]
     if count == 1:
         return np.asarray(control.root_locus_map(-plant, gains=gains).loci)
-    closed = [control.feedback(plant, control.ss([], [], [], mu * np.eye(count)), sign=1) for mu in gains]
+    closed = [
+        control.feedback(plant, control.ss([], [], [], mu * np.eye(count)), sign=1) for mu in gains
+    ]
     return np.array([one.poles() for one in closed])
 
 
@@ -383,7 +395,7 @@ def sentences(record: Eigenvalues) -> Mapping[str, bool]:
     points = [one for name, one in loops.items() if name.startswith("b1")]
     line = {name[-1]: one for name, one in loops.items() if name.startswith("b2")}
     return {
-        "python-control-agrees-with-own-eigenvalues": record.apart < 1e-11
+        "python-control-agrees-with-own-eigenvalues": record.apart < AGREES
         and len(loops) == len(record.loops),
         "friction-is-one-loop-on-the-line-and-two-on-points": all(
             one.inputs == 1 for one in line.values()

@@ -88,10 +88,10 @@ class After(Record):
     """A motion at one damping ratio.
 
     own: from the reference initial conditions, None where the model ends; starts: how many others,
-    see `sampled_states`; lasting: of these lose contact on and on, hammering: and hammer; unlike:
-    how far the shares `lost` of those lie apart; liveliest: of all that go on the one that hammers,
-    or has most turns; growth: greatest real part of the eigenvalues about the equilibrium, 1/ms,
-    None without one.
+    see `sampled_states`; lasting: of these lose contact on and on, hammering: and hammer; ceased:
+    see `Late`; unlike: how far the shares `lost` of those that last lie apart; liveliest: of all
+    that go on the one that hammers, or has most turns; growth: greatest real part of the
+    eigenvalues about the equilibrium, 1/ms, None without one.
     """
 
     ratio: Share
@@ -99,6 +99,7 @@ class After(Record):
     starts: int
     lasting: int
     hammering: int
+    ceased: int
     unlike: float
     liveliest: Settled | None
     growth: float | None
@@ -130,13 +131,13 @@ class Cycles(Record):
     """A branch of periodic motions, the one that leads to greater mu first, as far as the surface
     stays faster than the lower face.
 
-    own: the one at the case's friction; airborne: share of its period without contact; decay: its greatest multiplier, from the decay of a
-    disturbance in a simulation; shift: how far the multiplier of a shift in time is from 1; fold:
-    the least friction of the branch; reaches: friction at which the lower face becomes as fast as
-    the surface, None if it nowhere does; closed: the branch is a closed curve; threshold: friction
-    at which the equilibrium begins to flutter at the same damping, None if it does not up to
-    `GREATEST`; sliding: whether it is stable at the case's friction; unstable: intervals of mu in
-    which it is not, up to `GREATEST`.
+    own: the one at the case's friction; airborne: share of its period without contact; decay: its
+    greatest multiplier, from the decay of a disturbance in a simulation; shift: how far the
+    multiplier of a shift in time is from 1; fold: the least friction of the branch; reaches:
+    friction at which the lower face becomes as fast as the surface, None if it nowhere does;
+    closed: the branch is a closed curve; threshold: friction at which the equilibrium begins to
+    flutter at the same damping, None if it does not up to `GREATEST`; sliding: whether it is stable
+    at the case's friction; unstable: intervals of mu in which it is not, up to `GREATEST`.
     """
 
     own: CyclePoint
@@ -166,8 +167,9 @@ class ContactDamping(Record):
 
 class Onset(Result):
     """after: by motion (b1-a, b2-a-mean, b2-a-integral), for each of `ratios`; box, seed: of the
-    initial conditions; cycles: by motion; other_damping: by motion and kind of damping, what the lively motion comes to;
-    contact_damping: by motion, sliding with damping of the normal force alone."""
+    initial conditions; cycles: by motion; other_damping: by motion and kind of damping, what the
+    lively motion comes to; contact_damping: by motion, sliding with damping of the normal force
+    alone."""
 
     after: dict[str, tuple[After, ...]]
     cycles: dict[str, Cycles | Missing]
@@ -264,9 +266,19 @@ def settle(
     return ends, found
 
 
-def settle_late(begun: Sequence[Begun], window: float) -> tuple[np.ndarray, list[Settled | None]]:
-    """States (n, 6) after a long time in observation times (`window`), and what the motions do
-    then; None where the model ends.
+class Late(NamedTuple):
+    """Motions after a long time: states (n, 6), and what each does then, None where the model ends.
+
+    ceased: how many lost contact on and on after `LATE` observation times and not after `LONGER`.
+    """
+
+    states: np.ndarray
+    settled: list[Settled | None]
+    ceased: int
+
+
+def settle_late(begun: Sequence[Begun], window: float) -> Late:
+    """What motions do after a long time in observation times (`window`).
 
     A motion that has settled after `LATE` is not simulated on, one that goes on is until `LONGER`.
     """
@@ -278,16 +290,16 @@ def settle_late(begun: Sequence[Begun], window: float) -> tuple[np.ndarray, list
         for i, end, one in zip(on, last, later, strict=True):
             ends[i] = end
             found[i] = one
-    return ends, found
+    return Late(ends, found, sum(not (found[i] and found[i].goes_on) for i in on))
 
 
 def sampled_states(scene: Scene, half_width: float, count: int) -> np.ndarray:
     """Initial states (count, 6) drawn uniformly from a box about the sliding equilibrium.
 
-    The box reaches `half_width` static compressions (`compression`) to both sides in x, in y and, as
-    the lift of an edge, in w theta. Velocities reach what a mass on spring 1 has that swings as far:
-    the half-width of each displacement times (k1/m)^(1/2). The draws of all boxes are alike but for
-    their scale. There is no state (0, 6) where there is no equilibrium.
+    The box reaches `half_width` static compressions (`compression`) to both sides in x, in y and,
+    as the lift of an edge, in w theta. Velocities reach what a mass on spring 1 has that swings as
+    far: the half-width of each displacement times (k1/m)^(1/2). The draws of all boxes are alike
+    but for their scale. There is no state (0, 6) where there is no equilibrium.
     """
     rest, _ = sliding_equilibrium(scene.pad_model)
     if rest is None:
@@ -317,7 +329,8 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> tuple[After, np.ndarra
     unstable = (rate or 0.0) > 0.0
     sampled = sampled_states(scene, BOX, STARTS_UNSTABLE if unstable else STARTS)
     states = disturbed(np.array([scene.initial, *sampled]), repeat)
-    ends, found = settle_late([Begun(model, state) for state in states], scene.stop)
+    late = settle_late([Begun(model, state) for state in states], scene.stop)
+    found = late.settled
     lasting = [i for i, one in enumerate(found) if one and one.goes_on]
     best = max(lasting, key=lambda i: (found[i].hammers, found[i].turns), default=None)  # type: ignore[union-attr]
     others = [one for i in lasting if i and (one := found[i])]
@@ -327,19 +340,21 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> tuple[After, np.ndarra
         starts=len(found) - 1,
         lasting=len(others),
         hammering=sum(one.hammers for one in others),
+        ceased=late.ceased,
         unlike=float(np.ptp([one.lost for one in others])) if others else 0.0,
         liveliest=None if best is None else found[best],
         growth=rate,
     )
-    return row, np.full(6, np.nan) if best is None else ends[best]
+    return row, np.full(6, np.nan) if best is None else late.states[best]
 
 
 def repeats(scene: Scene, ratio: float, row: After) -> list[After]:
-    """The row, and where its motions do not come to one cycle, `REPEATS` more from other rounding.
+    """The row, and where its motions forget their start, `REPEATS` more from other rounding.
 
-    Motions that last without such a cycle forget their start, and so does what is counted of them.
+    They do where they last without coming to one cycle, or go on long before they cease; what is
+    counted of them then moves.
     """
-    if row.unlike <= UNLIKE:
+    if row.unlike <= UNLIKE and not row.ceased:
         return [row]
     return [row, *(after(scene, ratio, repeat)[0] for repeat in range(1, REPEATS + 1))]
 

@@ -76,9 +76,7 @@ def released(scene: Scene, rest: Equilibrium, load: float) -> Scene:
     """The scene from rest at (1 - load) R_n/k above its equilibrium, k of full contact."""
     x, y, theta = rest.q
     height = (1.0 - load) * rest.R_n / contact_stiffness(scene)
-    return dataclasses.replace(
-        scene, initial=(x, y + height, theta, 0.0, 0.0, 0.0), start="origin"
-    )
+    return dataclasses.replace(scene, initial=(x, y + height, theta, 0.0, 0.0, 0.0), start="origin")
 
 
 def start_force(scene: Scene) -> float:

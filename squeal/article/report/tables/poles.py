@@ -5,12 +5,12 @@ from squeal.article.report.latex import number, tabular, typeset
 from squeal.article.studies.eigenvalues import Eigenvalues, Loop
 
 CAPTION = r"""Complex eigenvalues by python-control about the sliding equilibria, with
-\val[p1]{eigenvalues.ratio} modal damping at zero friction: frequencies and damping ratios of the three
-modes (negative: the mode grows); the least friction up to \val[2]{eigenvalues.greatest} at which a
-mode begins to grow, about the equilibrium frozen at the reference friction (gain margin of the
-friction loop) and about the one that follows friction; least distance of the Nyquist curve from
-$-1$; greatest distance of a pole, of all frictions, from squeal's own eigenvalues, over the greatest
-magnitude."""
+\val[p1]{eigenvalues.ratio} modal damping at zero friction: frequencies and damping ratios of the
+three modes (negative: the mode grows); the least friction up to \val[2]{eigenvalues.greatest} at
+which a mode begins to grow, about the equilibrium frozen at the reference friction (gain margin of
+the friction loop) and about the one that follows friction; least distance of the Nyquist curve of a
+stable loop of one input from $-1$. At every friction the poles lie within
+\val[1]{eigenvalues.agrees} of squeal's own eigenvalues, over the greatest magnitude."""
 
 
 def _row(name: str, loop: Loop) -> list[str]:
@@ -19,7 +19,7 @@ def _row(name: str, loop: Loop) -> list[str]:
         "--" if pole.damping_ratio is None else f"${100 * pole.damping_ratio:.2f}$"
         for pole in loop.poles
     ]
-    critical = [number(value, 3) for value in (loop.frozen, loop.followed)]
+    critical = [number(value, 4) for value in (loop.frozen, loop.followed)]
     return [
         f"{name[:2].upper()} ({name[-1]})",
         loop.contact,
@@ -27,7 +27,6 @@ def _row(name: str, loop: Loop) -> list[str]:
         ", ".join(ratios),
         *critical,
         number(loop.modulus, 2),
-        number(loop.apart, 1),
     ]
 
 
@@ -37,10 +36,10 @@ def table(eigenvalues: Eigenvalues) -> str:
     for name, loop in eigenvalues.loops.items():
         rows = groups.setdefault(name[:2], [])
         if isinstance(loop, Missing):
-            reason = rf"\multicolumn{{7}}{{l}}{{{typeset(loop.reason)}}}"
+            reason = rf"\multicolumn{{6}}{{l}}{{{typeset(loop.reason)}}}"
             rows.append([f"{name[:2].upper()} ({name[-1]})", reason])
         else:
             rows.append(_row(name, loop))
     head = ["case", "contact", "frequencies, kHz", r"damping ratios, \%"]
-    critical = [r"$\mu$, frozen", r"$\mu$, following", "to $-1$", "distance"]
-    return tabular("llllrrrr", [*head, *critical], list(groups.values()))
+    critical = [r"$\mu$, frozen", r"$\mu$, following", "to $-1$"]
+    return tabular("llllrrr", [*head, *critical], list(groups.values()))

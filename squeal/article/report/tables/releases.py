@@ -3,11 +3,12 @@
 from squeal.article.report.latex import percent, tabular
 from squeal.article.studies.releases import LOADS, Releases
 
-CAPTION = r"""Loss of contact after a release at rest from the pose of the sliding equilibrium, moved
-vertically until full contact would carry the multiple in the head of the equilibrium's own reaction:
-share of the observation time in which an edge is separated that touches in the equilibrium, on
-points / on the line, as means over the cases in which both models have an equilibrium. Start: contact
-force of the set's own initial conditions over $F_n$, on points / on the line."""
+CAPTION = r"""Loss of contact after a release at rest from the pose of the sliding equilibrium,
+moved vertically until full contact would carry the multiple in the head of the equilibrium's own
+reaction: share of the observation time in which an edge is separated that touches in the
+equilibrium, on points / on the line, as means over the cases in which both models have an
+equilibrium. Start: contact force of the set's own initial conditions over $F_n$, on points / on the
+line."""
 
 
 def table(releases: Releases) -> str:
@@ -18,7 +19,7 @@ def table(releases: Releases) -> str:
         cells = []
         for load in LOADS:
             release = one.loads[str(load)]
-            cells.append(f"{percent(release.points, 0)} / {percent(release.line, 0)}")
+            cells.append(f"{100 * release.points:.1f} / {percent(release.line)}")
         rows.append([name.replace("-", " "), ", ".join(one.cases), start, *cells])
     loads = [f"${load:g}$" for load in LOADS]
     return tabular("lllrrrr", ["set", "cases", "start", *loads], [rows])

@@ -1,0 +1,112 @@
+"""Releases, shares over a box and the grazing of case (c) against a program of their own."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from squeal.article.studies import basin, grazing, onset, releases
+from squeal.article.studies.basin import sampled_share
+from squeal.equilibrium.find import damped_model
+from squeal.io.scene import read_scene
+from tests.article.plain import Plain, move
+from tests.conftest import ROOT, needs_heyoka
+
+
+def reference(name):
+    return read_scene(ROOT / f"workflow/scenes/{name}.yaml")
+
+
+@pytest.mark.parametrize("name", ["b1-b", "b2-c", "b2-d"])
+@pytest.mark.parametrize("load", [0.5, 2.0])
+def test_losses_after_a_release_by_another_program(name, load):
+    scene = reference(name)
+    model = Plain(scene.pad, line=name.startswith("b2"))
+    place = model.equilibrium(scene.pad.mu)
+    reaction, _ = model.contact(place)
+    stiffness = scene.pad.k_c or scene.pad.k3 + scene.pad.k4
+    state = np.append(place, np.zeros(3))
+    state[1] += (1.0 - load) * reaction / stiffness
+    touching = np.array(model.gaps(place)) < 0.0
+    rest = releases.equilibrium(scene)
+    start = releases.released(scene, rest, load)
+    assert start.initial == pytest.approx(tuple(state), rel=1e-6, abs=1e-12)
+    if load > 1.0:  # in full contact the force is that multiple
+        assert model.contact(state[:3])[0] == pytest.approx(load * reaction, rel=1e-3)
+    ours = releases.motion(releases.measure(start), releases.contact(scene)).lost
+    other = move(model, state, scene.stop, 8001).lost(touching)
+    assert ours == pytest.approx(other, abs=1e-3)
+
+
+def test_forces_at_the_start_in_closed_form():
+    points, line = reference("b1-a"), reference("b2-a")
+    force = -(points.pad.k3 + points.pad.k4) * points.initial[1] / points.pad.F_n
+    assert releases.start_force(points) == pytest.approx(force, rel=1e-9)
+    depth = -(line.pad.y0 + line.initial[1])
+    assert releases.start_force(line) == pytest.approx(
+        line.pad.k_c * depth / line.pad.F_n, rel=1e-9
+    )
+
+
+def test_the_longer_loss_is_named_only_beyond_the_least_difference():
+    one = releases.Release(points=0.2, line=0.195, points_any=0.2, line_any=0.3)
+    assert releases.longer(one) == "neither"
+    assert releases.longer(dataclasses.replace(one, line=0.1)) == "points"
+    assert releases.longer(dataclasses.replace(one, line=0.3)) == "line"
+
+
+def test_intervals_of_shares_in_closed_form():
+    """Clopper and Pearson's interval of no success in n is 1 - (alpha/2)^(1/n)."""
+    none = sampled_share(0.5, 0, 100)
+    assert (none.share, none.low) == (0.0, 0.0)
+    assert none.high == pytest.approx(1.0 - 0.025**0.01, rel=1e-9)
+    every = sampled_share(0.5, 100, 100)
+    assert every.low == pytest.approx(0.025**0.01, rel=1e-9)
+
+
+@needs_heyoka
+@pytest.mark.parametrize("name", ["b1-d", "b2-d"])
+def test_a_sample_of_starts_lasts_or_rests_by_another_program(name):
+    """Ten observation times decide: slower ones than these would be seen as lasting by both."""
+    scene = reference(name)
+    states = onset.sampled_states(scene, 1.5, 4)
+    model = damped_model(onset.damped(scene, onset.RATIO))
+    begun = [onset.Begun(model, state) for state in states]
+    _, found = onset.settle(begun, 10.0 * scene.stop, 0.2 * scene.stop)
+    other = Plain(scene.pad, line=name.startswith("b2"))
+    other.damp(onset.RATIO)
+    assert np.abs(other.damping - model.damping).max() < 1e-6 * np.abs(other.damping).max()
+    for state, one in zip(states, found, strict=True):
+        late = move(other, state, 10.0 * scene.stop, 2, 1e-8).states[-1]
+        lost = move(other, late, 0.2 * scene.stop, 2001).lost()
+        assert one.goes_on is (0.0 < lost < 1.0)
+
+
+@needs_heyoka
+@pytest.mark.parametrize(("ratio", "expected"), [(0.006, 0.0029), (0.007, 0.0590), (0.01, 0.3822)])
+def test_the_trailing_blow_of_c_by_another_program(ratio, expected):
+    """The impulse of the force while its resultant lies on the trailing half of the face."""
+    scene = reference("b2-c")
+    late = grazing.settled(scene, [ratio])
+    model = Plain(scene.pad, line=True)
+    model.damp(ratio)
+    begun = onset.Begun(damped_model(onset.damped(scene, ratio)), np.array(scene.initial))
+    state = onset.run([begun], grazing.LONGER * scene.stop, False)["final"][0]
+    motion = move(model, state, 0.15 * scene.stop, 100001)
+    reaction, moment = motion.contact
+    trailing = np.append(False, moment > 0.0)
+    begin = np.flatnonzero(trailing[1:] & ~trailing[:-1])
+    period = 2.0 * np.pi * np.sqrt(scene.pad.m / scene.pad.k1)
+    unit = scene.pad.F_n * period / motion.t[1]
+    load = np.where(moment > 0.0, reaction, 0.0) / unit
+    # the first may have begun before the motion does, the last may not have ended
+    blows = np.add.reduceat(load, begin)[:-1]
+    assert blows.max() == pytest.approx(expected, rel=0.03)
+    assert late["heaviest"][0, 1] == pytest.approx(blows.max(), rel=0.02, abs=2e-4)
+
+
+def test_checks_of_the_box_know_their_interval():
+    """With so few starts nothing can be said of most of them."""
+    few = tuple(sampled_share(h, n, 4) for h, n in zip(basin.HALF_WIDTHS, range(5), strict=True))
+    record = basin.Basin(shares={"b1-d": few, "b2-d-integral": few}, compression={})
+    assert not basin.sentences(record)["most-last-within-two-compressions"]
