@@ -44,10 +44,11 @@ SEED = 0  # of the draws from it
 STARTS = 100  # drawn
 STARTS_UNSTABLE = 25  # of these beside an unstable equilibrium, which every start leaves
 TOLERANCE = 1e-10
-REPEATS = 4  # of motions that do not come to one cycle
-# least difference of the shares `lost` of such motions; those of one cycle differ by up to 0.012, as
-# the time in which they are seen begins elsewhere in it
+REPEATS = 3  # of motions that forget their start
+# least difference of the shares `lost` of motions that do not come to one cycle; on one they differ
+# by up to 0.012, since the time in which they are seen begins elsewhere in it
 UNLIKE = 0.0125
+FEW = 0.25  # share of the initial conditions: where fewer last, the impacts before decide which
 CYCLES = ("b2-c-integral", "b1-d", "b2-d-integral")
 GREATEST = 0.8  # largest mu on it
 NEAR = 1e-6  # of their size: returns this near are the same
@@ -351,10 +352,11 @@ def after(scene: Scene, ratio: float, repeat: int = 0) -> tuple[After, np.ndarra
 def repeats(scene: Scene, ratio: float, row: After) -> list[After]:
     """The row, and where its motions forget their start, `REPEATS` more from other rounding.
 
-    They do where they last without coming to one cycle, or go on long before they cease; what is
-    counted of them then moves.
+    They do where they last without coming to one cycle, go on long before they cease, or last from
+    a few initial conditions alone; what is counted of them then moves.
     """
-    if row.unlike <= UNLIKE and not row.ceased:
+    few = 0 < row.lasting < FEW * row.starts
+    if row.unlike <= UNLIKE and not row.ceased and not few:
         return [row]
     return [row, *(after(scene, ratio, repeat)[0] for repeat in range(1, REPEATS + 1))]
 
