@@ -86,8 +86,9 @@ class Ensemble(Result):
     """outcomes: how many sets were valid, outran the surface, left the model or had no standing
     start; groups: how many valid sets there are in all, that stay slower than `slow` (m/s), flatter
     than `flattest`, that satisfy at least `close` statements, and, not of the random sets, at which
-    searches ended with at least `fitted` statements; shares: by property and group; coexist: shares of the first `damped` valid
-    sets in which contact goes on changing beside stable sliding, by damping ratio and model;
+    searches ended with at least `fitted` statements; shares: by property and group; coexist: shares
+    of the first `damped` valid sets in which contact goes on changing beside stable sliding, by
+    damping ratio and model;
     statements: how many are independent; counts: how many valid sets satisfy each number of them;
     lost, apart: shares of time of each valid set, points and line, per mille; searches: by kind;
     reaching: how many searches with shuffled statements satisfy as many as the median of those with
