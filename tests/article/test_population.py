@@ -89,10 +89,10 @@ def test_agreement_allows_what_was_undecided_and_no_more():
 
 @needs_heyoka
 def test_lasting_changes_of_contact_are_found_again():
-    entries = [one for one in lasting.read(DAMPED) if one.percent]
+    entries = lasting.read(DAMPED)
     one = entries[int(np.random.default_rng(4).integers(len(entries)))]
     numbers = population.some(population.drawn(), slice(one.number, one.number + 1))
-    assert lasting.lasting(numbers, lasting.RATIOS["percent"]) == one.percent
+    assert lasting.lasting(numbers) == one.cases
 
 
 @pytest.mark.parametrize(
