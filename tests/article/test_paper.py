@@ -21,6 +21,7 @@ POINTS_A = {"B1": ("a",), "B2": ()}
 LESS = {"B1": 0.3, "B2": 0.1, sets.TWO: 0.08}
 SLOW = dict.fromkeys(HISTORY_FIGURES, 0.4)
 FAST = dict.fromkeys(HISTORY_FIGURES, 1.2)
+RARE = {"b2-c": 0.2, "b2-a": 0.01}
 WIDE = {"B1": 0.3, "B2": 0.4, sets.TWO: 0.39}
 
 
@@ -58,7 +59,7 @@ def four_sets(**changes):
         "reference": one_set(NUMBERS, flutters=LINE_C, lasting={"b1-d": 0.8, "b2-d": 0.8}),
         "set-2": one_set(ends=0.54, face=FAST),
         "set-3": one_set(line=(), lasting={"b2-a": 0.9}),
-        "set-4": one_set(satisfied=15, lasting={"b2-c": 0.2, "b2-a": 0.01}, face=SLOW | {"b2-c": 1.7}),
+        "set-4": one_set(satisfied=15, lasting=RARE, face=SLOW | {"b2-c": 1.7}),
     }
     for name, change in changes.items():
         key = name.replace("_", "-")

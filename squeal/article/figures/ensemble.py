@@ -10,25 +10,26 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 SHOWN = {
     "restless": "no motion settles",
-    "permanent_some": "small release: points keep contact in some case",
-    "two_alike": "two points of equal stiffness are like the line",
+    "permanent_some": "small release: points stay in contact",
+    "two_alike": "two like points lose it as long as the line",
     "points_longer": "points lose contact longer",
-    "line_longer_all_edges": "line loses longer, counting all edges",
-    "differ": "on points hammering depends on the case",
-    "locked_line": "the line separates only with rotation",
+    "line_longer_all_edges": "the line longer, counting all edges",
+    "differ": "points hammer in some cases, not in all",
+    "locked_line": "the line separates only by rotation",
     "c_only": "(c) alone hammers with both models",
-    "separates_fluttering": "the line separates in (c): (c) flutters",
-    "separates_stable": "the line separates in (c): (c) is stable",
+    "separates_fluttering": "line separates in (c) if (c) flutters",
+    "separates_stable": "line separates in (c) if (c) is stable",
 }
 """Properties by name, and in words."""
-COEXIST = "contact lost beside stable sliding"
+COEXIST = "contact lost beside stable sliding, 1 %"
 RANDOM, SHUFFLED, PRINTED = "0.75", "#E69F00", "#3B0F4A"
 CAPTION = r"""Random parameter sets within physical bounds (\val{ensemble.groups.all} valid
 sets). (a)~Share of the sets for which each statement holds, with
-95\,\% intervals, which include undecided sets; the last row is under modal damping of 1\,\%.
-(b)~Share of time in which an edge is separated that touches in steady sliding, means over the cases
-of each set; cross: reference set. (c)~Independent statements satisfied: by random sets (grey), and
-by searches that fit the article's statements or shuffled ones."""
+95\,\% intervals, which include undecided sets; the last row is under modal damping of
+\val[p0]{ensemble.ratio}, of \val{ensemble.damped} sets. (b)~Share of time in which an edge is
+separated that touches in steady sliding, means over the cases of each set; cross: reference set.
+(c)~Independent statements satisfied: by random sets (grey), and by searches that fit the article's
+statements or shuffled ones."""
 
 
 def _interval(axes: Axes, y: float, one: Share) -> None:
@@ -39,8 +40,7 @@ def _interval(axes: Axes, y: float, one: Share) -> None:
 
 def _shares(axes: Axes, record: Ensemble) -> None:
     shown = {words: record.shares[name]["all"] for name, words in SHOWN.items()}
-    if "either" in record.coexist.get("percent", {}):
-        shown[COEXIST] = record.coexist["percent"]["either"]
+    shown[COEXIST] = record.coexist["either"]
     for y, one in enumerate(shown.values()):
         axes.axhline(y, color="0.9", lw=0.6, zorder=1)
         _interval(axes, y, one)
@@ -54,12 +54,11 @@ def _shares(axes: Axes, record: Ensemble) -> None:
 def _lost(axes: Axes, record: Ensemble, reference: ParameterSet) -> None:
     points, line = np.array(record.lost).T / 10.0
     axes.plot([0, 100], [0, 100], "k-", lw=0.6)
-    axes.plot(points, line, ".", color="#3498DB", ms=2.2, mew=0.0, alpha=0.6)
+    axes.plot(points, line, ".", color="#1F6FA8", ms=2.4, mew=0.0)
     own = [100.0 * reference.lost[model] for model in ("B1", "B2")]
     axes.plot(*own, "x", color="k", ms=7, mew=1.6)
     axes.set_xlim(0, 100)
     axes.set_ylim(0, 100)
-    axes.set_aspect("equal")
     axes.set_xlabel("lost, points [%]")
     axes.set_ylabel("lost, line [%]")
 
@@ -87,7 +86,7 @@ def ensemble_figure(record: Ensemble, reference: ParameterSet) -> Figure:
     """Shares with intervals, lost contact of points and line, statements satisfied."""
     with style():
         figure = Figure(figsize=(DOUBLE, 2.55))
-        left, middle, right = figure.subplots(1, 3, width_ratios=[1.25, 1.15, 1.15])
+        left, middle, right = figure.subplots(1, 3, width_ratios=[1.1, 1.2, 1.2])
         _shares(left, record)
         _lost(middle, record, reference)
         _statements(right, record)

@@ -39,8 +39,10 @@ from squeal.article.identify.space import (
     stacked,
     starts,
 )
-from squeal.equilibrium import sliding_equilibrium
-from squeal.equilibrium.find import Equilibrium
+from squeal.equilibrium.branch import REACHED, follow
+from squeal.equilibrium.find import Equilibrium, record
+from squeal.equilibrium.find import rests as rests_without_friction
+from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.writing import write_text
 from squeal.linear.eigen import verdict
@@ -51,7 +53,7 @@ from squeal.model.pad import gaps as edge_gaps
 from squeal.simulation.hybrid import Course
 from squeal.simulation.observers import Grid
 
-SETS, SEED = 3200, 44  # sets drawn, and the seed of the draw
+SETS, SEED = 1620, 44  # sets drawn, and the seed of the draw
 SPEED = 25.0  # m/s, of the surface
 FRICTION = 0.45  # the greatest of brake linings
 LOADS = (500.0, 20_000.0)  # N, of a brake pad, for w = 40 mm and k1 = 150 MN/m
@@ -246,9 +248,30 @@ class Rest(NamedTuple):
 
 
 def rest(model: PadModel) -> Rest | None:
-    """The sliding equilibrium that a model means; None where there is none."""
+    """The sliding equilibrium that a model of one pad means; None where there is none."""
+    pad = {name: np.array([float(value)]) for name, value in model.pad.given().items()}
+    return rests_of(dataclasses.replace(model, pad=Pad(**pad)))[0]  # type: ignore[arg-type]
+
+
+def rests_of(stack: PadModel) -> list[Rest | None]:
+    """The sliding equilibria of some pads, followed together from no friction up to their own."""
+    mu = np.asarray(stack.pad.mu)
+    n = mu.size
+    statics = Statics.of(stack.replace(mu=np.zeros(n)))
+    branches = follow(statics, rests_without_friction(statics, n), mu)
+    places = branches.at(np.arange(n), mu)
+    found: list[Rest | None] = []
+    for one in range(n):
+        reached = branches.end[one] == REACHED and places.there[one]
+        state = State(*places.touching[:, one].tolist())
+        found.append(_rest(single(stack, one), places.z[:, one], state) if reached else None)
+    return found
+
+
+def _rest(model: PadModel, z: np.ndarray, state: State) -> Rest | None:
+    """The equilibrium of a pad at a place z (4,) of its branch; None beyond the model's limits."""
     try:
-        found, _ = sliding_equilibrium(model)
+        found = record(Statics.of(model.replace(mu=0.0)), z, state, on_branch=True)
     except ComputationError:
         return None
     if found is None or not found.admissible:
@@ -308,7 +331,7 @@ def computed(numbers: Numbers) -> Computed:
     """All motions and equilibria of some sets."""
     n = len(numbers["h"])
     stacks: dict[str, list[PadModel]] = {}
-    rests: Rests = {}
+    equilibria: Rests = {}
     first: dict[str, Motions] = {}
     locked: dict[str, Motions] = {}
     loads: dict[str, list[Motions]] = {}
@@ -316,19 +339,19 @@ def computed(numbers: Numbers) -> Computed:
         own = [stacked(numbers, model, case, CONSISTENT) for case in CASES]
         states = np.array([starts(numbers, stack) for stack in own])
         stacks[model] = own
-        rests[model] = [[rest(single(stack, one)) for one in range(n)] for stack in own]
+        equilibria[model] = [rests_of(stack) for stack in own]
         first[model] = motions(own, states, REPEATS)
         still = [stack.replace(I=LOCKED * np.asarray(stack.pad.I)) for stack in own]
         locked[model] = motions(still, states, ONCE_MORE)
         loads[model] = []
         for load in LOADINGS:
-            pairs = zip(own, rests[model], strict=True)
+            pairs = zip(own, equilibria[model], strict=True)
             some_states = np.array([released(stack, there, None, load) for stack, there in pairs])
             loads[model].append(motions(own, some_states, ONCE_MORE))
     springs = [PadModel("BN", stack.pad, Formulation(springs=2)) for stack in stacks["B2"]]
     states = np.array([starts(numbers, stack) for stack in stacks["B2"]])
     two = motions(springs, states, ONCE_MORE, edge_shares)
-    pairs = zip(stacks["B1"], rests["B1"], strict=True)
+    pairs = zip(stacks["B1"], equilibria["B1"], strict=True)
     low = motions(
         stacks["B1"],
         np.array([released(stack, there, LOW, 0.0) for stack, there in pairs]),
@@ -338,7 +361,7 @@ def computed(numbers: Numbers) -> Computed:
     for one in range(n):
         pad = pad_of({name: v[one] for name, v in numbers.items()}, "B2", CASES["c"])
         linear.append(linear_measures({"c": pad}, MAP_POINTS))
-    return Computed(stacks, rests, first, locked, two, low, loads, linear)
+    return Computed(stacks, equilibria, first, locked, two, low, loads, linear)
 
 
 class Said(NamedTuple):

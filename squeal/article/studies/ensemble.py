@@ -86,8 +86,9 @@ class Ensemble(Result):
     """outcomes: how many sets were valid, outran the surface, left the model or had no standing
     start; groups: how many valid sets there are in all, that stay slower than `slow` (m/s), flatter
     than `flattest`, that satisfy at least `close` statements, and, not of the random sets, at which
-    searches ended with at least `fitted` statements; shares: by property and group; coexist: shares of the first `damped` valid
-    sets in which contact goes on changing beside stable sliding, by damping ratio and model;
+    searches ended with at least `fitted` statements; shares: by property and group; coexist: shares
+    of the first `damped` valid sets in which contact goes on changing beside stable sliding, by
+    model;
     statements: how many are independent; counts: how many valid sets satisfy each number of them;
     lost, apart: shares of time of each valid set, points and line, per mille; searches: by kind;
     reaching: how many searches with shuffled statements satisfy as many as the median of those with
@@ -100,7 +101,7 @@ class Ensemble(Result):
     outcomes: dict[str, int]
     groups: dict[str, int]
     shares: dict[str, dict[str, Share]]
-    coexist: dict[str, dict[str, Share]]
+    coexist: dict[str, Share]
     statements: int
     counts: tuple[int, ...]
     median: int
@@ -116,6 +117,7 @@ class Ensemble(Result):
     flattest: float = FLATTEST
     close: int = CLOSE
     fitted: int = FITTED
+    ratio: float = lasting.RATIO
     starts: int = lasting.STARTS
     reach: float = lasting.REACH
     off: float = population.OFF
@@ -195,8 +197,6 @@ def _separates(flutters: bool) -> Property:
 def lasts(text: str, models: Sequence[int]) -> str:
     """Whether contact goes on changing beside stable sliding in some case of some models, from the
     cases that `lasting` names."""
-    if not text:
-        return NOT_APPLICABLE
     found = [_of_cases(text, model) for model in models]
     known = [cases for cases in found if cases != NOT_APPLICABLE]
     if not known:
@@ -303,12 +303,9 @@ def study(files: Sequence[Path]) -> Ensemble:
         groups={name: len(some) for name, some in groups.items()},
         shares=shares,
         coexist={
-            column: {
-                name: one
-                for name, models in MODELS.items()
-                if (one := share([lasts(getattr(each, column), models) for each in damped]))
-            }
-            for column in lasting.RATIOS
+            name: one
+            for name, models in MODELS.items()
+            if (one := share([lasts(each.cases, models) for each in damped]))
         },
         statements=len(INDEPENDENT),
         counts=tuple(np.bincount(counts, minlength=len(INDEPENDENT) + 1).tolist()),
@@ -325,4 +322,36 @@ def study(files: Sequence[Path]) -> Ensemble:
 
 def sentences(record: Ensemble) -> Mapping[str, bool]:
     """What the paper says of random sets and of searches."""
-    return {}
+
+    def low(name: str, group: str = "all") -> float:
+        return record.shares[name][group].interval[0]
+
+    def high(name: str, group: str = "all") -> float:
+        return record.shares[name][group].interval[1]
+
+    either = record.coexist["either"]
+    shuffled, printed = record.searches["shuffled"], record.searches["printed"]
+    best = max(count for count, sets in enumerate(record.counts) if sets)
+    return {
+        "no-motion-of-a-random-set-settles": low("restless") > 0.99,
+        "points-allow-permanent-contact-with-every-random-set": low("permanent_some") > 0.99,
+        "two-points-are-like-the-line-in-nine-sets-of-ten": low("two_alike") > 0.9,
+        "points-lose-longer-in-most-random-sets": 0.5 < low("points_longer") < 0.75,
+        "line-loses-longer-in-fewer-than-half-counting-all-edges": high("line_longer_all_edges")
+        < 0.5,
+        "from-like-loads-the-order-depends-on-the-load": low("points_longer_2") > 0.5
+        and low("points_longer_0.02") > 0.5
+        and high("points_longer_1.2") < 0.5
+        and low("line_longer_1.2") > high("points_longer_1.2"),
+        "c-alone-hammers-in-few-random-sets": high("c_only") < 0.1,
+        "directions-matter-in-most-sets-that-hammer": low("differ_where_hammering") > 0.6,
+        "separation-in-c-goes-with-flutter": low("separates_fluttering") > high("separates_stable"),
+        "locked-rotation-stops-the-line-in-some-sets-only": low("locked_line") > 0.3
+        and high("locked_line") < 0.8,
+        "contact-is-lost-beside-stable-sliding-in-some-random-sets": either.interval[0] > 0.05,
+        "shuffled-statements-are-fitted-as-well": shuffled.median >= printed.median - 2
+        and shuffled.best >= printed.median
+        and min(shuffled.satisfied) > best,
+        "random-sets-say-the-same-again": record.sample is None
+        or record.sample.agree >= record.sample.sets - 2,
+    }
