@@ -5,10 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from squeal.article.claims.measures import measure
 from squeal.article.studies import basin, grazing, onset, releases
 from squeal.article.studies.basin import sampled_share
+from squeal.article.studies.hammering import contact, motion
 from squeal.equilibrium.find import damped_model
+from squeal.io.provenance import NOT_INSTALLED
 from squeal.io.scene import read_scene
+from squeal.io.writing import to_json
 from tests.article.plain import Plain, move
 from tests.conftest import ROOT, needs_heyoka
 
@@ -33,7 +37,7 @@ def test_losses_after_a_release_by_another_program(name, load):
     assert start.initial == pytest.approx(tuple(state), rel=1e-6, abs=1e-12)
     if load > 1.0:  # in full contact the force is that multiple
         assert model.contact(state[:3])[0] == pytest.approx(load * reaction, rel=1e-3)
-    ours = releases.motion(releases.measure(start), releases.contact(scene)).lost
+    ours = motion(measure(start), contact(scene)).lost
     other = move(model, state, scene.stop, 8001).lost(touching)
     assert ours == pytest.approx(other, abs=1e-3)
 
@@ -67,7 +71,7 @@ def test_intervals_of_shares_in_closed_form():
 @needs_heyoka
 @pytest.mark.parametrize("name", ["b1-d", "b2-d"])
 def test_a_sample_of_starts_lasts_or_rests_by_another_program(name):
-    """Ten observation times decide: slower ones than these would be seen as lasting by both."""
+    """Ten observation times decide between the cycle and rest."""
     scene = reference(name)
     states = onset.sampled_states(scene, 1.5, 4)
     model = damped_model(onset.damped(scene, onset.RATIO))
@@ -91,13 +95,13 @@ def test_the_trailing_blow_of_c_by_another_program(ratio, expected):
     model = Plain(scene.pad, line=True)
     model.damp(ratio)
     begun = onset.Begun(damped_model(onset.damped(scene, ratio)), np.array(scene.initial))
-    state = onset.run([begun], grazing.LONGER * scene.stop, False)["final"][0]
-    motion = move(model, state, 0.15 * scene.stop, 100001)
-    reaction, moment = motion.contact
+    state = onset.run([begun], onset.LONGER * scene.stop, False)["final"][0]
+    moved = move(model, state, 0.15 * scene.stop, 100001)
+    reaction, moment = moved.contact
     trailing = np.append(False, moment > 0.0)
     begin = np.flatnonzero(trailing[1:] & ~trailing[:-1])
     period = 2.0 * np.pi * np.sqrt(scene.pad.m / scene.pad.k1)
-    unit = scene.pad.F_n * period / motion.t[1]
+    unit = scene.pad.F_n * period / moved.t[1]
     load = np.where(moment > 0.0, reaction, 0.0) / unit
     # the first may have begun before the motion does, the last may not have ended
     blows = np.add.reduceat(load, begin)[:-1]
@@ -110,3 +114,15 @@ def test_checks_of_the_box_know_their_interval():
     few = tuple(sampled_share(h, n, 4) for h, n in zip(basin.HALF_WIDTHS, range(5), strict=True))
     record = basin.Basin(shares={"b1-d": few, "b2-d-integral": few}, compression={})
     assert not basin.sentences(record)["most-last-within-two-compressions"]
+
+
+def test_studies_that_need_heyoka_say_so_without_it(monkeypatch, tmp_path):
+    scenes = [ROOT / f"workflow/scenes/{name}.yaml" for name in ("b1-d", "b2-d", "b2-c")]
+    for study, kind in ((basin, basin.Basin), (grazing, grazing.Grazing)):
+        monkeypatch.setattr(study, "version", lambda _: NOT_INSTALLED)
+        record = study.study(scenes)
+        file = tmp_path / "result.json"
+        file.write_text(to_json(record.to_dict()))
+        assert kind.read(file) == record
+        assert record.left_out
+        assert not study.sentences(record)

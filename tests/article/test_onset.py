@@ -7,6 +7,7 @@ import pytest
 
 from squeal.article.studies import onset
 from squeal.equilibrium import sliding_equilibrium
+from squeal.equilibrium.find import damped_model
 from squeal.io.scene import read_scene
 from tests.article.plain import Plain, move
 from tests.conftest import ROOT, needs_heyoka
@@ -96,6 +97,7 @@ def test_forces_of_the_cycle_on_points_against_a_program_of_its_own():
     one = scene("b1-d")
     state = np.array(D_CYCLES["b1-d"])
     found = onset.cycles(one, state)
+    assert isinstance(found, onset.Cycles)
     model = Plain(one.pad, line=False)
     model.damp(onset.RATIO)
     motion = move(model, state, 1e-3 * found.own.period, 20001)
@@ -113,9 +115,7 @@ def test_a_branch_does_not_end_where_a_step_passes_small_cycles():
     """The branch of B2 (d) narrows to cycles in full contact of a third of the amplitude; from this
     phase of the first cycle a step lands on the equilibrium beside them."""
     one = scene("b2-d")
-    start = onset.Begun(
-        onset.damped_model(onset.damped(one, onset.RATIO)), np.array(D_CYCLES["b2-d"])
-    )
+    start = onset.Begun(damped_model(onset.damped(one, onset.RATIO)), np.array(D_CYCLES["b2-d"]))
     period = 0.353788574654628e-3
     later = onset.run([start], 0.125 * period, False)["final"][0]
     found = onset.cycles(one, later)

@@ -20,12 +20,12 @@ MARKS: dict[str, dict[str, Any]] = {
     "critical gain": {"marker": "D", "mfc": "w", "mec": "k", "ms": 4.5, "mew": 0.9},
 }
 LIMITS = {"b1": (-0.45, 0.05), "b2": (-2.0, 2.0)}  # of the growth rate, 1/ms
-CAPTION = r"""Complex eigenvalue analysis by python-control at a modal damping of
-\val[p1]{eigenvalues.ratio}: poles of all cases over friction from 0 to
-\val[2]{eigenvalues.greatest}. Black: root locus with friction as the loop gain, about the
-equilibrium frozen at the reference friction. Blue: about the equilibrium that follows friction.
-Right of the grey line a mode grows. Diamond: critical gain of the frozen equilibrium. Frequency and
-growth rate are the imaginary and the real part."""
+CAPTION = r"""Complex eigenvalue analysis by python-control: poles of all cases over friction. The
+friction coefficient rises from 0 to \val[2]{eigenvalues.greatest}, at a modal damping of
+\val[p1]{eigenvalues.ratio}. Black: root locus with friction as the loop gain, about the equilibrium
+frozen at the reference friction. Blue: about the equilibrium that follows friction. Right of the
+grey line a mode grows. Diamond and title: critical gain of the frozen equilibrium. Growth rate and
+frequency are the real and the imaginary part; the two rows have axes of their own."""
 
 
 def _curves(axes: Axes, locus: Locus, gid: str, look: dict[str, Any]) -> None:

@@ -99,7 +99,7 @@ def draw(onset: Onset, basin: Basin, grazing: Grazing) -> Drawing:
     """The figure, ready to be saved."""
     title = "What lasts with damping"
     made = [one.provenance for one in (onset, basin, grazing)]
-    if not onset.after:
+    if not onset.after or grazing.grazes is None or grazing.crosses is None:
         return blank(title, onset.left_out, __name__, *made)
     lasting = [
         f"{name} at {100 * row.ratio:g} % from {row.lasting} of {row.starts}"

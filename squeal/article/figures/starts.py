@@ -14,12 +14,12 @@ COLOURS = ("#E6F3FB", "#E69F00", "#3B0F4A", "#C8380E", "#4D4D4D")
 """By the kind of motion, apart in grey too."""
 HALO = [withStroke(linewidth=2.2, foreground="w")]
 CAPTION = r"""What becomes of initial conditions at rest after ten observation times without
-damping, over the height of the centre above the sliding equilibrium and the lift of the trailing
-edge by tilt, both in static compressions of the contact (points: $F_n/(k_3+k_4) =
-{}$\val[2]{starts.cases.b1-a.compression}\,$\mu$m, line: $F_n/k_c =
-{}$\val[3]{starts.cases.b2-a.compression}\,$\mu$m). Cross: equilibrium. Ring: height and tilt of the
-reference initial conditions, in the colour of what becomes of these; they also lie off the plane in
-$x$."""
+damping, over height and tilt. Height: of the centre above the sliding equilibrium. Tilt: lift of
+the trailing edge by rotation. Both are in static compressions of the contact, on points
+$F_n/(k_3+k_4) = {}$\val[2]{starts.cases.b1-a.compression}\,$\mu$m and on the line
+$F_n/k_c = {}$\val[3]{starts.cases.b2-a.compression}\,$\mu$m. Cross: equilibrium. Ring: height and
+tilt of the reference initial conditions, in the colour of what becomes of these; they also lie off
+the plane in $x$."""
 
 
 def starts_figure(cases: dict[str, CaseMaps], reach: float) -> Figure:

@@ -120,7 +120,7 @@ def sentences(record: Basin) -> Mapping[str, bool]:
         )
         and all(a.high < b.low for a, b in zip(nearest, farthest, strict=True)),
         "few-last-within-half-a-compression": all(row.high < 0.1 for row in nearest),
-        "less-than-half-last-within-one-compression": all(row.high < 0.5 for row in at_one),
+        "less-than-half-last-within-one-compression": all(row.share < 0.5 for row in at_one),
         "most-last-within-two-compressions": all(row.low > 0.5 for row in at_two),
         "points-last-from-more-within-one-compression": at_one[0].low > at_one[1].high,
     }

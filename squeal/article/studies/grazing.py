@@ -51,8 +51,8 @@ class Grazing(Result):
     by linear interpolation; windows: observation times after which the motion is looked at."""
 
     blows: tuple[Blow, ...]
-    grazes: Ratio
-    crosses: Ratio
+    grazes: Ratio | None
+    crosses: Ratio | None
     level: float = LEVEL
     windows: int = LONGER
     left_out: str = ""
@@ -107,13 +107,13 @@ def study(files: Sequence[Path]) -> Grazing:
     scene = read_scenes(files, ("b2-c",))["b2-c"]
     if version("heyoka") == NOT_INSTALLED:
         why = f"{WITHOUT_HEYOKA} nothing else simulates ensembles."
-        return Grazing(blows=(), grazes=np.nan, crosses=np.nan, left_out=why)
+        return Grazing(blows=(), grazes=None, crosses=None, left_out=why)
     return grazing(scene)
 
 
 def sentences(record: Grazing) -> Mapping[str, bool]:
     """What the paper says of these blows."""
-    if record.left_out:
+    if record.grazes is None or record.crosses is None:
         return {}
     weak = [blow for blow in record.blows if blow.ratio < record.grazes]
     strong = [blow for blow in record.blows if blow.ratio > record.grazes]

@@ -31,6 +31,11 @@ DIFFERENT = 0.01  # least difference of two shares of time that are called unlik
 Share = Annotated[float, ".0%"]
 
 
+def percent(load: float) -> str:
+    """The key of a load: its percentage, since keys in the text hold no dots."""
+    return f"{100 * load:.0f}"
+
+
 class Release(Record):
     """Both models from one load, as means over the cases in which both have an equilibrium.
 
@@ -46,7 +51,8 @@ class Release(Record):
 
 class ReleasedSet(Record):
     """A parameter set: cases: in which both models have a sliding equilibrium; start: by model the
-    contact force of the reference initial conditions over F_n; loads: a release by load."""
+    contact force of the reference initial conditions over F_n; loads: a release by load in per
+    cent."""
 
     cases: tuple[str, ...]
     start: dict[str, float]
@@ -109,7 +115,7 @@ def released_set(scenes: Mapping[str, Scene]) -> ReleasedSet:
                 motions.append(motion(measure(released(scene, rest, load)), contact(scene)))
             lost[model] = float(np.mean([one.lost for one in motions]))
             any_edge[model] = float(np.mean([one.apart for one in motions]))
-        loads[str(load)] = Release(
+        loads[percent(load)] = Release(
             points=lost["B1"],
             line=lost["B2"],
             points_any=any_edge["B1"],
@@ -144,7 +150,8 @@ def longer(one: Release) -> str:
 def sentences(record: Releases) -> Mapping[str, bool]:
     """What the paper says of these releases."""
     order = {
-        name: [longer(one.loads[str(load)]) for load in LOADS] for name, one in record.sets.items()
+        name: [longer(one.loads[percent(load)]) for load in LOADS]
+        for name, one in record.sets.items()
     }
     first = record.sets[REFERENCE]
     return {
@@ -155,5 +162,5 @@ def sentences(record: Releases) -> Mapping[str, bool]:
         "released-alike-set-3-turns-at-half-the-load": order["set-3"][1] == "line"
         and "line" not in (order["set-3"][0], *order["set-3"][2:]),
         "released-alike-points-lose-longer-in-set-4": order["set-4"] == ["points"] * len(LOADS),
-        "points-released-near-their-load-lose-no-contact": first.loads["1.2"].points == 0.0,
+        "points-released-near-their-load-lose-no-contact": first.loads["120"].points == 0.0,
     }

@@ -3,12 +3,12 @@
 from squeal.article.report.latex import percent, tabular
 from squeal.article.studies.basin import Basin
 
-CAPTION = r"""Case (d) at a modal damping of \val[p1]{basin.ratio}, where sliding is stable: initial
-conditions that lead to sustained loss of contact, of \val[n]{onset.starts} drawn uniformly (seed
-\val[n]{basin.seed}) from a box about the sliding equilibrium, by the half-width of the box. The
-half-width is that of $x$, $y$ and $w\theta$ in static compressions (points:
-$F_n/(k_3+k_4) = {}$\val[2]{basin.compression.b1-d}\,$\mu$m, line:
-$F_n/k_c = {}$\val[3]{basin.compression.b2-d-integral}\,$\mu$m), and of their velocities over
+CAPTION = r"""Initial conditions of case (d) that lead to sustained loss of contact beside stable
+sliding, by how far they reach. Of \val[n]{onset.starts} drawn uniformly (seed \val[n]{basin.seed})
+from a box about the sliding equilibrium, at a modal damping of \val[p1]{basin.ratio}. The
+half-width is that of $x$, $y$ and $w\theta$ in static compressions, on points
+$F_n/(k_3+k_4) = {}$\val[2]{basin.compression.b1-d}\,$\mu$m and on the line
+$F_n/k_c = {}$\val[3]{basin.compression.b2-d-integral}\,$\mu$m, and that of their velocities over
 $\sqrt{k_1/m}$. In brackets: exact interval of \val[p0]{basin.confidence} confidence."""
 NAMES = {"b1-d": "points, B1 (d)", "b2-d-integral": "line, B2 (d)"}
 

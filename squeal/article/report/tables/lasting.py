@@ -6,14 +6,15 @@ from squeal.article.report.latex import number, percent, tabular, with_spread
 from squeal.article.studies.energy import motion_title
 from squeal.article.studies.onset import Onset, Settled
 
-CAPTION = r"""Motions with damping and sustained loss of contact: whether from the reference
-initial conditions, from how many others (drawn from a box of half-width \val[2]{onset.box} static
-compressions, seed \val[n]{onset.seed}); of the liveliest the shares of time with an edge and with
-both edges separated, the peak contact force over $F_n$ (at the leading edge, at the trailing edge,
-and of their sum; the line has one reaction), the changes of the edge struck, and whether it
-hammers; greatest real part of the eigenvalues about the equilibrium. Measured over
-\val[n]{onset.seen} observation times after \val[n]{onset.longer}. In brackets: least and greatest
-value of \val[n]{onset.repeats} repeats from initial conditions changed by rounding."""
+CAPTION = r"""Motions with damping and sustained loss of contact. Each is seen for
+\val[n]{onset.seen} observation times after \val[n]{onset.longer}. Reference: whether the reference
+initial conditions lead to it. Others: how many do of those from a box of half-width
+\val[2]{onset.box} static compressions (seed \val[n]{onset.seed}). Of the liveliest motion: shares
+of time with an edge and with both edges separated; peak contact force over $F_n$ at the leading
+edge, at the trailing edge and of their sum (the line has one reaction); changes of the edge
+struck; whether it hammers. Growth: greatest real part of the eigenvalues about the equilibrium.
+In brackets: least and greatest value of \val[n]{onset.repeats} repeats from initial conditions
+changed by rounding."""
 
 
 def _share(value: float | None) -> str:

@@ -4,13 +4,14 @@ from squeal.article.records import Missing
 from squeal.article.report.latex import number, tabular, typeset
 from squeal.article.studies.eigenvalues import Eigenvalues, Loop
 
-CAPTION = r"""Complex eigenvalues by python-control about the sliding equilibria, with
-\val[p1]{eigenvalues.ratio} modal damping at zero friction: frequencies and damping ratios of the
-three modes (negative: the mode grows); the least friction up to \val[2]{eigenvalues.greatest} at
-which a mode begins to grow, about the equilibrium frozen at the reference friction (gain margin of
-the friction loop) and about the one that follows friction; least distance of the Nyquist curve of a
-stable loop of one input from $-1$. At every friction the poles lie within
-\val[1]{eigenvalues.agrees} of squeal's own eigenvalues, over the greatest magnitude."""
+CAPTION = r"""Complex eigenvalues about the sliding equilibria by python-control, and the critical
+friction of their loops. Frequencies and damping ratios of the three modes, with a damping of
+\val[p1]{eigenvalues.ratio} in each mode at zero friction; negative: it grows. Critical: the
+friction up to \val[2]{eigenvalues.greatest} at which a mode begins to grow, about the equilibrium
+frozen at the reference friction (gain margin of the friction loop) and about the one that follows
+friction. To $-1$: least distance of the Nyquist curve of a stable loop of one input. At every
+friction the poles lie within \val[1]{eigenvalues.agrees} of squeal's own eigenvalues, over the
+greatest magnitude."""
 
 
 def _row(name: str, loop: Loop) -> list[str]:

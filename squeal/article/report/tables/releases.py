@@ -1,14 +1,13 @@
 """Points and line released from equal shares of their load."""
 
-from squeal.article.report.latex import percent, tabular
-from squeal.article.studies.releases import LOADS, Releases
+from squeal.article.report.latex import tabular
+from squeal.article.studies.releases import LOADS, Releases, percent
 
-CAPTION = r"""Loss of contact after a release at rest from the pose of the sliding equilibrium,
-moved vertically until full contact would carry the multiple in the head of the equilibrium's own
-reaction: share of the observation time in which an edge is separated that touches in the
-equilibrium, on points / on the line, as means over the cases in which both models have an
-equilibrium. Start: contact force of the set's own initial conditions over $F_n$, on points / on the
-line."""
+CAPTION = r"""Loss of contact on points / on the line, released alike. The pad starts at rest in the
+pose of its sliding equilibrium, moved vertically until full contact would carry the multiple in the
+head of the equilibrium's own reaction. Loss: share of the observation time, in per cent, in which
+an edge is separated that touches in the equilibrium; means over the cases in which both models have
+one. Start: contact force of the set's own initial conditions over $F_n$."""
 
 
 def table(releases: Releases) -> str:
@@ -18,8 +17,8 @@ def table(releases: Releases) -> str:
         start = f"{one.start['B1']:.2f} / {one.start['B2']:.2f}"
         cells = []
         for load in LOADS:
-            release = one.loads[str(load)]
-            cells.append(f"{100 * release.points:.1f} / {percent(release.line)}")
+            release = one.loads[percent(load)]
+            cells.append(f"{100 * release.points:.1f} / {100 * release.line:.1f}")
         rows.append([name.replace("-", " "), ", ".join(one.cases), start, *cells])
     loads = [f"${load:g}$" for load in LOADS]
     return tabular("lllrrrr", ["set", "cases", "start", *loads], [rows])
