@@ -6,8 +6,10 @@
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
 # make verify   is the build the one that was described?  make manifest  describe it anew
+# make dispatches  does the report print the same with other instructions? half an hour, after make report
 # make site     documentation, docs/_build/html/index.html, its links checked
 # make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
+# make rescience  the report's metadata for ReScience C, dist/metadata.yaml, after make report
 # make archive  report, page, site, data, scenes and packages as one file for a repository, in dist/
 # make cluster  what profiles/slurm needs               make cluster-test   a try on a node of its own
 # make brake DATA=folder   a published brake of 4669 degrees of freedom (its matrices, see docs/published.md)
@@ -41,8 +43,8 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: report test verify manifest test-without-heyoka two-ways any-input fuzz lint benchmark \
-	page page-test site dist archive cluster cluster-test machines platforms metadata codecheck cite-check sbom audit lock clean distclean
+.PHONY: report test verify manifest dispatches test-without-heyoka two-ways any-input fuzz lint benchmark \
+	page page-test site dist archive cluster cluster-test machines platforms metadata rescience codecheck cite-check sbom audit lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -120,6 +122,9 @@ archive: $(RELEASE) report site dist
 verify: $(ENVIRONMENT)
 	@$(BIN)/python -m workflow.release.verify
 
+dispatches: $(ENVIRONMENT)
+	@nice -n 10 $(BIN)/python -m workflow.trials.dispatches $(STUDY)
+
 manifest: $(ENVIRONMENT)
 	@$(BIN)/python -m workflow.release.verify --write
 
@@ -146,6 +151,10 @@ metadata: $(ENVIRONMENT)
 	$(BIN)/python -m workflow.release.codemeta > codemeta.json
 	$(BIN)/python -m workflow.release.codecheck > codecheck.yml
 	$(BIN)/python -m workflow.release.journal > .paper.md && mv .paper.md paper/paper.md
+
+rescience: $(ENVIRONMENT)
+	@mkdir -p dist
+	@$(BIN)/python -m workflow.release.rescience > dist/metadata.yaml
 
 cite-check: $(CITE) $(ENVIRONMENT)
 	.venv/cite/bin/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff

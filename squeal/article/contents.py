@@ -61,6 +61,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "claims": _ALL,
     "findings": _scenes(*STEMS),
     "baseline": (),
+    "ensemble": ("workflow/ensemble.csv", "workflow/lasting.csv", "workflow/searches.json"),
     "accuracy": _scenes("b1-c", "b2-c"),
     "extreme": (),
 }
@@ -75,6 +76,7 @@ _DRAWN_FROM = {
     "coupling": ("stability",),
     "modes": ("stability",),
     "accuracy": ("accuracy",),
+    "ensemble": ("ensemble", "sets"),
 }
 FIGURES: dict[str, Figure] = {
     "fig01": Figure("sketch", _scenes("b1-c")),
@@ -92,18 +94,21 @@ RESULTS = tuple(map(result_file, (*HISTORY_FIGURES, *STUDIES)))
 """All result files that the report rests on."""
 TABLES = (
     "basin",
+    "bounds",
     "claims",
     "eigenvalues",
     "extreme",
     "findings",
     "lasting",
     "levels",
+    "origins",
     "parameters",
     "poles",
     "releases",
     "sets",
     "table1",
     "table2",
+    "verdicts",
     "works",
 )
 """paper/generated/NAME.tex is written by `squeal.article.report.tables.NAME`."""

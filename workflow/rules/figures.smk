@@ -2,7 +2,7 @@ rule figure:
     input:
         files=lambda wildcards: FIGURES[wildcards.figure].reads,
         lock=LOCK,
-        package=lambda wildcards: sources(
+        package=lambda wildcards: sources_file(
             "squeal.article.figures.__main__",
             f"squeal.article.figures.{FIGURES[wildcards.figure].module}",
         ),
@@ -27,7 +27,7 @@ rule run_times:
     input:
         "benchmarks/precision.py",
         lock=LOCK,
-        package=sources("squeal.article.figures.accuracy"),
+        package=sources_file("squeal.article.figures.accuracy"),
     output:
         pdf="figures/run_times.pdf",
         text="figures/run_times.txt",

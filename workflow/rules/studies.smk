@@ -2,7 +2,7 @@ rule study:
     input:
         files=lambda wildcards: STUDIES[wildcards.study],
         lock=LOCK,
-        package=lambda wildcards: sources(
+        package=lambda wildcards: sources_file(
             "squeal.article.studies.__main__", f"squeal.article.studies.{wildcards.study}"
         ),
     output:
