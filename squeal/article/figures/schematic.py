@@ -17,9 +17,9 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 ON, OFF = "#C8380E", "white"
 HALF, HIGH = 0.55, 0.32  # half width and half height of the drawn pad
 CAPTION = r"""Both models of contact, and the result for the reference set in the four cases of
-spring directions, each on points (left) and on the line (right). Filled: yes. Only edges count that touch in the sliding equilibrium.
-Rows 1 to 4: undamped, the first three from the reference initial conditions. Row 5: under modal
-damping of \val[p1]{onset.ratio}, from some initial conditions."""
+spring directions, each on points (left) and on the line (right). Filled: yes. Only edges count that
+touch in steady sliding. Rows 1 to 4: undamped, the first three from the reference initial
+conditions. Row 5: under modal damping of \val[p1]{onset.ratio}, from some initial conditions."""
 
 
 def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
@@ -41,7 +41,7 @@ def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
 
 
 def _model(axes: Axes, middle: float, springs: int, name: str) -> None:
-    """A small pad on so many contact springs between its lower face and the surface, and its name."""
+    """A small pad with its name, on so many springs between its lower face and the surface."""
     half = 0.58
     top = 0.5
     face = -0.02
