@@ -146,7 +146,7 @@ class Moved(Record):
     """A number that moved when its motion was repeated, and its least and greatest value.
 
     key: the keys and places that lead to the number in the result, with dots between, see
-    `squeal.article.spread`.
+    `squeal.article.studies._spread`.
     """
 
     key: str

@@ -8,7 +8,7 @@ import pytest
 from squeal.article.records import Moved, Record, Result, bound, to_dict
 from squeal.article.report import printed, values
 from squeal.article.report.latex import with_spread
-from squeal.article.spread import SIZE, at_ends, disturbed, moved
+from squeal.article.studies._spread import SIZE, at_ends, disturbed, moved
 from squeal.errors import ComputationError
 
 

@@ -20,7 +20,7 @@ import json, sys
 from pathlib import Path
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.records import to_dict
-from squeal.article.spread import moved, numbers
+from squeal.article.studies._spread import moved, numbers
 from squeal.article.studies import onset
 from squeal.article.studies._scenes import read_scenes
 if sys.argv[1] == "otherwise":

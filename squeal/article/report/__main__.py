@@ -18,7 +18,7 @@ from squeal.article.report import values
 from squeal.article.report.captions import captions, modules
 from squeal.article.report.numbering import check_order, numbers
 from squeal.article.report.source import where
-from squeal.article.spread import at_ends
+from squeal.article.studies._spread import at_ends
 from squeal.cli.streams import exit_code
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import write_text

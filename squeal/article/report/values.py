@@ -2,7 +2,7 @@ r"""Numbers in the text: \val[form]{study.key.key} is read from results/study.js
 
 A form says how a number is shown: "3" three significant digits (the default), "f2" two decimals,
 "p1" a percentage with one, "n" a whole number. Text is shown as it stands. A number that moves
-between repeats is followed by its least and greatest value, see `squeal.article.spread`.
+between repeats is followed by its least and greatest value, see `squeal.article.studies._spread`.
 """
 
 import json

@@ -21,8 +21,8 @@ from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
 from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
 from squeal.article.records import Missing, Moved, Record, Result
-from squeal.article.spread import disturbed, moved
 from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies._spread import disturbed, moved
 from squeal.article.studies.energy import under_both_laws
 from squeal.article.studies.starts import compression
 from squeal.equilibrium import sliding_equilibrium
@@ -285,13 +285,15 @@ def settle_late(begun: Sequence[Begun], window: float) -> Late:
     """
     ends, found = settle(begun, LATE * window, SEEN * window)
     on = [i for i, one in enumerate(found) if one and one.goes_on]
+    ceased = 0
     if on:
         again = [Begun(begun[i].model, ends[i]) for i in on]
         last, later = settle(again, (LONGER - LATE) * window, SEEN * window)
+        ceased = sum(not (one and one.goes_on) for one in later)
         for i, end, one in zip(on, last, later, strict=True):
             ends[i] = end
             found[i] = one
-    return Late(ends, found, sum(not (found[i] and found[i].goes_on) for i in on))
+    return Late(ends, found, ceased)
 
 
 def sampled_states(scene: Scene, half_width: float, count: int) -> np.ndarray:

@@ -10,8 +10,8 @@ from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims import CLAIMS, judge_claims, linear_measures, measure_scenes
 from squeal.article.claims.rules import hammering_cases
 from squeal.article.records import Moved, Record, Result
-from squeal.article.spread import moved
 from squeal.article.studies._scenes import REFERENCE, by_set, read_scenes
+from squeal.article.studies._spread import moved
 from squeal.article.studies.hammering import contact, motion
 from squeal.article.studies.line_springs import on_springs
 from squeal.article.studies.onset import RATIO, After, after, repeats
