@@ -1,11 +1,17 @@
+# written before Snakemake looks which files there are
+FIGURE_SOURCES = {
+    name: sources_file(
+        "squeal.article.figures.__main__", f"squeal.article.figures.{figure.module}"
+    )
+    for name, figure in FIGURES.items()
+}
+
+
 rule figure:
     input:
         files=lambda wildcards: FIGURES[wildcards.figure].reads,
         lock=LOCK,
-        package=lambda wildcards: sources_file(
-            "squeal.article.figures.__main__",
-            f"squeal.article.figures.{FIGURES[wildcards.figure].module}",
-        ),
+        package=lambda wildcards: FIGURE_SOURCES[wildcards.figure],
     output:
         pdf="figures/{figure}.pdf",
         text="figures/{figure}.txt",
