@@ -5,6 +5,7 @@ states, equilibria by a root finder, blows by sums over samples: nothing of the 
 """
 
 import itertools
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -152,7 +153,9 @@ def lost(spent, watched) -> float:
     )
 
 
-def says(pads: dict[str, list[Pad]], starts: dict[str, np.ndarray], stop: float) -> dict:
+def says(
+    pads: dict[str, list[Pad]], starts: dict[str, list[np.ndarray]], stop: float
+) -> dict[str, Any]:
     """Of the four cases of each model: mean shares lost and apart over the cases in which both
     models have an equilibrium, and the cases that hammer."""
     spent, rests, hammering = {}, {}, {}
@@ -165,7 +168,7 @@ def says(pads: dict[str, list[Pad]], starts: dict[str, np.ndarray], stop: float)
             if hammers(name, p, solution, stop, spent[name, letter]):
                 hammering[name] += letter
     both = [k for k in "abcd" if all(rests[name, k] is not None for name in pads)]
-    answer = {"hammers": f"{hammering['B1']}/{hammering['B2']}"}
+    answer: dict[str, Any] = {"hammers": f"{hammering['B1']}/{hammering['B2']}"}
     for digit, name in enumerate(pads, 1):
         lost_shares, apart_shares = [], []
         for k in both:

@@ -1,6 +1,7 @@
 """Random parameter sets: bounds, verdicts by hand, stored rows again; searches and control."""
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 import pytest
@@ -53,7 +54,7 @@ def test_what_is_stored_is_small_and_whole():
     assert {one.number for one in lasting.read(DAMPED)} <= valid
 
 
-@pytest.mark.parametrize("number", some_valid(2, 5))
+@pytest.mark.parametrize("number", some_valid(1, 5))
 def test_a_set_says_the_same_by_hand(number):
     """Own equations, SciPy with clipped forces, a root finder, sums over samples."""
     one = population.some(population.drawn(), slice(number, number + 1))
@@ -76,7 +77,9 @@ def test_stored_sets_say_the_same_again():
 
 
 def test_agreement_allows_what_was_undecided_and_no_more():
-    row = Row("valid", "3", "c1", "0", "c/c", "c", "/", "/", *"123456", "0", "y" * len(VERDICTS))
+    numbers = dict(zip(("lost1", "lost2", "apart1", "apart2"), "1234", strict=True))
+    texts = {"satisfied": "c1", "undecided": "0", "hammers": "c/c", "spread": "0"} | numbers
+    row = Row("valid", **texts, verdicts="y" * len(VERDICTS))
     assert ensemble.agrees(row, row)
     assert ensemble.agrees(row, row._replace(verdicts="?" + row.verdicts[1:]))
     assert not ensemble.agrees(row, row._replace(verdicts="n" + row.verdicts[1:]))
@@ -145,8 +148,8 @@ def test_a_mirrored_case_is_that_of_the_mirrored_pad(model):
 
 def test_shuffled_statements_are_those_of_other_cases():
     claim = next(one for one in CLAIMS if one.id == "B1-d-mostly-full")
-    names = {f"b1-{letter}": i for i, letter in enumerate(LETTERS)}
-    seen = []
+    names: Any = {f"b1-{letter}": i for i, letter in enumerate(LETTERS)}
+    seen: list[Any] = []
     spy = dataclasses.replace(claim, rule=lambda one: seen.append(one))
     Arrangement(b1="bcda").outcome(spy, names)
     PRINTED.outcome(spy, names)

@@ -23,10 +23,10 @@ from squeal.io.writing import to_json, write_text
 from squeal.model.contact import CONSISTENT
 
 Kind = Literal["shuffled", "printed", "screened", "bounded"]
-SHUFFLES = 20  # searches with shuffled statements, each with an arrangement of its own
-PRINTS = 10  # with the article's, from random sets as those
-SCREENS = 6  # with the article's, from sets that the balances allow, as `squeal identify` has it
-BOUNDED = 8  # with the article's, from random sets within `population.BOUNDS`
+SHUFFLES = 10  # searches with shuffled statements, each with an arrangement of its own
+PRINTS = 5  # with the article's, from random sets as those
+SCREENS = 4  # with the article's, from sets that the balances allow, as `squeal identify` has it
+BOUNDED = 2  # with the article's, from random sets within `population.BOUNDS`
 
 
 class StoredSearch(Record):
