@@ -42,6 +42,11 @@ SETS = ("set-2", "set-3", "set-4")
 _ALL = _scenes(*HISTORY_FIGURES)
 _B2 = _scenes(*(stem("B2", case) for case in CASES))
 
+COEXISTING = tuple(
+    f"workflow/coexistence/{name}.json" for name in ("b1-d", "b2-d-integral", "b2-d-mean")
+)
+"""What `squeal.article.coexistence` has stored."""
+
 STUDIES: dict[str, tuple[str, ...]] = {
     "quasi_static": _scenes("b3"),
     "eigenvalues": _B2,
@@ -53,6 +58,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "hammering": _ALL,
     "starts": _ALL,
     "onset": _ALL,
+    "coexistence": (*_scenes("b1-d", "b2-d"), *COEXISTING),
     "sets": (*_ALL, *_scenes(*(f"{one}/{name}" for one in SETS for name in HISTORY_FIGURES))),
     "claims": _ALL,
     "findings": _scenes(*STEMS),
@@ -67,6 +73,7 @@ _DRAWN_FROM = {
     "schematic": ("hammering", "sets"),
     "outcomes": ("onset",),
     "cycles": ("onset",),
+    "coexistence": ("coexistence",),
     "coupling": ("stability",),
     "modes": ("stability",),
     "accuracy": ("accuracy",),

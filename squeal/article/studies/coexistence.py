@@ -1,0 +1,376 @@
+"""Where a motion that loses contact exists beside stable sliding, in case (d) with two dampings.
+
+Contact damping by the law of Hunt and Crossley, modal damping besides. The boundaries of cycles and
+the least disturbances are computed beforehand (`squeal.article.coexistence`) and stored. Here every
+stored cycle is integrated again, and a part of the least disturbances.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.optimize import brentq
+
+from squeal.article.coexistence import (
+    A_OVER_FRICTION,
+    A_RANGE,
+    ENERGY_A,
+    MOTIONS,
+    MU_RANGE,
+    ZETA_RANGE,
+    BoundaryCurve,
+    BoundaryPoint,
+    Kind,
+    LeastDisturbance,
+    Stored,
+    scene_of,
+)
+from squeal.article.damped_contact import DampedContact
+from squeal.article.damped_cycles import Cycle, Cycles
+from squeal.article.least_disturbance import lasts
+from squeal.article.records import Record, Result, read_json
+from squeal.article.studies._scenes import read_scenes
+from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
+from squeal.io.scene import Scene
+
+SAMPLES = 41  # of the stability boundary
+STABLE_AT = 1e-6  # a modal damping ratio as good as none
+PARTS = 60  # of a period, for the extremes of a cycle
+REPEATED, SEED = 6, 0  # least disturbances that are simulated again, of each motion
+SHORTER = 0.9  # of a least disturbance, which leads back to sliding
+QUOTED_ZETA = 0.005  # at which margins are quoted
+
+
+class Point(Record):
+    """A point of a boundary: contact damping (s/m), friction, modal damping ratio."""
+
+    a: float
+    mu: float
+    zeta: float
+
+
+class Boundary(Record):
+    """A boundary of cycles; see `BoundaryCurve`.
+
+    period: from the least to the greatest along it, ms; face: greatest speed of the lower face
+    while it touches over that of the surface; factor: least 1 + a p' where the face touches.
+    """
+
+    contacts: str
+    kind: Kind
+    over: str
+    points: tuple[Point, ...]
+    period: tuple[float, float]
+    face: float
+    factor: float
+
+
+class Margin(Record):
+    """The least disturbance found at two dampings.
+
+    compressions: over the static compression, None where no motion lasts; spread: of the searches,
+    relative to the least; micrometres: of x, y and w theta together; share: of the motions from the
+    box that last.
+    """
+
+    a: float
+    zeta: float
+    compressions: float | None
+    spread: float
+    micrometres: float | None
+    share: float
+
+
+class Motion(Record):
+    """Case (d) of one model and contact law.
+
+    compression: the static one, micrometres; sliding: modal damping from which sliding is stable,
+    over contact damping; over_friction: the same over friction, at `a_over_friction`; closes: the
+    contact damping at which a fold meets the stability boundary, None where none does in the plane;
+    highest: the greatest modal damping at which a cycle exists, at the least contact damping;
+    energies: least energies of a disturbance over the static one at `energy_a`.
+    """
+
+    compression: float
+    sliding: tuple[Point, ...]
+    over_friction: tuple[Point, ...]
+    boundaries: tuple[Boundary, ...]
+    closes: float | None
+    highest: float
+    margins: tuple[Margin, ...]
+    energies: tuple[Margin, ...]
+
+    def margin(self, a: float, zeta: float) -> Margin | None:
+        """The least displacement at two dampings, None where it was not searched."""
+        return next((m for m in self.margins if (m.a, m.zeta) == (a, zeta)), None)
+
+
+class Checked(Record):
+    """How far the stored cycles are from what they claim.
+
+    cycles: how many there are; closure: greatest distance of the ends of a period, static
+    compressions; critical: greatest distance from the unit circle of the multiplier that is
+    critical; repeated: least disturbances simulated again; held: of these those that lead to a
+    lasting loss of contact while `SHORTER` times them leads back to sliding.
+    """
+
+    cycles: int
+    closure: float
+    critical: float
+    repeated: int
+    held: int
+
+
+class Coexistence(Result):
+    """The motions by name (b1-d, b2-d-integral, b2-d-mean), and the check of what was stored."""
+
+    motions: dict[str, Motion]
+    checked: Checked | None
+    a_range: tuple[float, float] = A_RANGE
+    zeta_range: tuple[float, float] = ZETA_RANGE
+    mu_range: tuple[float, float] = MU_RANGE
+    a_over_friction: float = A_OVER_FRICTION
+    energy_a: float = ENERGY_A
+    left_out: str = ""
+
+
+def critical_zeta(scene: Scene, a: float, mu: float) -> float | None:
+    """The modal damping ratio at which sliding becomes stable, None where it needs none."""
+
+    def growth(log_zeta: float) -> float:
+        return DampedContact(scene, a, float(np.exp(log_zeta)), mu).growth
+
+    low, high = np.log(STABLE_AT), np.log(0.5)
+    if growth(low) < 0.0:
+        return None
+    return float(np.exp(brentq(growth, low, high, xtol=1e-9)))
+
+
+def cycle_of(scene: Scene, point: BoundaryPoint) -> Cycle:
+    """The stored cycle, integrated again."""
+    pad = DampedContact(scene, point.a, point.zeta, point.mu)
+    cycles = Cycles(pad)
+    return cycles.over(cycles.start(np.array(point.state), point.period, pad))
+
+
+def extremes(cycle: Cycle) -> tuple[float, float]:
+    """Greatest speed of the lower face while it touches over that of the surface, and the least
+    factor 1 + a p' of the contact."""
+    pad, state = cycle.pad, cycle.state
+    cycles = Cycles(pad)
+    part = float(cycle.x[6]) / PARTS
+    states = []
+    for _ in range(PARTS):
+        states.append(state)
+        state = cycles.flow.run(pad, state, part).end
+    along = np.array(states).T
+    found = pad.at(along)
+    touching = (np.array(found.gaps) < 0.0).any(axis=0)
+    surface = float(pad.scene.pad.V or np.inf) * pad.time / pad.length
+    speed = along[3] + pad.c.h / pad.c.w * along[5]
+    factor = np.min(found.factors, axis=0)
+    return float(speed[touching].max()) / surface, float(factor[touching].min())
+
+
+def critical_distance(cycle: Cycle, kind: Kind) -> float:
+    """How far the critical multiplier is from its place; of a grazing none is."""
+    multipliers = cycle.multipliers
+    match kind:
+        case "fold":
+            # that of a shift in time is 1 too: rounding parts the two, but not their sum
+            values = np.linalg.eigvals(cycle.monodromy)
+            pair = values[np.argsort(np.abs(values - 1.0))[:2]]
+            return float(np.abs(pair.sum() - 2.0))
+        case "period doubling":
+            return float(np.abs(multipliers + 1.0).min())
+        case "torus":
+            return float(np.abs(np.abs(multipliers) - 1.0).min())
+        case "grazing":
+            return 0.0
+
+
+def boundary(scene: Scene, curve: BoundaryCurve) -> tuple[Boundary, float, float]:
+    """A stored boundary as it is reported, its greatest closure error and critical distance."""
+    cycles = [cycle_of(scene, point) for point in curve.points]
+    ends = [extremes(cycle) for cycle in cycles]
+    closure = max(float(np.abs(cycle.arc.end - cycle.state).max()) for cycle in cycles)
+    critical = max(critical_distance(cycle, curve.kind) for cycle in cycles)
+    periods = [1e3 * cycle.period for cycle in cycles]
+    found = Boundary(
+        contacts=curve.contacts,
+        kind=curve.kind,
+        over=curve.over,
+        points=tuple(Point(point.a, point.mu, point.zeta) for point in curve.points),
+        period=(min(periods), max(periods)),
+        face=max(face for face, _ in ends),
+        factor=min(factor for _, factor in ends),
+    )
+    return found, closure, critical
+
+
+def height_at(curves: Sequence[Boundary], over: str, value: float) -> float:
+    """The greatest modal damping of the upper boundaries at a contact damping or a friction, 0
+    where they do not reach it."""
+    highest = 0.0
+    for curve in curves:
+        if curve.over != over or curve.kind != "fold":
+            continue
+        place = [point.a if over == "a" else point.mu for point in curve.points]
+        height = [point.zeta for point in curve.points]
+        for i in range(len(place) - 1):
+            (x0, x1), (y0, y1) = place[i : i + 2], height[i : i + 2]
+            if min(x0, x1) <= value <= max(x0, x1) and x0 != x1:
+                share = (value - x0) / (x1 - x0)
+                highest = max(highest, float(y0 ** (1.0 - share) * y1**share))
+    return highest
+
+
+def closing(sliding: Sequence[Point], curves: Sequence[Boundary]) -> float | None:
+    """The contact damping at which the upper boundary meets that of stable sliding."""
+    before: tuple[float, float] | None = None
+    for point in sliding:
+        above = height_at(curves, "a", point.a)
+        if above == 0.0:
+            continue
+        over = float(np.log(above / point.zeta))
+        if over < 0.0 and before is not None:
+            share = before[1] / (before[1] - over)
+            return float(before[0] * (point.a / before[0]) ** share)
+        before = (point.a, over)
+    return None
+
+
+def margin(stored: LeastDisturbance, compression: float) -> Margin:
+    """A stored least disturbance as it is reported; compression in micrometres."""
+    norms = [norm for norm in stored.norms if norm is not None]
+    best = stored.best
+    return Margin(
+        a=stored.a,
+        zeta=stored.zeta,
+        compressions=best,
+        spread=0.0 if best is None else (max(norms) - best) / best,
+        micrometres=None if best is None else best * compression,
+        share=stored.lasting / stored.drawn,
+    )
+
+
+def repeat(scene: Scene, stored: Sequence[LeastDisturbance]) -> tuple[int, int]:
+    """How many least disturbances were simulated again, and how many did what they claim."""
+    there = [one for one in stored if one.disturbance]
+    chosen = np.random.default_rng(SEED).permutation(len(there))[:REPEATED]
+    held = 0
+    for i in chosen:
+        one = there[i]
+        pad = DampedContact.of(scene, one.a, one.zeta)
+        disturbance = np.array(one.disturbance)
+        both = lasts(pad, np.array([1.001 * disturbance, SHORTER * disturbance]))
+        held += int(both[0] and not both[1])
+    return len(chosen), held
+
+
+def motion(scene: Scene, stored: Stored) -> tuple[Motion, list[float], list[float]]:
+    """All of one motion, and the errors of its stored cycles."""
+    compression = 1e6 * DampedContact.of(scene, A_RANGE[0], QUOTED_ZETA).length
+    mu = float(scene.pad.mu)
+    sliding = []
+    for a in np.geomspace(*A_RANGE, SAMPLES):
+        zeta = critical_zeta(scene, float(a), mu)
+        if zeta is not None:
+            sliding.append(Point(float(a), mu, zeta))
+    over_friction = []
+    for friction in np.linspace(*MU_RANGE, SAMPLES):
+        zeta = critical_zeta(scene, A_OVER_FRICTION, float(friction))
+        if zeta is not None:
+            over_friction.append(Point(A_OVER_FRICTION, float(friction), zeta))
+    found = [boundary(scene, curve) for curve in stored.boundaries]
+    curves = tuple(curve for curve, _, _ in found)
+    margins = [(one.norm, margin(one, compression)) for one in stored.least]
+    result = Motion(
+        compression=compression,
+        sliding=tuple(sliding),
+        over_friction=tuple(over_friction),
+        boundaries=curves,
+        closes=closing(sliding, curves),
+        highest=height_at(curves, "a", A_RANGE[0]),
+        margins=tuple(one for norm, one in margins if norm == "displacement"),
+        energies=tuple(one for norm, one in margins if norm == "energy"),
+    )
+    return result, [closure for _, closure, _ in found], [critical for _, _, critical in found]
+
+
+def study(files: Sequence[Path]) -> Coexistence:
+    """The three motions of case (d), from their scenes and the stored files."""
+    if version("heyoka") == NOT_INSTALLED:
+        why = f"{WITHOUT_HEYOKA} nothing else follows these cycles."
+        return Coexistence(motions={}, checked=None, left_out=why)
+    scenes = read_scenes(files, set(MOTIONS.values()))
+    stored = {one.motion: one for one in (read_json(Stored, f) for f in files if f.suffix == ".json")}
+    motions = {}
+    closures: list[float] = []
+    criticals: list[float] = []
+    repeated = held = 0
+    for name, stem in MOTIONS.items():
+        scene = scene_of(name, scenes[stem])
+        motions[name], closure, critical = motion(scene, stored[name])
+        closures += closure
+        criticals += critical
+        again, held_again = repeat(scene, stored[name].least)
+        repeated += again
+        held += held_again
+    count = sum(len(curve.points) for one in stored.values() for curve in one.boundaries)
+    checked = Checked(count, max(closures), max(criticals), repeated, held)
+    return Coexistence(motions=motions, checked=checked)
+
+
+def inside(motion: Motion, margin: Margin) -> bool:
+    """Whether a pair of dampings lies below an upper boundary."""
+    return margin.zeta < height_at(motion.boundaries, "a", margin.a)
+
+
+def sentences(found: Coexistence) -> Mapping[str, bool]:
+    """What the paper says of the coexistence."""
+    if found.left_out or found.checked is None:
+        return {}
+    points = found.motions["b1-d"]
+    line = found.motions["b2-d-integral"]
+    printed = found.motions["b2-d-mean"]
+    every = (points, line, printed)
+    quoted = [one.margin(A_OVER_FRICTION, QUOTED_ZETA) for one in (points, line)]
+    point_margin, line_margin = quoted
+
+    def above_sliding(one: Motion) -> bool:
+        """At the least contact damping a cycle exists where sliding is stable."""
+        return one.highest > one.sliding[0].zeta
+
+    return {
+        "stored-cycles-close-and-are-critical": found.checked.closure < 1e-6
+        and found.checked.critical < 1e-4
+        and found.checked.held == found.checked.repeated,
+        "loss-of-contact-coexists-under-both-laws": all(map(above_sliding, every)),
+        "points-coexist-at-every-contact-damping": points.closes is None
+        and all(
+            height_at(points.boundaries, "a", one.a) > one.zeta for one in points.sliding
+        ),
+        "line-ceases-to-coexist-at-high-contact-damping": line.closes is not None
+        and 0.1 < line.closes < 0.2,
+        "printed-law-ceases-earlier": printed.closes is not None
+        and line.closes is not None
+        and printed.closes < 0.5 * line.closes,
+        "coexistence-from-points-to-line-to-printed-law": points.highest
+        > line.highest
+        > printed.highest,
+        "no-cycle-asks-for-tension": all(
+            curve.factor > 0.0 and curve.face < 1.0 for one in every for curve in one.boundaries
+        ),
+        "points-need-the-smaller-disturbance": all(
+            a.micrometres is not None
+            and (b is None or b.micrometres is None or a.micrometres < b.micrometres)
+            for a in points.margins
+            if inside(points, a)
+            for b in [line.margin(a.a, a.zeta)]
+        ),
+        "a-few-micrometres-suffice": point_margin is not None
+        and line_margin is not None
+        and (point_margin.micrometres or np.inf) < 10.0
+        and (line_margin.micrometres or np.inf) < 25.0,
+    }

@@ -1,0 +1,146 @@
+"""Stored boundaries and least disturbances against the equations written out by hand."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from squeal.article.coexistence import (
+    MOTIONS,
+    Stored,
+    find_cycle,
+    least_at,
+    scene_of,
+    FAMILIES,
+)
+from squeal.article.damped_contact import DampedContact, flow
+from squeal.article.records import read_json
+from squeal.article.studies import coexistence
+from squeal.io.scene import read_scene
+from tests.article.damped_by_hand import Pad
+from tests.conftest import ROOT, needs_heyoka
+
+pytestmark = needs_heyoka
+ASIDE = 0.06  # relative distance in modal damping from a fold, at which motions are compared
+PERIODS = 90  # after which a motion above a fold has come to rest
+
+
+def scene(motion):
+    return scene_of(motion, read_scene(ROOT / f"workflow/scenes/{MOTIONS[motion]}.yaml"))
+
+
+def stored(motion):
+    return read_json(Stored, ROOT / f"workflow/coexistence/{motion}.json")
+
+
+def by_hand(motion, a, zeta, mu=None):
+    return Pad(MOTIONS[motion], a, zeta, mu, mean=motion.endswith("mean"))
+
+
+def si(pad):
+    """Factors (6,) from the state of a pad to SI units."""
+    place = pad.length * np.array([1.0, 1.0, 1.0 / pad.scene.pad.w])
+    return np.append(place, place / pad.time)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_rates_against_the_equations_by_hand(motion):
+    pad = DampedContact(scene(motion), 0.2, 0.01, 0.4)
+    states = np.random.default_rng(2).uniform(-2.0, 2.0, (6, 400))
+    states[1] += 1.0 - 2.0 * (motion == "b1-d")
+    scale = si(pad)[:, None]
+    exact = by_hand(motion, 0.2, 0.01, 0.4).rates(states * scale) / scale * pad.time
+    found = pad.at(states)
+    holds = np.min(found.factors, axis=0) > 0.0
+    patterns = {tuple(row) for row in (np.array(found.gaps) < 0.0).T.tolist()}
+    assert len(patterns) == 4
+    assert np.count_nonzero(holds) > 300
+    assert pad.rates(states)[:, holds] == pytest.approx(exact[:, holds], abs=1e-8)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_variational_equations_against_differences(motion):
+    pad = DampedContact.of(scene(motion), 0.05, 0.005)
+    state = pad.sliding + np.array([0.5, 2.0, -1.5, 0.3, -0.4, 0.6])
+    run = flow(pad.law).run
+    arc = run(pad, state, 9.0)
+    assert len(arc.passages) >= 1
+    for i in range(6):
+        step = np.zeros(6)
+        step[i] = 1e-6
+        slope = (run(pad, state + step, 9.0).end - run(pad, state - step, 9.0).end) / 2e-6
+        assert arc.matrix[:, i] == pytest.approx(slope, abs=1e-6)
+    for i, name in ((7, "zeta"), (8, "mu")):
+        high, low = (pad.replace(**{name: getattr(pad, name) + s}) for s in (1e-6, -1e-6))
+        slope = (run(high, state, 9.0).end - run(low, state, 9.0).end) / 2e-6
+        assert arc.matrix[:, i] == pytest.approx(slope, abs=1e-5)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_sliding_is_stable_above_its_boundary_alone(motion):
+    for a in (0.004, 0.1, 0.25):
+        zeta = coexistence.critical_zeta(scene(motion), a, 0.320313)
+        assert by_hand(motion, a, 0.98 * zeta).growth() > 0.0
+        assert by_hand(motion, a, 1.02 * zeta).growth() < 0.0
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_stored_cycle_closes_by_hand(motion):
+    curve = stored(motion).boundaries[0]
+    point = curve.points[np.random.default_rng().integers(len(curve.points))]
+    pad = DampedContact(scene(motion), point.a, point.zeta, point.mu)
+    start = np.array(point.state) * si(pad)
+    own = by_hand(motion, point.a, point.zeta, point.mu)
+    end = own.flow(start, point.period * pad.time)
+    assert end / si(pad) == pytest.approx(np.array(point.state), abs=1e-7)
+
+
+def sides_of_folds(motion, chosen):
+    """Whether motions by hand from stored folds last at lower and at higher modal damping."""
+    a, zeta, mu = (np.array([getattr(p, k) for p in chosen]) for k in ("a", "zeta", "mu"))
+    pad = DampedContact.of(scene(motion), 0.01, 0.01)
+    states = np.array([p.state for p in chosen]).T * si(pad)[:, None]
+    time = PERIODS * max(p.period for p in chosen) * pad.time
+    lasting = []
+    for factor in (1.0 - ASIDE, 1.0 + ASIDE):
+        own = by_hand(motion, a, factor * zeta, mu)
+        lasting.append(own.march(states, time, step=8e-7)[1])
+    return lasting
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_cycles_exist_on_one_side_of_their_folds(motion):
+    points = [p for c in stored(motion).boundaries if c.kind == "fold" for p in c.points]
+    beside = [p for p in points if DampedContact(scene(motion), p.a, p.zeta, p.mu).growth < -20.0]
+    chosen = np.random.default_rng().choice(len(beside), 3, replace=False)
+    below, above = sides_of_folds(motion, [beside[i] for i in chosen])
+    assert below.all()
+    assert not above.any()
+
+
+@pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
+def test_least_disturbance_is_computed_again(motion):
+    rows = [one for one in stored(motion).least if one.disturbance and one.norm == "displacement"]
+    one = rows[np.random.default_rng().integers(len(rows))]
+    again = least_at(scene(motion), one.a, one.zeta, one.norm)
+    assert again.norms == pytest.approx(one.norms, rel=1e-2)
+
+
+def test_least_disturbance_leads_to_loss_of_contact_by_hand():
+    for motion in ("b1-d", "b2-d-integral"):
+        one = next(o for o in stored(motion).least if (o.a, o.zeta) == (0.01, 0.005))
+        pad = DampedContact.of(scene(motion), one.a, one.zeta)
+        scale = si(pad)
+        own = by_hand(motion, one.a, one.zeta)
+        rest = np.append(own.rest(), np.zeros(3))
+        factors = np.array([1.01, 0.95])
+        states = rest[:, None] + (np.array(one.disturbance) * scale)[:, None] * factors
+        assert own.march(states, 0.05, step=8e-7)[1].tolist() == [True, False]
+
+
+def test_cycle_without_contact_damping_is_that_of_the_toolkit():
+    """At a tiny contact damping the cycle of points has the period and multiplier that shooting
+    without it gives (0.216865 ms, 0.966929)."""
+    family = FAMILIES["b1-d"][0]
+    cycle = find_cycle(scene("b1-d"), dataclasses.replace(family, a=1e-7) if False else family)
+    assert cycle.stable
