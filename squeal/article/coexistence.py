@@ -39,8 +39,16 @@ DIGITS = 11
 SETTLED = 1200.0  # units of time after which a cycle is looked for
 MOST = 45  # points of a boundary either way
 
-LEAST_A = (0.001, 0.01, 0.03, 0.1, 0.2)
-LEAST_ZETA = (0.001, 0.002, 0.003, 0.005, 0.007, 0.01, 0.015, 0.02)
+_WIDE = (
+    (0.001, 0.01, 0.03, 0.1, 0.2),
+    (0.001, 0.002, 0.003, 0.005, 0.007, 0.01, 0.015, 0.02),
+)
+LEAST_AT = {
+    "b1-d": _WIDE,
+    "b2-d-integral": _WIDE,
+    "b2-d-mean": ((0.001, 0.003, 0.01), (0.0005, 0.001, 0.002, 0.005)),
+}
+"""Contact and modal dampings at which the least disturbance is searched."""
 ENERGY_A = 0.01  # at which the least energy is computed too
 
 
@@ -95,10 +103,12 @@ class BoundaryPoint(Record):
 class BoundaryCurve(Record):
     """A boundary of a family of cycles in a plane of modal damping and another parameter.
 
-    contacts: the contact changes of the family's cycle, as `Cycle.contacts`.
+    contacts: the contact changes of the family's cycle, as `Cycle.contacts`; stable: the cycle on
+    its inner side is stable.
     """
 
     contacts: str
+    stable: bool
     kind: Kind
     over: Literal["a", "mu"]
     points: tuple[BoundaryPoint, ...]
@@ -250,7 +260,11 @@ def grazing_along_zeta(cycles: Cycles, cycle: Cycle, sign: float) -> Grazing | N
     direction[LOG_ZETA] = sign
     before = cycle
     for following in cycles.branch(cycle.x, [LOG_ZETA], direction):
-        if not cycle.stable or not following.stable or following.x[LOG_ZETA] * sign < before.x[LOG_ZETA] * sign:
+        if (
+            not cycle.stable
+            or not following.stable
+            or following.x[LOG_ZETA] * sign < before.x[LOG_ZETA] * sign
+        ):
             return None
         more, fewer = before, following
         if len(before.contacts) < len(following.contacts):
@@ -353,7 +367,9 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
             return conditions_of(cycles, kind)
 
         over_a = trace(cycles, found.cycle, [LOG_A, LOG_ZETA], conditions, critical)
-        curves.append(BoundaryCurve(name, kind, "a", tuple(map(boundary_point, over_a))))
+        curves.append(
+            BoundaryCurve(name, start.stable, kind, "a", tuple(map(boundary_point, over_a)))
+        )
         nearest = min(over_a, key=lambda cycle: abs(np.log(cycle.pad.a / A_OVER_FRICTION)))
         guess = nearest.x.copy()
         guess[LOG_A] = np.log(A_OVER_FRICTION)
@@ -362,7 +378,9 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
         except ComputationError:
             continue  # the boundary does not reach this contact damping
         over_mu = trace(cycles, there, [MU, LOG_ZETA], conditions, critical)
-        curves.append(BoundaryCurve(name, kind, "mu", tuple(map(boundary_point, over_mu))))
+        curves.append(
+            BoundaryCurve(name, start.stable, kind, "mu", tuple(map(boundary_point, over_mu)))
+        )
     for sign in (1.0, -1.0):
         grazing = grazing_along_zeta(cycles, start, sign)
         if grazing is not None:
@@ -370,7 +388,11 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
             over_a = trace(
                 cycles, grazing.cycle, [LOG_A, LOG_ZETA], lambda both=both: both, 0, anchored=True
             )
-            curves.append(BoundaryCurve(name, "grazing", "a", tuple(map(boundary_point, over_a))))
+            curves.append(
+                BoundaryCurve(
+                    name, start.stable, "grazing", "a", tuple(map(boundary_point, over_a))
+                )
+            )
     return curves
 
 
@@ -395,13 +417,13 @@ def compute(motion: str, scene: Scene) -> Stored:
     own = scene_of(motion, scene)
     curves = [curve for family in FAMILIES[motion] for curve in boundaries(own, family)]
     least = []
-    for a in LEAST_A:
-        for zeta in LEAST_ZETA:
+    contact_dampings, modal_dampings = LEAST_AT[motion]
+    for a in contact_dampings:
+        for zeta in modal_dampings:
             if DampedContact.of(own, a, zeta).growth < 0.0:
                 norms: tuple[Norm, ...] = ("displacement", "energy")
                 least += [
-                    least_at(own, a, zeta, norm)
-                    for norm in (norms if a == ENERGY_A else norms[:1])
+                    least_at(own, a, zeta, norm) for norm in (norms if a == ENERGY_A else norms[:1])
                 ]
     return Stored(motion, tuple(curves), tuple(least))
 

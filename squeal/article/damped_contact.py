@@ -266,7 +266,9 @@ class DampedContact:
     @cached_property
     def sliding(self) -> np.ndarray:
         """The state (6,) of steady sliding. Raises ComputationError where there is none."""
-        found = root(lambda q: self.at(np.append(q, np.zeros(3))).rates, [0.0, -1.0, 0.0], tol=1e-13)
+        found = root(
+            lambda q: self.at(np.append(q, np.zeros(3))).rates, [0.0, -1.0, 0.0], tol=1e-13
+        )
         if not found.success and np.abs(found.fun).max() > 1e-9:
             raise ComputationError("no steady sliding")
         return np.append(found.x, np.zeros(3))
@@ -296,13 +298,14 @@ class Arc(NamedTuple):
     """A motion over some time from a state.
 
     end (6,); matrix (6, 9): derivatives of the end by the start and by `PARAMETERS` (a in the units
-    of the motion); passages; tension: the law asked for tension.
+    of the motion); passages; invalid: the law asked for tension, or the lower face became as fast
+    as the surface.
     """
 
     end: np.ndarray
     matrix: np.ndarray
     passages: tuple[Passage, ...]
-    tension: bool
+    invalid: bool
 
 
 def _system(law: ContactLaw) -> tuple[list[tuple[Any, Number]], Motion, tuple[Any, Any]]:
@@ -315,6 +318,15 @@ def _system(law: ContactLaw) -> tuple[list[tuple[Any, Number]], Motion, tuple[An
     return list(zip(state, (*state[3:], *found.rates), strict=True)), found, on
 
 
+def limits(found: Motion) -> list[Any]:
+    """Expressions that are positive as long as the equations hold: no tension, and a lower face
+    slower than the surface."""
+    taylor = heyoka()
+    # so faint that the step does not depend on it
+    slower = taylor.FAINT * (taylor.hy.par[_V] - found.face)
+    return [*found.factors, slower]
+
+
 class Flow:
     """A compiled integrator of a law with its variational equations, for every pad."""
 
@@ -323,15 +335,13 @@ class Flow:
         system, found, on = _system(law)
         args = [variable for variable, _ in system] + [hy.par[_A], hy.par[_ZETA], hy.par[_MU]]
         self._log: list[Passage] = []
-        self._tension: list[float] = []
+        self._invalid: list[float] = []
         upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
         events = [
             hy.t_event(e, direction=upwards, callback=self._change(i), cooldown=0.0)
             for i, e in enumerate(heyoka().rising(found.gaps, on))
         ]
-        marks = [
-            hy.nt_event(factor, self._mark(), direction=downwards) for factor in found.factors
-        ]
+        marks = [hy.nt_event(limit, self._mark(), direction=downwards) for limit in limits(found)]
         self.ta = hy.taylor_adaptive(
             hy.var_ode_sys(system, args),
             tol=tolerance,
@@ -356,14 +366,14 @@ class Flow:
         return change
 
     def _mark(self) -> Any:
-        marks = self._tension
+        marks = self._invalid
         return lambda _ta, t, _sign: marks.append(t)
 
     def run(self, pad: DampedContact, state: np.ndarray, time: float) -> Arc:
         """The motion over a time. Raises ComputationError where it is not finite."""
         ta = self.ta
         self._log.clear()
-        self._tension.clear()
+        self._invalid.clear()
         ta.pars[:] = pad.numbers
         ta.pars[_ON : _ON + 2] = np.array(pad.at(state).gaps) < 0.0
         ta.time = 0.0
@@ -374,7 +384,7 @@ class Flow:
         if outcome != heyoka().hy.taylor_outcome.time_limit:
             raise ComputationError("the motion is not finite")
         matrix = ta.state[6:].reshape(6, 9).copy()
-        return Arc(ta.state[:6].copy(), matrix, tuple(self._log), bool(self._tension))
+        return Arc(ta.state[:6].copy(), matrix, tuple(self._log), bool(self._invalid))
 
 
 @lru_cache
@@ -412,11 +422,8 @@ class Ensemble:
             hy.t_event_batch(e, direction=upwards, callback=self._change(i), cooldown=0.0)
             for i, e in enumerate(heyoka().rising(found.gaps, on))
         ]
-        # so faint that the step does not depend on it
-        slower = heyoka().FAINT * (hy.par[_V] - found.face)
         marks = [
-            hy.nt_event_batch(limit, self._mark(), direction=downwards)
-            for limit in (*found.factors, slower)
+            hy.nt_event_batch(limit, self._mark(), direction=downwards) for limit in limits(found)
         ]
         self.ta = hy.taylor_adaptive_batch(
             system,

@@ -261,9 +261,7 @@ class Cycles:
             tangent = -tangent
         while step > least:
             try:
-                cycle, along = self.solve(
-                    x + step * tangent, free, conditions(), tangent, anchored
-                )
+                cycle, along = self.solve(x + step * tangent, free, conditions(), tangent, anchored)
             except ComputationError:
                 step /= 2.0
                 continue

@@ -135,7 +135,9 @@ class Pad:
             step = np.zeros(6)
             step[i] = 1e-4 * scale[i]
             state = np.append(rest, np.zeros(3))
-            columns.append((self.loads(state + step)[0] - self.loads(state - step)[0]) / 2 / step[i])
+            columns.append(
+                (self.loads(state + step)[0] - self.loads(state - step)[0]) / 2 / step[i]
+            )
         return np.array(columns).T
 
     def growth(self):
@@ -191,6 +193,8 @@ class Pad:
         for i in range(6):
             step = np.zeros(6)
             step[i] = 1e-5 * scale[i]
-            columns.append((self.flow(z + step, period) - self.flow(z - step, period)) / 2 / scale / 1e-5)
+            columns.append(
+                (self.flow(z + step, period) - self.flow(z - step, period)) / 2 / scale / 1e-5
+            )
         values = np.linalg.eigvals(np.array(columns).T)
         return values[np.argsort(-np.abs(values))]

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from squeal.article.coexistence import (
+    FAMILIES,
     MOTIONS,
     Stored,
     find_cycle,
     least_at,
     scene_of,
-    FAMILIES,
 )
 from squeal.article.damped_contact import DampedContact, flow
 from squeal.article.records import read_json

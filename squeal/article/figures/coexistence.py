@@ -16,7 +16,6 @@ from squeal.article.studies.coexistence import (
     Motion,
     Point,
     height_at,
-    inside,
 )
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
@@ -28,6 +27,7 @@ TITLES = {
 COEXISTING, UNSTABLE = "#E69F00", "0.6"
 LOOKS: dict[str, dict[str, Any]] = {
     "fold": {"color": "#C8380E", "lw": 1.5},
+    "unstable": {"color": "#C8380E", "lw": 0.9, "ls": (0, (3, 1.5))},
     "torus": {"color": "#3B0F4A", "lw": 1.1, "ls": (0, (4, 1.5))},
     "period doubling": {"color": "#3B0F4A", "lw": 1.1, "ls": (0, (1, 1))},
     "grazing": {"color": "#3B0F4A", "lw": 0.9, "ls": (0, (4, 1.5, 1, 1.5))},
@@ -35,6 +35,7 @@ LOOKS: dict[str, dict[str, Any]] = {
 """Of a boundary of cycles, by its kind."""
 WORDS = {
     "fold": "fold of cycles",
+    "unstable": "fold of an unstable cycle",
     "torus": "cycle loses stability (torus)",
     "period doubling": "cycle doubles its period",
     "grazing": "an edge grazes",
@@ -69,11 +70,14 @@ def _regions(axes: Axes, one: Motion, over: str, at: np.ndarray, low: float) -> 
     for curve in one.boundaries:
         if curve.over == over:
             place = [getattr(point, over) for point in curve.points]
-            axes.plot(place, [point.zeta for point in curve.points], **LOOKS[curve.kind])
+            look = LOOKS[curve.kind if curve.stable else "unstable"]
+            axes.plot(place, [point.zeta for point in curve.points], **look)
 
 
 def _number(axes: Axes, margin: Margin) -> None:
-    if margin.micrometres is not None:
+    if margin.micrometres is None:
+        axes.plot(margin.a, margin.zeta, "x", color="k", ms=2.5, mew=0.6)
+    else:
         axes.text(
             margin.a,
             margin.zeta,
@@ -91,7 +95,11 @@ def draw(record: Coexistence) -> Drawing:
     if not record.motions:
         return blank(title, record.left_out, __name__, record.provenance)
     low, high = record.zeta_range
-    kinds = dict.fromkeys(c.kind for one in record.motions.values() for c in one.boundaries)
+    kinds = dict.fromkeys(
+        curve.kind if curve.stable else "unstable"
+        for one in record.motions.values()
+        for curve in one.boundaries
+    )
     with style():
         figure = Figure(figsize=(DOUBLE, 4.6))
         panels = figure.subplots(2, len(TITLES), sharey=True)
@@ -100,8 +108,7 @@ def draw(record: Coexistence) -> Drawing:
             top, bottom = panels[0, column], panels[1, column]
             _regions(top, one, "a", np.geomspace(*record.a_range, FINE), low)
             for margin in one.margins:
-                if inside(one, margin):
-                    _number(top, margin)
+                _number(top, margin)
             top.set_xscale("log")
             top.set_xlim(*record.a_range)
             top.set_title(f"({'abc'[column]}) {words}", loc="left", pad=3.0)
