@@ -1,8 +1,8 @@
 """Where loss of contact coexists with stable sliding: boundaries and least disturbances, to store.
 
-`python -m squeal.article.coexistence b1-d workflow/scenes/b1-d.yaml > workflow/coexistence/b1-d.json`
-computes a file in some minutes; the study `coexistence` reads the files and checks what they hold.
-Nothing random enters but numbers from fixed seeds.
+`python -m squeal.article.coexistence b1-d workflow/scenes/b1-d.yaml` prints the file
+workflow/coexistence/b1-d.json in some minutes. The study `coexistence` reads these files and checks
+what they hold. All random numbers are from fixed seeds.
 """
 
 from __future__ import annotations
@@ -68,8 +68,11 @@ FAMILIES = {
 
 
 Kind = Literal["fold", "period doubling", "torus", "grazing"]
-"""Of a boundary of cycles. At a fold a stable cycle and an unstable one meet and vanish; at a period
-doubling or a torus the cycle loses its stability; at a grazing its contact changes become others."""
+"""Of a boundary of cycles.
+
+At a fold a stable cycle and an unstable one meet and vanish. At a period doubling or a torus the
+cycle loses its stability. At a grazing a contact change appears or vanishes.
+"""
 
 
 class Boundary(NamedTuple):
@@ -385,8 +388,12 @@ def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
         grazing = grazing_along_zeta(cycles, start, sign)
         if grazing is not None:
             both = cycles.grazing(grazing.edge, grazing.touches)
+
+            def graze(both: tuple[Condition, Condition] = both) -> tuple[Condition, Condition]:
+                return both
+
             over_a = trace(
-                cycles, grazing.cycle, [LOG_A, LOG_ZETA], lambda both=both: both, 0, anchored=True
+                cycles, grazing.cycle, [LOG_A, LOG_ZETA], graze, CRITICAL["grazing"], anchored=True
             )
             curves.append(
                 BoundaryCurve(

@@ -190,7 +190,8 @@ class DampedContact:
 
     def replace(self, **changes: float) -> DampedContact:
         """The same pad with other values of `PARAMETERS`."""
-        other = dataclasses.replace(self, **changes)
+        values = {"a": self.a, "zeta": self.zeta, "mu": self.mu} | changes
+        other = DampedContact(self.scene, **values)
         for name in ("length", "time", "_decay"):
             if name in vars(self):
                 vars(other)[name] = vars(self)[name]
@@ -251,7 +252,7 @@ class DampedContact:
         if on is None:
             g = gaps(self.c, pose(np, (state[0], state[1], state[2] / self.c.w)))
             on = (1.0 * (np.real(g[0]) < 0.0), 1.0 * (np.real(g[1]) < 0.0))
-        return motion(np, self.law, self.c, self._decay, self.size, self.zeta, state, on)
+        return motion(np, self.law, self.c, self._decay.tolist(), self.size, self.zeta, state, on)
 
     def gap_rates(self, state: np.ndarray) -> Point:
         """Rates of the gaps of both edges at a state (6, ...)."""

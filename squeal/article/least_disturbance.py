@@ -26,7 +26,8 @@ SHORTER = np.array([0.002, 0.01, 0.03, 0.1] * 2)  # by how much, at a width of 1
 FIRST_WIDTH, LAST_WIDTH = 0.5, 0.004
 WIDER, NARROWER = 1.25, 0.8
 ROUNDS = 60
-LONGEST, DECAYS = 1200.0, 4.0  # units of time; times in which a motion about sliding decays by e
+LONGEST = 1200.0  # units of time
+DECAYS = 4.0  # times in which a motion about sliding decays by e
 LONGEST_PRINTED = 12000.0  # motions stay near the weakly unstable cycle of the printed law
 
 
@@ -60,8 +61,10 @@ def longest(pad: DampedContact) -> float:
 
 
 def lasts(pad: DampedContact, disturbances: np.ndarray) -> np.ndarray:
-    """Which motions from sliding disturbed by these (n, 6) lose contact for ever, (n,) bools, within
-    the equations: without tension, the lower face slower than the surface."""
+    """Which motions from sliding disturbed by these (n, 6) lose contact for ever, (n,) bools.
+
+    They do so within the equations: without tension, the lower face slower than the surface.
+    """
     found = ensemble(pad.law).fate(pad, pad.sliding + disturbances, longest(pad))
     return np.asarray(found.lasts & ~found.invalid)
 

@@ -42,11 +42,11 @@ WORDS = {
 }
 HALO = [withStroke(linewidth=2.0, foreground="w")]
 FINE = 300
-CAPTION = r"""Where a lasting loss of contact coexists with stable sliding in case (d) (orange), over
-modal damping $\zeta$ and contact damping $a$ of Hunt and Crossley's law (top, reference friction),
-and over friction at $a = {}$\val[2]{coexistence.a_over_friction}\,s/m (bottom). Grey: sliding is
-unstable. Black line: stability boundary of sliding. Numbers: least disturbance found that leads from
-sliding to the loss of contact, in micrometres."""
+CAPTION = r"""Where a lasting loss of contact coexists with stable sliding in case (d) (orange),
+over modal damping $\zeta$ and contact damping $a$ of Hunt and Crossley's law (top, reference
+friction), and over friction at $a = {}$\val[2]{coexistence.a_over_friction}\,s/m (bottom; dotted:
+reference friction). Grey: sliding is unstable. Numbers: least disturbance found that leads from
+sliding to the loss of contact, in micrometres; crosses: none was found."""
 
 
 def _interpolated(points: Sequence[Point], over: str, at: np.ndarray) -> np.ndarray:
@@ -58,10 +58,15 @@ def _interpolated(points: Sequence[Point], over: str, at: np.ndarray) -> np.ndar
     return np.interp(at, place, height, left=0.0, right=0.0)
 
 
-def _regions(axes: Axes, one: Motion, over: str, at: np.ndarray, low: float) -> None:
+def _regions(axes: Axes, one: Motion, over: str, at: np.ndarray, low: float, high: float) -> None:
     sliding = one.sliding if over == "a" else one.over_friction
     unstable = np.maximum(_interpolated(sliding, over, at), low)
     upper = np.array([height_at(one.boundaries, over, float(value)) for value in at])
+    for curve in one.boundaries:
+        if curve.over == over and curve.kind == "fold" and curve.stable:
+            last = curve.points[-1]
+            if last.zeta > high:  # the fold has left the panel upwards
+                upper[at >= getattr(last, over)] = high
     axes.fill_between(at, low, unstable, color=UNSTABLE, lw=0.0)
     axes.fill_between(
         at, unstable, upper, where=list(upper > unstable), color=COEXISTING, lw=0.0, alpha=0.55
@@ -74,15 +79,15 @@ def _regions(axes: Axes, one: Motion, over: str, at: np.ndarray, low: float) -> 
             axes.plot(place, [point.zeta for point in curve.points], **look)
 
 
-def _number(axes: Axes, margin: Margin) -> None:
+def _number(axes: Axes, margin: Margin, least: float) -> None:
     if margin.micrometres is None:
         axes.plot(margin.a, margin.zeta, "x", color="k", ms=2.5, mew=0.6)
     else:
         axes.text(
-            margin.a,
+            1.07 * margin.a if margin.a == least else margin.a,
             margin.zeta,
             f"{margin.micrometres:.2g}",
-            ha="center",
+            ha="left" if margin.a == least else "center",
             va="center",
             fontsize=7,
             path_effects=HALO,
@@ -101,19 +106,19 @@ def draw(record: Coexistence) -> Drawing:
         for curve in one.boundaries
     )
     with style():
-        figure = Figure(figsize=(DOUBLE, 4.6))
+        figure = Figure(figsize=(DOUBLE, 4.8))
         panels = figure.subplots(2, len(TITLES), sharey=True)
         for column, (name, words) in enumerate(TITLES.items()):
             one = record.motions[name]
             top, bottom = panels[0, column], panels[1, column]
-            _regions(top, one, "a", np.geomspace(*record.a_range, FINE), low)
+            _regions(top, one, "a", np.geomspace(*record.a_range, FINE), low, high)
             for margin in one.margins:
-                _number(top, margin)
+                _number(top, margin, record.a_range[0])
             top.set_xscale("log")
             top.set_xlim(*record.a_range)
             top.set_title(f"({'abc'[column]}) {words}", loc="left", pad=3.0)
             top.set_xlabel("contact damping $a$, s/m")
-            _regions(bottom, one, "mu", np.linspace(*record.mu_range, FINE), low)
+            _regions(bottom, one, "mu", np.linspace(*record.mu_range, FINE), low, high)
             bottom.axvline(one.sliding[0].mu, color="k", lw=0.6, ls=":")
             bottom.set_xlim(*record.mu_range)
             bottom.set_title(f"({'def'[column]})", loc="left", pad=3.0)
@@ -129,7 +134,7 @@ def draw(record: Coexistence) -> Drawing:
             Line2D([], [], color="k", lw=1.5, label="sliding becomes stable"),
             *(Line2D([], [], label=WORDS[kind], **LOOKS[kind]) for kind in kinds),
         ]
-        figure.legend(handles=handles, loc="outside upper center", ncols=len(handles))
+        figure.legend(handles=handles, loc="outside upper center", ncols=4)
     parts = "; ".join(
         f"{TITLES[name]}: up to a modal damping of {100 * one.highest:.2g} % at "
         f"{record.a_range[0]:g} s/m, "

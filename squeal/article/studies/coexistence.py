@@ -33,7 +33,8 @@ from squeal.article.studies._scenes import read_scenes
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 
-SAMPLES = 25  # of the stability boundary
+SAMPLES = 25  # of the stability boundary over contact damping
+FRICTIONS = 49  # and over friction
 STABLE_AT = 1e-6  # a modal damping ratio as good as none
 PARTS = 40  # of a period, for the extremes of a cycle
 REPEATED, SEED = 6, 0  # least disturbances that are simulated again, of each motion
@@ -88,8 +89,8 @@ class Motion(Record):
     compression: the static one, micrometres; sliding: modal damping from which sliding is stable,
     over contact damping; over_friction: the same over friction, at `a_over_friction`; closes: the
     contact damping at which a fold meets the stability boundary, None where none does in the plane;
-    highest: the greatest modal damping at which a stable cycle exists, at the least contact damping,
-    0 without one; unstable_fold: the same of an unstable cycle that motions stay near for long;
+    highest: the greatest modal damping at which a stable cycle exists at the least contact
+    damping, 0 without one; unstable_fold: the greatest of an unstable cycle over contact damping;
     energies: least energies of a disturbance over the static one at `energy_a`.
     """
 
@@ -280,11 +281,14 @@ def motion(scene: Scene, stored: Stored) -> tuple[Motion, list[float], list[floa
     for a in np.geomspace(*A_RANGE, SAMPLES):
         sliding.append(Point(float(a), mu, critical_zeta(scene, float(a), mu)))
     over_friction = []
-    for friction in np.linspace(*MU_RANGE, SAMPLES):
+    for friction in np.linspace(*MU_RANGE, FRICTIONS):
         zeta = critical_zeta(scene, A_OVER_FRICTION, float(friction))
         over_friction.append(Point(A_OVER_FRICTION, float(friction), zeta))
     found = [boundary(scene, curve) for curve in stored.boundaries]
     curves = tuple(curve for curve, _, _ in found)
+    unstable = [
+        p for curve in curves if not curve.stable and curve.over == "a" for p in curve.points
+    ]
     margins = [(one.norm, margin(one, compression)) for one in stored.least]
     result = Motion(
         compression=compression,
@@ -293,7 +297,7 @@ def motion(scene: Scene, stored: Stored) -> tuple[Motion, list[float], list[floa
         boundaries=curves,
         closes=closing(sliding, curves),
         highest=height_at(curves, "a", A_RANGE[0]),
-        unstable_fold=max((p.zeta for c in curves if not c.stable for p in c.points), default=0.0),
+        unstable_fold=max((p.zeta for p in unstable), default=0.0),
         margins=tuple(one for norm, one in margins if norm == "displacement"),
         energies=tuple(one for norm, one in margins if norm == "energy"),
     )
