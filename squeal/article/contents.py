@@ -45,7 +45,7 @@ _B2 = _scenes(*(stem("B2", case) for case in CASES))
 COEXISTING = tuple(
     f"workflow/coexistence/{name}.json" for name in ("b1-d", "b2-d-integral", "b2-d-mean")
 )
-"""What `squeal.article.coexistence` has stored."""
+"""What `squeal.article.studies._coexistence` has stored."""
 
 STUDIES: dict[str, tuple[str, ...]] = {
     "quasi_static": _scenes("b3"),

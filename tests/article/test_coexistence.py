@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from squeal.article.coexistence import (
+from squeal.article.records import read_json
+from squeal.article.studies import coexistence
+from squeal.article.studies._coexistence import (
     FAMILIES,
     MOTIONS,
     Stored,
@@ -11,9 +13,7 @@ from squeal.article.coexistence import (
     least_at,
     scene_of,
 )
-from squeal.article.damped_contact import DampedContact, flow
-from squeal.article.records import read_json
-from squeal.article.studies import coexistence
+from squeal.article.studies._damped_contact import DampedContact, flow
 from squeal.io.scene import read_scene
 from tests.article.damped_by_hand import Pad
 from tests.conftest import ROOT, needs_heyoka

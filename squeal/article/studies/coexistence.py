@@ -1,8 +1,8 @@
 """Where a motion that loses contact exists beside stable sliding, in case (d) with two dampings.
 
-Contact damping by the law of Hunt and Crossley, modal damping besides. The boundaries of cycles and
-the least disturbances are computed beforehand (`squeal.article.coexistence`) and stored. Here every
-stored cycle is integrated again, and a part of the least disturbances.
+Contact damping by the law of Hunt and Crossley, modal damping besides. `_coexistence` computes the
+boundaries of cycles and the least disturbances beforehand; they are stored. Here every stored cycle
+is integrated again, and some of the least disturbances.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 from scipy.optimize import brentq
 
-from squeal.article.coexistence import (
+from squeal.article.records import Record, Result, read_json
+from squeal.article.studies._coexistence import (
     A_OVER_FRICTION,
     A_RANGE,
     ENERGY_A,
@@ -25,10 +26,9 @@ from squeal.article.coexistence import (
     Stored,
     scene_of,
 )
-from squeal.article.damped_contact import DampedContact
-from squeal.article.damped_cycles import Cycle, Cycles
-from squeal.article.least_disturbance import lasts
-from squeal.article.records import Record, Result, read_json
+from squeal.article.studies._damped_contact import DampedContact
+from squeal.article.studies._damped_cycles import Cycle, Cycles
+from squeal.article.studies._least_disturbance import lasts
 from squeal.article.studies._scenes import read_scenes
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene

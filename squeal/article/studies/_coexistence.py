@@ -1,6 +1,6 @@
 """Where loss of contact coexists with stable sliding: boundaries and least disturbances, to store.
 
-`python -m squeal.article.coexistence b1-d workflow/scenes/b1-d.yaml` prints the file
+`python -m squeal.article.studies._coexistence b1-d workflow/scenes/b1-d.yaml` prints the file
 workflow/coexistence/b1-d.json in some minutes. The study `coexistence` reads these files and checks
 what they hold. All random numbers are from fixed seeds.
 """
@@ -16,14 +16,22 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from squeal.article.damped_contact import DampedContact, ensemble, flow
-from squeal.article.damped_cycles import LOG_A, LOG_ZETA, MU, PERIOD, Condition, Cycle, Cycles
-from squeal.article.least_disturbance import Norm, lasts, least_disturbance
 from squeal.article.records import Record
-from squeal.article.studies.energy import LineForce
+from squeal.article.studies._damped_contact import DampedContact, ensemble, flow
+from squeal.article.studies._damped_cycles import (
+    LOG_A,
+    LOG_ZETA,
+    MU,
+    PERIOD,
+    Condition,
+    Cycle,
+    Cycles,
+)
+from squeal.article.studies._least_disturbance import Norm, lasts, least_disturbance
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene, read_scene
 from squeal.io.writing import to_json
+from squeal.model.contact import LineForce
 
 MOTIONS = {"b1-d": "b1-d", "b2-d-integral": "b2-d", "b2-d-mean": "b2-d"}
 """The scene of each motion."""
@@ -93,7 +101,7 @@ class Grazing(NamedTuple):
 class BoundaryPoint(Record):
     """A cycle on a boundary.
 
-    state: (6,), in the units of `damped_contact`; period: in these; a: s/m.
+    state: (6,), in the units of `_damped_contact`; period: in these; a: s/m.
     """
 
     a: float

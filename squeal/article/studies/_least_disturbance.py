@@ -14,7 +14,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from squeal.article.damped_contact import DampedContact, ensemble
+from squeal.article.studies._damped_contact import DampedContact, ensemble
 from squeal.model.contact import LineContact
 from squeal.numerics.differentiation import complex_step
 

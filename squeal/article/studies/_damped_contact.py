@@ -23,7 +23,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import root
 
-from squeal.article.studies.starts import compression
 from squeal.equilibrium.find import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
@@ -205,7 +204,8 @@ class DampedContact:
     @cached_property
     def length(self) -> float:
         """Unit of length in m, the static compression."""
-        return compression(self.scene)
+        pad = self.scene.pad
+        return float(pad.F_n / sum(getattr(pad, name) for name in self.law.parameters))
 
     @cached_property
     def time(self) -> float:

@@ -1,4 +1,4 @@
-"""Periodic motions of `squeal.article.damped_contact` and their boundaries in two parameters.
+"""Periodic motions of `_damped_contact` and their boundaries in two parameters.
 
 A periodic motion is X = (z, T, ln a, ln zeta, mu): a state (6,), a period and the parameters, with
 phi_T(z) = z and a phase condition. The variational equations give all derivatives of phi. With one
@@ -14,7 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
-from squeal.article.damped_contact import Arc, DampedContact, Flow, flow
+from squeal.article.studies._damped_contact import Arc, DampedContact, Flow, flow
 from squeal.errors import ComputationError
 
 PERIOD, LOG_A, LOG_ZETA, MU = 6, 7, 8, 9
