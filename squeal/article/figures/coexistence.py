@@ -15,6 +15,7 @@ from squeal.article.studies.coexistence import (
     Margin,
     Motion,
     Point,
+    floor_at,
     height_at,
 )
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
@@ -27,7 +28,6 @@ TITLES = {
 COEXISTING, UNSTABLE = "#E69F00", "0.6"
 LOOKS: dict[str, dict[str, Any]] = {
     "fold": {"color": "#C8380E", "lw": 1.5},
-    "unstable": {"color": "#C8380E", "lw": 0.9, "ls": (0, (3, 1.5))},
     "torus": {"color": "#3B0F4A", "lw": 1.1, "ls": (0, (4, 1.5))},
     "period doubling": {"color": "#3B0F4A", "lw": 1.1, "ls": (0, (1, 1))},
     "grazing": {"color": "#3B0F4A", "lw": 0.9, "ls": (0, (4, 1.5, 1, 1.5))},
@@ -35,7 +35,6 @@ LOOKS: dict[str, dict[str, Any]] = {
 """Of a boundary of cycles, by its kind."""
 WORDS = {
     "fold": "fold of cycles",
-    "unstable": "fold of an unstable cycle",
     "torus": "cycle loses stability (torus)",
     "period doubling": "cycle doubles its period",
     "grazing": "an edge grazes",
@@ -63,20 +62,21 @@ def _regions(axes: Axes, one: Motion, over: str, at: np.ndarray, low: float, hig
     unstable = np.maximum(_interpolated(sliding, over, at), low)
     upper = np.array([height_at(one.boundaries, over, float(value)) for value in at])
     for curve in one.boundaries:
-        if curve.over == over and curve.kind == "fold" and curve.stable:
+        if curve.over == over and curve.kind == "fold":
             last = curve.points[-1]
             if last.zeta > high:  # the fold has left the panel upwards
                 upper[at >= getattr(last, over)] = high
+    floor = np.array([floor_at(one.boundaries, over, float(value)) for value in at])
+    lower = np.maximum(unstable, floor)
     axes.fill_between(at, low, unstable, color=UNSTABLE, lw=0.0)
     axes.fill_between(
-        at, unstable, upper, where=list(upper > unstable), color=COEXISTING, lw=0.0, alpha=0.55
+        at, lower, upper, where=list(upper > lower), color=COEXISTING, lw=0.0, alpha=0.55
     )
     axes.plot(at, np.where(unstable > low, unstable, np.nan), color="k", lw=1.5)
     for curve in one.boundaries:
         if curve.over == over:
             place = [getattr(point, over) for point in curve.points]
-            look = LOOKS[curve.kind if curve.stable else "unstable"]
-            axes.plot(place, [point.zeta for point in curve.points], **look)
+            axes.plot(place, [point.zeta for point in curve.points], **LOOKS[curve.kind])
 
 
 def _number(axes: Axes, margin: Margin, least: float) -> None:
@@ -100,11 +100,7 @@ def draw(record: Coexistence) -> Drawing:
     if not record.motions:
         return blank(title, record.left_out, __name__, record.provenance)
     low, high = record.zeta_range
-    kinds = dict.fromkeys(
-        curve.kind if curve.stable else "unstable"
-        for one in record.motions.values()
-        for curve in one.boundaries
-    )
+    kinds = dict.fromkeys(curve.kind for one in record.motions.values() for curve in one.boundaries)
     with style():
         figure = Figure(figsize=(DOUBLE, 4.8))
         panels = figure.subplots(2, len(TITLES), sharey=True)

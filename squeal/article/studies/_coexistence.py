@@ -61,17 +61,23 @@ ENERGY_A = 0.01  # at which the least energy is computed too
 
 
 class Family(NamedTuple):
-    """A cycle that simulations come to: where it was found and its contact changes."""
+    """A cycle that simulations come to: where it was found and its contact changes.
+
+    mu: friction, None for the scene's; last_beyond_torus: where it loses its stability motions go
+    on losing contact, as simulations from the box show.
+    """
 
     a: float
     zeta: float
     contacts: tuple[str, ...]
+    mu: float | None = None
+    last_beyond_torus: bool = True
 
 
 FAMILIES = {
     "b1-d": (Family(0.01, 0.005, ("LltT", "LtlT")), Family(0.15, 0.01, ("Tt",))),
     "b2-d-integral": (Family(0.01, 0.005, ("LlTt", "LtlT")),),
-    "b2-d-mean": (Family(0.01, 0.005, ("LlTtTt",)),),
+    "b2-d-mean": (Family(0.01, 0.005, ("LlTtTt", "TtTtTt"), 0.4, False),),
 }
 
 
@@ -111,17 +117,21 @@ class BoundaryPoint(Record):
     state: tuple[float, ...]
 
 
+Plane = Literal["a", "mu"]
+"""What a plane has beside modal damping: contact damping or friction."""
+
+
 class BoundaryCurve(Record):
     """A boundary of a family of cycles in a plane of modal damping and another parameter.
 
-    contacts: the contact changes of the family's cycle, as `Cycle.contacts`; stable: the cycle on
-    its inner side is stable.
+    contacts: the contact changes of the family's cycle, as `Cycle.contacts`; ends_loss: beyond it
+    no motion near the cycle loses contact for ever. Beyond the torus of points others do.
     """
 
     contacts: str
-    stable: bool
+    ends_loss: bool
     kind: Kind
-    over: Literal["a", "mu"]
+    over: Plane
     points: tuple[BoundaryPoint, ...]
 
 
@@ -207,7 +217,8 @@ def find_cycle(scene: Scene, family: Family) -> Cycle:
 
     Raises ComputationError where none of them leads to it.
     """
-    pad = DampedContact.of(scene, family.a, family.zeta)
+    mu = float(scene.pad.mu) if family.mu is None else family.mu
+    pad = DampedContact(scene, family.a, family.zeta, mu)
     cycles = Cycles(pad)
     shortest = [least_disturbance(pad, "displacement", seed) for seed in SEEDS]
     states = [1.02 * one.disturbance for one in shortest if one is not None]
@@ -220,23 +231,24 @@ def find_cycle(scene: Scene, family: Family) -> Cycle:
     raise ComputationError(f"no cycle with the contact changes {family.contacts} was found")
 
 
-def boundary_along_zeta(cycles: Cycles, cycle: Cycle, sign: float) -> Boundary | None:
-    """The first boundary of a cycle as the modal damping rises or falls, of an unstable one the
-    first fold; None where the cycle leaves the plane before or no boundary is found."""
+def boundary_along(cycles: Cycles, cycle: Cycle, parameter: int, sign: float) -> Boundary | None:
+    """The first boundary of a stable cycle as the modal damping (`LOG_ZETA`) or friction (`MU`)
+    rises or falls; None where the cycle leaves the plane before or no boundary is found."""
     direction = np.zeros(10)
-    direction[LOG_ZETA] = sign
+    direction[parameter] = sign
     before = cycle
-    for following in cycles.branch(cycle.x, [LOG_ZETA], direction):
-        turned = sign * (following.x[LOG_ZETA] - before.x[LOG_ZETA]) < 0.0
-        if turned or (cycle.stable and not following.stable):
-            return _refined(cycles, before, following)
+    for following in cycles.branch(cycle.x, [parameter], direction):
+        turned = sign * (following.x[parameter] - before.x[parameter]) < 0.0
+        if turned or not following.stable:
+            return _refined(cycles, parameter, before, following)
         before = following
-        if not ZETA_RANGE[0] / MARGIN < following.pad.zeta < 2.0 * ZETA_RANGE[1]:
+        inside = ZETA_RANGE[0] / MARGIN < following.pad.zeta < 2.0 * ZETA_RANGE[1]
+        if not inside or not MU_RANGE[0] < following.pad.mu < MU_RANGE[1]:
             break
     return None
 
 
-def _refined(cycles: Cycles, before: Cycle, after: Cycle) -> Boundary | None:
+def _refined(cycles: Cycles, parameter: int, before: Cycle, after: Cycle) -> Boundary | None:
     leading = after.multipliers[0]
     kind: Kind = "fold"
     if abs(leading.imag) > 1e-6:
@@ -245,7 +257,7 @@ def _refined(cycles: Cycles, before: Cycle, after: Cycle) -> Boundary | None:
         kind = "period doubling"
     for guess in (before, after):
         try:
-            found, _ = cycles.solve(guess.x, [LOG_ZETA], conditions_of(cycles, kind))
+            found, _ = cycles.solve(guess.x, [parameter], conditions_of(cycles, kind))
         except ComputationError:
             continue
         return Boundary(kind, found)
@@ -358,56 +370,69 @@ CRITICAL: dict[Kind, int] = {"fold": 1, "period doubling": 1, "torus": 2, "grazi
 """How many leading multipliers lie on the unit circle."""
 
 
+def both_planes(cycles: Cycles, found: Boundary, mu: float) -> tuple[list[Cycle], list[Cycle]]:
+    """A boundary over contact damping at a friction, and over friction at `A_OVER_FRICTION`.
+
+    It is followed in one plane from where it was found, and from there in the other plane; where it
+    does not reach that, the list is empty.
+    """
+    critical = CRITICAL[found.kind]
+
+    def conditions() -> list[Condition]:
+        return conditions_of(cycles, found.kind)
+
+    planes: dict[int, list[Cycle]] = {LOG_A: [], MU: []}
+    first, second = (LOG_A, MU) if found.cycle.pad.mu == mu else (MU, LOG_A)
+    fixed = np.log(A_OVER_FRICTION) if second == MU else mu
+    planes[first] = trace(cycles, found.cycle, [first, LOG_ZETA], conditions, critical)
+    nearest = min(planes[first], key=lambda cycle: abs(cycle.x[first] - fixed))
+    guess = nearest.x.copy()
+    guess[first] = fixed
+    try:
+        there, _ = cycles.solve(guess, [LOG_ZETA], conditions())
+        planes[second] = trace(cycles, there, [second, LOG_ZETA], conditions, critical)
+    except ComputationError:
+        pass  # the boundary does not reach the other plane
+    return planes[LOG_A], planes[MU]
+
+
 def boundaries(scene: Scene, family: Family) -> list[BoundaryCurve]:
     """The boundaries of a family over contact damping and over friction, both with modal damping.
 
-    Upwards the cycle ends in a fold or loses its stability; downwards it may lose it; in either
-    direction an edge may graze.
+    Upwards the cycle ends in a fold; as modal damping or friction falls it may lose its stability;
+    an edge may graze.
     """
     start = find_cycle(scene, family)
     cycles = Cycles(start.pad)
     name = family.contacts[0]
     curves = []
-    for sign in (1.0, -1.0):
-        found = boundary_along_zeta(cycles, start, sign)
-        if found is None:
-            continue
-        kind, critical = found.kind, CRITICAL[found.kind]
 
-        def conditions(kind: Kind = kind) -> list[Condition]:
-            return conditions_of(cycles, kind)
+    def keep(kind: Kind, over: Plane, points: Sequence[Cycle]) -> None:
+        ends_loss = kind == "fold" or (kind != "grazing" and not family.last_beyond_torus)
+        if points:
+            stored = tuple(map(boundary_point, points))
+            curves.append(BoundaryCurve(name, ends_loss, kind, over, stored))
 
-        over_a = trace(cycles, found.cycle, [LOG_A, LOG_ZETA], conditions, critical)
-        curves.append(
-            BoundaryCurve(name, start.stable, kind, "a", tuple(map(boundary_point, over_a)))
-        )
-        nearest = min(over_a, key=lambda cycle: abs(np.log(cycle.pad.a / A_OVER_FRICTION)))
-        guess = nearest.x.copy()
-        guess[LOG_A] = np.log(A_OVER_FRICTION)
-        try:
-            there, _ = cycles.solve(guess, [LOG_ZETA], conditions())
-        except ComputationError:
-            continue  # the boundary does not reach this contact damping
-        over_mu = trace(cycles, there, [MU, LOG_ZETA], conditions, critical)
-        curves.append(
-            BoundaryCurve(name, start.stable, kind, "mu", tuple(map(boundary_point, over_mu)))
-        )
+    above = boundary_along(cycles, start, LOG_ZETA, 1.0)
+    below = boundary_along(cycles, start, LOG_ZETA, -1.0)
+    if below is None and family.mu is not None:
+        below = boundary_along(cycles, start, MU, -1.0)
+    for found in (above, below):
+        if found is not None:
+            over_a, over_mu = both_planes(cycles, found, float(scene.pad.mu))
+            keep(found.kind, "a", over_a)
+            keep(found.kind, "mu", over_mu)
     for sign in (1.0, -1.0):
-        grazing = grazing_along_zeta(cycles, start, sign)
+        grazing = grazing_along_zeta(cycles, start, sign) if family.mu is None else None
         if grazing is not None:
             both = cycles.grazing(grazing.edge, grazing.touches)
 
             def graze(both: tuple[Condition, Condition] = both) -> tuple[Condition, Condition]:
                 return both
 
-            over_a = trace(
-                cycles, grazing.cycle, [LOG_A, LOG_ZETA], graze, CRITICAL["grazing"], anchored=True
-            )
-            curves.append(
-                BoundaryCurve(
-                    name, start.stable, "grazing", "a", tuple(map(boundary_point, over_a))
-                )
-            )
+            critical = CRITICAL["grazing"]
+            plane = [LOG_A, LOG_ZETA]
+            keep("grazing", "a", trace(cycles, grazing.cycle, plane, graze, critical, True))
     return curves
 
 

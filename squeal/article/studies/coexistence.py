@@ -58,7 +58,7 @@ class Boundary(Record):
     """
 
     contacts: str
-    stable: bool
+    ends_loss: bool
     kind: Kind
     over: str
     points: tuple[Point, ...]
@@ -89,8 +89,7 @@ class Motion(Record):
     compression: the static one, micrometres; sliding: modal damping from which sliding is stable,
     over contact damping; over_friction: the same over friction, at `a_over_friction`; closes: the
     contact damping at which a fold meets the stability boundary, None where none does in the plane;
-    highest: the greatest modal damping at which a stable cycle exists at the least contact
-    damping, 0 without one; unstable_fold: the greatest of an unstable cycle over contact damping;
+    highest: the greatest modal damping at which a stable cycle exists at the least contact damping;
     energies: least energies of a disturbance over the static one at `energy_a`.
     """
 
@@ -100,7 +99,6 @@ class Motion(Record):
     boundaries: tuple[Boundary, ...]
     closes: float | None
     highest: float
-    unstable_fold: float
     margins: tuple[Margin, ...]
     energies: tuple[Margin, ...]
 
@@ -202,7 +200,7 @@ def boundary(scene: Scene, curve: BoundaryCurve) -> tuple[Boundary, float, float
     periods = [1e3 * cycle.period for cycle in cycles]
     found = Boundary(
         contacts=curve.contacts,
-        stable=curve.stable,
+        ends_loss=curve.ends_loss,
         kind=curve.kind,
         over=curve.over,
         points=tuple(Point(point.a, point.mu, point.zeta) for point in curve.points),
@@ -218,16 +216,32 @@ def height_at(curves: Sequence[Boundary], over: str, value: float) -> float:
     0 where there is none."""
     highest = 0.0
     for curve in curves:
-        if curve.over != over or curve.kind != "fold" or not curve.stable:
-            continue
-        place = [point.a if over == "a" else point.mu for point in curve.points]
-        height = [point.zeta for point in curve.points]
-        for i in range(len(place) - 1):
-            (x0, x1), (y0, y1) = place[i : i + 2], height[i : i + 2]
-            if min(x0, x1) <= value <= max(x0, x1) and x0 != x1:
-                share = (value - x0) / (x1 - x0)
-                highest = max(highest, float(y0 ** (1.0 - share) * y1**share))
+        if curve.over == over and curve.kind == "fold":
+            highest = max([highest, *_heights(curve, value)])
     return highest
+
+
+def floor_at(curves: Sequence[Boundary], over: str, value: float) -> float:
+    """The modal damping below which the loss of contact ends because its cycle loses stability, 0
+    where it does not."""
+    lowest = 0.0
+    for curve in curves:
+        if curve.over == over and curve.kind != "fold" and curve.ends_loss:
+            lowest = max([lowest, *_heights(curve, value)])
+    return lowest
+
+
+def _heights(curve: Boundary, value: float) -> list[float]:
+    """Modal dampings of a boundary at a contact damping or a friction."""
+    place = [point.a if curve.over == "a" else point.mu for point in curve.points]
+    height = [point.zeta for point in curve.points]
+    found = []
+    for i in range(len(place) - 1):
+        (x0, x1), (y0, y1) = place[i : i + 2], height[i : i + 2]
+        if min(x0, x1) <= value <= max(x0, x1) and x0 != x1:
+            share = (value - x0) / (x1 - x0)
+            found.append(float(y0 ** (1.0 - share) * y1**share))
+    return found
 
 
 def closing(sliding: Sequence[Point], curves: Sequence[Boundary]) -> float | None:
@@ -286,9 +300,6 @@ def motion(scene: Scene, stored: Stored) -> tuple[Motion, list[float], list[floa
         over_friction.append(Point(A_OVER_FRICTION, float(friction), zeta))
     found = [boundary(scene, curve) for curve in stored.boundaries]
     curves = tuple(curve for curve, _, _ in found)
-    unstable = [
-        p for curve in curves if not curve.stable and curve.over == "a" for p in curve.points
-    ]
     margins = [(one.norm, margin(one, compression)) for one in stored.least]
     result = Motion(
         compression=compression,
@@ -297,7 +308,6 @@ def motion(scene: Scene, stored: Stored) -> tuple[Motion, list[float], list[floa
         boundaries=curves,
         closes=closing(sliding, curves),
         highest=height_at(curves, "a", A_RANGE[0]),
-        unstable_fold=max((p.zeta for p in unstable), default=0.0),
         margins=tuple(one for norm, one in margins if norm == "displacement"),
         energies=tuple(one for norm, one in margins if norm == "energy"),
     )
@@ -330,8 +340,9 @@ def study(files: Sequence[Path]) -> Coexistence:
 
 
 def inside(motion: Motion, margin: Margin) -> bool:
-    """Whether a pair of dampings lies below an upper boundary."""
-    return margin.zeta < height_at(motion.boundaries, "a", margin.a)
+    """Whether a pair of dampings lies between the boundaries of the loss of contact."""
+    low = floor_at(motion.boundaries, "a", margin.a)
+    return low < margin.zeta < height_at(motion.boundaries, "a", margin.a)
 
 
 def sentences(found: Coexistence) -> Mapping[str, bool]:
@@ -364,11 +375,18 @@ def sentences(found: Coexistence) -> Mapping[str, bool]:
             for one in (points, line)
             for margin in one.margins
         ),
-        "printed-law-coexists-at-small-damping-alone": bool(lasting(printed))
-        and all(m.zeta <= 0.001 and m.a <= 0.003 for m in lasting(printed))
-        and all(m.zeta < 0.2 * line.highest for m in lasting(printed))
-        and printed.highest == 0.0,
-        "printed-law-has-an-unstable-cycle": printed.unstable_fold > 0.007,
+        "printed-law-coexists-in-a-strip-at-the-reference-friction": all(
+            0.9 * height_at(printed.boundaries, "a", a)
+            < floor_at(printed.boundaries, "a", a)
+            < height_at(printed.boundaries, "a", a)
+            < 0.5 * height_at(line.boundaries, "a", a)
+            for a in (0.003, 0.01)
+        ),
+        "printed-law-coexists-at-higher-friction": all(
+            height_at(printed.boundaries, "mu", mu) > 0.004
+            and floor_at(printed.boundaries, "mu", mu) == 0.0
+            for mu in (0.39, 0.42)
+        ),
         "no-boundary-asks-for-tension": all(
             curve.factor > 0.0 for one in every for curve in one.boundaries
         ),
