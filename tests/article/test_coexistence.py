@@ -108,7 +108,7 @@ def sides_of_folds(motion, chosen):
 
 @pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
 def test_cycles_exist_on_one_side_of_their_folds(motion):
-    curves = [c for c in stored(motion).boundaries if c.kind == "fold" and c.stable]
+    curves = [c for c in stored(motion).boundaries if c.kind == "fold"]
     points = [p for curve in curves for p in curve.points]
     beside = [p for p in points if DampedContact(scene(motion), p.a, p.zeta, p.mu).growth < -20.0]
     chosen = np.random.default_rng().choice(len(beside), 3, replace=False)
@@ -125,16 +125,18 @@ def test_least_disturbance_is_computed_again(motion):
     assert again.norms == pytest.approx(one.norms, rel=1e-2)
 
 
-def test_least_disturbance_leads_to_loss_of_contact_by_hand():
-    for motion in ("b1-d", "b2-d-integral"):
-        one = next(o for o in stored(motion).least if (o.a, o.zeta) == (0.01, 0.005))
-        pad = DampedContact.of(scene(motion), one.a, one.zeta)
-        scale = si(pad)
-        own = by_hand(motion, one.a, one.zeta)
-        rest = np.append(own.rest(), np.zeros(3))
-        factors = np.array([1.01, 0.95])
-        states = rest[:, None] + (np.array(one.disturbance) * scale)[:, None] * factors
-        assert own.march(states, 0.05, step=8e-7)[1].tolist() == [True, False]
+@pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
+def test_least_disturbance_leads_to_loss_of_contact_by_hand(motion):
+    """The basin has layers: slightly longer disturbances may lead back to sliding, but not all."""
+    one = next(o for o in stored(motion).least if (o.a, o.zeta) == (0.01, 0.005))
+    pad = DampedContact.of(scene(motion), one.a, one.zeta)
+    own = by_hand(motion, one.a, one.zeta)
+    rest = np.append(own.rest(), np.zeros(3))
+    factors = np.array([0.8, 0.9, 0.97, 1.0005, 1.001, 1.002, 1.003, 1.005])
+    states = rest[:, None] + (np.array(one.disturbance) * si(pad))[:, None] * factors
+    lasting = own.march(states, 0.03, step=8e-7)[1]
+    assert not lasting[:3].any()
+    assert np.count_nonzero(lasting[3:]) >= 2
 
 
 @pytest.mark.parametrize(

@@ -45,7 +45,8 @@ CAPTION = r"""Where a lasting loss of contact coexists with stable sliding in ca
 over modal damping $\zeta$ and contact damping $a$ of Hunt and Crossley's law (top, reference
 friction), and over friction at $a = {}$\val[2]{coexistence.a_over_friction}\,s/m (bottom; dotted:
 reference friction). Grey: sliding is unstable. Numbers: least disturbance found that leads from
-sliding to the loss of contact, in micrometres; crosses: none was found."""
+sliding to the loss of contact, in micrometres; crosses: none was found. In (c) the motions outside
+the orange strip are not periodic."""
 
 
 def _interpolated(points: Sequence[Point], over: str, at: np.ndarray) -> np.ndarray:
@@ -79,16 +80,19 @@ def _regions(axes: Axes, one: Motion, over: str, at: np.ndarray, low: float, hig
             axes.plot(place, [point.zeta for point in curve.points], **LOOKS[curve.kind])
 
 
-def _number(axes: Axes, margin: Margin, least: float) -> None:
+def _number(axes: Axes, margin: Margin, record: Coexistence) -> None:
+    at_left = margin.a == record.a_range[0]
+    at_bottom = margin.zeta == record.zeta_range[0]
+    place = 1.07 * margin.a if at_left else margin.a
     if margin.micrometres is None:
-        axes.plot(margin.a, margin.zeta, "x", color="k", ms=2.5, mew=0.6)
+        axes.plot(place, margin.zeta, "x", color="k", ms=2.5, mew=0.6)
     else:
         axes.text(
-            1.07 * margin.a if margin.a == least else margin.a,
-            margin.zeta,
+            place,
+            1.05 * margin.zeta if at_bottom else margin.zeta,
             f"{margin.micrometres:.2g}",
-            ha="left" if margin.a == least else "center",
-            va="center",
+            ha="left" if at_left else "center",
+            va="bottom" if at_bottom else "center",
             fontsize=7,
             path_effects=HALO,
         )
@@ -109,7 +113,7 @@ def draw(record: Coexistence) -> Drawing:
             top, bottom = panels[0, column], panels[1, column]
             _regions(top, one, "a", np.geomspace(*record.a_range, FINE), low, high)
             for margin in one.margins:
-                _number(top, margin, record.a_range[0])
+                _number(top, margin, record)
             top.set_xscale("log")
             top.set_xlim(*record.a_range)
             top.set_title(f"({'abc'[column]}) {words}", loc="left", pad=3.0)

@@ -125,7 +125,7 @@ class BoundaryCurve(Record):
     """A boundary of a family of cycles in a plane of modal damping and another parameter.
 
     contacts: the contact changes of the family's cycle, as `Cycle.contacts`; ends_loss: beyond it
-    no motion near the cycle loses contact for ever. Beyond the torus of points others do.
+    the loss of contact ends for most motions near the cycle. Beyond the torus of points it goes on.
     """
 
     contacts: str

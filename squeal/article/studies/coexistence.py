@@ -213,8 +213,19 @@ def boundary(scene: Scene, curve: BoundaryCurve) -> tuple[Boundary, float, float
 
 def height_at(curves: Sequence[Boundary], over: str, value: float) -> float:
     """The greatest modal damping of the folds of stable cycles at a contact damping or a friction,
-    0 where there is none."""
+    0 where there is none.
+
+    Over friction a fold ends the stable cycle only from where the torus that ends the loss of
+    contact begins; below that the cycle is unstable on the fold too.
+    """
     highest = 0.0
+    begins = [
+        min(point.mu for point in curve.points)
+        for curve in curves
+        if curve.over == over == "mu" and curve.kind != "fold" and curve.ends_loss
+    ]
+    if value < min(begins, default=0.0):
+        return 0.0
     for curve in curves:
         if curve.over == over and curve.kind == "fold":
             highest = max([highest, *_heights(curve, value)])
