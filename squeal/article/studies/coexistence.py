@@ -90,7 +90,9 @@ class Motion(Record):
     over contact damping; over_friction: the same over friction, at `a_over_friction`; closes: the
     contact damping at which a fold meets the stability boundary, None where none does in the plane;
     highest: the greatest modal damping at which a stable cycle exists at the least contact damping;
-    energies: least energies of a disturbance over the static one at `energy_a`.
+    quoted: the margin at `a_over_friction` and `quoted_zeta`; least, greatest: of all margins,
+    micrometres; energies: square roots of least energies of a disturbance over the static one, at
+    `energy_a`.
     """
 
     compression: float
@@ -99,6 +101,9 @@ class Motion(Record):
     boundaries: tuple[Boundary, ...]
     closes: float | None
     highest: float
+    quoted: Margin
+    least: float
+    greatest: float
     margins: tuple[Margin, ...]
     energies: tuple[Margin, ...]
 
@@ -133,6 +138,7 @@ class Coexistence(Result):
     mu_range: tuple[float, float] = MU_RANGE
     a_over_friction: float = A_OVER_FRICTION
     energy_a: float = ENERGY_A
+    quoted_zeta: float = QUOTED_ZETA
     left_out: str = ""
 
 
@@ -312,6 +318,9 @@ def motion(scene: Scene, stored: Stored) -> tuple[Motion, list[float], list[floa
     found = [boundary(scene, curve) for curve in stored.boundaries]
     curves = tuple(curve for curve, _, _ in found)
     margins = [(one.norm, margin(one, compression)) for one in stored.least]
+    displacements = tuple(one for norm, one in margins if norm == "displacement")
+    sizes = [one.micrometres for one in displacements if one.micrometres is not None]
+    at = (A_OVER_FRICTION, QUOTED_ZETA)
     result = Motion(
         compression=compression,
         sliding=tuple(sliding),
@@ -319,7 +328,10 @@ def motion(scene: Scene, stored: Stored) -> tuple[Motion, list[float], list[floa
         boundaries=curves,
         closes=closing(sliding, curves),
         highest=height_at(curves, "a", A_RANGE[0]),
-        margins=tuple(one for norm, one in margins if norm == "displacement"),
+        quoted=next(one for one in displacements if (one.a, one.zeta) == at),
+        least=min(sizes),
+        greatest=max(sizes),
+        margins=displacements,
         energies=tuple(one for norm, one in margins if norm == "energy"),
     )
     return result, [closure for _, closure, _ in found], [critical for _, _, critical in found]
@@ -364,8 +376,6 @@ def sentences(found: Coexistence) -> Mapping[str, bool]:
     line = found.motions["b2-d-integral"]
     printed = found.motions["b2-d-mean"]
     every = (points, line, printed)
-    quoted = [one.margin(A_OVER_FRICTION, QUOTED_ZETA) for one in (points, line)]
-    point_margin, line_margin = quoted
 
     def lasting(one: Motion) -> list[Margin]:
         """The pairs of dampings at which some motion lasts."""
@@ -418,8 +428,7 @@ def sentences(found: Coexistence) -> Mapping[str, bool]:
                 ]
             ]
         ),
-        "a-few-micrometres-suffice": point_margin is not None
-        and line_margin is not None
-        and (point_margin.micrometres or np.inf) < 6.0
-        and (line_margin.micrometres or np.inf) < 20.0,
+        "a-few-micrometres-suffice": (points.quoted.micrometres or np.inf) < 6.0
+        and (line.quoted.micrometres or np.inf) < 20.0,
+        "box-shares-hide-the-margin": points.quoted.share > 0.7 and line.quoted.share > 0.7,
     }
