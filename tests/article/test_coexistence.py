@@ -106,13 +106,22 @@ def sides_of_folds(motion, chosen):
     return lasting
 
 
+def outermost(curve, point):
+    """Whether a point is on a fold beyond which no motion of the case loses contact for ever.
+
+    Points have two cycles: at small contact damping that of both edges exists to higher modal
+    damping, at large that of the trailing edge. At small damping motions take long to come to rest.
+    """
+    if curve.kind != "fold" or point.zeta < 0.007 or point.a > 0.1:
+        return False
+    return {"LltT": point.a < 0.02, "Tt": point.a > 0.06}.get(curve.contacts, True)
+
+
 @pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
 def test_cycles_exist_on_one_side_of_their_folds(motion):
-    curves = [c for c in stored(motion).boundaries if c.kind == "fold"]
-    points = [p for curve in curves for p in curve.points]
-    beside = [p for p in points if DampedContact(scene(motion), p.a, p.zeta, p.mu).growth < -20.0]
-    chosen = np.random.default_rng().choice(len(beside), 3, replace=False)
-    below, above = sides_of_folds(motion, [beside[i] for i in chosen])
+    points = [p for c in stored(motion).boundaries for p in c.points if outermost(c, p)]
+    chosen = np.random.default_rng().choice(len(points), 3, replace=False)
+    below, above = sides_of_folds(motion, [points[i] for i in chosen])
     assert below.all()
     assert not above.any()
 
