@@ -43,6 +43,11 @@ _ALL = _scenes(*HISTORY_FIGURES)
 _B2 = _scenes(*(stem("B2", case) for case in CASES))
 _SETS = (*_ALL, *_scenes(*(f"{one}/{name}" for one in SETS for name in HISTORY_FIGURES)))
 
+COEXISTING = tuple(
+    f"workflow/coexistence/{name}.json" for name in ("b1-d", "b2-d-integral", "b2-d-mean")
+)
+"""What `squeal.article.studies._coexistence` has stored."""
+
 STUDIES: dict[str, tuple[str, ...]] = {
     "quasi_static": (*_scenes("b3"), *_B2, *_scenes(*(f"{one}/b3" for one in SETS))),
     "eigenvalues": _ALL,
@@ -58,6 +63,7 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "grazing": _scenes("b2-c"),
     "releases": _SETS,
     "sets": _SETS,
+    "coexistence": (*_scenes("b1-d", "b2-d"), *COEXISTING),
     "claims": _ALL,
     "findings": _scenes(*STEMS),
     "baseline": (),
@@ -73,6 +79,7 @@ _DRAWN_FROM = {
     "outcomes": ("onset", "basin", "grazing"),
     "cycles": ("onset",),
     "control": ("eigenvalues",),
+    "coexistence": ("coexistence",),
     "coupling": ("stability",),
     "modes": ("stability",),
     "accuracy": ("accuracy",),

@@ -1,8 +1,6 @@
 # written before Snakemake looks which files there are
 FIGURE_SOURCES = {
-    name: sources_file(
-        "squeal.article.figures.__main__", f"squeal.article.figures.{figure.module}"
-    )
+    name: sources_file("squeal.article.figures.__main__", f"squeal.article.figures.{figure.module}")
     for name, figure in FIGURES.items()
 }
 
