@@ -20,6 +20,8 @@ CONVERGED = 2e-16  # of the size of the state: two extrapolated values this near
 ACCEPTED = 1e-14  # of the size of the state: worse than this after the last column halves the step
 ROUNDED = 1e-15  # of the place, times the stiffness: what rounding leaves of a force
 LONGEST = 0.7  # step, over the time sqrt(m/k) of the stiffest spring that acts
+NEAR = 0.02  # of the greatest height in a step: a turn this near the surface is looked at
+TURNED = 1e-6  # of a step: within which a turn is looked for
 LOCATED = 1e-15  # of a step: two places of a contact change this near are one
 SHORTEST = 1e-9  # of the longest step: a point that is wrong after so short a time changes at once
 
@@ -101,14 +103,14 @@ class _Equations:
                         normal = -pad.k_c * (leading + trailing) / 2.0
                         turning = (arms[0].real + arms[1].real) / 2.0 * normal
                         turning += pad.k_c * width * (leading - trailing) / 12.0
-                    elif touching[0]:  # a triangle of pressure, a third of its base from the edge
-                        share = leading / (leading - trailing)
-                        normal = -pad.k_c * share * leading / 2.0
-                        turning = (arms[0].real + width * share / 3.0) * normal
-                    else:
-                        share = trailing / (trailing - leading)
-                        normal = -pad.k_c * share * trailing / 2.0
-                        turning = (arms[1].real - width * share / 3.0) * normal
+                    else:  # a triangle of pressure, a third of its base from the edge that touches
+                        low, high = (leading, trailing) if touching[0] else (trailing, leading)
+                        # a level face is in partial contact for no time
+                        share = low / (low - high) if low != high else 1.0
+                        normal = -pad.k_c * share * low / 2.0
+                        third = width * share / 3.0
+                        middle = arms[0].real + third if touching[0] else arms[1].real - third
+                        turning = middle * normal
                     force += complex(pad.mu * normal, normal)
                     moment += turning + pad.h * pad.mu * normal
                 else:
@@ -194,6 +196,14 @@ def _rate(corner: complex, state: Numbers) -> float:
     return state[2].imag + state[3] * (1j * cmath.exp(1j * state[1]) * corner).imag
 
 
+def _doubtful(beyond: list[float], j: int) -> bool:
+    """Whether a point may have passed the surface at a place on the way: it has, or turns near."""
+    if beyond[j] > 0.0:
+        return True
+    turns = 0 < j < len(beyond) - 1 and beyond[j - 1] < beyond[j] >= beyond[j + 1]
+    return turns and beyond[j] > NEAR * min(beyond)
+
+
 class _Run:
     """A motion on its way."""
 
@@ -202,12 +212,22 @@ class _Run:
         self.lever = math.hypot(pad.w, pad.h)
         x, y, angle, *rates = map(float, initial)
         self.state: Numbers = (complex(x, y), angle, complex(rates[0], rates[1]), rates[2])
-        leading, trailing = self.equations.gaps(self.state[0], angle)
-        self.touching = (leading < 0.0, trailing < 0.0)
+        self.touching = self._first_contact()
         self.t, self.behind = 0.0, 0.0  # time and what rounding has left out of it
         self.h = 0.0
         self.sizes = (1e-300, 1e-300)
         self.changes: list[tuple[float, int]] = []
+
+    def _first_contact(self) -> tuple[bool, bool]:
+        """What touches first: a point on the surface goes where its rate or acceleration points."""
+        z, angle, _, _ = self.state
+        upwards, turning = self.equations.acceleration((False, False))(z, angle)
+        found = []
+        heights = self.equations.gaps(z, angle)
+        for gap, corner in zip(heights, self.equations.lower, strict=True):
+            begun = gap or _rate(corner, self.state) or _rate(corner, (z, angle, upwards, turning))
+            found.append(begun < 0.0)
+        return found[0], found[1]
 
     def _accept(self, state: Numbers, h: float) -> None:
         self.state = state
@@ -224,26 +244,46 @@ class _Run:
         leading, trailing = self.touching
         self.touching = (not leading, trailing) if point == 0 else (leading, not trailing)
 
+    def _gap(self, f: Acceleration, point: int, h: float) -> tuple[float, float, Numbers]:
+        """How far a point is beyond the surface, seen from its side, a time from now; the rate of
+        that, and the state."""
+        end, _, _ = _step(f, self.state, h, self.lever, self.sizes)
+        side = 1.0 if self.touching[point] else -1.0
+        beyond = side * self.equations.gaps(end[0], end[1])[point]
+        return beyond, side * _rate(self.equations.lower[point], end), end
+
     def _locate(
         self, f: Acceleration, point: int, low: float, at: float, high: float
-    ) -> tuple[float, Numbers]:
-        """Time from now, near `at`, and state at which a point reaches the surface."""
-        corner = self.equations.lower[point]
-        side = 1.0 if self.touching[point] else -1.0
+    ) -> tuple[float, Numbers, int] | None:
+        """Time from now, near `at`, and state at which a point reaches the surface, and the point.
+
+        None if it turns back before.
+        """
+        beyond, rate, _ = self._gap(f, point, high)
+        if beyond <= 0.0:  # the turn is where the rate passes zero
+            if rate >= 0.0:
+                return None
+            first, last = low, high
+            while beyond <= 0.0 and last - first > TURNED * high:
+                middle = 0.5 * (first + last)
+                beyond, rate, _ = self._gap(f, point, middle)
+                first, last = (middle, last) if rate > 0.0 else (first, middle)
+            if beyond <= 0.0:
+                return None
+            high = middle
+            at = 0.5 * (low + high)
         for _ in range(60):
-            end, _, _ = _step(f, self.state, at, self.lever, self.sizes)
-            gap = side * self.equations.gaps(end[0], end[1])[point]
-            if gap > 0.0:
+            beyond, rate, end = self._gap(f, point, at)
+            if beyond > 0.0:
                 high = at
             else:
                 low = at
-            rate = side * _rate(corner, end)
-            newton = at - gap / rate if rate else low
+            newton = at - beyond / rate if rate else low
             following = newton if low < newton < high else 0.5 * (low + high)
             if abs(following - at) <= LOCATED * high or high - low <= LOCATED * high:
                 break
             at = following
-        return at, end
+        return at, end, point
 
     def advance(self, stop: float) -> None:
         """Go on to a time, through any contact changes."""
@@ -276,24 +316,25 @@ class _Run:
             return False
         n = len(passed)
         passed[-1] = (end[0], end[1])
-        for j, (z, angle) in enumerate(passed):
-            heights = self.equations.gaps(z, angle)
-            wrong = [
-                point
-                for point, (on, gap) in enumerate(zip(self.touching, heights, strict=True))
-                if (gap > 0.0 if on else gap < 0.0)
-            ]
-            if not wrong:
+        sides = [1.0 if on else -1.0 for on in self.touching]
+        rows = [self.equations.gaps(z, angle) for z, angle in passed]
+        beyond = [[side * row[point] for row in rows] for point, side in enumerate(sides)]
+        for j in range(n):
+            doubtful = [point for point, gaps in enumerate(beyond) if _doubtful(gaps, j)]
+            if not doubtful:
                 continue
             if j == 0:
                 if h <= SHORTEST * limit:
-                    self._flip(wrong[0])
+                    self._flip(doubtful[0])
                     return True
                 self.h = h / 8.0
                 return False
             # the places on the way are those of a rule of second order
             low, high = max(j - 1, 0) * h / n, min(j + 2, n) * h / n
-            found = [(*self._locate(f, p, low, (j + 0.5) * h / n, high), p) for p in wrong]
+            each = (self._locate(f, point, low, (j + 0.5) * h / n, high) for point in doubtful)
+            found = [one for one in each if one is not None]
+            if not found:
+                continue
             at, state, point = min(found, key=lambda one: one[0])
             self._accept(state, at)
             self._flip(point)
@@ -322,3 +363,4 @@ def motion(
     when = np.array([t for t, _ in run.changes])
     points = np.array([point for _, point in run.changes], dtype=int)
     return Motion(np.array(states), when, points, run.equations.count)
+
