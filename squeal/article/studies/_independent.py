@@ -363,4 +363,3 @@ def motion(
     when = np.array([t for t, _ in run.changes])
     points = np.array([point for _, point in run.changes], dtype=int)
     return Motion(np.array(states), when, points, run.equations.count)
-

@@ -76,6 +76,7 @@ class Accuracy(Result):
     truth: str
     stiff: float = STIFF
     aim: float = AIM
+    patience: int = PATIENCE
     left_out: str = ""
 
     def least(self, case: str, path: str, aim: float = AIM) -> int | None:
@@ -300,7 +301,7 @@ def smooth(scene: Scene) -> Scene:
 
 
 def cases_of(files: Sequence[Path]) -> dict[str, Scene]:
-    """A smooth motion of case (d) of the line, the other scenes given, and a stiff pad, by title."""
+    """A smooth motion of case (d) of the line, the other scenes, and a stiff pad, by title."""
     scenes = read_scenes(files, STEMS)
     cases = {SMOOTH: smooth(scenes["b2-d"])}
     cases |= {title(name): scene for name, scene in scenes.items() if name != "b2-d"}
@@ -329,3 +330,23 @@ def study(files: Sequence[Path]) -> Accuracy:
     ]
     changes = {case: len(one.times) for case, one in exact.items()}
     return Accuracy(tuple(points), changes, precision_in_words())
+
+
+def sentences(record: Accuracy) -> dict[str, bool]:
+    """What the paper says of error against work."""
+    if record.left_out:
+        return {}
+    own = {case: record.least(case, OWN) for case in record.changes}
+    others = [path for path in WAYS if not path.startswith(OWN)]
+    fewest = True
+    for case, count in own.items():
+        least = [record.least(case, path) for path in others]
+        fewest &= count is not None and all(n is None or n > count for n in least)
+    hammering = [p for p in record.points if record.changes[p.case]]
+    fixed = [p.error for p in hammering if p.path == FIXED and p.error is not None]
+    loose = [p for p in hammering if p.path == "SciPy DOP853" and p.tolerance == 1e-4]
+    return {
+        "taylor-needs-fewest-evaluations": fewest,
+        "fixed-step-stays-above-1e-6": min(fixed) > 1e-6,
+        "loose-tolerances-lose-contact-changes": all(p.missed + p.extra > 0 for p in loose),
+    }
