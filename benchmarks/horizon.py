@@ -29,6 +29,7 @@ from squeal.article.studies.horizon import (
     Run,
     first_excess,
 )
+from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.io.writing import to_json, write_text
 from squeal.model.contact import contact_law
@@ -40,8 +41,8 @@ from squeal.simulation.taylor import TaylorIntegrator
 STORED = Path(__file__).resolve().parent.parent / "squeal/article/stored/horizon.json"
 STIFFNESSES = tuple(10.0**n for n in range(13))
 PERIODS = 10.0  # the longest window
-CHANGES = 3_300  # contact changes of the longest window
-SHORTENED = 1e3  # stiffness above which a window ends soon after the motion is lost
+CHANGES, STIFFER_CHANGES = 3_300, 2_000  # contact changes of a window, up to 1e6 and beyond
+SHORTENED, STIFFER = 1e3, 1e6  # stiffness above which a window ends soon after the motion is lost
 LOST, AFTER = 1e-3, 1.5  # difference at which it is, and the window over the time until then
 SAMPLES = 400  # times in a window at which motions are compared
 SHOWN = 40  # of them, stored with their errors
@@ -90,9 +91,17 @@ def window(model: Model, stiffness: float) -> float:
 
     Where contact is very stiff they end soon after doubles and the second method have separated.
     """
+    most = CHANGES if stiffness <= STIFFER else STIFFER_CHANGES
     periods = min(PERIODS, 20.0 * CHANGES / math.sqrt(stiffness))
-    while (changes := count_changes(stiff_scene(model, stiffness, periods))) > CHANGES:
-        periods *= min(0.9, CHANGES / changes)
+    while True:
+        try:
+            changes = count_changes(stiff_scene(model, stiffness, periods))
+        except ComputationError:  # rounding hides a contact change
+            periods *= 0.5
+            continue
+        if changes <= most:
+            break
+        periods *= min(0.9, most / changes)
     if stiffness <= SHORTENED:
         return periods
     scene = stiff_scene(model, stiffness, periods)

@@ -249,6 +249,8 @@ def main() -> None:
         draw_answers(left[0], list(spectra(line)), "(e) eigenvalues, B2 (c)")
         draw_answers(left[1], list(thresholds(line)), "(f) critical friction, B2 (c)")
         left[0].set_ylabel("relative error")
+        left[1].set(xlim=(10.0, 3e3), xticks=[1e1, 1e2, 1e3])
+        left[1].minorticks_off()
         figure.supxlabel(f"on one core of {processor()}", fontsize=8)
     text = in_words(record, times)
     save(Drawing(figure, text, title, "benchmarks.precision"), given.figure)

@@ -1,5 +1,7 @@
 """Stiff contacts over one and ten support periods, and how far ahead they can be computed."""
 
+import math
+
 from squeal.article.report.latex import number, tabular
 from squeal.article.studies.horizon import Horizon, Run
 
@@ -32,7 +34,8 @@ def table(horizon: Horizon) -> str:
         rows = []
         for run in horizon.of(model):
             begun = run.horizon
-            cells = [f"{model}, {number(run.stiffness, 1)}", _count(run.one), _count(run.ten)]
+            power = f"$10^{{{round(math.log10(run.stiffness))}}}$"
+            cells = [f"{model}, {power}", _count(run.one), _count(run.ten)]
             cells += [_after(run, 1.0), _after(run, 10.0)]
             cells += [number(begun[0] if begun else None, 2), number(run.independent[0], 2)]
             cells += [number(run.start[0], 2), number(run.exponent, 2)]
