@@ -44,7 +44,7 @@ _B2 = _scenes(*(stem("B2", case) for case in CASES))
 _SETS = (*_ALL, *_scenes(*(f"{one}/{name}" for one in SETS for name in HISTORY_FIGURES)))
 
 COEXISTING = tuple(
-    f"workflow/coexistence/{name}.json" for name in ("b1-d", "b2-d-integral", "b2-d-mean")
+    f"workflow/stored/coexistence/{name}.json" for name in ("b1-d", "b2-d-integral", "b2-d-mean")
 )
 """What `squeal.article.studies._coexistence` has stored."""
 
@@ -67,8 +67,9 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "claims": _ALL,
     "findings": _scenes(*STEMS),
     "baseline": (),
-    "ensemble": ("workflow/ensemble.csv", "workflow/lasting.csv", "workflow/searches.json"),
-    "accuracy": _scenes("b1-c", "b2-c"),
+    "ensemble": ("workflow/stored/ensemble.csv", "workflow/stored/lasting.csv", "workflow/stored/searches.json"),
+    "accuracy": _scenes("b2-d", "b1-c", "b2-c"),
+    "horizon": ("workflow/stored/horizon.json",),
     "extreme": (),
 }
 """results/NAME.json is computed by `squeal.article.studies.NAME` from these files."""
@@ -82,8 +83,9 @@ _DRAWN_FROM = {
     "coexistence": ("coexistence",),
     "coupling": ("stability",),
     "modes": ("stability",),
-    "accuracy": ("accuracy",),
     "ensemble": ("ensemble", "sets"),
+    "work": ("accuracy",),
+    "horizon": ("horizon",),
 }
 FIGURES: dict[str, Figure] = {
     "fig01": Figure("sketch", _scenes("b1-c")),
@@ -97,6 +99,9 @@ FIGURES: dict[str, Figure] = {
     "fig13": Figure("quasi_static", (result_file("quasi_static"), result_file("angles"))),
     **{name: Figure(name, tuple(map(result_file, some))) for name, some in _DRAWN_FROM.items()},
 }
+RUN_TIMES = "run_times"
+"""figures/run_times.pdf, which `benchmarks.precision` draws; its caption stands in `figures.work`. It
+differs with each machine and each run, so that no check compares it."""
 RESULTS = tuple(map(result_file, (*HISTORY_FIGURES, *STUDIES)))
 """All result files that the report rests on."""
 TABLES = (
@@ -106,6 +111,7 @@ TABLES = (
     "eigenvalues",
     "extreme",
     "findings",
+    "horizons",
     "lasting",
     "levels",
     "origins",
@@ -116,6 +122,7 @@ TABLES = (
     "table1",
     "table2",
     "verdicts",
+    "workloads",
     "works",
 )
 """paper/generated/NAME.tex is written by `squeal.article.report.tables.NAME`."""

@@ -28,7 +28,7 @@ def scene(motion):
 
 
 def stored(motion):
-    return read_json(Stored, ROOT / f"workflow/coexistence/{motion}.json")
+    return read_json(Stored, ROOT / f"workflow/stored/coexistence/{motion}.json")
 
 
 def by_hand(motion, a, zeta, mu=None):

@@ -35,6 +35,7 @@ rule paper:
     input:
         "squeal/article/report/references.bib",
         "paper/preamble.tex",
+        "figures/run_times.pdf",
         DRAWN,
         rules.text.output,
         text="paper/{text}.tex",

@@ -1,6 +1,6 @@
 """Changes of contact that last beside stable sliding, of random parameter sets with damping.
 
-`python -m squeal.article.identify.lasting workflow/ensemble.csv workflow/lasting.csv` computes the
+`python -m squeal.article.identify.lasting workflow/stored/ensemble.csv workflow/stored/lasting.csv` computes the
 first valid sets of a table that `squeal.article.identify.population` has written.
 """
 
