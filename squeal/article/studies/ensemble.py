@@ -222,7 +222,7 @@ PROPERTIES: dict[str, Property] = {
     "separates_fluttering": _separates(True),
     "separates_stable": _separates(False),
     **{
-        f"{name}_longer_{load:g}": _is(f"load_{load:g}", wanted)
+        f"{name}_longer_{load:g}".replace(".", "_"): _is(f"load_{load:g}", wanted)
         for load in LOADINGS
         for name, wanted in (("points", POINTS), ("line", LINE), ("equally", EQUAL))
     },
@@ -345,9 +345,9 @@ def sentences(record: Ensemble) -> Mapping[str, bool]:
         "line-loses-longer-in-fewer-than-half-counting-all-edges": high("line_longer_all_edges")
         < 0.5,
         "from-like-loads-the-order-depends-on-the-load": low("points_longer_2") > 0.5
-        and low("points_longer_0.02") > 0.5
-        and high("points_longer_1.2") < 0.5
-        and low("line_longer_1.2") > high("points_longer_1.2"),
+        and low("points_longer_0_02") > 0.5
+        and high("points_longer_1_2") < 0.5
+        and low("line_longer_1_2") > high("points_longer_1_2"),
         "c-alone-hammers-in-few-random-sets": high("c_only") < 0.1,
         "directions-matter-in-most-sets-that-hammer": low("differ_where_hammering") > 0.6,
         "separation-in-c-goes-with-flutter": low("separates_fluttering") > high("separates_stable"),

@@ -29,7 +29,12 @@ NAMES = {
     "separates_fluttering": "line separates in (c), where its equilibrium flutters",
     "separates_stable": "\\quad where it does not",
 }
-LOADS = {"0.02": "released alike: at 0.02", "0.5": "0.5", "1.2": "1.2", "2": "2 times the load"}
+LOADS = {
+    "0_02": "released alike, at 0.02 of the load",
+    "0_5": "at 0.5",
+    "1_2": "at 1.2",
+    "2": "at twice the load",
+}
 COEXIST = {
     "points": "contact lost beside stable sliding, damped: points",
     "line": "\\quad line",
