@@ -22,6 +22,11 @@ def _scenes(*names: str) -> tuple[str, ...]:
     return tuple(map(scene_file, names))
 
 
+def _stored(*names: str) -> tuple[str, ...]:
+    """What long computations have left; CONTRIBUTING.md says how each file is made anew."""
+    return tuple(f"workflow/stored/{name}" for name in names)
+
+
 class Figure(NamedTuple):
     """figures/NAME.pdf and its text, drawn by `squeal.article.figures.MODULE` from its arguments.
 
@@ -43,10 +48,6 @@ _ALL = _scenes(*HISTORY_FIGURES)
 _B2 = _scenes(*(stem("B2", case) for case in CASES))
 _SETS = (*_ALL, *_scenes(*(f"{one}/{name}" for one in SETS for name in HISTORY_FIGURES)))
 
-COEXISTING = tuple(
-    f"workflow/stored/coexistence/{name}.json" for name in ("b1-d", "b2-d-integral", "b2-d-mean")
-)
-"""What `squeal.article.studies._coexistence` has stored."""
 
 STUDIES: dict[str, tuple[str, ...]] = {
     "quasi_static": (*_scenes("b3"), *_B2, *_scenes(*(f"{one}/b3" for one in SETS))),
@@ -63,13 +64,16 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "grazing": _scenes("b2-c"),
     "releases": _SETS,
     "sets": _SETS,
-    "coexistence": (*_scenes("b1-d", "b2-d"), *COEXISTING),
+    "coexistence": (
+        *_scenes("b1-d", "b2-d"),
+        *_stored(*(f"coexistence/{name}.json" for name in ("b1-d", "b2-d-integral", "b2-d-mean"))),
+    ),
     "claims": _ALL,
     "findings": _scenes(*STEMS),
     "baseline": (),
-    "ensemble": ("workflow/stored/ensemble.csv", "workflow/stored/lasting.csv", "workflow/stored/searches.json"),
+    "ensemble": _stored("ensemble.csv", "lasting.csv", "searches.json"),
     "accuracy": _scenes("b2-d", "b1-c", "b2-c"),
-    "horizon": ("workflow/stored/horizon.json",),
+    "horizon": _stored("horizon.json"),
     "extreme": (),
 }
 """results/NAME.json is computed by `squeal.article.studies.NAME` from these files."""
@@ -100,8 +104,8 @@ FIGURES: dict[str, Figure] = {
     **{name: Figure(name, tuple(map(result_file, some))) for name, some in _DRAWN_FROM.items()},
 }
 RUN_TIMES = "run_times"
-"""figures/run_times.pdf, which `benchmarks.precision` draws; its caption stands in `figures.work`. It
-differs with each machine and each run, so that no check compares it."""
+"""figures/run_times.pdf, which `benchmarks.precision` draws; its caption stands in `figures.work`.
+It differs with each machine and each run, so that no check compares it."""
 RESULTS = tuple(map(result_file, (*HISTORY_FIGURES, *STUDIES)))
 """All result files that the report rests on."""
 TABLES = (

@@ -33,7 +33,9 @@ class Pad:
         stiffness = p["k3"] + p["k4"] if self.points else p["k_c"]
         self.compression = p["F_n"] / stiffness
         # the modal damping matrix at zeta = 1, about rest without friction
-        self.a, self.zeta, self.mu = 0.0, 0.0, 0.0
+        self.a = np.zeros(())
+        self.zeta = np.zeros(())
+        self.mu = np.zeros(())
         self.unit = np.zeros((3, 3))
         roots = np.sqrt(self.mass)
         K = -self.slopes(self.rest())[:, :3]
@@ -171,7 +173,7 @@ class Pad:
         scale = np.append(SIZES, 3e4 * SIZES)
         crossing = [lambda t, y, i=i: self.edges(y * scale)[0][i] / 1e-5 for i in (0, 1)]
         for event in crossing:
-            event.terminal = True
+            setattr(event, "terminal", True)
         while t < time:
             # a short step without events leaves the contact change behind
             beyond = min(time, t + 1e-9)

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.horizon import STORED, compute, lyapunov_exponent
 from squeal.analysis.pads import analyse
 from squeal.article.figures import horizon as horizon_figure
-from squeal.article.report.tables import horizon as horizon_table
+from squeal.article.report.tables import horizons as horizon_table
 from squeal.article.studies import _independent
 from squeal.article.studies.extreme import UPRIGHT, bounce_times
 from squeal.article.studies.horizon import Horizon, first_excess, sentences, study
@@ -89,9 +89,9 @@ def test_a_stored_run_chosen_at_random_comes_again(stored):
 
 def test_the_stored_runs_say_what_the_paper_says(stored):
     assert all(sentences(stored).values())
-    stiffnesses = [run.stiffness for run in stored.of("B1")]
+    stiffnesses = [run.stiffness for run in stored.of_model("B1")]
     assert stiffnesses == [10.0**n for n in range(13)]
-    assert stiffnesses == [run.stiffness for run in stored.of("B2")]
+    assert stiffnesses == [run.stiffness for run in stored.of_model("B2")]
 
 
 def test_the_error_grows_from_rounding_and_never_from_the_contact_changes(stored):

@@ -10,7 +10,7 @@ from squeal.article.figures import energy as energy_figure
 from squeal.article.figures import line_springs as springs_figure
 from squeal.article.figures import work as work_figure
 from squeal.article.report.tables import extreme as extreme_table
-from squeal.article.report.tables import work as work_table
+from squeal.article.report.tables import workloads as work_table
 from squeal.article.studies import accuracy as accuracy_study
 from squeal.article.studies import energy as energy_study
 from squeal.article.studies import extreme as extreme_study

@@ -144,10 +144,10 @@ COUPLED[1, 0] = -5e6
 def test_stiff_rows_that_are_no_minority_or_coupled_somewhere_are_no_supports(
     kind, diagonal, coupling
 ):
-    K = (Term(kind(np.diag(diagonal))),)
+    K = [Term(kind(np.diag(diagonal)))]
     if coupling is not None:
-        K = (*K, Term(kind(coupling), Formula("mu")))
-    system = TermSystem((Term(kind(np.eye(len(diagonal)))),), (), K, {"mu": 0.0})
+        K.append(Term(kind(coupling), Formula("mu")))
+    system = TermSystem((Term(kind(np.eye(len(diagonal)))),), (), tuple(K), {"mu": 0.0})
     assert not without_supports(system)[1].size
 
 

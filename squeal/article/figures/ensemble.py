@@ -4,8 +4,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from squeal.article.studies._scenes import REFERENCE
 from squeal.article.studies.ensemble import Ensemble, Share
-from squeal.article.studies.sets import REFERENCE, ParameterSet, Sets
+from squeal.article.studies.sets import ParameterSet, Sets
 from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 SHOWN = {

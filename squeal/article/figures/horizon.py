@@ -8,10 +8,10 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 CAPTION = r"""How far ahead stiff contact can be computed. (a) Relative error against quad
 precision, line contact \val[n]{horizon.example} times as stiff as a support: the default path in
-doubles, the second method in doubles, and quad precision from a start that is off by $10^{-15}$; the
-dotted line grows by the Lyapunov exponent. (b) Points, (c) line: time at which the error passes $10^{-9}$, in
-support periods, over the contact stiffness; dashed: the time in which the exponent takes $10^{-16}$
-to $10^{-9}$. Arrows: no such error within ten periods."""
+doubles, the second method in doubles, and quad precision from a start that is off by $10^{-15}$;
+the dotted line grows by the Lyapunov exponent. (b) Points, (c) line: time at which the error passes
+$10^{-9}$, in support periods, over the contact stiffness; dashed: the time in which the exponent
+takes $10^{-16}$ to $10^{-9}$. Arrows: no such error within ten periods."""
 KINDS = {
     "double": ("#C8380E", "o", "-", "doubles"),
     "independent": ("#3498DB", "^", "--", "second method, doubles"),
@@ -74,13 +74,13 @@ def _horizons(axes: Axes, runs: tuple[Run, ...], title: str) -> None:
 
 def draw(record: Horizon) -> Drawing:
     """The figure, ready to be saved."""
-    example = next(run for run in record.of("B2") if run.stiffness == record.example)
+    example = next(run for run in record.of_model("B2") if run.stiffness == record.example)
     with style():
         figure = Figure(figsize=(DOUBLE, 2.75))
         left, middle, right = figure.subplots(1, 3)
         _curves(left, example)
-        _horizons(middle, record.of("B1"), "(b) B1")
-        _horizons(right, record.of("B2"), "(c) B2")
+        _horizons(middle, record.of_model("B1"), "(b) B1")
+        _horizons(right, record.of_model("B2"), "(c) B2")
         middle.set_ylabel("horizon [support periods]")
         right.tick_params(labelleft=False)
         handles, labels = middle.get_legend_handles_labels()

@@ -1,7 +1,7 @@
 """Searches with the article's statements and with shuffled ones, all stored.
 
-`python -m squeal.article.identify.control workflow/stored/searches.json` runs what the file lacks, one
-search after the other, and stores each. A path of some 8,000 sets amplifies rounding, so that
+`python -m squeal.article.identify.control workflow/stored/searches.json` runs what the file lacks,
+one search after the other, and stores each. A path of some 8,000 sets amplifies rounding, so that
 another processor may end at other sets; what is stored of each set can be recomputed anywhere.
 """
 

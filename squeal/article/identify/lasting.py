@@ -1,7 +1,7 @@
 """Changes of contact that last beside stable sliding, of random parameter sets with damping.
 
-`python -m squeal.article.identify.lasting workflow/stored/ensemble.csv workflow/stored/lasting.csv` computes the
-first valid sets of a table that `squeal.article.identify.population` has written.
+`python -m squeal.article.identify.lasting ensemble.csv lasting.csv` computes the first valid sets
+of a table that `squeal.article.identify.population` has written, here those of workflow/stored.
 """
 
 import argparse

@@ -1,8 +1,8 @@
 """Where loss of contact coexists with stable sliding: boundaries and least disturbances, to store.
 
 `python -m squeal.article.studies._coexistence b1-d workflow/scenes/b1-d.yaml` prints the file
-workflow/stored/coexistence/b1-d.json in some minutes. The study `coexistence` reads these files and checks
-what they hold. All random numbers are from fixed seeds.
+workflow/stored/coexistence/b1-d.json in some minutes. The study `coexistence` reads these files and
+checks what they hold. All random numbers are from fixed seeds.
 """
 
 from __future__ import annotations
