@@ -173,7 +173,7 @@ class Pad:
         scale = np.append(SIZES, 3e4 * SIZES)
         crossing = [lambda t, y, i=i: self.edges(y * scale)[0][i] / 1e-5 for i in (0, 1)]
         for event in crossing:
-            setattr(event, "terminal", True)
+            event.terminal = True  # type: ignore[attr-defined]
         while t < time:
             # a short step without events leaves the contact change behind
             beyond = min(time, t + 1e-9)

@@ -10,8 +10,8 @@ and error of the default path against quad precision after one and ten support p
 which the error passes $10^{-9}$ in doubles, by the second method, and in quad precision from a
 start that is off by $10^{-15}$; Lyapunov exponent per support period, the horizon that it predicts
 from $10^{-16}$, and the growth of an error by an impact. \emph{Beyond}: after the horizon. A dash:
-not computed, or not within ten periods. Beyond the horizon a number of contact changes is one of many
-that are as likely."""
+not computed, or not within ten periods. Beyond the horizon a number of contact changes is one of
+many that are as likely."""
 
 
 def _count(changes: int | None) -> str:
