@@ -85,7 +85,7 @@ def test_sliding_is_stable_above_its_boundary_alone(motion):
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_stored_cycle_closes_by_hand(motion):
     curve = stored(motion).boundaries[0]
-    point = curve.points[np.random.default_rng().integers(len(curve.points))]
+    point = curve.points[np.random.default_rng(1).integers(len(curve.points))]
     pad = DampedContact(scene(motion), point.a, point.zeta, point.mu)
     start = np.array(point.state) * si(pad)
     own = by_hand(motion, point.a, point.zeta, point.mu)
@@ -120,7 +120,7 @@ def outermost(curve, point):
 @pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
 def test_cycles_exist_on_one_side_of_their_folds(motion):
     points = [p for c in stored(motion).boundaries for p in c.points if outermost(c, p)]
-    chosen = np.random.default_rng().choice(len(points), 3, replace=False)
+    chosen = np.random.default_rng(2).choice(len(points), 3, replace=False)
     below, above = sides_of_folds(motion, [points[i] for i in chosen])
     assert below.all()
     assert not above.any()
@@ -129,7 +129,7 @@ def test_cycles_exist_on_one_side_of_their_folds(motion):
 @pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
 def test_least_disturbance_is_computed_again(motion):
     rows = [one for one in stored(motion).least if one.disturbance and one.norm == "displacement"]
-    one = rows[np.random.default_rng().integers(len(rows))]
+    one = rows[np.random.default_rng(3).integers(len(rows))]
     again = least_at(scene(motion), one.a, one.zeta, one.norm)
     assert again.norms == pytest.approx(one.norms, rel=1e-2)
 
