@@ -86,8 +86,8 @@ FIGURES: dict[str, Figure] = {
     **{name: Figure(name, tuple(map(result_file, some))) for name, some in _DRAWN_FROM.items()},
 }
 RUN_TIMES = "run_times"
-"""figures/run_times.pdf, which `benchmarks.precision` draws; its caption stands in `figures.work`. It
-differs with each machine and each run, so that no check compares it."""
+"""figures/run_times.pdf, which `benchmarks.precision` draws; its caption stands in `figures.work`.
+It differs with each machine and each run, so that no check compares it."""
 RESULTS = tuple(map(result_file, (*HISTORY_FIGURES, *STUDIES)))
 """All result files that the report rests on."""
 TABLES = (
