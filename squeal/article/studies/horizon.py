@@ -23,7 +23,7 @@ LEVELS = (1e-9, 1e-6)
 """Relative errors of the place whose first excess is a horizon."""
 START_ERROR = 1e-15  # of the perturbed start, relative
 STIFF = 1e3  # contact over support stiffness from which motions are lost within ten periods
-FORETOLD = 1e7  # beyond it the motion changes its kind within the window, and its exponent with it
+FORETOLD = 1e7  # at 1e8 the exponent of the window foretells a third of the horizon only
 ROUNDING = 1e-16  # of a double, from which the exponent predicts the horizon
 Periods = Annotated[float, ".2f"]
 
