@@ -90,7 +90,7 @@ def test_a_stored_run_chosen_at_random_comes_again(stored):
 def test_the_stored_runs_say_what_the_paper_says(stored):
     assert all(sentences(stored).values())
     for model in ("B1", "B2"):
-        stiffnesses = [run.stiffness for run in stored.of(model)]
+        stiffnesses = [run.stiffness for run in stored.with_model(model)]
         assert stiffnesses == sorted(set(stiffnesses))
         assert {1e3, 1e4, 1e6} <= set(stiffnesses)
 
@@ -107,7 +107,7 @@ def test_figure_and_table_show_every_run(stored):
     text = horizon_figure.draw(stored).alternative
     table = horizon_table.table(stored)
     for model in ("B1", "B2"):
-        runs = stored.of(model)
+        runs = stored.with_model(model)
         assert text.count(f"{model} ") == table.count(f"{model}, ") == len(runs)
     assert r"\emph{beyond}" in table
 

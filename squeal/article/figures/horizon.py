@@ -74,13 +74,13 @@ def _horizons(axes: Axes, runs: tuple[Run, ...], title: str) -> None:
 
 def draw(record: Horizon) -> Drawing:
     """The figure, ready to be saved."""
-    example = next(run for run in record.of("B2") if run.stiffness == record.example)
+    example = next(run for run in record.with_model("B2") if run.stiffness == record.example)
     with style():
         figure = Figure(figsize=(DOUBLE, 2.75))
         left, middle, right = figure.subplots(1, 3)
         _curves(left, example)
-        _horizons(middle, record.of("B1"), "(b) B1")
-        _horizons(right, record.of("B2"), "(c) B2")
+        _horizons(middle, record.with_model("B1"), "(b) B1")
+        _horizons(right, record.with_model("B2"), "(c) B2")
         middle.set_ylabel("horizon [support periods]")
         right.tick_params(labelleft=False)
         handles, labels = middle.get_legend_handles_labels()

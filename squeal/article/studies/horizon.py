@@ -96,7 +96,7 @@ class Horizon(Result):
     levels: tuple[float, float] = (LEVELS[0], LEVELS[1])
     start_error: float = START_ERROR
 
-    def of(self, model: Model) -> tuple[Run, ...]:
+    def with_model(self, model: Model) -> tuple[Run, ...]:
         """The runs of a model, the softest contact first."""
         return tuple(run for run in self.runs if run.model == model)
 
@@ -138,8 +138,8 @@ def study(files: Sequence[Path]) -> Horizon:
 
 def sentences(record: Horizon) -> dict[str, bool]:
     """What the paper says of stiff contact."""
-    points = [run for run in record.of("B1") if run.stiffness >= STIFF]
-    line = [run for run in record.of("B2") if run.stiffness >= STIFF]
+    points = [run for run in record.with_model("B1") if run.stiffness >= STIFF]
+    line = [run for run in record.with_model("B2") if run.stiffness >= STIFF]
     stiff = [*points, *line]
     foretold = [run for run in line if run.stiffness <= FORETOLD]
     scaled = [run.horizon[0] * math.sqrt(run.stiffness) for run in stiff if run.horizon is not None]

@@ -32,7 +32,7 @@ def table(horizon: Horizon) -> str:
     groups = []
     for model in ("B1", "B2"):
         rows = []
-        for run in horizon.of(model):
+        for run in horizon.with_model(model):
             begun = run.horizon
             power = f"$10^{{{round(math.log10(run.stiffness))}}}$"
             cells = [f"{model}, {power}", _count(run.one), _count(run.ten)]
