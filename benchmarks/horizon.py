@@ -39,7 +39,8 @@ from squeal.simulation.run import in_natural_units
 from squeal.simulation.taylor import TaylorIntegrator
 
 STORED = Path(__file__).resolve().parent.parent / "workflow/stored/horizon.json"
-STIFFNESSES = tuple(10.0**n for n in range(13))
+# beyond 1e8 rounding of the place, over a depth so small, hides contact changes from doubles
+STIFFNESSES = tuple(10.0**n for n in range(9))
 PERIODS = 10.0  # the longest window
 CHANGES, STIFFER_CHANGES = 3_300, 2_000  # contact changes of a window, up to 1e6 and beyond
 SHORTENED, STIFFER = 1e3, 1e6  # stiffness above which a window ends soon after the motion is lost

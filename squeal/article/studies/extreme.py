@@ -281,17 +281,7 @@ def outcome(case: Case) -> Outcome:
         expected = bool(case.refusal) and case.refusal in message
         passed = expected and f"t = {case.t:.9g} s" in message
         word: Any = "rejected" if passed else "failed"
-        return Outcome(
-            *head,
-            outcome=word,
-            periods=periods,
-            independent=None,
-            rounding=None,
-            error=None,
-            steps=0,
-            changes=0,
-            against=message,
-        )
+        return Outcome(*head, word, periods, None, None, None, 0, 0, message)
     errors = case.errors(case.scene, motion)
     word = "passed" if errors.greatest <= LIMIT and not case.refusal else "failed"
     return Outcome(

@@ -6,12 +6,12 @@ from squeal.article.report.latex import number, tabular
 from squeal.article.studies.horizon import Horizon, Run
 
 CAPTION = r"""Stiff contacts, from a start pressed in by twice the static depth: contact changes
-and error of the default path against quad precision after one and ten support periods; horizons at
-which the error passes $10^{-9}$ in doubles, by the second method, and in quad precision from a
-start that is off by $10^{-15}$; Lyapunov exponent per support period, the horizon that it predicts
-from $10^{-16}$, and the growth of an error by an impact. \emph{Beyond}: after the horizon. A dash:
-not computed, or not within ten periods. Beyond the horizon a number of contact changes is one of
-many that are as likely."""
+and error of the default path against quad precision after one and ten support periods; horizons
+at which the error passes $10^{-9}$ in doubles, by the second method, and in quad precision from a
+start that is off by $10^{-15}$; Lyapunov exponent per support period, the horizon that it
+predicts from $10^{-16}$, and the growth of an error by an impact. \emph{Beyond}: after the
+horizon. A dash: not computed, or not within ten periods. Beyond the horizon a number of contact
+changes is one of many that are as likely."""
 
 
 def _count(changes: int | None) -> str:
@@ -32,7 +32,7 @@ def table(horizon: Horizon) -> str:
     groups = []
     for model in ("B1", "B2"):
         rows = []
-        for run in horizon.of_model(model):
+        for run in horizon.with_model(model):
             begun = run.horizon
             power = f"$10^{{{round(math.log10(run.stiffness))}}}$"
             cells = [f"{model}, {power}", _count(run.one), _count(run.ten)]
