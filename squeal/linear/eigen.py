@@ -1,8 +1,8 @@
 """Eigenvalues of M q'' + C q' + K q = 0 with vectors, rounding, residuals and slopes.
 
 How far rounding moves a root is its backward error times its condition number (`root_rounding`),
-which grows without limit where roots coalesce; m roots that meet are moved by no more than the m-th
-root of the relative error. Where conditions are not computed it is a share of |lambda|
+which grows without limit where roots coalesce; roots that meet are moved together, by no more than the
+m-th root of the relative error. Where conditions are not computed it is a share of |lambda|
 (`assumed_rounding`). Every eigenvalue carries this number.
 
 How is flutter decided? A root grows if its real part is greater than its rounding; if its imaginary
@@ -30,13 +30,16 @@ from numpy.typing import ArrayLike, NDArray
 from squeal.errors import ComputationError
 from squeal.linear.matrices import (
     BEYOND,
+    EPS,
     ROUNDING,
     Array,
     Reduced,
+    components,
     first_order,
     invariants,
     noise_of,
     null_spaces,
+    reaches,
     reduce,
     scaled_rank,
     zero_roots,
@@ -171,13 +174,28 @@ def ordered(values: ComplexArray) -> NDArray[np.intp]:
 def root_rounding(
     values: ComplexArray, condition: float | Array, error: float | Array, size: float | Array
 ) -> Array:
-    """How far (..., m) rounding moves eigenvalues of condition numbers 1/|y^H x| and relative
-    backward errors `error`: `size`, such as the matrix's norm, times the lesser of error times
-    condition and the k-th root of the error, where k >= 2 roots lie close together.
+    """How far rounding moves the eigenvalues (m,) of a matrix of norm `size`, of condition numbers
+    1/|y^H x| and relative backward errors `error`.
+
+    A lone one moves by r = size error condition. Of others at distances d_j that come into reach
+    r prod(1 + r/d_j) is so much, since the determinant changes with them. Nothing moves further
+    than by the m-th root of the error (Elsner 1985).
     """
-    near = np.broadcast_to(4 * error ** (1 / 3) * size, values.shape)[..., None]
-    close = np.sum(np.abs(values[..., None] - values[..., None, :]) <= near, axis=-1)
-    return np.asarray(size * np.minimum(error * condition, error ** (1 / np.maximum(2, close))))
+    least = np.broadcast_to(size * error, values.shape)
+    alone = np.broadcast_to(least * condition, values.shape)
+    bound = np.broadcast_to(2 * size * error ** (1 / max(len(values), 1)), values.shape)
+    apart = np.maximum(np.abs(values[:, None] - values), least[:, None])
+    np.fill_diagonal(apart, np.inf)
+    moved = np.minimum(alone, bound)
+    near = np.flatnonzero(moved > 1e-3 * apart.min(axis=1, initial=np.inf))
+    with np.errstate(divide="ignore"):
+        goal, r = np.log(alone[near]), np.log(moved[near])
+    for _ in range(16):  # Newton's method on logarithms: convex, and from above
+        share = np.exp(r)[:, None] / apart[near]
+        excess = r + np.log1p(share).sum(axis=1) - goal
+        r = r - np.maximum(excess, 0.0) / (1.0 + (share / (1.0 + share)).sum(axis=1))
+    moved[near] = np.exp(r)
+    return moved
 
 
 def assumed_rounding(values: ArrayLike, undamped: bool = False) -> Array:
@@ -304,12 +322,34 @@ def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> None:
     s[least] = np.maximum(s[least].real, 0.0)
 
 
-def roots_of(reduced: Reduced) -> Roots:
+def dependence(reduced: Reduced) -> NDArray[np.bool_]:
+    """Which rows (n, n) of A and B depend on which unknowns, see `matrices.reaches`."""
+    pattern = reduced.A != 0.0
+    return reaches(pattern if reduced.B is None else pattern | (reduced.B != 0.0))
+
+
+def roots_of(reduced: Reduced, reach: NDArray[np.bool_] | None = None) -> Roots:
     """The 2n roots lambda (rad/s) of a system, vectors (n, 2n) in mass-normalised coordinates.
 
-    Those that neither grow nor decay have a real part of at most their rounding, without damping
-    of exactly zero. Raises ComputationError if roots are beyond double precision.
+    Each strong component of the rows has its own, with vectors that leave out what it drives; what
+    acts one way only would cost digits and change no root. Those that neither grow nor decay have a
+    real part of at most their rounding, without damping of exactly zero. `reach` is `dependence`,
+    if it is known. Raises ComputationError if roots are beyond double precision.
     """
+    each = []
+    for rows in components(dependence(reduced) if reach is None else reach):
+        A, B, T = (
+            None if X is None else X[np.ix_(rows, rows)] for X in (reduced.A, reduced.B, reduced.T)
+        )
+        damping = B if B is not None and B.any() else None
+        own = _roots_of_component(Reduced(A, damping, T, reduced.rounding))
+        x, y = (np.zeros((len(reduced.A), len(own.values)), complex) for _ in range(2))
+        x[rows], y[rows] = own.right, own.left
+        each.append(own._replace(right=x, left=y))
+    return Roots(*(np.concatenate(part, axis=-1) for part in zip(*each, strict=True)))
+
+
+def _roots_of_component(reduced: Reduced) -> Roots:
     if reduced.B is not None:
         matrix, rate = first_order(reduced.A, reduced.B)
         n = len(reduced.A)
@@ -357,8 +397,17 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
 
 def spectrum_of(reduced: Reduced) -> Spectrum:
     """As `complex_eigenvalues`, for a system in mass-normalised coordinates."""
-    values, x, y, condition, rounding = roots_of(reduced)
     A, B = reduced.A, np.zeros_like(reduced.A) if reduced.B is None else reduced.B
+    reach = dependence(reduced)
+    values, x, y, condition, rounding = roots_of(reduced, reach)
+    if (reach != reach.T).any():
+        for k, z in enumerate(values):
+            P = z * z * np.eye(len(A)) + z * B + A
+            slope = 2 * z * np.eye(len(A)) + B if z else np.eye(len(A))
+            alone = abs(y[:, k].conj() @ slope @ x[:, k])
+            _drive(P, reach, x[:, k])
+            _drive(P.conj().T, reach.T, y[:, k])
+            condition[k] *= alone / max(abs(y[:, k].conj() @ slope @ x[:, k]), EPS * alone)
     length, norms = np.abs(values), [float(np.linalg.norm(X, 2)) for X in (A, B)]
     size = (length**2 + length * norms[1] + norms[0]) * np.linalg.norm(x, axis=0)
     rest = np.linalg.norm(values**2 * x + values * (B @ x) + A @ x, axis=0)
@@ -367,6 +416,19 @@ def spectrum_of(reduced: Reduced) -> Spectrum:
     numbers = [part.tolist() for part in (residuals, condition, rounding)]
     each = list(zip(values.tolist(), right.T, left.T, *numbers, strict=True))
     return Spectrum(tuple(Eigenvalue(*each[k]) for k in ordered(values)))
+
+
+def _drive(P: ComplexArray, reach: NDArray[np.bool_], vector: ComplexArray) -> None:
+    """Add to the null vector (n,) of a component of P what it drives in the rows that depend on
+    it; where P is singular there the vector of these rows alone comes out."""
+    one = int(np.argmax(np.abs(vector)))
+    driven = reach[:, one] & ~reach[one]
+    own = reach[:, one] & reach[one]
+    if driven.any():
+        inner = P[np.ix_(driven, driven)]
+        inner = inner + EPS * np.linalg.norm(P) * np.eye(len(inner))
+        vector[driven] = -np.linalg.solve(inner, P[np.ix_(driven, own)] @ vector[own])
+    vector /= np.linalg.norm(vector)
 
 
 def _physical(T: Array, z: ComplexArray) -> ComplexArray:
@@ -483,7 +545,7 @@ def damped_verdicts(A: Array, B: Array) -> Codes:
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
     norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
-    bound = root_rounding(values, np.inf, 2 * matrices.shape[-1] * ROUNDING, norm)
+    bound = norm * (2 * matrices.shape[-1] * ROUNDING) ** (1 / 3)  # of three roots that meet
     grows = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
     codes = np.where(grows.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
     codes[grows.real < 0.0] = STABLE

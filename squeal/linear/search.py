@@ -7,8 +7,8 @@ halved and searched again, until the events add up or what remains is known by t
 A search is certified if a second count, by the sign function of the matrix, agrees
 between all events, if what grows at every value looked at follows from them, if every interval is
 narrow, and if all factors of the terms are resolved: their second derivatives, bounded over each
-step by interval arithmetic, leave them no room for what the step does not see. Of a plain function
-nothing is known between the values, and nothing certified.
+step by interval arithmetic, leave roots no room for what the step does not see, however close they
+come. Of a plain function nothing is known between the values, and nothing certified.
 """
 
 import itertools
@@ -16,8 +16,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import (
@@ -31,7 +33,7 @@ from squeal.linear.continuation import (
 )
 from squeal.linear.eigen import UnstableCount, hidden
 from squeal.linear.events import Event, certain, guesses_of, located, windows
-from squeal.linear.matrices import norm_of, reduce
+from squeal.linear.matrices import Change, dense, norm_of, reduce
 from squeal.linear.system import Slow, System, TermSystem, matrices_of
 
 
@@ -115,7 +117,7 @@ class _Walk:
         self.events: list[Event] = []
         self.located: list[Event] = []  # also what may be one of the events again, or its twin
         self.unresolved = False
-        self.factors = _factors(along.system, along.low, along.high)
+        self.factors = _factors(along.system)
 
     def go(self, low: float, high: float, depth: int) -> None:
         """Match all roots from low to high and collect what may cross the line."""
@@ -123,8 +125,7 @@ class _Walk:
         step = Step(along.at(low), along.at(high), along.options)
         guesses, share = guesses_of(step, (low == along.low, high == along.high))
         met = list(near_coalescences(step.a, step.b))
-        most = 8 * along.options.resolved / (high - low) ** 2
-        bent = any(not bend(low, high) <= most * size for bend, size in self.factors)
+        bent = any(_bent(along, step, factor) for factor in self.factors)
         # other roots decide, or two windows are near; half the budget is left for matches
         several = len(met) > 2 or any(one.doubtful for one in met) or may_swap(step.a, step.b)
         spent = len(along.states) >= self.budget / (2 if several and share is None else 1)
@@ -277,19 +278,71 @@ class _Walk:
         return self.from_start(Event((a + b) / 2, omega, way, (low, high), converged=False))
 
 
-def _factors(
-    system: System, low: float, high: float
-) -> list[tuple[Callable[[float, float], float], float]]:
-    """Bounds of the second derivatives of the factors of terms, and their greatest values."""
+class _Factor(NamedTuple):
+    """A factor of terms: a bound of its second derivative over an interval, its first derivative,
+    and what it multiplies."""
+
+    curvature: Callable[[float, float], float]
+    slope: Callable[[float], float]
+    change: Change
+
+
+def _factors(system: System) -> list[_Factor]:
     if not isinstance(system, TermSystem):
         return []
-    name, values, at = system.parameter, system.values(), np.linspace(low, high, 33).tolist()
+    name, values = system.parameter, system.values()
     formulas = {term.factor.text: term.factor for term in system.terms}.values()
+
+    def multiplied(text: str) -> Change:
+        zero = np.zeros((system.n, system.n))
+        M, C, K = (
+            sum((dense(t.matrix) for t in terms if t.factor.text == text), zero)
+            for terms in system.parts
+        )
+        return M, C, K
+
     return [
-        (partial(f.curvature, values, name), max(abs(f.value(values | {name: p})) for p in at))
+        _Factor(
+            partial(f.curvature, values, name),
+            lambda p, f=f: abs(f.slope(values | {name: p}, name)),  # type: ignore[misc]
+            multiplied(f.text),
+        )
         for f in formulas
         if name in f.names
     ]
+
+
+def _bent(along: Continuation, step: Step, factor: _Factor) -> bool:
+    """True if a factor bends so much within a step that roots may do what its ends do not tell.
+
+    One that is monotone and nearly straight moves the roots as a straight one does. Else it may be
+    off by bend step^2 / 8, which is held against what is left of the gaps between roots.
+    """
+    ends, wide = (step.a, step.b), step.b.value - step.a.value
+    bend = factor.curvature(step.a.value, step.b.value)
+    if not bend < np.inf:
+        return True
+    if 4 * bend * wide <= min(factor.slope(state.value) for state in ends):
+        return False
+    off = bend * wide**2 / 8
+    return any(_reaches(state, along.couplings(state, factor.change), off) for state in ends)
+
+
+def _reaches(state: State, W: NDArray, off: float) -> bool:
+    """True if a factor that is off by so much, and couples the roots by W (m, m), could let two
+    roots meet on the line, or one cross it. What does so at the state itself is seen there."""
+    z, own = state.roots, W.diagonal()
+    apart = np.abs(z[:, None] - z)
+    pull = off * (np.abs(own[:, None] - own) + 2 * np.sqrt(np.abs(W * W.T)))
+    if state.form == "damped":
+        swept = np.sqrt(np.where(4 * pull > apart, apart * pull, 0.0)).max(axis=1)
+        left = np.abs(z.real)
+        return bool(np.any(4 * (off * np.abs(own.real) + swept) > left, where=~state.on_line))
+    conjugate = np.abs(z[:, None] - z.conj()) <= np.add.outer(state.rounding, state.rounding)
+    pairs = (state.on_line[:, None] & state.on_line) | conjugate
+    meet = pairs & ~state.close & (4 * pull > apart)
+    zero = state.real & (np.abs(z) > state.rounding) & (state.form == "undamped")
+    return bool(meet.any() or np.any(4 * off * np.abs(own) > np.abs(z), where=zero))
 
 
 def _alike(one: Event, omega: float, way: int, near: float) -> bool:

@@ -159,9 +159,12 @@ def test_matrices_of_which_every_number_is_a_root_are_refused(M, C, K, values):
         assert found == pytest.approx(np.array(values, dtype=complex), rel=1e-9)
 
 
+COUPLED = np.array([[1.0, 0.5], [0.5, 1.0]])
 HIDING = [
-    (np.eye(2), FREE, True),  # the root -1 beside -1e20
-    (np.eye(2), np.diag([0.0, 1e-20]), True),
+    (np.eye(2), FREE, False),  # the root -1 beside -1e20, which has nothing to do with it
+    (np.eye(2), np.diag([0.0, 1e-20]), False),
+    (COUPLED, FREE, True),  # -3/4 beside it
+    (COUPLED, np.diag([0.0, 1e-20]), True),
     (np.diag([0.0, 1.0]), FREE, False),  # free but for the light one's damper
     (None, FREE, False),
 ]
