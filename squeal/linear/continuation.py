@@ -184,6 +184,12 @@ class State:
             near = near | (z.real < rounding)
         return int(np.sum(sure)), int(np.sum(sure | near))
 
+    @property
+    def sure(self) -> bool:
+        """True if rounding leaves no doubt about how many roots grow."""
+        least, most = self.bounds
+        return least == most
+
     @cached_property
     def couplings(self) -> tuple[NDArray, ...]:
         """Pairs (k, l) on the line or above it, or conjugate, and of each whether it is conjugate,

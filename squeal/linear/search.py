@@ -102,7 +102,7 @@ def search(
         return found
     counts = [sign_count(along, p) for p in middles]
     doubts = ["the search ran out of values; a narrower range needs fewer"] * walk.unresolved
-    return replace(found, doubts=(*doubts, *_doubts(found, counts)))
+    return replace(found, doubts=(*doubts, *_doubts(found, middles, counts)))
 
 
 class _Walk:
@@ -229,6 +229,18 @@ class _Walk:
         middle, close = self._middle(a, b, inside), bool(inside) and last - first <= self.near
         if len(along.states) > 2 * self.budget or (done and middle is None):
             return inside  # and the search is not certified
+        if close and not done and middle is not None:
+            # what crosses elsewhere is no twin of what was located
+            low, high = hull(inside)
+            if not _outside(along, (low, high), (a, b), before, after):
+                off = 16 * max(high - low, 4 * float(np.spacing(max(abs(low), abs(high)))))
+                cuts = [a, max(low - off, (a + low) / 2), min(high + off, (high + b) / 2), b]
+                pieces = [(p, q) for p, q in itertools.pairwise(cuts) if p < q]
+                for p, q in pieces:
+                    if not p <= low <= q:
+                        self.go(p, q, along.options.depth)
+                self.locate()
+                return [one for p, q in pieces for one in self._settled(p, q, ends)]
         if middle is None or (close and changes and not done):
             known = [
                 self._alike(*change, a - self.near, b + self.near)
@@ -337,16 +349,21 @@ def _reaches(state: State, W: NDArray, off: float) -> bool:
     if state.form == "damped":
         swept = np.sqrt(np.where(4 * pull > apart, apart * pull, 0.0)).max(axis=1)
         left = np.abs(z.real)
-        return bool(np.any(4 * (off * np.abs(own.real) + swept) > left, where=~state.on_line))
+        return bool(np.any(2 * (off * np.abs(own.real) + swept) > left, where=~state.on_line))
     conjugate = np.abs(z[:, None] - z.conj()) <= np.add.outer(state.rounding, state.rounding)
     pairs = (state.on_line[:, None] & state.on_line) | conjugate
     meet = pairs & ~state.close & (4 * pull > apart)
     zero = state.real & (np.abs(z) > state.rounding) & (state.form == "undamped")
-    return bool(meet.any() or np.any(4 * off * np.abs(own) > np.abs(z), where=zero))
+    return bool(meet.any() or np.any(2 * off * np.abs(own) > np.abs(z), where=zero))
 
 
 def _alike(one: Event, omega: float, way: int, near: float) -> bool:
     return one.direction == way and abs(one.omega - omega) <= near * min(one.omega, omega)
+
+
+def hull(events: Sequence[Event]) -> tuple[float, float]:
+    """The least interval that holds those of all events."""
+    return min(one.interval[0] for one in events), max(one.interval[1] for one in events)
 
 
 def together(items: Sequence[Event], near: float) -> list[list[Event]]:
@@ -356,6 +373,26 @@ def together(items: Sequence[Event], near: float) -> list[list[Event]]:
     ]
     cuts = itertools.pairwise([0, *starts, len(items)])
     return [list(items[a:b]) for a, b in cuts if items]
+
+
+def _outside(
+    along: Continuation, ends: tuple[float, float], room: tuple[float, float], *growths: UnstableCount
+) -> bool:
+    """True if just outside of an interval what grows is what is expected below and above it: 16
+    widths away, or further where rounding hides it, within the room."""
+    low, high = ends
+    width = max(high - low, 4 * float(np.spacing(max(abs(low), abs(high)))))
+    sides = (low, -1, room[0]), (high, 1, room[1])
+    for (end, way, last), growth in zip(sides, growths, strict=True):
+        most = min(max(way * (last - end), 0.0), 1e5 * width)
+        step = min(16 * width, most)
+        state = along.at(end + way * step)
+        while state.growth.roots != growth.roots and not state.sure and step < most:
+            step = min(2 * step, most)
+            state = along.at(end + way * step)
+        if state.growth.roots != growth.roots:
+            return False
+    return True
 
 
 def _middles(along: Continuation, places: Sequence[Sequence[Event]]) -> list[float]:
@@ -418,15 +455,17 @@ def _steady(along: Continuation, low: float, high: float, growth: UnstableCount)
     return all(least <= growth.roots <= most for least, most in inside)
 
 
-def _doubts(found: Searched, counts: Sequence[int | None]) -> Iterator[str]:
+def _doubts(
+    found: Searched, middles: Sequence[float], counts: Sequence[int | None]
+) -> Iterator[str]:
     """Where counts and states do not agree with the events, and where rounding or a wide interval
     may hide a root, in words."""
     along, places, growths = found.line, found.places, found.growths
     room = along.options.wide * (along.high - along.low)
-    for place in (place for place in places if len(place) > 1):  # a twin may be left out
-        sides = sorted(p for c in place for p in c.interval)
-        for p in (p for p in (sides[0], sides[-1]) if along.low < p < along.high):
-            along.at(p)
+    sides = itertools.pairwise(middles), itertools.pairwise(growths)
+    for place, gap, beside in zip(places, *sides, strict=True):
+        if not _outside(along, hull(place), gap, *beside):
+            yield f"what grows beside {place[0].value:.9g} is not what the crossings there leave"
     last = [along.low, *(place[-1].value for place in places)]
     between = zip(last, itertools.pairwise(found.edges), growths, counts, strict=True)
     for start, (a, b), growth, n in between:
