@@ -234,7 +234,8 @@ class _Walk:
             low, high = hull(inside)
             if not _outside(along, (low, high), (a, b), before, after):
                 off = 16 * max(high - low, 4 * float(np.spacing(max(abs(low), abs(high)))))
-                cuts = [a, max(low - off, (a + low) / 2), min(high + off, (high + b) / 2), b]
+                below, above = max(low - off, (a + low) / 2), min(high + off, (high + b) / 2)
+                cuts = [a, max(a, below), min(b, above), b]
                 pieces = [(p, q) for p, q in itertools.pairwise(cuts) if p < q]
                 for p, q in pieces:
                     if not p <= low <= q:

@@ -36,6 +36,7 @@ from squeal.schema import Place, row
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots, disc_around
 from squeal.sparse.dense import dense_spectrum, dense_values
 from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
+from squeal.sparse.eigensolver import OPTIONS as SOLVER
 from squeal.sparse.eigensolver import lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import ScaledSystem, quadratic
@@ -173,10 +174,16 @@ def system_roots(
     problem, limit, modes = ScaledSystem(system).at(changes), None, wanted.modes
     if wanted.rectangle is None:
         modes = modes or MODES
-        solution = lowest_modes(problem, modes)
-    else:
-        solution = modes_in(problem, wanted.rectangle)
-        limit = None if wanted.band is None else wanted.rectangle.high_real
+    try:
+        if wanted.rectangle is None:
+            solution = lowest_modes(problem, modes)
+        else:
+            solution = modes_in(problem, wanted.rectangle)
+            limit = None if wanted.band is None else wanted.rectangle.high_real
+    except ComputationError:
+        if system.n > SOLVER.dense:
+            raise
+        return _of_all(system.arrays(changes), replace(wanted, modes=modes), bounded).lowest(modes)
     values, count = solution.eigenvalues, solution.count
     if wanted.rectangle is None:
         values, count = _upper(values, count, problem.real)
