@@ -434,8 +434,9 @@ def _drive(P: ComplexArray, reach: NDArray[np.bool_], vector: ComplexArray) -> N
 def _physical(T: Array, z: ComplexArray) -> ComplexArray:
     """Mass-normalised vectors (n, m) of unit length in the caller's coordinates, their largest
     parts positive."""
-    largest = z[np.argmax(np.abs(z), axis=0), np.arange(z.shape[1])]
-    vectors = T @ (z * (np.abs(largest) / largest / np.linalg.norm(z, axis=0)))
+    vectors = T @ (z / np.linalg.norm(z, axis=0))
+    largest = vectors[np.argmax(np.abs(vectors), axis=0), np.arange(z.shape[1])]
+    vectors = vectors * (np.abs(largest) / largest)
     vectors.setflags(write=False)
     return np.asarray(vectors, dtype=complex)
 

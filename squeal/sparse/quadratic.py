@@ -220,9 +220,10 @@ def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
     def physical(z: ComplexArray) -> ComplexArray:
         mass = np.abs(np.sum(z.conj() * (problem.M @ z), axis=0))
         length = np.where(mass == 0, np.linalg.norm(z, axis=0), np.sqrt(mass))
-        largest = z[np.argmax(np.abs(z), axis=0), np.arange(z.shape[1])]
+        vectors = problem.scale[:, None] * z
+        largest = vectors[np.argmax(np.abs(vectors), axis=0), np.arange(z.shape[1])]
         with np.errstate(invalid="ignore"):
-            vectors = problem.scale[:, None] * z * (np.abs(largest) / largest / length)
+            vectors = vectors * (np.abs(largest) / largest / length)
         vectors.setflags(write=False)
         return np.asarray(vectors)
 
