@@ -367,9 +367,9 @@ def _eigenvectors(A: NDArray, parts: Sequence[NDArray[np.intp]]) -> tuple[NDArra
     return values, right
 
 
-def form_of(each: Sequence[tuple[Array, Array, Array]]) -> str:
+def form_of(each: Sequence[tuple[Array, Array | None, Array]]) -> str:
     """undamped, gyroscopic or damped, of matrices M, C, K at some values."""
-    if not any(C.any() for _, C, _ in each):
+    if not any(C is not None and C.any() for _, C, _ in each):
         return "undamped"
     symmetric = all(
         np.abs(X - sign * X.T).max() <= 4 * EPS * len(X) * np.abs(X).max()

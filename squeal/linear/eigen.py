@@ -20,7 +20,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -172,18 +172,22 @@ def ordered(values: ComplexArray) -> NDArray[np.intp]:
 
 
 def root_rounding(
-    values: ComplexArray, condition: float | Array, error: float | Array, size: float | Array
+    values: ComplexArray,
+    condition: float | Array,
+    error: float | Array,
+    size: float | Array,
+    rows: int | None = None,
 ) -> Array:
     """How far rounding moves the eigenvalues (m,) of a matrix of norm `size`, of condition numbers
-    1/|y^H x| and relative backward errors `error`.
+    1/|y^H x| and relative backward errors `error`. It has m rows unless `rows` are given.
 
     A lone one moves by r = size error condition. Of others at distances d_j that come into reach
     r prod(1 + r/d_j) is so much, since the determinant changes with them. Nothing moves further
-    than by the m-th root of the error (Elsner 1985).
+    than by the root of the error of as many (Elsner 1985).
     """
     least = np.broadcast_to(size * error, values.shape)
     alone = np.broadcast_to(least * condition, values.shape)
-    bound = np.broadcast_to(2 * size * error ** (1 / max(len(values), 1)), values.shape)
+    bound = np.broadcast_to(2 * size * error ** (1 / (rows or max(len(values), 1))), values.shape)
     apart = np.maximum(np.abs(values[:, None] - values), least[:, None])
     np.fill_diagonal(apart, np.inf)
     moved = np.minimum(alone, bound)
@@ -401,12 +405,16 @@ def spectrum_of(reduced: Reduced) -> Spectrum:
     reach = dependence(reduced)
     values, x, y, condition, rounding = roots_of(reduced, reach)
     if (reach != reach.T).any():
+        ahead, behind = (
+            sorted(components(reach), key=lambda rows: each[rows[0]].sum())
+            for each in (reach, reach.T)
+        )
         for k, z in enumerate(values):
             P = z * z * np.eye(len(A)) + z * B + A
             slope = 2 * z * np.eye(len(A)) + B if z else np.eye(len(A))
             alone = abs(y[:, k].conj() @ slope @ x[:, k])
-            _drive(P, reach, x[:, k])
-            _drive(P.conj().T, reach.T, y[:, k])
+            _drive(P, reach, ahead, x[:, k])
+            _drive(P.conj().T, reach.T, behind, y[:, k])
             condition[k] *= alone / max(abs(y[:, k].conj() @ slope @ x[:, k]), EPS * alone)
     length, norms = np.abs(values), [float(np.linalg.norm(X, 2)) for X in (A, B)]
     size = (length**2 + length * norms[1] + norms[0]) * np.linalg.norm(x, axis=0)
@@ -418,16 +426,22 @@ def spectrum_of(reduced: Reduced) -> Spectrum:
     return Spectrum(tuple(Eigenvalue(*each[k]) for k in ordered(values)))
 
 
-def _drive(P: ComplexArray, reach: NDArray[np.bool_], vector: ComplexArray) -> None:
-    """Add to the null vector (n,) of a component of P what it drives in the rows that depend on
-    it; where P is singular there the vector of these rows alone comes out."""
-    one = int(np.argmax(np.abs(vector)))
-    driven = reach[:, one] & ~reach[one]
-    own = reach[:, one] & reach[one]
-    if driven.any():
-        inner = P[np.ix_(driven, driven)]
-        inner = inner + EPS * np.linalg.norm(P) * np.eye(len(inner))
-        vector[driven] = -np.linalg.solve(inner, P[np.ix_(driven, own)] @ vector[own])
+def _drive(
+    P: ComplexArray,
+    reach: NDArray[np.bool_],
+    parts: Sequence[NDArray[np.intp]],
+    vector: ComplexArray,
+) -> None:
+    """Add to the null vector (n,) of one of the components of P what it drives in those that depend
+    on it, which stand behind what they depend on. Where a driven one is singular, too, the vector
+    of that one alone comes out."""
+    one, size = int(np.argmax(np.abs(vector))), float(np.linalg.norm(P))
+    for rows in parts:
+        if reach[rows[0], one] and not reach[one, rows[0]]:
+            inner = P[np.ix_(rows, rows)]
+            inner = inner + EPS * size * np.eye(len(rows))
+            vector[rows] = -np.linalg.solve(inner, P[rows] @ vector)
+            vector /= np.abs(vector).max()
     vector /= np.linalg.norm(vector)
 
 

@@ -385,7 +385,7 @@ def _outside(
     width = max(high - low, 4 * float(np.spacing(max(abs(low), abs(high)))))
     sides = (low, -1, room[0]), (high, 1, room[1])
     for (end, way, last), growth in zip(sides, growths, strict=True):
-        most = min(max(way * (last - end), 0.0), 1e5 * width)
+        most = min(max(way * (last - end), 0.0), max(1e5 * width, 1e-6 * (along.high - along.low)))
         step = min(16 * width, most)
         state = along.at(end + way * step)
         while state.growth.roots != growth.roots and not state.sure and step < most:

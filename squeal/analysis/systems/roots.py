@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.analysis.answers import OPEN
 from squeal.analysis.systems.matrices import ALL_ROWS
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.processes import one_thread
@@ -30,7 +31,8 @@ from squeal.linear.eigen import (
     ordered,
     spectrum_of,
 )
-from squeal.linear.matrices import rank_of, reduce, unit_diagonal
+from squeal.linear.continuation import form_of
+from squeal.linear.matrices import checked, rank_of, reduce, unit_diagonal
 from squeal.linear.system import Matrix, TermSystem
 from squeal.schema import Place, row
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots, disc_around
@@ -222,14 +224,27 @@ def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) ->
     return roots if wanted.modes is None else roots.lowest(wanted.modes)
 
 
-def judged(values: Known, complete: bool = True) -> tuple[str | None, str]:
-    """Verdict on roots and what decided it; unless they are `complete` only growth is proven."""
+def judged(
+    values: Known, complete: bool = True, conservative: bool = False
+) -> tuple[str | None, str]:
+    """Verdict on roots and what decided it; unless they are `complete` only growth is proven.
+
+    It is open where rounding leaves a root on either side of the axis. A conservative system has
+    roots on it, and others in fours, so that what rounding leaves there is marginal.
+    """
     solved = [e for e in values if e.residual <= ACCEPTED and e.rounding < math.inf]
     if not solved:
         return None, f"{NO_ROOT} was found that solves the equations"
     verdict = decide([e.value for e in solved], [e.rounding for e in solved])
-    if verdict.verdict in GROWING or (complete and len(solved) == len(values)):
+    if verdict.verdict in GROWING:
         return verdict.verdict, str(verdict)
+    if complete and len(solved) == len(values):
+        unsure = [e for e in solved if 0.0 < abs(e.value.real) <= e.rounding]
+        if not unsure or conservative:
+            return verdict.verdict, str(verdict)
+        one = max(unsure, key=lambda e: e.rounding)
+        words = f"a root at {one.frequency_hz:.6g} Hz on either side of the axis"
+        return None, f"{OPEN}rounding ({one.rounding:.2g} 1/s) leaves {words}"
     rate = f"largest Re lambda = {verdict.value:.6g}"
     return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
 
@@ -248,8 +263,8 @@ def _of_all(
             reduced = reduce(M, C, K)
             if not hidden(reduced, C, K):
                 spectrum = spectrum_of(reduced)
-                verdict = decide(spectrum.values, spectrum.rounding)
-                every, words = spectrum.eigenvalues, (verdict.verdict, str(verdict))
+                every = spectrum.eigenvalues
+                words = judged(every, conservative=form_of([checked(M, C, K)]) != "damped")
     if words is None:
         every = dense_spectrum(M, C, K)
         if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:
