@@ -150,9 +150,19 @@ class TermSystem:
     @property
     def real(self) -> bool:
         """True if all matrices are real, so that roots come in conjugate pairs."""
-        return not self.follows and not any(
+        return not self.follows and self._real_terms
+
+    @property
+    def _real_terms(self) -> bool:
+        """True if no matrix or factor is complex, at whatever frequency."""
+        return not any(
             np.iscomplexobj(term.matrix) or isinstance(term.factor, Modulus) for term in self.terms
         )
+
+    @property
+    def undamped(self) -> bool:
+        """True if there is no damping, at whatever frequency: C has no terms, others are real."""
+        return not self.C and self._real_terms
 
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
         """The parameters with some of them changed. Raises InputError for an unknown name."""
