@@ -12,6 +12,7 @@ no rounding of the generator excuses a wrong one.
 from __future__ import annotations
 
 import argparse
+import itertools
 import math
 import sys
 import time
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 
 import squeal
 from squeal.errors import ComputationError
+from squeal.linear.system import TermSystem
 
 Array = NDArray[np.float64]
 Rng = np.random.Generator
@@ -57,7 +59,7 @@ class Case:
     events: tuple[Event, ...] | None = None
     factor: str = "mu"
 
-    def system(self) -> squeal.System:
+    def system(self) -> TermSystem:
         """The same as a system."""
         return squeal.System(
             np.eye(len(self.K0)),
@@ -80,24 +82,22 @@ def rows_of(rng: Rng, most: int, least: int = 3) -> int:
 # What hides a structure without rounding
 
 
-def shuffled(matrices: Sequence[Array | None], rng: Rng) -> list[Array | None]:
+def shuffled(matrices: Sequence[Array], rng: Rng) -> list[Array]:
     """The same with rows and columns in another order."""
-    n = next(len(X) for X in matrices if X is not None)
-    order = rng.permutation(n)
-    return [None if X is None else X[np.ix_(order, order)] for X in matrices]
+    order = rng.permutation(len(matrices[0]))
+    return [X[np.ix_(order, order)] for X in matrices]
 
 
-def sheared(matrices: Sequence[Array | None], rng: Rng) -> list[Array | None]:
+def sheared(matrices: Sequence[Array], rng: Rng) -> list[Array]:
     """Similar matrices: some rows are added to others, which leaves M = 1 and every root."""
-    mixed = [None if X is None else X.copy() for X in matrices]
-    n = next(len(X) for X in mixed if X is not None)
+    mixed = [X.copy() for X in matrices]
+    n = len(mixed[0])
     for _ in range(min(n, 8)):
         i, j = rng.choice(n, 2, replace=False)
         sign = rng.choice([-1.0, 1.0])
         for X in mixed:
-            if X is not None:
-                X[i] += sign * X[j]
-                X[:, j] -= sign * X[:, i]
+            X[i] += sign * X[j]
+            X[:, j] -= sign * X[:, i]
     return mixed
 
 
@@ -119,13 +119,13 @@ def damping_of(rng: Rng) -> float:
     return 0.0 if rng.random() < 1 / 3 else dyadic(10.0 ** rng.uniform(-6, -1))
 
 
-def of_squares(C: float, K: Array, squares: Sequence[float], matrices: Sequence[Array]) -> Case:
+def of_squares(C: float, K: Array, squares: Sequence[float]) -> Case:
     """A system with C times one, of which the eigenvalues of K are real and known."""
     verdict = "stable" if C else "marginal"
     if min(squares) < 0.0:
         verdict = "divergence"
-    hidden_C = C * np.eye(len(K)) if C else None
-    return Case(hidden_C, matrices[0], np.zeros_like(K), verdict)
+    damping = C * np.eye(len(K)) if C else None
+    return Case(damping, K, np.zeros_like(K), verdict)
 
 
 def triangle(rng: Rng, most: int) -> Case:
@@ -135,14 +135,14 @@ def triangle(rng: Rng, most: int) -> Case:
     if rng.random() < 0.2:
         squares[0] = -squares[0]
     K = np.diag(squares) + np.triu(np.round(rng.uniform(-4, 4, (n, n)), 2), 1)
-    return of_squares(damping_of(rng), K, squares, shuffled([K], rng))
+    return of_squares(damping_of(rng), shuffled([K], rng)[0], squares)
 
 
 def bidiagonal(rng: Rng, most: int) -> Case:
     """One Jordan block of K, in any order of the rows."""
     n = rows_of(rng, most)
     K = dyadic(rng.uniform(0.5, 2.0)) * np.eye(n) + np.eye(n, k=1)
-    return of_squares(damping_of(rng), K, [K[0, 0]], shuffled([K], rng))
+    return of_squares(damping_of(rng), shuffled([K], rng)[0], [float(K[0, 0])])
 
 
 def rotated(rng: Rng, most: int) -> Case:
@@ -151,9 +151,9 @@ def rotated(rng: Rng, most: int) -> Case:
     size = int(rng.integers(2, 4))
     squares = [dyadic(rng.uniform(0.5, 2.0)) for _ in range(n)]
     squares = [squares[size * (k // size)] for k in range(n)]
-    ones = [float(a == b) for a, b in zip(squares, squares[1:], strict=False)]
+    ones = [float(a == b) for a, b in itertools.pairwise(squares)]
     K = np.diag(squares) + np.diag(ones, 1)
-    return of_squares(damping_of(rng), K, squares, sheared([K], rng))
+    return of_squares(damping_of(rng), sheared([K], rng)[0], squares)
 
 
 def cascade(rng: Rng, most: int) -> Case:
@@ -173,7 +173,7 @@ def cascade(rng: Rng, most: int) -> Case:
     K = direct_sum(blocks)
     for at in range(0, 2 * count - 2, 2):
         K[at : at + 2, at + 2 : at + 4] = np.round(rng.uniform(-2, 2, (2, 2)), 2)
-    (K,) = shuffled([K], rng)  # type: ignore[assignment]
+    (K,) = shuffled([K], rng)
     verdict = "flutter" if any(grows) else "stable"
     return Case(C * np.eye(2 * count), K, np.zeros_like(K), verdict)
 
@@ -218,7 +218,7 @@ def twins(rng: Rng, most: int, apart: float, kind: str) -> Case:
             events.append(event)
     hide = sheared if rng.random() < 0.5 else shuffled
     damping = C * np.eye(2 * count) if C else None
-    K0, K1 = hide([direct_sum(stiffness), direct_sum(friction)], rng)  # type: ignore[assignment]
+    K0, K1 = hide([direct_sum(stiffness), direct_sum(friction)], rng)
     return Case(damping, K0, K1, events=tuple(sorted(events, key=lambda e: e.value)))
 
 
@@ -249,7 +249,7 @@ def windows(rng: Rng, most: int) -> Case:
     ends = [-math.sqrt(outer), -math.sqrt(inner), math.sqrt(inner), math.sqrt(outer)]
     ways = ["up", "down", "up", "down"]
     events = [Event(centre + x, "flutter", way) for x, way in zip(ends, ways, strict=True)]
-    K0, K1 = shuffled([K0, K1], rng)  # type: ignore[assignment]
+    K0, K1 = shuffled([K0, K1], rng)
     return Case(None, K0, K1, events=tuple(events), factor=factor)
 
 
@@ -265,7 +265,7 @@ def driven(rng: Rng, most: int) -> Case:
     for i, j in pairs:
         if group[i] < group[j] and rng.random() < 0.5:
             K0[i, j] = np.round(rng.uniform(-2, 2), 2)
-    K0, K1 = shuffled([K0, case.K1], rng)  # type: ignore[assignment]
+    K0, K1 = shuffled([K0, case.K1], rng)
     return Case(case.C, K0, K1, events=case.events)
 
 

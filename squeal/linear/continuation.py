@@ -375,6 +375,7 @@ def form_of(each: Sequence[tuple[Array, Array | None, Array]]) -> str:
         np.abs(X - sign * X.T).max() <= 4 * EPS * len(X) * np.abs(X).max()
         for matrices in each
         for X, sign in zip(matrices, (1, -1, 1), strict=True)
+        if X is not None
     )
     return "gyroscopic" if symmetric else "damped"
 

@@ -1,9 +1,10 @@
 """Eigenvalues of M q'' + C q' + K q = 0 with vectors, rounding, residuals and slopes.
 
 How far rounding moves a root is its backward error times its condition number (`root_rounding`),
-which grows without limit where roots coalesce; roots that meet are moved together, by no more than the
+which grows without limit where roots coalesce; roots that meet move together, by no more than the
 m-th root of the relative error. Where conditions are not computed it is a share of |lambda|
-(`assumed_rounding`). Every eigenvalue carries this number.
+(`assumed_rounding`). Every eigenvalue carries this number. What acts on a part of the rows and is
+not acted on by it changes none of its roots: strong components are solved one by one.
 
 How is flutter decided? A root grows if its real part is greater than its rounding; if its imaginary
 part is greater too it is one of a pair (flutter), else real (divergence). That is `kinds`, of any
@@ -342,11 +343,11 @@ def roots_of(reduced: Reduced, reach: NDArray[np.bool_] | None = None) -> Roots:
     """
     each = []
     for rows in components(dependence(reduced) if reach is None else reach):
-        A, B, T = (
-            None if X is None else X[np.ix_(rows, rows)] for X in (reduced.A, reduced.B, reduced.T)
-        )
+        within = np.ix_(rows, rows)
+        B = None if reduced.B is None else reduced.B[within]
         damping = B if B is not None and B.any() else None
-        own = _roots_of_component(Reduced(A, damping, T, reduced.rounding))
+        part = Reduced(reduced.A[within], damping, reduced.T[within], reduced.rounding)
+        own = _roots_of_component(part)
         x, y = (np.zeros((len(reduced.A), len(own.values)), complex) for _ in range(2))
         x[rows], y[rows] = own.right, own.left
         each.append(own._replace(right=x, left=y))
@@ -458,9 +459,15 @@ def _physical(T: Array, z: ComplexArray) -> ComplexArray:
 def hidden(reduced: Reduced, C: Array | None, K: Array) -> bool:
     """True if rounding leaves a root too few digits, or there are more of zero than K and C leave
     free: where a mass is light, a spring stiff or a damper strong beside others."""
-    roots, rank = roots_of(reduced), scaled_rank(K)
-    both = rank if reduced.B is None else scaled_rank(np.vstack([K, np.asarray(C)]))
-    size, zeros = np.abs(roots.values), 2 * len(K) - rank - both
+    roots, zeros = roots_of(reduced), 0
+    for rows in components(dependence(reduced)):
+        own = np.ix_(rows, rows)
+        rank = scaled_rank(K[own])
+        both = rank
+        if C is not None and reduced.B is not None:
+            both = scaled_rank(np.vstack([K[own], C[own]]))
+        zeros += 2 * len(rows) - rank - both
+    size = np.abs(roots.values)
     return bool(
         np.any(roots.rounding > 0.005 * size, where=size > 0.0) or np.sum(size == 0) != zeros
     )

@@ -377,7 +377,10 @@ def together(items: Sequence[Event], near: float) -> list[list[Event]]:
 
 
 def _outside(
-    along: Continuation, ends: tuple[float, float], room: tuple[float, float], *growths: UnstableCount
+    along: Continuation,
+    ends: tuple[float, float],
+    room: tuple[float, float],
+    *growths: UnstableCount,
 ) -> bool:
     """True if just outside of an interval what grows is what is expected below and above it: 16
     widths away, or further where rounding hides it, within the room."""

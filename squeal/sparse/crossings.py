@@ -347,7 +347,9 @@ def coalescences(reduction: Reduction, name: str, values: Sequence[float]) -> li
         for place in search(part.system, low, high).places:
             for event in place:
                 near = event.omega and abs(event.omega - middle) <= wide
-                one = _at_own_frequency(reduction.system, event, middle, low, high) if near else None
+                one = (
+                    _at_own_frequency(reduction.system, event, middle, low, high) if near else None
+                )
                 if one and not any(
                     abs(one.value - other.value) <= OPTIONS.same * abs(one.value)
                     and abs(one.omega - other.omega) <= OPTIONS.same * one.omega

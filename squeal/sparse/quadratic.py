@@ -217,8 +217,8 @@ def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
         own = np.minimum(condition, 1 / EPS) * size / scale
     lone = problem.real & (values.imag != 0) & ~np.isin(values.conj(), values)
     every = np.append(values, values[lone].conj())  # a root may meet its conjugate
-    each = (np.append(a, a[lone]) for a in (own, error, scale))
-    moved = root_rounding(every, *each, rows=2 * problem.n)[: len(values)]
+    conditions, errors, scales = (np.append(a, a[lone]) for a in (own, error, scale))
+    moved = root_rounding(every, conditions, errors, scales, 2 * problem.n)[: len(values)]
     rounding = np.where(size > 0, moved, 0.0)
 
     def physical(z: ComplexArray) -> ComplexArray:

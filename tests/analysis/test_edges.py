@@ -48,7 +48,7 @@ def test_no_mode_grows_at_a_threshold():
 def test_parameters_of_a_system_do_not_change():
     system = squeal.System(np.eye(2), K={"mu": np.eye(2)}, parameters={"mu": 0.3})
     with pytest.raises(TypeError):
-        system.parameters["mu"] = 5.0
+        system.parameters["mu"] = 5.0  # type: ignore[index]
     for other in (pickle.loads(pickle.dumps(system)), copy.deepcopy(system)):
         assert other.parameters == {"mu": 0.3}
         assert other.at()[2].tolist() == system.at()[2].tolist()
@@ -56,8 +56,10 @@ def test_parameters_of_a_system_do_not_change():
 
 @pytest.mark.parametrize("subject", ["pad", "system"])
 def test_a_shape_needs_coordinates(subject):
-    known = squeal.read_scene(SCENES / "b1-a.yaml") if subject == "pad" else squeal.System(
-        np.eye(2), K=np.eye(2)
+    known = (
+        squeal.read_scene(SCENES / "b1-a.yaml")
+        if subject == "pad"
+        else squeal.System(np.eye(2), K=np.eye(2))
     )
     with pytest.raises(InputError, match="shape: needs a system with `coordinates"):
         squeal.eigenvalues(known).plot(shape=1)

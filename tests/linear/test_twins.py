@@ -47,7 +47,7 @@ WINDOWS = [
 def test_two_windows_of_a_coupling_that_nearly_vanishes(centre, inner, outer, blunt):
     square = f"(mu - {centre})**2"
     factor = f"({square} - {inner})*({square} - {outer})/({square}**2 + {blunt})"
-    K = {"1": [[2.0, 0.0], [1.0, 2.0]], factor: [[0.0, 1.0], [0.0, 0.0]]}
+    K = {"1": np.array([[2.0, 0.0], [1.0, 2.0]]), factor: np.eye(2, k=1)}
     found = squeal.thresholds(squeal.System(np.eye(2), K=K), 2.0)
     ends = np.sqrt([outer, inner])
     exact = [*(centre - ends), *(centre + ends[::-1])]
@@ -66,7 +66,7 @@ def test_a_dip_within_a_step_is_seen_or_nothing_is_certified(part):
         K = {"1": np.diag([1.0, 3.0]), f"-2*{bump}": np.diag([1.0, 0.0])}
         system, half = squeal.System(np.eye(2), K=K), 1e-3
     else:  # frequencies 0.2 apart, coupled by 0.2 at most
-        K = {"1": np.diag([1.0, 1.2]), f"0.2*{bump}": [[0.0, 1.0], [-1.0, 0.0]]}
+        K = {"1": np.diag([1.0, 1.2]), f"0.2*{bump}": np.eye(2, k=1) - np.eye(2, k=-1)}
         system, half = squeal.System(np.eye(2), K=K), 1e-3
     found = squeal.thresholds(system, 2.0)
     exact = [0.7312 - half, 0.7312 + half]

@@ -184,7 +184,10 @@ def test_tables_must_cover_the_band(band, covered):
 def test_frequencies_that_meet_without_damping_flutter(slope, beside):
     """diag(1, 1.2) (1 + slope omega) + 0.2 mu J: they meet at 0.5 (1 + slope omega), where omega^2
     is 1.1 (1 + slope omega)."""
-    stiffness, friction = np.diag([1.0, 1.2, *(3.0 + np.arange(beside))]), np.zeros((2 + beside,) * 2)
+    stiffness, friction = (
+        np.diag([1.0, 1.2, *(3.0 + np.arange(beside))]),
+        np.zeros((2 + beside,) * 2),
+    )
     friction[:2, :2] = [[0.0, 1.0], [-1.0, 0.0]]
     K = {f"1 + {slope}*omega": stiffness, "0.2*mu": friction}
     system = squeal.System(np.eye(2 + beside), K=K, parameters={"mu": 0.0})

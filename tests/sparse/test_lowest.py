@@ -28,7 +28,9 @@ def upper(found):
     return np.sort(found.values[found.values.imag > 0.0].imag)
 
 
-@pytest.mark.parametrize(("count", "rows", "joined"), [(100, 5, 0.3), (60, 9, 1e-3), (450, 1, 0.01)])
+@pytest.mark.parametrize(
+    ("count", "rows", "joined"), [(100, 5, 0.3), (60, 9, 1e-3), (450, 1, 0.01)]
+)
 def test_the_lowest_of_many_close_modes_are_all_listed(count, rows, joined):
     K, exact = laminations(count, rows, joined)
     found = squeal.eigenvalues(squeal.System(eye_array(count * rows), K=1e6 * K))
@@ -39,7 +41,7 @@ def test_the_lowest_of_many_close_modes_are_all_listed(count, rows, joined):
 
 def test_a_mode_that_grows_among_close_ones_is_found():
     K, exact = laminations(100, 5, 0.3)
-    squares, modes = eigh(K.toarray(), subset_by_index=[0, 24])
+    _, modes = eigh(K.toarray(), subset_by_index=[0, 24])
     C = csc_array(-2e-3 * np.outer(modes[:, 16], modes[:, 16]))
     found = squeal.eigenvalues(squeal.System(eye_array(500), C, K), modes=20)
     assert found.verdict == "flutter"

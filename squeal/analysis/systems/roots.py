@@ -20,6 +20,7 @@ from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.processes import one_thread
 from squeal.io.writing import picked
 from squeal.linear import GROWING
+from squeal.linear.continuation import form_of
 from squeal.linear.eigen import (
     ACCEPTED,
     STIFF,
@@ -31,7 +32,6 @@ from squeal.linear.eigen import (
     ordered,
     spectrum_of,
 )
-from squeal.linear.continuation import form_of
 from squeal.linear.matrices import checked, rank_of, reduce, unit_diagonal
 from squeal.linear.system import Matrix, TermSystem
 from squeal.schema import Place, row
@@ -178,7 +178,7 @@ def system_roots(
         modes = modes or MODES
     try:
         if wanted.rectangle is None:
-            solution = lowest_modes(problem, modes)
+            solution = lowest_modes(problem, modes or MODES)
         else:
             solution = modes_in(problem, wanted.rectangle)
             limit = None if wanted.band is None else wanted.rectangle.high_real
