@@ -28,6 +28,22 @@ def test_a_penalty_in_memory_is_a_support_as_in_a_file(size, damping):
     assert sorted(found.values.real) == pytest.approx(np.sort(np.ravel(exact).real), rel=1e-9)
 
 
+@pytest.mark.parametrize("soft", [1e-6, 1e-12])
+def test_most_rows_are_no_supports_of_a_body_that_is_nearly_free(soft):
+    """Two flexible modes that flutter where 2 mu 1e6 is their distance, and a soft third one."""
+    friction = np.zeros((3, 3))
+    friction[1:, 1:] = [[0.0, 1.0], [-1.0, 0.0]]
+    K = {"1": np.diag([soft, 1e7, 1.1e7]), "1e6 * mu": friction}
+    found = squeal.thresholds(squeal.System(np.eye(3), K=K, parameters={"mu": 0.0}), 1.0)
+    assert [(c.mu, c.kind) for c in found.crossings] == [(pytest.approx(0.5, rel=1e-9), "flutter")]
+
+
+def test_a_row_that_a_term_couples_is_no_support():
+    """At mu = 0 nothing acts on the stiff row, elsewhere a greater coupling does."""
+    K = {"1": np.diag([1.0, 2.0, 1e14]), "mu": 1e14 * (np.eye(3, k=1) + np.eye(3, k=-1))}
+    assert squeal.System(np.eye(3), K=K, parameters={"mu": 0.0}).n == 3
+
+
 @pytest.mark.parametrize("size", [1e9, 1e16])
 @pytest.mark.parametrize("mu", [0.3, 0.9])
 def test_modes_that_rounding_hides_on_the_paths_have_no_onset(size, mu):
