@@ -93,7 +93,6 @@ def search(
         walk.go(a, b, options.depth)
     walk.guesses += _meetings_at_end(along.at(high), 1e-6 * (high - low))
     walk.locate()
-    walk.beside()
     places = walk.places()
     middles = _middles(along, places)
     growths = tuple(along.at(p).growth for p in middles)
@@ -163,23 +162,6 @@ class _Walk:
                 self.events.append(one)
         self.guesses.clear()
         self.events.sort(key=lambda c: c.value)
-
-    def beside(self) -> None:
-        """Step once more from just outside of each window that is narrower than the steps: from
-        there the next one shows, which from afar is the same pair again."""
-        along, seen = self.along, set[float]()
-        while fresh := [one for one in self.events if one.value not in seen]:
-            seen.update(one.value for one in fresh)
-            for one in fresh:
-                way = -one.direction  # out of the window
-                off = [way * (other.value - one.value) for other in self.events]
-                width = min((-x for x in off if x < 0), default=np.inf) / 16
-                known = [way * (state.value - one.value) for state in along.states]
-                free = min(x for x in (*off, *known, np.inf) if x > 0)
-                if width < free < np.inf:
-                    a, b = sorted((one.value + way * width, one.value + way * free))
-                    self.go(a, b, along.options.depth)
-            self.locate()
 
     def from_start(self, one: Event) -> Event | None:
         """An event, at the start if rounding leaves that; none if decay begins from rest there."""

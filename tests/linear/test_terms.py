@@ -102,9 +102,9 @@ def test_modal_ratios_are_the_damping_ratios():
 @KINDS
 @pytest.mark.parametrize("penalty", [1e22, 1e36])
 def test_penalties_on_the_diagonal_are_supports(kind, penalty):
-    held = np.diag([0.0, penalty, 0.0, 3.0 * penalty])
-    K = 1e6 * (np.eye(4) + 0.1 * np.arange(16).reshape(4, 4)) + held
-    system = TermSystem((Term(kind(np.eye(4))),), (), (Term(kind(K)),))
+    held = np.diag([0.0, penalty, 0.0, 3.0 * penalty, 0.0])
+    K = 1e6 * (np.eye(5) + 0.1 * np.arange(25).reshape(5, 5)) + held
+    system = TermSystem((Term(kind(np.eye(5))),), (), (Term(kind(K)),))
     rest, rows = without_supports(system)
     assert rows.tolist() == [1, 3]
     assert dense(rest.at()[2]) == pytest.approx(K[::2, ::2], rel=1e-15)
@@ -118,6 +118,8 @@ def test_penalties_on_the_diagonal_are_supports(kind, penalty):
         ([[1.0, 0.2], [0.2, 1e6]], [1.0, 1.0]),
         ([[1.0]], [1.0]),
         ([[0.0, 0.0], [0.0, 4.0]], [1.0, 1.0]),
+        (np.diag([1e-6, 1e7, 1.1e7]), [1.0, 1.0, 1.0]),  # a free body's soft mode
+        (np.diag([1e-12, 1.0]), [1.0, 1.0]),
     ],
 )
 def test_stiff_springs_between_coordinates_and_mixed_units_are_no_supports(K, mass):

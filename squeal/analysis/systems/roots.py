@@ -85,14 +85,15 @@ class Wanted:
         low, high = region.low_imag or -edge, region.high_imag or edge
         return replace(region, low_imag=low, high_imag=high)
 
-    def words(self) -> str:
-        """The same in words, for people."""
+    def words(self, count: int | None = None) -> str:
+        """The same in words, for people; of the lowest modes the `count` that were found."""
         if self.band is not None:
             return f"{self.band[0]:g} to {self.band[1]:g} Hz"
         if self.region is not None:
             r = self.region
             return f"{r.low_real:g} < Re < {r.high_real:g}, {r.low_imag:g} < Im < {r.high_imag:g}"
-        return f"the lowest {self.modes or MODES} modes"
+        modes = self.modes or MODES
+        return f"the lowest {modes if count is None else min(count, modes)} modes"
 
 
 def is_small(system: TermSystem) -> bool:
