@@ -2,6 +2,7 @@
 # make quick    style and the tests that most changes need, in a minute
 # make two-ways  20,000 questions asked in two ways, for hours
 # make any-input  20,000 broken and valid inputs of the commands, for an hour
+# make refute   1,000 systems of each family whose answer is known by construction, for hours
 # make fuzz     a million changed inputs of the readers, for hours
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
@@ -43,7 +44,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: report test verify manifest dispatches test-without-heyoka two-ways any-input fuzz lint benchmark \
+.PHONY: report test verify manifest dispatches test-without-heyoka two-ways any-input refute fuzz lint benchmark \
 	page page-test site dist archive cluster cluster-test machines platforms metadata rescience codecheck cite-check sbom audit lock clean distclean
 
 report: $(ENVIRONMENT)
@@ -73,6 +74,10 @@ two-ways: $(ENVIRONMENT)
 # whatever is typed or read is answered or refused
 any-input: $(ENVIRONMENT)
 	@ANY_INPUT=20000 $(BIN)/pytest tests/cli/test_any_input.py
+
+# COUNT=systems of each family SEED=of their numbers
+refute: $(ENVIRONMENT)
+	@$(BIN)/python -m benchmarks.refute --count $(or $(COUNT),1000) --seed $(or $(SEED),0)
 
 fuzz: $(FUZZ)
 	@$(BIN)/python -m benchmarks.fuzz

@@ -22,6 +22,7 @@ from squeal.linear.eigen import Eigenvalue, assigned
 from squeal.linear.paths import Loss, follow, mode_numbers, numbers_at
 
 LISTED = 8  # frequencies in a line of a table
+OPEN = "open: "  # how a criterion begins where what is known decides nothing
 UNSURE = "not certified: others may be missing"
 
 ROOT = (
@@ -164,8 +165,9 @@ class Eigenvalues(Answer):
                 "marginal": "Marginal {}: nothing grows, not all decays",
                 None: f"No {what} was found {{}}{where}; {self.proof}",
             }
-            if self.open:
-                known[None] = f"Open {{}}{where}: {self.open}"
+            if self.open or self.criterion.startswith(OPEN):
+                reason = self.open or self.criterion.removeprefix(OPEN)
+                known[None] = f"Open {{}}{where}: {reason}"
             return known.get(self.verdict, known[None]).format(at)
         kind, hertz, ratio = grow[0].kind, grow[0].frequency_hz, 100 * grow[0].damping_ratio
         size = f"{hertz:.4g} Hz, damping ratio {ratio:.2g} %"

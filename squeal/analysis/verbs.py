@@ -18,7 +18,7 @@ from squeal.analysis.sensitivity import sensitivity as pad_sensitivity
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear.matrices import given_matrix, is_sparse
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import Term, TermSystem, supported, without_supports
 from squeal.numerics.differentiation import Formula
 from squeal.schema import TEXT, Place, Positive, Whole, kind_of, public
 
@@ -100,7 +100,11 @@ def System(
             parts.append(tuple(Term(X, f) for X, f in zip(arrays, factors, strict=True)))
     if K is None:
         raise InputError("System: K: missing; a matrix or a mapping of formulas to matrices is")
-    return TermSystem(parts[0], parts[1], parts[2], parameters or {}, parameter, name)
+    system = TermSystem(parts[0], parts[1], parts[2], parameters or {}, parameter, name)
+    system, supports = without_supports(system)
+    if supports.size:
+        Place("System", "K").warn(supported(supports))
+    return system
 
 
 @public

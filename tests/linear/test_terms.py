@@ -118,6 +118,8 @@ def test_penalties_on_the_diagonal_are_supports(kind, penalty):
         ([[1.0, 0.2], [0.2, 1e6]], [1.0, 1.0]),
         ([[1.0]], [1.0]),
         ([[0.0, 0.0], [0.0, 4.0]], [1.0, 1.0]),
+        (np.diag([1e-6, 1e7, 1.1e7]), [1.0, 1.0, 1.0]),  # a free body's soft mode
+        (np.diag([1e-12, 1.0]), [1.0, 1.0]),
     ],
 )
 def test_stiff_springs_between_coordinates_and_mixed_units_are_no_supports(K, mass):
