@@ -1,0 +1,21 @@
+"""The referee: judges a printed answer by means that share nothing with the solvers.
+
+It says `proved`, `open` or `refuted`. `docs/proof.md` derives the bounds.
+"""
+
+from squeal.proof.balls import AS_GIVEN, HALF_ULP, Balls, Quadratic
+from squeal.proof.pieces import Piece
+from squeal.proof.referee import Count, Proof, RootList, prove_roots, unstable_count
+
+__all__ = [
+    "AS_GIVEN",
+    "HALF_ULP",
+    "Balls",
+    "Count",
+    "Piece",
+    "Proof",
+    "Quadratic",
+    "RootList",
+    "prove_roots",
+    "unstable_count",
+]
