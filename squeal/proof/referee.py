@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.sparse.csgraph import connected_components
 
-from squeal.proof.balls import AS_GIVEN, HALF_ULP, Floats, Quadratic, upper
+from squeal.proof.balls import AS_GIVEN, HALF_ULP, Floats, Quadratic, half_widths, upper
 from squeal.proof.enclosure import components, enclose
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import Failure, Means, Piece, growing_counts, touching
@@ -131,8 +131,9 @@ def enclosed(system: Quadratic) -> _Finding:
 
 
 def _made_exact(system: Quadratic, finding: _Finding) -> _Finding | None:
-    """The same with exact roots of the components that are not sharp; None if none has any."""
-    if system.data not in (AS_GIVEN, HALF_ULP):
+    """The same with exact roots of the components that are not sharp; None if none has any, or if
+    more than the last digit of the doubles is open."""
+    if any(np.any(X.rad > half_widths(X.mid, HALF_ULP)) for X in system.parts):
         return None
     parts = list(finding.parts)
     changed = False

@@ -1,0 +1,191 @@
+"""The referee over a range of the parameter: what grows between the printed thresholds.
+
+Matrices over an interval of the parameter are balls that hold those of every value in it, so that
+one enclosure speaks of all. Where it does not suffice the interval is halved.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squeal.proof.balls import AS_GIVEN, Balls, Quadratic, half_widths, upper
+from squeal.proof.exact import flint
+from squeal.proof.pieces import growing_counts
+from squeal.proof.referee import Proof, enclosed, unstable_count
+
+Factor = Callable[[Any], Any]
+"""A function of the parameter by + - * / and **; it is given a ball of numbers (`flint.arb`)."""
+Provider = Callable[[float, float], Quadratic]
+"""All systems whose parameter lies between two numbers."""
+NARROWEST = 1e-14  # of the range: an interval that is not halved
+MOST_INTERVALS = 4000  # of one gap
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """A matrix (n, n) and the factor that multiplies it; None for one."""
+
+    matrix: ArrayLike
+    factor: Factor | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Terms:
+    """A provider of M, C and K that are sums of terms; C may have none.
+
+    `data` says how the entries of each matrix are known. Needs python-flint. Raises ImportError
+    without it.
+    """
+
+    M: Sequence[Term]
+    C: Sequence[Term]
+    K: Sequence[Term]
+    data: str = AS_GIVEN
+    _given: dict[str, list[np.ndarray]] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        if flint is None:
+            raise ImportError("ranges need python-flint", name="flint")
+        given = {}
+        for name in "MCK":
+            given[name] = [np.asarray(term.matrix, float) for term in getattr(self, name)]
+        object.__setattr__(self, "_given", given)
+
+    def __call__(self, low: float, high: float) -> Quadratic:
+        parameter = flint.arb(low).union(flint.arb(high))
+        M, C, K = (self._sum(name, parameter) for name in "MCK")
+        symmetric = all(np.array_equal(X, X.T) for name in "MK" for X in self._given[name])
+        skew = all(np.array_equal(X, -X.T) for X in self._given["C"])
+        return Quadratic(M, C, K, self.data, symmetric, skew)
+
+    def _sum(self, name: str, parameter: Any) -> Balls:
+        """The sum of terms; entries that are zero in all of them stay zero."""
+        shape = self._given["M"][0].shape
+        total = Balls(np.zeros(shape), np.zeros(shape))
+        used = np.zeros(shape, dtype=bool)
+        for term, X in zip(getattr(self, name), self._given[name], strict=True):
+            added = Balls(X, half_widths(X, self.data))
+            if term.factor is not None:
+                added = _multiplied(added, term.factor(parameter))
+            total = added if not used.any() else total.plus(added)
+            used |= X != 0.0
+        return Balls(total.mid, np.where(used, total.rad, 0.0))
+
+
+def _multiplied(X: Balls, factor: Any) -> Balls:
+    """Entries times a ball of numbers."""
+    middle, radius = middle_and_radius(flint.arb(factor))
+    product = X.times(middle)
+    return Balls(product.mid, upper(product.rad + np.abs(X.mid) * radius + X.rad * radius, 4))
+
+
+def middle_and_radius(ball: Any) -> tuple[float, float]:
+    """A double and how far the numbers of a ball (`flint.arb`) may lie from it."""
+    middle = float(ball.mid())
+    return middle, float(np.nextafter(float((ball - middle).abs_upper()), np.inf))
+
+
+def prove_gap(
+    provider: Provider, low: float, high: float, unstable: int, growth_below: float
+) -> Proof:
+    """Whether `unstable` roots grow at every value between two, and others by no more than a rate.
+
+    Proved is that at each value at most so many roots grow faster than `growth_below`, and that at
+    least so many grow, or decay by no more than that. Refuted is an interval in which another
+    number grows for certain.
+
+    Parameters
+    ----------
+    provider : callable
+        Low and high value of the parameter to all systems between them.
+    low, high : float
+        Ends of the gap.
+    unstable : int
+        How many roots are said to grow.
+    growth_below : float
+        A rate, 1/s, above 0.
+    """
+    narrowest = NARROWEST * max(high - low, abs(low), abs(high))
+    waiting = [(low, high)]
+    looked = 0
+    data = AS_GIVEN
+    while waiting:
+        a, b = waiting.pop()
+        looked += 1
+        system = provider(a, b)
+        data = system.data
+        finding = enclosed(system)
+        reason = finding.failure.reason if finding.failure else ""
+        if not reason:
+            least, most = growing_counts(finding.pieces)
+            if not least <= unstable <= most:
+                words = f"{least} to {most} roots grow, not {unstable}"
+                return Proof("refuted", "enclosure", data=data, reason=words, where=(a + b) / 2.0)
+            at_most = growing_counts(finding.pieces, growth_below)[1]
+            at_least = growing_counts(finding.pieces, -growth_below)[0]
+            if at_most <= unstable <= at_least:
+                continue
+            reason = "what grows cannot be told from what does not"
+        if b - a <= narrowest or looked + len(waiting) >= MOST_INTERVALS:
+            return Proof("open", "enclosure", data=data, reason=reason, where=(a + b) / 2.0)
+        middle = (a + b) / 2.0
+        waiting += [(middle, b), (a, middle)]
+    return Proof("proved", "enclosure", growth_below, data)
+
+
+def prove_thresholds(
+    provider: Provider,
+    low: float,
+    high: float,
+    intervals: Sequence[tuple[float, float]],
+    growth_below: float,
+    counts: Sequence[int] | None = None,
+) -> Proof:
+    """Whether the number of growing roots changes in the printed intervals and nowhere else.
+
+    Proved is that it differs between the gaps on both sides of each interval, where it is counted
+    in the middle, and each gap as `prove_gap` has it.
+
+    Parameters
+    ----------
+    provider : callable
+        Low and high value of the parameter to all systems between them.
+    low, high : float
+        Ends of the range.
+    intervals : sequence of (float, float)
+        The printed intervals, ascending and disjoint.
+    growth_below : float
+        A rate, 1/s, above 0.
+    counts : sequence of int, optional
+        The printed numbers of growing roots in the gaps, one more than there are intervals.
+    """
+    edges = [low, *(end for interval in intervals for end in interval), high]
+    if any(b < a for a, b in itertools.pairwise(edges)):
+        return Proof("refuted", reason="the intervals overlap or leave the range")
+    gaps = list(zip(edges[::2], edges[1::2], strict=True))
+    found = []
+    for a, b in gaps:
+        count = unstable_count(provider((a + b) / 2.0, (a + b) / 2.0))
+        if not count.is_certain:
+            return Proof(
+                "open", count.by, data=count.data, reason=count.reason, where=(a + b) / 2.0
+            )
+        found.append(count.lower)
+    for number, (start, _) in enumerate(gaps[1:], start=1):
+        if found[number] == found[number - 1]:
+            words = f"{found[number]} roots grow on both sides of a threshold"
+            return Proof("refuted", "enclosure", reason=words, where=start)
+    for number, (a, b) in enumerate(gaps):
+        if counts is not None and counts[number] != found[number]:
+            words = f"{found[number]} roots grow, not {counts[number]}"
+            return Proof("refuted", "enclosure", reason=words, where=(a + b) / 2.0)
+        proof = prove_gap(provider, a, b, found[number], growth_below)
+        if proof.status != "proved":
+            return proof
+    return Proof("proved", "enclosure", growth_below, provider(low, low).data)
