@@ -3,6 +3,7 @@
 # make two-ways  20,000 questions asked in two ways, for hours
 # make any-input  20,000 broken and valid inputs of the commands, for an hour
 # make fuzz     a million changed inputs of the readers, for hours
+# make refute   10,000 systems of known roots and wrong answers for the referee, for an hour
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
 # make verify   is the build the one that was described?  make manifest  describe it anew
@@ -41,7 +42,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: report test verify manifest test-without-heyoka two-ways any-input fuzz lint benchmark \
+.PHONY: report test verify manifest test-without-heyoka two-ways any-input fuzz refute lint benchmark \
 	page page-test site dist archive cluster cluster-test machines platforms metadata codecheck cite-check sbom audit lock clean distclean
 
 report: $(ENVIRONMENT)
@@ -74,6 +75,10 @@ any-input: $(ENVIRONMENT)
 
 fuzz: $(FUZZ)
 	@$(BIN)/python -m benchmarks.fuzz
+
+# right and wrong answers to systems whose roots are known
+refute: $(ENVIRONMENT)
+	@$(BIN)/python -m benchmarks.refute
 
 lint: $(LINTERS)
 	$(BIN)/ruff check .

@@ -172,18 +172,17 @@ class Quadratic:
 
         Raises ValueError unless the matrices are real and square, of one size.
         """
-        mass = np.asarray(M)
-        given = [mass, np.zeros(mass.shape) if C is None else np.asarray(C), np.asarray(K)]
+        first = np.asarray(M)
+        given = [first, np.zeros(first.shape) if C is None else np.asarray(C), np.asarray(K)]
         for X in given:
-            if X.ndim != 2 or X.shape != (len(mass), len(mass)) or X.dtype.kind not in "biuf":
+            if X.ndim != 2 or X.shape != (len(first), len(first)) or X.dtype.kind not in "biuf":
                 raise ValueError(f"matrices: shape {X.shape}, {X.dtype}; real (n, n) are required")
         floats = [X.astype(float) for X in given]
         with np.errstate(all="ignore"):
-            balls = [Balls(X, half_widths(X, data)) for X in floats]
-        mass, damping, stiffness = floats
-        symmetric = np.array_equal(mass, mass.T) and np.array_equal(stiffness, stiffness.T)
-        skew = np.array_equal(damping, -damping.T)
-        return Quadratic(*balls, data, symmetric, skew)
+            mass, damping, stiffness = (Balls(X, half_widths(X, data)) for X in floats)
+        symmetric = all(np.array_equal(X.mid, X.mid.T) for X in (mass, stiffness))
+        skew = np.array_equal(damping.mid, -damping.mid.T)
+        return Quadratic(mass, damping, stiffness, data, symmetric, skew)
 
     @property
     def n(self) -> int:

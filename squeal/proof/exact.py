@@ -24,13 +24,11 @@ try:
 except ImportError:  # an extra
     flint = None
 
-ROWS = 60  # of a component, up to which it takes seconds
-BITS = 4_000  # of an entry, up to which it takes seconds
+WORK = 2e7  # rows^3 times bits of an entry: some two seconds
 SHORT = 200  # bits of a common denominator, up to which the characteristic polynomial is faster
 PRECISION = 96  # bits, at first
 MISSING = "the exact means need python-flint, which is not installed"
-LARGE = f"a component has more than {ROWS} rows"
-DECADES = "the entries differ by too many decades"
+LARGE = "a component has too many rows, or entries of too many decades, for the exact means"
 SINGULAR = "M, C and K are singular together, so that every number is a root"
 Integers = list[list[int]]
 Polynomial = Any
@@ -43,13 +41,13 @@ def exact_roots(block: Quadratic) -> list[Piece] | Failure:
     """The roots of the midpoints of one component, each a piece of its own."""
     if flint is None:
         return Failure(MISSING)
-    if block.n > ROWS:
-        return Failure(LARGE)
     if not all(np.isfinite(X.mid).all() for X in block.parts):
         return Failure("an entry is not finite")
+    if block.n**3 > WORK:
+        return Failure(LARGE)
     M, C, K, turn = _integers(block)
-    if max(abs(v).bit_length() for X in (M, C, K) for row in X for v in row) > BITS:
-        return Failure(DECADES)
+    if block.n**3 * _bits(M, C, K) > WORK:
+        return Failure(LARGE)
     polynomial, unit = _undamped(M, K) if block.is_undamped else _damped(M, C, K)
     if polynomial.degree() < 0:
         return Failure(SINGULAR)
@@ -95,6 +93,11 @@ def _integers(block: Quadratic) -> tuple[Integers, Integers, Integers, int]:
             matrix.append([v << (e - int(lowest[i])) if v else 0 for v, e in entries])
         matrices.append(matrix)
     return matrices[0], matrices[1], matrices[2], turn
+
+
+def _bits(*matrices: Integers) -> int:
+    """The length of the longest entry."""
+    return max(abs(v).bit_length() for X in matrices for row in X for v in row)
 
 
 def _common_multiple(M: Integers) -> int:
@@ -150,6 +153,7 @@ def _of_squares(polynomial: Polynomial, scale: Ball) -> list[Piece]:
     if polynomial.degree() < 1:
         return []
     pieces = []
+    pair: list[tuple[Ball, Ball, Side]]
     for root, multiplicity in polynomial.complex_roots():
         square = flint.acb(root) * scale
         is_real = square.imag == 0
@@ -175,7 +179,7 @@ def _off_axis(polynomial: Polynomial, scale: Ball) -> list[Piece]:
     if polynomial.degree() < 1:
         return []
     precision = PRECISION
-    roots = []
+    roots: list[tuple[Ball, int]] = []
     while not roots:
         with flint.ctx.workprec(precision):
             found = polynomial.complex_roots()

@@ -15,9 +15,13 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.proof.balls import AS_GIVEN, Balls, Quadratic, half_widths, upper
-from squeal.proof.exact import flint
 from squeal.proof.pieces import growing_counts
 from squeal.proof.referee import Proof, enclosed, unstable_count
+
+try:
+    import flint
+except ImportError:  # an extra
+    flint = None
 
 Factor = Callable[[Any], Any]
 """A function of the parameter by + - * / and **; it is given a ball of numbers (`flint.arb`)."""

@@ -102,7 +102,7 @@ class Count:
 
 
 @dataclass(frozen=True, eq=False)
-class _Finding:
+class Finding:
     """Pieces of each component, or why there are none; `data` is what they hold for."""
 
     parts: list[list[Piece] | Failure]
@@ -124,19 +124,20 @@ class _Finding:
         return "exact" if any(piece.by == "exact" for piece in self.pieces) else "enclosure"
 
 
-def enclosed(system: Quadratic) -> _Finding:
+def enclosed(system: Quadratic) -> Finding:
     """Enclosures of the roots of each strong component."""
     parts = [enclose(system.block(rows)) for rows in components(system)]
-    return _Finding(parts, system.data)
+    return Finding(parts, system.data)
 
 
-def _made_exact(system: Quadratic, finding: _Finding) -> _Finding | None:
-    """The same with exact roots of the components that are not sharp; None if none has any, or if
-    more than the last digit of the doubles is open."""
+def _made_exact(system: Quadratic, finding: Finding) -> Finding:
+    """The same with exact roots of the components that are not sharp.
+
+    It is the same unless the balls are within the last digit of the doubles.
+    """
     if any(np.any(X.rad > half_widths(X.mid, HALF_ULP)) for X in system.parts):
-        return None
+        return finding
     parts = list(finding.parts)
-    changed = False
     for number, rows in enumerate(components(system)):
         part = parts[number]
         if not isinstance(part, Failure) and all(piece.is_sharp for piece in part):
@@ -144,10 +145,10 @@ def _made_exact(system: Quadratic, finding: _Finding) -> _Finding | None:
         exact = exact_roots(system.block(rows))
         if not isinstance(exact, Failure):
             parts[number] = exact
-            changed = True
         elif isinstance(part, Failure):
             parts[number] = Failure(f"{part.reason}; {exact.reason}")
-    return _Finding(parts, AS_GIVEN) if changed else None
+    data = AS_GIVEN if any(p.by == "exact" for p in Finding(parts, "").pieces) else finding.data
+    return Finding(parts, data)
 
 
 def prove_roots(system: Quadratic, answer: RootList) -> Proof:
@@ -166,17 +167,56 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
         What is printed of them.
     """
     finding = enclosed(system)
-    proof = _judge(finding, answer)
+    proof = judge_finding(finding, answer)
     if proof.status != "open":
         return proof
     exact = _made_exact(system, finding)
-    if exact is None:
-        return proof
-    second = _judge(exact, answer)
-    if second.status == "refuted" and system.data != AS_GIVEN:
+    second = judge_finding(exact, answer)
+    if second.status == "refuted" and second.data != system.data:
         # the given doubles refute it, others within the data may not
         return _open(exact, f"{LAST_DIGITS}: {second.reason}", second.where, second.errors)
     return second
+
+
+def judge(
+    M: ArrayLike,
+    C: ArrayLike | None,
+    K: ArrayLike,
+    values: ArrayLike,
+    errors: ArrayLike | None = None,
+    verdict: str | None = None,
+    data: str = HALF_ULP,
+) -> Proof:
+    """Whether all roots of a dense system, and the verdict on them, are printed right.
+
+    Parameters
+    ----------
+    M, C, K : array_like (n, n)
+        Real matrices, C None without damping.
+    values : array_like (m,)
+        All finite roots, rad/s.
+    errors : array_like (m,), optional
+        What is printed as their errors, rad/s. Left out, `errors` of the result can be printed.
+    verdict : str, optional
+        `stable`, `marginal`, `flutter` or `divergence`.
+    data : str
+        `as given`, `half an ulp`, or a number of digits such as `10 digits`.
+
+    Raises
+    ------
+    ValueError
+        If the matrices are not real and square, of one size, or `data` is none of these.
+
+    Examples
+    --------
+    >>> proof = judge([[1.0]], [[0.5]], [[4.0]], [-0.25 + 1.984j, -0.25 - 1.984j], 1e-3, "stable")
+    >>> proof.status, proof.by, proof.growth_below
+    ('proved', 'enclosure', 0.0)
+    >>> judge([[1.0]], [[0.5]], [[4.0]], [-0.25 + 1.98j, -0.25 - 1.98j], 1e-3).reason
+    'no root lies within the error of a listed one'
+    """
+    printed = RootList.of(values, math.inf if errors is None else errors, verdict)
+    return prove_roots(Quadratic.of(M, C, K, data), printed)
 
 
 def unstable_count(system: Quadratic) -> Count:
@@ -184,17 +224,15 @@ def unstable_count(system: Quadratic) -> Count:
     finding = enclosed(system)
     lower, most = _bounds(finding, system.n)
     if lower != most:
-        exact = _made_exact(system, finding)
-        if exact is not None:
-            finding = exact
-            lower, most = _bounds(finding, system.n)
+        finding = _made_exact(system, finding)
+        lower, most = _bounds(finding, system.n)
     reason = ""
     if lower != most:
         reason = finding.failure.reason if finding.failure else LAST_DIGITS
     return Count(lower, most, finding.by if finding.pieces else None, finding.data, reason)
 
 
-def _bounds(finding: _Finding, n: int) -> tuple[int, int]:
+def _bounds(finding: Finding, n: int) -> tuple[int, int]:
     """The least and the largest number of growing roots of n rows."""
     least, most = growing_counts(finding.pieces)
     if finding.failure:
@@ -202,7 +240,7 @@ def _bounds(finding: _Finding, n: int) -> tuple[int, int]:
     return least, most
 
 
-def _open(finding: _Finding, reason: str, where: complex | None, errors: Floats) -> Proof:
+def _open(finding: Finding, reason: str, where: complex | None, errors: Floats) -> Proof:
     pieces = finding.pieces
     growth, verdicts = math.inf, frozenset[str]()
     if finding.failure is None:
@@ -243,14 +281,15 @@ def possible_verdicts(pieces: Sequence[Piece]) -> frozenset[str]:
     return frozenset(verdicts)
 
 
-def _judge(finding: _Finding, answer: RootList) -> Proof:
+def judge_finding(finding: Finding, answer: RootList) -> Proof:
     """Compare a list and a verdict with what is known of the roots."""
     errors = np.full(len(answer.values), math.inf)
     failure = finding.failure
     if failure is not None:
         return _open(finding, failure.reason, None, errors)
     pieces = finding.pieces
-    status, reason, where = _compare(pieces, answer, errors)
+    with np.errstate(all="ignore"):
+        status, reason, where = _compare(pieces, answer, errors)
     verdicts = possible_verdicts(pieces)
     if status != "refuted" and answer.verdict is not None and verdicts != {answer.verdict}:
         if answer.verdict not in verdicts:
@@ -298,12 +337,12 @@ def _compare(
     if lost.size:
         value = complex(values[lost[0]])
         return "refuted", "no root lies within the error of a listed one", value
-    for group in np.flatnonzero(reached.sum(axis=0) < sizes):
+    for group in np.flatnonzero(reached.sum(axis=0) < sizes).tolist():
         place = complex(centres[label == group][0])
         return "refuted", "a root is missing from the list", place
     depth = np.abs(values[:, None] - centres) - radii
     nearest = label[np.argmin(depth, axis=1)] if len(values) else label
-    for group in np.flatnonzero(np.bincount(nearest, minlength=groups) != sizes):
+    for group in np.flatnonzero(np.bincount(nearest, minlength=groups) != sizes).tolist():
         place = complex(centres[label == group][0])
         return "open", "listed values cannot be told apart", place
     for group in range(groups):

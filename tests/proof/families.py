@@ -16,41 +16,32 @@ UNIT = 2**20  # of the dyadic numbers in blocks
 
 @dataclass
 class Known:
-    """A system, and (c, k) of the quadratics s^2 + c s + k whose roots are its roots."""
+    """A system with its roots, how many of them grow, and the verdict."""
 
     family: str
     M: np.ndarray
     C: np.ndarray | None
     K: np.ndarray
-    quadratics: list[tuple[Fraction, Fraction]]
-
-    @property
-    def roots(self) -> np.ndarray:
-        """All roots, from the formula, to a few roundings."""
-        found = []
-        for c, k in self.quadratics:
-            found += quadratic_roots(c, k)
-        return np.array(found)
-
-    @property
-    def growing(self) -> int:
-        """How many roots grow, from signs alone."""
-        number = 0
-        for c, k in self.quadratics:
-            if k < 0:
-                number += 1  # one of two real roots
-            elif c < 0:
-                number += 2 if k > 0 else 1
-        return number
+    roots: np.ndarray
+    growing: int
+    on_axis: bool
 
     @property
     def verdict(self) -> str:
         """The kind of the root of largest real part, or whether one lies on the axis."""
-        growth = [(z.real, z.imag != 0.0) for z in self.roots if z.real > 0.0]
-        if growth:
-            return "flutter" if max(growth)[1] else "divergence"
-        on_axis = any(k == 0 or (c == 0 and k > 0) for c, k in self.quadratics)
-        return "marginal" if on_axis else "stable"
+        if self.growing:
+            leading = max((z.real, z.imag != 0.0) for z in self.roots.tolist())
+            return "flutter" if leading[1] else "divergence"
+        return "marginal" if self.on_axis else "stable"
+
+
+def growing_of(c: Fraction, k: Fraction) -> int:
+    """How many roots of s^2 + c s + k grow, from signs alone."""
+    if k < 0:
+        return 1  # of two real roots
+    if c < 0:
+        return 2 if k > 0 else 1
+    return 0
 
 
 def quadratic_roots(c: Fraction, k: Fraction) -> list[complex]:
@@ -112,19 +103,61 @@ def hidden(
     n = len(stiffness)
     L = unimodular(n, rng, steps)
     R = unimodular(n, rng, steps)
-    K = [[stiffness[i] if i == j else 0 for j in range(n)] for i in range(n)]
+    stiff = [[stiffness[i] if i == j else 0 for j in range(n)] for i in range(n)]
     for i, j, v in coupling:
-        K[i][j] += v
+        stiff[i][j] += v
     c = damping or [0] * n
-    C = [[c[i] if i == j else 0 for j in range(n)] for i in range(n)]
+    viscous = [[c[i] if i == j else 0 for j in range(n)] for i in range(n)]
     one = [[UNIT if i == j else 0 for j in range(n)] for i in range(n)]
-    quadratics = [(Fraction(a, UNIT), Fraction(b, UNIT)) for a, b in zip(c, stiffness, strict=True)]
-    M, damped, K = (doubles(product(L, X, R)) for X in (one, C, K))
-    return Known(family, M, damped if damping else None, K, quadratics)
+    roots = []
+    growing = 0
+    on_axis = False
+    for i in range(n):
+        a, b = Fraction(c[i], UNIT), Fraction(stiffness[i], UNIT)
+        roots += quadratic_roots(a, b)
+        growing += growing_of(a, b)
+        on_axis |= b == 0 or (a == 0 and b > 0)
+    M, damped, K = (doubles(product(L, X, R)) for X in (one, viscous, stiff))
+    C = damped if damping else None
+    return Known(family, M, C, K, np.array(roots), growing, on_axis)
+
+
+def gyroscopic(n: int, rng: np.random.Generator) -> Known:
+    """Shafts with s^2 + k +- i g s in pairs of rows, mixed by a congruence; a shaft is marginal
+    for g^2 > -4 k, else both its pairs leave the axis."""
+    n += n % 2
+    zero = [[0] * n for _ in range(n)]
+    one, spin, stiff = ([row[:] for row in zero] for _ in range(3))
+    roots: list[complex] = []
+    growing = 0
+    for i in range(0, n, 2):
+        g = int(rng.integers(1, 2 * UNIT))
+        k = int(rng.choice([rng.integers(UNIT // 4, 4 * UNIT), -rng.integers(1, UNIT)]))
+        for j in (i, i + 1):
+            one[j][j] = UNIT
+            stiff[j][j] = k
+        spin[i][i + 1] = g
+        spin[i + 1][i] = -g
+        square = (Fraction(g, UNIT) ** 2 + 4 * Fraction(k, UNIT)) / 4
+        half = g / UNIT / 2.0
+        if square == 0:
+            raise ValueError("two roots meet")
+        width = math.sqrt(abs(square))
+        for sign in (1.0, -1.0):
+            for other in (1.0, -1.0):
+                shift = complex(0.0, width) if square > 0 else complex(width)
+                roots.append(complex(0.0, sign * half) + other * shift)
+        growing += 2 if square < 0 else 0
+    L = unimodular(n, rng, n)
+    R = [list(column) for column in zip(*L, strict=True)]
+    M, C, K = (doubles(product(L, X, R)) for X in (one, spin, stiff))
+    return Known("gyroscopic", M, C, K, np.array(roots), growing, True)
 
 
 def sample(family: str, n: int, damped: bool, rng: np.random.Generator) -> Known:
     """A random system of a family, n rows."""
+    if family == "gyroscopic":
+        return gyroscopic(n, rng)
     stiffness = [int(v) for v in rng.integers(UNIT // 2, 8 * UNIT, n)]
     coupling = []
     steps = 2 * n
@@ -146,6 +179,10 @@ def sample(family: str, n: int, damped: bool, rng: np.random.Generator) -> Known
     elif family == "decades":
         stiffness = [int(UNIT * 10 ** rng.uniform(-3, 2)) for _ in range(n)]
         steps = n
+    elif family == "modal":
+        stiffness = [int(UNIT * 10 ** rng.uniform(-5, 7)) for _ in range(n)]
+        coupling = [(i, j, int(rng.integers(-UNIT, UNIT))) for j in range(n) for i in range(j)]
+        steps = 0
     elif family == "free":
         for i in range(min(n, int(rng.integers(1, 4)))):
             stiffness[i] = 0
@@ -168,5 +205,6 @@ def sample(family: str, n: int, damped: bool, rng: np.random.Generator) -> Known
 
 
 FAMILIES = (
-    "plain", "twins", "jordan", "triangle", "bidiagonal", "decades", "free", "divergent"
+    "plain", "twins", "jordan", "triangle", "bidiagonal", "decades", "free", "divergent",
+    "modal", "gyroscopic",
 )  # fmt: skip
