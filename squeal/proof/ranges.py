@@ -9,13 +9,13 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.proof.balls import AS_GIVEN, Balls, Quadratic, half_widths, upper
-from squeal.proof.pieces import growing_counts
+from squeal.proof.pieces import Failure, growing_counts
 from squeal.proof.referee import Proof, enclosed, unstable_count
 
 try:
@@ -25,8 +25,8 @@ except ImportError:  # an extra
 
 Factor = Callable[[Any], Any]
 """A function of the parameter by + - * / and **; it is given a ball of numbers (`flint.arb`)."""
-Provider = Callable[[float, float], Quadratic]
-"""All systems whose parameter lies between two numbers."""
+Provider = Callable[[float, float], tuple[Quadratic, ...] | Failure]
+"""Systems that together hold all whose parameter lies between two numbers."""
 NARROWEST = 1e-14  # of the range: an interval that is not halved
 MOST_INTERVALS = 4000  # of one gap
 
@@ -61,12 +61,12 @@ class Terms:
             given[name] = [np.asarray(term.matrix, float) for term in getattr(self, name)]
         object.__setattr__(self, "_given", given)
 
-    def __call__(self, low: float, high: float) -> Quadratic:
+    def __call__(self, low: float, high: float) -> tuple[Quadratic, ...]:
         parameter = flint.arb(low).union(flint.arb(high))
         M, C, K = (self._sum(name, parameter) for name in "MCK")
         symmetric = all(np.array_equal(X, X.T) for name in "MK" for X in self._given[name])
         skew = all(np.array_equal(X, -X.T) for X in self._given["C"])
-        return Quadratic(M, C, K, self.data, symmetric, skew)
+        return (Quadratic(M, C, K, self.data, symmetric, skew),)
 
     def _sum(self, name: str, parameter: Any) -> Balls:
         """The sum of terms; entries that are zero in all of them stay zero."""
@@ -92,6 +92,8 @@ def _multiplied(X: Balls, factor: Any) -> Balls:
 def middle_and_radius(ball: Any) -> tuple[float, float]:
     """A double and how far the numbers of a ball (`flint.arb`) may lie from it."""
     middle = float(ball.mid())
+    if (ball - middle).is_zero():
+        return middle, 0.0
     return middle, float(np.nextafter(float((ball - middle).abs_upper()), np.inf))
 
 
@@ -118,29 +120,62 @@ def prove_gap(
     narrowest = NARROWEST * max(high - low, abs(low), abs(high))
     waiting = [(low, high)]
     looked = 0
-    data = AS_GIVEN
     while waiting:
         a, b = waiting.pop()
         looked += 1
-        system = provider(a, b)
-        data = system.data
-        finding = enclosed(system)
-        reason = finding.failure.reason if finding.failure else ""
-        if not reason:
-            least, most = growing_counts(finding.pieces)
-            if not least <= unstable <= most:
-                words = f"{least} to {most} roots grow, not {unstable}"
-                return Proof("refuted", "enclosure", data=data, reason=words, where=(a + b) / 2.0)
-            at_most = growing_counts(finding.pieces, growth_below)[1]
-            at_least = growing_counts(finding.pieces, -growth_below)[0]
-            if at_most <= unstable <= at_least:
-                continue
-            reason = "what grows cannot be told from what does not"
-        if b - a <= narrowest or looked + len(waiting) >= MOST_INTERVALS:
-            return Proof("open", "enclosure", data=data, reason=reason, where=(a + b) / 2.0)
         middle = (a + b) / 2.0
+        systems = provider(a, b)
+        reason = systems.reason if isinstance(systems, Failure) else ""
+        if not isinstance(systems, Failure):
+            bounds = _bounds(systems, growth_below)
+            data = systems[0].data
+            if not bounds.least <= unstable <= bounds.most:
+                words = f"{bounds.least} to {bounds.most} roots grow, not {unstable}"
+                return Proof("refuted", "enclosure", data=data, reason=words, where=middle)
+            if bounds.fast <= unstable <= bounds.not_decaying:
+                continue
+            reason = bounds.reason
+        if b - a <= narrowest or looked + len(waiting) >= MOST_INTERVALS:
+            return Proof("open", "enclosure", reason=reason, where=middle)
         waiting += [(middle, b), (a, middle)]
     return Proof("proved", "enclosure", growth_below, data)
+
+
+class _Bounds(NamedTuple):
+    """Numbers of roots of systems that together hold all over an interval.
+
+    least, most: bounds of how many grow; fast: at most so many grow faster than a rate;
+    not_decaying: at least so many grow, or decay by no more than it.
+    """
+
+    least: int
+    most: int
+    fast: int
+    not_decaying: int
+    reason: str
+
+
+def _bounds(systems: Sequence[Quadratic], rate: float) -> _Bounds:
+    """The numbers that hold for each of the systems."""
+    each = []
+    for system in systems:
+        finding = enclosed(system)
+        pieces = finding.pieces
+        least, most = growing_counts(pieces)
+        fast = growing_counts(pieces, rate)[1]
+        not_decaying = growing_counts(pieces, -rate)[0]
+        reason = "what grows cannot be told from what does not"
+        if finding.failure is not None:
+            most = fast = 2 * system.n
+            reason = finding.failure.reason
+        each.append(_Bounds(least, most, fast, not_decaying, reason))
+    return _Bounds(
+        min(one.least for one in each),
+        max(one.most for one in each),
+        max(one.fast for one in each),
+        min(one.not_decaying for one in each),
+        each[0].reason,
+    )
 
 
 def prove_thresholds(
@@ -175,21 +210,25 @@ def prove_thresholds(
     gaps = list(zip(edges[::2], edges[1::2], strict=True))
     found = []
     for a, b in gaps:
-        count = unstable_count(provider((a + b) / 2.0, (a + b) / 2.0))
-        if not count.is_certain:
-            return Proof(
-                "open", count.by, data=count.data, reason=count.reason, where=(a + b) / 2.0
-            )
-        found.append(count.lower)
+        middle = (a + b) / 2.0
+        systems = provider(middle, middle)
+        if isinstance(systems, Failure):
+            return Proof("open", reason=systems.reason, where=middle)
+        counted = [unstable_count(system) for system in systems]
+        if len({count.lower for count in counted} | {count.upper for count in counted}) > 1:
+            reason = counted[0].reason or "it is not known which matrices hold"
+            return Proof("open", "enclosure", reason=reason, where=middle)
+        found.append(counted[0].lower)
+        data = counted[0].data
     for number, (start, _) in enumerate(gaps[1:], start=1):
         if found[number] == found[number - 1]:
             words = f"{found[number]} roots grow on both sides of a threshold"
-            return Proof("refuted", "enclosure", reason=words, where=start)
+            return Proof("refuted", "enclosure", data=data, reason=words, where=start)
     for number, (a, b) in enumerate(gaps):
         if counts is not None and counts[number] != found[number]:
             words = f"{found[number]} roots grow, not {counts[number]}"
-            return Proof("refuted", "enclosure", reason=words, where=(a + b) / 2.0)
+            return Proof("refuted", "enclosure", data=data, reason=words, where=(a + b) / 2.0)
         proof = prove_gap(provider, a, b, found[number], growth_below)
         if proof.status != "proved":
             return proof
-    return Proof("proved", "enclosure", growth_below, provider(low, low).data)
+    return Proof("proved", "enclosure", growth_below, data)
