@@ -8,9 +8,10 @@ approximate equilibrium c at m, its approximate slope t and Y, about the inverse
 maps a box of deviations e from the line c + t (mu - m) into its interior (Krawczyk's operator):
 then there is exactly one equilibrium in the box at each mu of the interval. Cells with such boxes
 are joined where the box of one holds the equilibrium that the other has at their common friction.
-Where a gap may be open or closed, F and J are the hulls of those of both contact states: F is
-continuous and smooth in pieces, so that its slopes lie in the hull. K = -J over the box feeds the
-enclosure of roots, one matrix for each state that is possible. Needs python-flint.
+Within a cell F is that of one contact state. Where a gap vanishes both states have the same loads,
+so that the branch goes on in the other state: in a cell whose box holds the branch between two
+frictions, before and beyond the change. K = -J over the box feeds the enclosure of roots. Needs
+python-flint.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from squeal.model.contact import State
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Coefficients, Pad, coefficients, pose
 from squeal.proof.balls import AS_GIVEN, Balls, Floats, Quadratic
@@ -40,6 +42,7 @@ UNKNOWNS = 3  # x, y, theta; the fourth slope is that by friction
 INFLATED = 2.0  # boxes are so much wider than the first image of a point
 ROUNDS = 8  # of inflation
 NARROWEST = 1e-12  # of the range: a cell that is not halved
+SHORT = 1e-10  # of the range: a cell in which the contact may change
 LOST = "the equilibrium is not enclosed"
 
 
@@ -130,17 +133,24 @@ def _pad_of_balls(pad: Pad) -> Pad:
 class Cell:
     """An interval of friction with one equilibrium in a box at each value.
 
-    low, high: of friction; centre (3,): c, at `middle`; slope (3,): t; box: deviations from the
-    line, three balls, that hold one equilibrium; image: narrower ones that hold it too.
+    low, high: of friction; state: which contact points touch; centre (3,): c, at `middle`; slope
+    (3,): t; box: deviations from the line, three balls, that hold one equilibrium; image: narrower
+    ones that hold it too.
     """
 
     low: float
     high: float
+    state: State
     middle: float
     centre: Floats
     slope: Floats
     box: tuple[Ball, ...]
     image: tuple[Ball, ...]
+
+    @property
+    def friction(self) -> Ball:
+        """All its frictions."""
+        return _interval(self.low, self.high)
 
     def line(self, friction: Ball) -> tuple[Ball, ...]:
         """Where its middle line is."""
@@ -153,11 +163,20 @@ class Cell:
         """Balls with the equilibrium."""
         return tuple(a + e for a, e in zip(self.line(friction), self.image, strict=True))
 
-    def holds(self, other: Cell, mu: float) -> bool:
-        """Whether the equilibrium of another cell at one friction is that of this one."""
-        at = flint.arb(mu)
-        for middle, box, place in zip(self.line(at), self.box, other.places(at), strict=True):
-            if not (middle + box).contains(place):
+    def holds(self, other: Cell, friction: Ball) -> bool:
+        """Whether the box holds the equilibria that another cell has at some frictions.
+
+        Over an interval both cells must have the same middle.
+        """
+        shift = friction - self.middle
+        other_shift = friction - other.middle
+        for i, box in enumerate(self.box):
+            apart = flint.arb(float(other.centre[i])) - float(self.centre[i])
+            if self.middle == other.middle:
+                turned = (flint.arb(float(other.slope[i])) - float(self.slope[i])) * shift
+            else:
+                turned = float(other.slope[i]) * other_shift - float(self.slope[i]) * shift
+            if not box.contains(apart + turned + other.image[i]):
                 return False
         return True
 
@@ -193,106 +212,187 @@ class PadBranch:
         self.cells: list[Cell] = []
         self.reason = ""  # why the cells end below `high`
         if not model.linear:
-            self._join(np.asarray(start, float))
+            self._follow(np.asarray(start, float))
 
     def __call__(self, low: float, high: float) -> tuple[Quadratic, ...] | Failure:
         if self.model.linear:
             nowhere = (flint.arb(0), flint.arb(0), flint.arb(0))
-            friction = flint.arb(low).union(flint.arb(high))
-            return (self._matrices(nowhere, friction, self.model.full),)
+            return (self._matrices(nowhere, _interval(low, high), self.model.full),)
         if low < self.low or high > (self.cells[-1].high if self.cells else self.low):
             return Failure(self.reason)
         systems: list[Quadratic] = []
         for cell in self.cells:
             a, b = max(low, cell.low), min(high, cell.high)
-            if a > b or (a == b and low < high) or (systems and low == high):
+            if a > b or (a == b and low < high):
                 continue
-            friction = flint.arb(a).union(flint.arb(b))
+            friction = _interval(a, b)
             place = self._part_of(cell, a, b).places(friction)
-            for state in self._states(place):
-                systems.append(self._matrices(place, friction, state))
+            systems.append(self._matrices(place, friction, cell.state))
         return tuple(systems)
 
     def _part_of(self, cell: Cell, low: float, high: float) -> Cell:
         """A cell of the same equilibria over a part of the interval."""
         middle = (low + high) / 2.0
-        part = self._cell(low, high, cell.centre + cell.slope * (middle - cell.middle))
-        return part if part is not None and cell.holds(part, low) else cell
+        guess = cell.centre + cell.slope * (middle - cell.middle)
+        part = self._cell(low, high, guess, cell.state)
+        return part if part is not None and cell.holds(part, flint.arb(low)) else cell
 
-    def _join(self, guess: Floats) -> None:
+    def _follow(self, guess: Floats) -> None:
         """Cells from the lowest friction on, each of the branch of the one before."""
+        place = pose(Functions, tuple(map(flint.arb, guess.tolist())))
+        state = State(*(float(gap.mid()) < 0.0 for gap in self.model.law.gaps(self._c, place)))
         mu = self.low
-        width = self.high - self.low
-        narrowest = NARROWEST * width
+        whole = self.high - self.low
+        width = whole
         while mu < self.high:
             width = min(width, self.high - mu)
-            cell = self._cell(mu, mu + width, guess)
-            if cell is not None and self._is_joined(cell):
+            cell = self._cell(mu, mu + width, guess, state)
+            joined = cell is not None and self._is_joined(cell)
+            open_points = self._unsettled(cell, cell.friction) if cell and joined else []
+            if cell is not None and joined and not open_points:
                 self.cells.append(cell)
-                mu = cell.high
-                guess = cell.centre + cell.slope * (mu - cell.middle)
-                width *= 2.0
+            elif cell is not None and len(open_points) == 1 and width <= SHORT * whole:
+                pair = self._changed(cell, open_points[0]) if self.cells else None
+                if pair is None:
+                    self.reason = f"the contact changes at {mu:.9g} in a way that is not resolved"
+                    return
+                self.cells += pair
+                cell = pair[1]
+                state = cell.state
+            else:
+                width /= 2.0
+                if width < NARROWEST * whole:
+                    self.reason = f"{LOST} beyond {mu:.9g}"
+                    return
                 continue
-            width /= 2.0
-            if width < narrowest:
-                self.reason = f"{LOST} beyond {mu:.9g}"
-                return
+            mu = cell.high
+            guess = cell.centre + cell.slope * (mu - cell.middle)
+            width *= 2.0
 
     def _is_joined(self, cell: Cell) -> bool:
         """Whether the cell holds the equilibrium that the last one has at its end."""
         if not self.cells:
             return True
         last = self.cells[-1]
-        point = self._cell(cell.low, cell.low, last.centre + last.slope * (cell.low - last.middle))
+        guess = last.centre + last.slope * (cell.low - last.middle)
+        point = self._cell(cell.low, cell.low, guess, cell.state)
         if point is None:
             return False
-        return last.holds(point, cell.low) and cell.holds(point, cell.low)
+        at = flint.arb(cell.low)
+        return last.holds(point, at) and cell.holds(point, at)
 
-    def _cell(self, low: float, high: float, guess: Floats) -> Cell | None:
-        """A box with one equilibrium at each friction from low to high, None if none is found."""
+    def _gaps(self, cell: Cell, friction: Ball) -> list[Ball]:
+        """Gaps of the contact points at some frictions of a cell, from their slopes over it."""
+        shift = friction - cell.middle
+        *q, _ = _variables(*cell.places(friction), friction)
+        sloping = self.model.law.gaps(self._c, pose(Functions, (q[0], q[1], q[2])))
+        centre = pose(Functions, tuple(map(flint.arb, cell.centre.tolist())))
+        gaps = []
+        for at_centre, gap in zip(self.model.law.gaps(self._c, centre), sloping, strict=True):
+            along = flint.arb(0)
+            across = flint.arb(0)
+            for i, t in enumerate(cell.slope.tolist()):
+                along += gap.slopes[i] * t
+                across += gap.slopes[i] * cell.image[i]
+            gaps.append(at_centre + along * shift + across)
+        return gaps
+
+    def _unsettled(self, cell: Cell, friction: Ball) -> list[int]:
+        """The contact points whose gaps may have another sign than the state of the cell says."""
+        points = []
+        for point, gap in enumerate(self._gaps(cell, friction)):
+            settled = gap < 0 if cell.state[point] else gap > 0
+            if not settled:
+                points.append(point)
+        return points
+
+    def _changed(self, cell: Cell, point: int) -> list[Cell] | None:
+        """Cells before and beyond a change of contact at one point, over the same short interval.
+
+        At its end the first state is wrong and the second one right, each for certain; somewhere
+        between the gap vanishes, where both states have the same loads.
+        """
+        after = cell.state.flip(point)
+        width = cell.high - cell.low
+        for _ in range(ROUNDS):
+            high = cell.low + width
+            first = self._cell(cell.low, high, cell.centre, cell.state)
+            if first is None or not self._is_joined(first):
+                return None
+            second = self._cell(cell.low, high, first.centre, after, like=first)
+            if second is None or not second.holds(first, first.friction):
+                return None
+            end = flint.arb(high)
+            gap = self._gaps(first, end)[point]
+            left = gap > 0 if cell.state[point] else gap < 0
+            others = self._unsettled(first, first.friction) + self._unsettled(
+                second, second.friction
+            )
+            if set(others) - {point}:
+                return None
+            if left and not self._unsettled(second, end):
+                return [first, second]
+            width *= 2.0
+        return None
+
+    def _cell(
+        self, low: float, high: float, guess: Floats, state: State, like: Cell | None = None
+    ) -> Cell | None:
+        """A box with one equilibrium at each friction from low to high, None if none is found.
+
+        It reaches as far as the places of the cell `like` over the same interval.
+        """
         middle = (low + high) / 2.0
-        found = self._newton(guess, middle)
+        found = self._newton(guess, middle, state)
         if found is None:
             return None
         centre, slope, inverse = found
-        friction = flint.arb(low).union(flint.arb(high))
+        friction = _interval(low, high)
         shift = friction - middle
-        line = tuple(c + t * shift for c, t in zip(centre.tolist(), slope.tolist(), strict=True))
-        point = tuple(flint.arb(c) for c in centre.tolist())
-        at_centre, _ = self._loads(point, flint.arb(middle))
-        box = tuple(flint.arb(0) for _ in centre)
+        origin = Cell(low, high, state, middle, centre, slope, (), ())
+        at_centre, _ = self._loads(tuple(map(flint.arb, centre.tolist())), flint.arb(middle), state)
+        size = float(np.max(np.abs(centre)))
+        radii = [1e-18 * size + 1e-300] * UNKNOWNS
+        if like is not None:
+            turned = np.abs(like.slope - slope) * (high - low)
+            radii = (2.0 * (np.abs(like.centre - centre) + turned)).tolist()
+        image = [flint.arb(0)] * UNKNOWNS
         for _ in range(ROUNDS):
-            whole = tuple(a + e for a, e in zip(line, box, strict=True))
-            _, slopes = self._loads(whole, friction)
+            reach = [INFLATED * float(ball.abs_upper()) for ball in image]
+            box = tuple(_around_zero(r + more) for r, more in zip(reach, radii, strict=True))
+            whole = tuple(a + e for a, e in zip(origin.line(friction), box, strict=True))
+            _, slopes = self._loads(whole, friction, state)
+            misses = []
+            for k in range(UNKNOWNS):
+                along = slopes[k][UNKNOWNS]
+                for j, t in enumerate(slope.tolist()):
+                    along += slopes[k][j] * t
+                misses.append(at_centre[k] + along * shift)
             image = []
-            for i in range(UNKNOWNS):
+            for i, row in enumerate(inverse.tolist()):
                 ball = flint.arb(0)
-                for k in range(UNKNOWNS):
-                    y = inverse[i, k]
-                    along = slopes[k][UNKNOWNS]
-                    for j in range(UNKNOWNS):
-                        along += slopes[k][j] * slope[j]
-                    ball -= y * (at_centre[k] + along * shift)
-                for j in range(UNKNOWNS):
-                    unit = flint.arb(int(i == j))
-                    for k in range(UNKNOWNS):
-                        unit -= inverse[i, k] * slopes[k][j]
-                    ball += unit * box[j]
+                for k, y in enumerate(row):
+                    ball -= y * misses[k]
+                for j, e in enumerate(box):
+                    rest = flint.arb(int(i == j))
+                    for k, y in enumerate(row):
+                        rest -= y * slopes[k][j]
+                    ball += rest * e
                 image.append(ball)
             if not all(ball.is_finite() for ball in image):
                 return None
             if all(e.contains_interior(ball) for e, ball in zip(box, image, strict=True)):
-                return Cell(low, high, middle, centre, slope, box, tuple(image))
-            tiny = 1e-18 * float(np.max(np.abs(centre)) + 1e-12)
-            box = tuple(_around_zero(INFLATED * float(ball.abs_upper()) + tiny) for ball in image)
+                return Cell(low, high, state, middle, centre, slope, box, tuple(image))
         return None
 
-    def _newton(self, guess: Floats, mu: float) -> tuple[Floats, Floats, Floats] | None:
+    def _newton(
+        self, guess: Floats, mu: float, state: State
+    ) -> tuple[Floats, Floats, Floats] | None:
         """An approximate equilibrium, its slope by friction and the inverse of J there."""
         q = guess
         friction = flint.arb(mu)
         for _ in range(12):
-            values, slopes = self._loads(tuple(flint.arb(v) for v in q.tolist()), friction)
+            values, slopes = self._loads(tuple(map(flint.arb, q.tolist())), friction, state)
             F = np.array([float(v.mid()) for v in values])
             J = np.array([[float(v.mid()) for v in row] for row in slopes])
             if not (np.isfinite(F).all() and np.isfinite(J).all()):
@@ -307,44 +407,20 @@ class PadBranch:
                 break
         return q, -inverse @ J[:, UNKNOWNS], inverse
 
-    def _loads_in(
-        self, state: Sequence[bool], place: Sequence[Ball], friction: Ball
+    def _loads(
+        self, place: Sequence[Ball], friction: Ball, state: State
     ) -> tuple[list[Ball], list[list[Ball]]]:
         """Loads (3) and their slopes (3, 4) by x, y, theta and mu in one contact state."""
-        unit = [[flint.arb(int(i == j)) for j in range(4)] for i in range(4)]
-        q = tuple(Jet(ball, tuple(unit[i])) for i, ball in enumerate(place))
-        c = self._c._replace(mu=Jet(friction, tuple(unit[UNKNOWNS])))
+        *q, mu = _variables(*place, friction)
+        c = self._c._replace(mu=mu)
         on = tuple(int(touches) for touches in state)
-        loads = [Jet.of(v) for v in net_loads(Functions, c, self.model.law, q, on)]
+        loads = [Jet.of(v) for v in net_loads(Functions, c, self.model.law, tuple(q), on)]
         values = [flint.arb(v.value) for v in loads]
         return values, [[flint.arb(slope) for slope in v.slopes] for v in loads]
 
-    def _loads(self, place: Sequence[Ball], friction: Ball) -> tuple[list[Ball], list[list[Ball]]]:
-        """The same, hulls over the contact states that are possible."""
-        first, *others = self._states(place)
-        values, slopes = self._loads_in(first, place, friction)
-        for state in others:
-            more, steeper = self._loads_in(state, place, friction)
-            for i, value in enumerate(more):
-                values[i] = values[i].union(value)
-                slopes[i] = [a.union(b) for a, b in zip(slopes[i], steeper[i], strict=True)]
-        return values, slopes
-
-    def _states(self, place: Sequence[Ball]) -> list[tuple[bool, ...]]:
-        """The contact states that are possible in a box of places."""
-        gaps = self.model.law.gaps(self._c, pose(Functions, tuple(place)))
-        possible = []
-        for state in self.model.states:
-            excluded = False
-            for gap, touches in zip(gaps, state, strict=True):
-                excluded |= bool(gap > 0) if touches else bool(gap < 0)
-            if not excluded:
-                possible.append(tuple(state))
-        return possible
-
-    def _matrices(self, place: Sequence[Ball], friction: Ball, state: Sequence[bool]) -> Quadratic:
+    def _matrices(self, place: Sequence[Ball], friction: Ball, state: State) -> Quadratic:
         """M, C and K over a box of places and an interval of friction, in one contact state."""
-        _, slopes = self._loads_in(state, place, friction)
+        _, slopes = self._loads(place, friction, state)
         K = _balls([[-row[j] for j in range(UNKNOWNS)] for row in slopes])
         damping = np.zeros((3, 3)) if self.model.damping is None else np.array(self.model.damping)
         rows = [[flint.arb(v) for v in row] for row in damping.tolist()]
@@ -355,6 +431,16 @@ class PadBranch:
         pad = self.model.pad
         mass = np.diag([float(v) for v in (pad.m, pad.m, pad.I)])
         return Quadratic(Balls.exact(mass), _balls(rows), K, AS_GIVEN)
+
+
+def _variables(*balls: Ball) -> list[Jet]:
+    """x, y, theta and mu as jets."""
+    slopes = [tuple(flint.arb(int(i == j)) for j in range(4)) for i in range(4)]
+    return [Jet(ball, own) for ball, own in zip(balls, slopes, strict=True)]
+
+
+def _interval(low: float, high: float) -> Ball:
+    return flint.arb(low).union(flint.arb(high))
 
 
 def _around_zero(radius: float) -> Ball:
