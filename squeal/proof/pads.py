@@ -18,7 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -46,12 +46,88 @@ SHORT = 1e-10  # of the range: a cell in which the contact may change
 LOST = "the equilibrium is not enclosed"
 
 
-@dataclass(frozen=True, slots=True)
-class Jet:
-    """A ball and its slopes by x, y, theta and mu."""
+@dataclass(slots=True, eq=False)  # many are made: frozen ones would take three times as long
+class Line:
+    """Numbers c + s d + r that depend on one d: a first-order Taylor model.
 
-    value: Ball
-    slopes: tuple[Ball, ...]
+    centre, slope, rest: balls of c, s and r; reach: ball of d, with its middle at zero.
+    """
+
+    centre: Ball
+    slope: Ball
+    rest: Ball
+    reach: Ball
+
+    def ball(self) -> Ball:
+        """All its numbers."""
+        return self.centre + self.slope * self.reach + self.rest
+
+    def __add__(self, other: Any) -> Line:
+        if not isinstance(other, Line):
+            return Line(self.centre + other, self.slope, self.rest, self.reach)
+        slope = self.slope + other.slope
+        return Line(self.centre + other.centre, slope, self.rest + other.rest, self.reach)
+
+    def __neg__(self) -> Line:
+        return Line(-self.centre, -self.slope, -self.rest, self.reach)
+
+    def __sub__(self, other: Any) -> Line:
+        return self + (-other)
+
+    def __rsub__(self, other: Any) -> Line:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Line:
+        if not isinstance(other, Line):
+            return Line(self.centre * other, self.slope * other, self.rest * other, self.reach)
+        slope = self.centre * other.slope + self.slope * other.centre
+        steep = self.slope * other.slope * self.reach * self.reach
+        straight = other.centre + other.slope * self.reach
+        rest = steep + self.rest * (straight + other.rest)
+        rest += other.rest * (self.centre + self.slope * self.reach)
+        return Line(self.centre * other.centre, slope, rest, self.reach)
+
+    def __truediv__(self, other: Any) -> Line:
+        return self * other.inverse() if isinstance(other, Line) else self * (1 / _ball(other))
+
+    def __rtruediv__(self, other: Any) -> Line:
+        return self.inverse() * other
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def inverse(self) -> Line:
+        """One over it."""
+        at = 1 / self.centre
+        return self._applied(at, -at * at, 2 / self.ball() ** 3)
+
+    def sin(self) -> Line:
+        """The sine."""
+        return self._applied(self.centre.sin(), self.centre.cos(), -self.ball().sin())
+
+    def cos(self) -> Line:
+        """The cosine."""
+        return self._applied(self.centre.cos(), -self.centre.sin(), -self.ball().cos())
+
+    def sqrt(self) -> Line:
+        """The square root."""
+        root = self.centre.sqrt()
+        whole = self.ball()
+        return self._applied(root, 0.5 / root, -0.25 / (whole * whole.sqrt()))
+
+    def _applied(self, value: Ball, slope: Ball, curvature: Ball) -> Line:
+        """A function of it: value and slope at its centre, second derivative wherever it is."""
+        deviation = self.slope * self.reach + self.rest
+        rest = slope * self.rest + curvature / 2 * deviation * deviation
+        return Line(value, slope * self.slope, rest, self.reach)
+
+
+@dataclass(slots=True, eq=False)  # many are made: frozen ones would take three times as long
+class Jet:
+    """A number, a `Line` or a ball, and its slopes by x, y, theta and mu."""
+
+    value: Any
+    slopes: tuple[Any, ...]
 
     @staticmethod
     def of(x: Any) -> Jet:
@@ -59,7 +135,8 @@ class Jet:
         return x if isinstance(x, Jet) else Jet(x, (0, 0, 0, 0))
 
     def __add__(self, other: Any) -> Jet:
-        other = Jet.of(other)
+        if not isinstance(other, Jet):
+            return Jet(self.value + other, self.slopes)
         slopes = tuple(a + b for a, b in zip(self.slopes, other.slopes, strict=True))
         return Jet(self.value + other.value, slopes)
 
@@ -67,13 +144,14 @@ class Jet:
         return Jet(-self.value, tuple(-a for a in self.slopes))
 
     def __sub__(self, other: Any) -> Jet:
-        return self + (-Jet.of(other))
+        return self + (-other)
 
     def __rsub__(self, other: Any) -> Jet:
         return -self + other
 
     def __mul__(self, other: Any) -> Jet:
-        other = Jet.of(other)
+        if not isinstance(other, Jet):
+            return Jet(self.value * other, tuple(a * other for a in self.slopes))
         pairs = zip(self.slopes, other.slopes, strict=True)
         slopes = tuple(a * other.value + self.value * b for a, b in pairs)
         return Jet(self.value * other.value, slopes)
@@ -90,7 +168,7 @@ class Jet:
     __radd__ = __add__
     __rmul__ = __mul__
 
-    def applied(self, value: Ball, slope: Ball) -> Jet:
+    def applied(self, value: Any, slope: Any) -> Jet:
         """A function of it, from its value and its slope there."""
         return Jet(value, tuple(slope * a for a in self.slopes))
 
@@ -101,20 +179,24 @@ class Functions:
     @staticmethod
     def sin(x: Any) -> Any:
         """The sine."""
-        return x.applied(x.value.sin(), x.value.cos()) if isinstance(x, Jet) else _ball(x).sin()
+        if isinstance(x, Jet):
+            return x.applied(x.value.sin(), x.value.cos())
+        return x.sin() if isinstance(x, Line) else _ball(x).sin()
 
     @staticmethod
     def cos(x: Any) -> Any:
         """The cosine."""
-        return x.applied(x.value.cos(), -x.value.sin()) if isinstance(x, Jet) else _ball(x).cos()
+        if isinstance(x, Jet):
+            return x.applied(x.value.cos(), -x.value.sin())
+        return x.cos() if isinstance(x, Line) else _ball(x).cos()
 
     @staticmethod
     def sqrt(x: Any) -> Any:
         """The square root."""
-        if not isinstance(x, Jet):
-            return _ball(x).sqrt()
-        root = x.value.sqrt()
-        return x.applied(root, 0.5 / root)
+        if isinstance(x, Jet):
+            root = x.value.sqrt()
+            return x.applied(root, 0.5 / root)
+        return x.sqrt() if isinstance(x, Line) else _ball(x).sqrt()
 
 
 def _ball(x: Any) -> Ball:
@@ -147,36 +229,27 @@ class Cell:
     box: tuple[Ball, ...]
     image: tuple[Ball, ...]
 
-    @property
-    def friction(self) -> Ball:
-        """All its frictions."""
-        return _interval(self.low, self.high)
+    def places(self, low: float, high: float) -> list[Line]:
+        """The equilibria over a part of the interval."""
+        return self._around(low, high, self.image)
 
-    def line(self, friction: Ball) -> tuple[Ball, ...]:
-        """Where its middle line is."""
-        shift = friction - self.middle
-        return tuple(
-            c + t * shift for c, t in zip(self.centre.tolist(), self.slope.tolist(), strict=True)
-        )
+    def widest(self) -> list[Line]:
+        """All places of the box."""
+        return self._around(self.low, self.high, self.box)
 
-    def places(self, friction: Ball) -> tuple[Ball, ...]:
-        """Balls with the equilibrium."""
-        return tuple(a + e for a, e in zip(self.line(friction), self.image, strict=True))
+    def _around(self, low: float, high: float, box: Sequence[Ball]) -> list[Line]:
+        friction = _friction(low, high)
+        shift = friction.centre - self.middle
+        places = []
+        for c, t, e in zip(self.centre.tolist(), self.slope.tolist(), box, strict=True):
+            places.append(Line(c + t * shift, flint.arb(t), e, friction.reach))
+        return places
 
-    def holds(self, other: Cell, friction: Ball) -> bool:
-        """Whether the box holds the equilibria that another cell has at some frictions.
-
-        Over an interval both cells must have the same middle.
-        """
-        shift = friction - self.middle
-        other_shift = friction - other.middle
-        for i, box in enumerate(self.box):
-            apart = flint.arb(float(other.centre[i])) - float(self.centre[i])
-            if self.middle == other.middle:
-                turned = (flint.arb(float(other.slope[i])) - float(self.slope[i])) * shift
-            else:
-                turned = float(other.slope[i]) * other_shift - float(self.slope[i]) * shift
-            if not box.contains(apart + turned + other.image[i]):
+    def holds(self, other: Cell, low: float, high: float) -> bool:
+        """Whether the box holds the equilibria of another cell from low to high."""
+        own = self._around(low, high, [flint.arb(0)] * UNKNOWNS)
+        for box, line, place in zip(self.box, own, other.places(low, high), strict=True):
+            if not box.contains((place - line).ball()):
                 return False
         return True
 
@@ -216,8 +289,9 @@ class PadBranch:
 
     def __call__(self, low: float, high: float) -> tuple[Quadratic, ...] | Failure:
         if self.model.linear:
-            nowhere = (flint.arb(0), flint.arb(0), flint.arb(0))
-            return (self._matrices(nowhere, _interval(low, high), self.model.full),)
+            friction = _friction(low, high)
+            nowhere = [friction * 0] * UNKNOWNS
+            return (self._matrices(nowhere, friction, self.model.full),)
         if low < self.low or high > (self.cells[-1].high if self.cells else self.low):
             return Failure(self.reason)
         systems: list[Quadratic] = []
@@ -225,9 +299,8 @@ class PadBranch:
             a, b = max(low, cell.low), min(high, cell.high)
             if a > b or (a == b and low < high):
                 continue
-            friction = _interval(a, b)
-            place = self._part_of(cell, a, b).places(friction)
-            systems.append(self._matrices(place, friction, cell.state))
+            places = self._part_of(cell, a, b).places(a, b)
+            systems.append(self._matrices(places, _friction(a, b), cell.state))
         return tuple(systems)
 
     def _part_of(self, cell: Cell, low: float, high: float) -> Cell:
@@ -235,7 +308,7 @@ class PadBranch:
         middle = (low + high) / 2.0
         guess = cell.centre + cell.slope * (middle - cell.middle)
         part = self._cell(low, high, guess, cell.state)
-        return part if part is not None and cell.holds(part, flint.arb(low)) else cell
+        return part if part is not None and cell.holds(part, low, low) else cell
 
     def _follow(self, guess: Floats) -> None:
         """Cells from the lowest friction on, each of the branch of the one before."""
@@ -248,7 +321,7 @@ class PadBranch:
             width = min(width, self.high - mu)
             cell = self._cell(mu, mu + width, guess, state)
             joined = cell is not None and self._is_joined(cell)
-            open_points = self._unsettled(cell, cell.friction) if cell and joined else []
+            open_points = self._unsettled(cell, cell.low, cell.high) if cell and joined else []
             if cell is not None and joined and not open_points:
                 self.cells.append(cell)
             elif cell is not None and len(open_points) == 1 and width <= SHORT * whole:
@@ -278,29 +351,17 @@ class PadBranch:
         point = self._cell(cell.low, cell.low, guess, cell.state)
         if point is None:
             return False
-        at = flint.arb(cell.low)
-        return last.holds(point, at) and cell.holds(point, at)
+        return all(one.holds(point, cell.low, cell.low) for one in (last, cell))
 
-    def _gaps(self, cell: Cell, friction: Ball) -> list[Ball]:
-        """Gaps of the contact points at some frictions of a cell, from their slopes over it."""
-        shift = friction - cell.middle
-        *q, _ = _variables(*cell.places(friction), friction)
-        sloping = self.model.law.gaps(self._c, pose(Functions, (q[0], q[1], q[2])))
-        centre = pose(Functions, tuple(map(flint.arb, cell.centre.tolist())))
-        gaps = []
-        for at_centre, gap in zip(self.model.law.gaps(self._c, centre), sloping, strict=True):
-            along = flint.arb(0)
-            across = flint.arb(0)
-            for i, t in enumerate(cell.slope.tolist()):
-                along += gap.slopes[i] * t
-                across += gap.slopes[i] * cell.image[i]
-            gaps.append(at_centre + along * shift + across)
-        return gaps
+    def _gaps(self, cell: Cell, low: float, high: float) -> list[Ball]:
+        """Gaps of the contact points over a part of a cell."""
+        x, y, theta = cell.places(low, high)
+        return [gap.ball() for gap in self.model.law.gaps(self._c, pose(Functions, (x, y, theta)))]
 
-    def _unsettled(self, cell: Cell, friction: Ball) -> list[int]:
+    def _unsettled(self, cell: Cell, low: float, high: float) -> list[int]:
         """The contact points whose gaps may have another sign than the state of the cell says."""
         points = []
-        for point, gap in enumerate(self._gaps(cell, friction)):
+        for point, gap in enumerate(self._gaps(cell, low, high)):
             settled = gap < 0 if cell.state[point] else gap > 0
             if not settled:
                 points.append(point)
@@ -320,17 +381,15 @@ class PadBranch:
             if first is None or not self._is_joined(first):
                 return None
             second = self._cell(cell.low, high, first.centre, after, like=first)
-            if second is None or not second.holds(first, first.friction):
+            if second is None or not second.holds(first, cell.low, high):
                 return None
-            end = flint.arb(high)
-            gap = self._gaps(first, end)[point]
+            gap = self._gaps(first, high, high)[point]
             left = gap > 0 if cell.state[point] else gap < 0
-            others = self._unsettled(first, first.friction) + self._unsettled(
-                second, second.friction
-            )
+            others = self._unsettled(first, cell.low, high)
+            others += self._unsettled(second, cell.low, high)
             if set(others) - {point}:
                 return None
-            if left and not self._unsettled(second, end):
+            if left and not self._unsettled(second, high, high):
                 return [first, second]
             width *= 2.0
         return None
@@ -347,27 +406,19 @@ class PadBranch:
         if found is None:
             return None
         centre, slope, inverse = found
-        friction = _interval(low, high)
-        shift = friction - middle
-        origin = Cell(low, high, state, middle, centre, slope, (), ())
-        at_centre, _ = self._loads(tuple(map(flint.arb, centre.tolist())), flint.arb(middle), state)
-        size = float(np.max(np.abs(centre)))
-        radii = [1e-18 * size + 1e-300] * UNKNOWNS
+        friction = _friction(low, high)
+        nothing = (flint.arb(0),) * UNKNOWNS
+        line = Cell(low, high, state, middle, centre, slope, nothing, nothing)
+        misses, _ = self._loads(line.places(low, high), friction, state)
+        radii = [1e-18 * float(np.max(np.abs(centre))) + 1e-300] * UNKNOWNS
         if like is not None:
             turned = np.abs(like.slope - slope) * (high - low)
             radii = (2.0 * (np.abs(like.centre - centre) + turned)).tolist()
-        image = [flint.arb(0)] * UNKNOWNS
+        image = list(nothing)
         for _ in range(ROUNDS):
             reach = [INFLATED * float(ball.abs_upper()) for ball in image]
-            box = tuple(_around_zero(r + more) for r, more in zip(reach, radii, strict=True))
-            whole = tuple(a + e for a, e in zip(origin.line(friction), box, strict=True))
-            _, slopes = self._loads(whole, friction, state)
-            misses = []
-            for k in range(UNKNOWNS):
-                along = slopes[k][UNKNOWNS]
-                for j, t in enumerate(slope.tolist()):
-                    along += slopes[k][j] * t
-                misses.append(at_centre[k] + along * shift)
+            box = tuple(flint.arb(0, r + more) for r, more in zip(reach, radii, strict=True))
+            _, slopes = self._loads(replace(line, box=box).widest(), friction, state)
             image = []
             for i, row in enumerate(inverse.tolist()):
                 ball = flint.arb(0)
@@ -392,7 +443,7 @@ class PadBranch:
         q = guess
         friction = flint.arb(mu)
         for _ in range(12):
-            values, slopes = self._loads(tuple(map(flint.arb, q.tolist())), friction, state)
+            values, slopes = self._loads(list(map(flint.arb, q.tolist())), friction, state)
             F = np.array([float(v.mid()) for v in values])
             J = np.array([[float(v.mid()) for v in row] for row in slopes])
             if not (np.isfinite(F).all() and np.isfinite(J).all()):
@@ -403,48 +454,49 @@ class PadBranch:
                 return None
             step = inverse @ F
             q = q - step
-            if np.all(np.abs(step) <= 1e-15 * np.max(np.abs(q))):
+            if np.all(np.abs(step) <= 1e-9 * np.max(np.abs(q))):  # the next one is rounding
                 break
         return q, -inverse @ J[:, UNKNOWNS], inverse
 
     def _loads(
-        self, place: Sequence[Ball], friction: Ball, state: State
+        self, places: Sequence[Any], friction: Any, state: State
     ) -> tuple[list[Ball], list[list[Ball]]]:
         """Loads (3) and their slopes (3, 4) by x, y, theta and mu in one contact state."""
-        *q, mu = _variables(*place, friction)
+        unit = [tuple(flint.arb(int(i == j)) for j in range(4)) for i in range(4)]
+        x, y, theta, mu = map(Jet, (*places, friction), unit)
         c = self._c._replace(mu=mu)
         on = tuple(int(touches) for touches in state)
-        loads = [Jet.of(v) for v in net_loads(Functions, c, self.model.law, tuple(q), on)]
-        values = [flint.arb(v.value) for v in loads]
-        return values, [[flint.arb(slope) for slope in v.slopes] for v in loads]
+        loads = [Jet.of(v) for v in net_loads(Functions, c, self.model.law, (x, y, theta), on)]
+        values = [_range(v.value) for v in loads]
+        return values, [[_range(slope) for slope in v.slopes] for v in loads]
 
-    def _matrices(self, place: Sequence[Ball], friction: Ball, state: State) -> Quadratic:
+    def _matrices(self, places: Sequence[Line], friction: Line, state: State) -> Quadratic:
         """M, C and K over a box of places and an interval of friction, in one contact state."""
-        _, slopes = self._loads(place, friction, state)
+        _, slopes = self._loads(places, friction, state)
         K = _balls([[-row[j] for j in range(UNKNOWNS)] for row in slopes])
         damping = np.zeros((3, 3)) if self.model.damping is None else np.array(self.model.damping)
         rows = [[flint.arb(v) for v in row] for row in damping.tolist()]
         if self._fall is not None:
             share, rate = self._fall
             for i in range(3):
-                rows[i][0] -= slopes[i][UNKNOWNS] * friction * share * rate
+                rows[i][0] -= slopes[i][UNKNOWNS] * friction.ball() * share * rate
         pad = self.model.pad
         mass = np.diag([float(v) for v in (pad.m, pad.m, pad.I)])
         return Quadratic(Balls.exact(mass), _balls(rows), K, AS_GIVEN)
 
 
-def _variables(*balls: Ball) -> list[Jet]:
-    """x, y, theta and mu as jets."""
-    slopes = [tuple(flint.arb(int(i == j)) for j in range(4)) for i in range(4)]
-    return [Jet(ball, own) for ball, own in zip(balls, slopes, strict=True)]
+def _friction(low: float, high: float) -> Line:
+    """Friction from low to high."""
+    middle = flint.arb((low + high) / 2.0)
+    ends = (flint.arb(low) - middle, flint.arb(high) - middle)
+    farthest = np.nextafter(max(float(end.abs_upper()) for end in ends), np.inf)
+    reach = flint.arb(0) if low == high else flint.arb(0, float(farthest))
+    return Line(middle, flint.arb(1), flint.arb(0), reach)
 
 
-def _interval(low: float, high: float) -> Ball:
-    return flint.arb(low).union(flint.arb(high))
-
-
-def _around_zero(radius: float) -> Ball:
-    return flint.arb(0, radius)
+def _range(x: Any) -> Ball:
+    """All numbers of a `Line` or a ball."""
+    return x.ball() if isinstance(x, Line) else flint.arb(x)
 
 
 def _balls(rows: Sequence[Sequence[Ball]]) -> Balls:
