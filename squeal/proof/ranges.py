@@ -117,6 +117,12 @@ def prove_gap(
     growth_below : float
         A rate, 1/s, above 0.
     """
+    for end in (low, high):
+        systems = provider(end, end)
+        if not isinstance(systems, Failure):
+            bounds = _bounds(systems, growth_below)
+            if not bounds.least <= unstable <= bounds.most:
+                return _refuted(bounds, unstable, systems[0].data, end)
     narrowest = NARROWEST * max(high - low, abs(low), abs(high))
     waiting = [(low, high)]
     looked = 0
@@ -125,13 +131,13 @@ def prove_gap(
         looked += 1
         middle = (a + b) / 2.0
         systems = provider(a, b)
-        reason = systems.reason if isinstance(systems, Failure) else ""
-        if not isinstance(systems, Failure):
+        if isinstance(systems, Failure):
+            reason = systems.reason
+        else:
             bounds = _bounds(systems, growth_below)
             data = systems[0].data
             if not bounds.least <= unstable <= bounds.most:
-                words = f"{bounds.least} to {bounds.most} roots grow, not {unstable}"
-                return Proof("refuted", "enclosure", data=data, reason=words, where=middle)
+                return _refuted(bounds, unstable, data, middle)
             if bounds.fast <= unstable <= bounds.not_decaying:
                 continue
             reason = bounds.reason
@@ -139,6 +145,14 @@ def prove_gap(
             return Proof("open", "enclosure", reason=reason, where=middle)
         waiting += [(middle, b), (a, middle)]
     return Proof("proved", "enclosure", growth_below, data)
+
+
+def _refuted(bounds: _Bounds, unstable: int, data: str, where: float) -> Proof:
+    """Another number of roots grows for certain."""
+    words = f"{bounds.least} to {bounds.most} roots grow, not {unstable}"
+    if bounds.least == bounds.most:
+        words = f"{bounds.least} roots grow, not {unstable}"
+    return Proof("refuted", "enclosure", data=data, reason=words, where=where)
 
 
 class _Bounds(NamedTuple):

@@ -1,0 +1,77 @@
+"""The referee on nonlinear pads, judged by their equations at 50 digits."""
+
+import mpmath as mp
+import numpy as np
+import pytest
+
+pytest.importorskip("flint")
+
+from squeal.equilibrium.find import without_friction
+from squeal.model.equations import linearise
+from squeal.proof import prove_thresholds
+from squeal.proof.pads import PadBranch
+from tests.conftest import scene_of
+from tests.exact import Exact, discriminant
+
+
+@pytest.fixture
+def digits():
+    with mp.workdps(50):
+        yield
+
+
+def branch(stem: str, high: float) -> PadBranch:
+    model, start, _ = without_friction(scene_of(stem))
+    return PadBranch(model, start, 0.0, high)
+
+
+def test_the_branch_holds_the_exact_equilibria(digits):
+    """Through a change of contact: at 50 digits the equilibrium of each cell lies in it."""
+    found = branch("b1-b", 2.0)
+    assert len({cell.state for cell in found.cells}) == 2
+    for cell in found.cells[:: max(1, len(found.cells) // 12)]:
+        for mu in (cell.low, (cell.low + cell.high) / 2, cell.high):
+            exact = Exact(scene_of("b1-b"), cell.state).equilibrium(
+                cell.centre + cell.slope * (mu - cell.middle), mu
+            )
+            for place, value in zip(cell.places(mu, mu), exact, strict=True):
+                ball = place.ball()
+                miss = abs(value - mp.mpf(float(ball.mid())))
+                assert miss <= mp.mpf(float(ball.rad())) + mp.mpf(10) ** -19
+
+
+def test_first_loss_of_stability_of_a_nonlinear_pad(digits):
+    """b1-a flutters where the discriminant at 50 digits vanishes."""
+    found = branch("b1-a", 0.4)
+    exact = Exact(scene_of("b1-a"), found.cells[0].state)
+    cell = found.cells[0]
+    guess = cell.centre + cell.slope * (0.3458 - cell.middle)
+    _, onset = exact.critical(lambda q, mu: discriminant(exact.cubic(q, mu)), guess, 0.3458)
+    value = float(onset)
+    interval = (value - 1e-10, value + 1e-10)
+    right = prove_thresholds(found, 0.0, 0.4, [interval], 1e-1, counts=[0, 2])
+    assert right.status == "proved"
+    moved = [(value + 1e-7, value + 2e-7)]
+    assert prove_thresholds(found, 0.0, 0.4, moved, 1e-1).status == "refuted"
+    assert prove_thresholds(found, 0.0, 0.4, [], 1e-1).status == "refuted"
+
+
+def test_stiffness_over_balls_is_that_of_the_model():
+    """K of a cell of no width is the model's own, to rounding."""
+    for stem in ("b1-a", "b2-b", "b2-c", "b2-d"):
+        model, start, state = without_friction(scene_of(stem))
+        found = PadBranch(model, start, 0.0, 0.1)
+        systems = found(0.0, 0.0)
+        assert isinstance(systems, tuple)
+        (system,) = systems
+        K = linearise(model, start, state).K
+        assert np.all(np.abs(system.K.mid - K) <= system.K.rad + 1e-11 * np.abs(K).max())
+
+
+def test_a_branch_that_ends_is_open():
+    """A start that is none, and friction outside the range."""
+    model, start, _ = without_friction(scene_of("b1-a"))
+    nowhere = PadBranch(model, start + 1e3, 0.0, 0.1)
+    assert prove_thresholds(nowhere, 0.0, 0.1, [], 1.0).status == "open"
+    found = PadBranch(model, start, 0.0, 0.1)
+    assert prove_thresholds(found, 0.0, 0.2, [], 1.0).status == "open"
