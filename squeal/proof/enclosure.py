@@ -23,12 +23,11 @@ from scipy.linalg import LinAlgError, eig, eigh, lu
 from scipy.sparse.csgraph import connected_components
 
 from squeal.proof.balls import EPS, Balls, Floats, Quadratic, largest, row_sums, size, upper
-from squeal.proof.pieces import Failure, Piece, clusters, distances, pieces_of, touching
+from squeal.proof.pieces import INFINITE, Failure, Piece, clusters, distances, pieces_of, touching
 
 LARGEST_CLUSTER = 8  # of which signs of determinants are asked
 LARGEST_E = 0.5  # row sums of |Y B X - 1| up to which the inverse is bounded
 SINGULAR = "the mass matrix is singular, or nearly so"
-INFINITE = "an entry is not finite"
 BEYOND = "the entries lie beyond double precision"
 UNSOLVED = "no eigenvectors could be computed"
 

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from squeal.proof.balls import Quadratic
-from squeal.proof.pieces import Failure, Piece, Side
+from squeal.proof.pieces import INFINITE, Failure, Piece, Side
 
 try:
     import flint
@@ -39,10 +39,10 @@ Ball = Any
 
 def exact_roots(block: Quadratic) -> list[Piece] | Failure:
     """The roots of the midpoints of one component, each a piece of its own."""
+    if not block.is_finite:
+        return Failure(INFINITE)
     if flint is None:
         return Failure(MISSING)
-    if not all(np.isfinite(X.mid).all() for X in block.parts):
-        return Failure("an entry is not finite")
     if block.n**3 > WORK:
         return Failure(LARGE)
     M, C, K, turn = _integers(block)

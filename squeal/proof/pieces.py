@@ -14,6 +14,7 @@ from squeal.proof.balls import EPS, Floats
 
 Side = Literal["grows", "decays", "axis", "unknown"]
 Means = Literal["enclosure", "exact"]
+INFINITE = "an entry is not finite"
 
 
 @dataclass(frozen=True, eq=False)

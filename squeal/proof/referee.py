@@ -145,7 +145,7 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
         exact = exact_roots(system.block(rows))
         if not isinstance(exact, Failure):
             parts[number] = exact
-        elif isinstance(part, Failure):
+        elif isinstance(part, Failure) and part.reason != exact.reason:
             parts[number] = Failure(f"{part.reason}; {exact.reason}")
     data = AS_GIVEN if any(p.by == "exact" for p in Finding(parts, "").pieces) else finding.data
     return Finding(parts, data)

@@ -219,7 +219,7 @@ def test_what_is_no_number_is_open():
     proof = judge(np.eye(2), None, K, np.zeros(4))
     assert (proof.status, proof.reason) == (
         "open",
-        "an entry is not finite; an entry is not finite",
+        "an entry is not finite",
     )
     empty = judge(np.zeros((0, 0)), None, np.zeros((0, 0)), [], verdict="stable")
     assert empty.status == "proved"
