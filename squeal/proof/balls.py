@@ -140,7 +140,9 @@ def half_widths(X: Floats, data: str) -> Floats:
     if match is None:
         raise ValueError(f"{data}: is no kind of data; {AS_GIVEN}, {HALF_ULP} or '10 digits' is")
     sizes = np.abs(X)
-    places = np.floor(np.log10(np.where(sizes > 0.0, sizes, 1.0))) - int(match[1]) + 1
+    # a logarithm just below a whole number counts as that
+    leading = np.floor(np.log10(np.where(sizes > 0.0, sizes, 1.0)) + 1e-9)
+    places = leading - int(match[1]) + 1
     return np.where(X == 0.0, 0.0, upper(0.5 * 10.0**places, 100))
 
 

@@ -43,6 +43,7 @@ INFLATED = 2.0  # boxes are so much wider than the first image of a point
 ROUNDS = 8  # of inflation
 NARROWEST = 1e-12  # of the range: a cell that is not halved
 SHORT = 1e-10  # of the range: a cell in which the contact may change
+TIGHT = 0.05  # share of the way of the equilibrium that its enclosure may be off
 LOST = "the equilibrium is not enclosed"
 
 
@@ -229,6 +230,10 @@ class Cell:
     box: tuple[Ball, ...]
     image: tuple[Ball, ...]
 
+    def within(self, other: Cell) -> bool:
+        """Whether it is a part of another one."""
+        return self.state == other.state and other.low <= self.low <= self.high <= other.high
+
     def places(self, low: float, high: float) -> list[Line]:
         """The equilibria over a part of the interval."""
         return self._around(low, high, self.image)
@@ -284,6 +289,7 @@ class PadBranch:
         self._c: Coefficients = coefficients(Functions, pad, model.law.absolute_gap)
         self.cells: list[Cell] = []
         self.reason = ""  # why the cells end below `high`
+        self._latest: Cell | None = None  # part of a cell that was asked for last
         if not model.linear:
             self._follow(np.asarray(start, float))
 
@@ -304,11 +310,22 @@ class PadBranch:
         return tuple(systems)
 
     def _part_of(self, cell: Cell, low: float, high: float) -> Cell:
-        """A cell of the same equilibria over a part of the interval."""
+        """A cell of the same equilibria that is narrow enough for a part of the interval."""
+        latest = self._latest
+        if latest is not None and latest.within(cell) and latest.low <= low <= high <= latest.high:
+            cell = latest
+        moves = np.abs(cell.slope) * (high - low)
+        loose = [float(ball.abs_upper()) for ball in cell.image] > TIGHT * moves
+        if not loose.any():
+            return cell
         middle = (low + high) / 2.0
         guess = cell.centre + cell.slope * (middle - cell.middle)
         part = self._cell(low, high, guess, cell.state)
-        return part if part is not None and cell.holds(part, low, low) else cell
+        if part is None or not cell.holds(part, low, low):
+            return cell
+        if low < high:
+            self._latest = part
+        return part
 
     def _follow(self, guess: Floats) -> None:
         """Cells from the lowest friction on, each of the branch of the one before."""
@@ -347,6 +364,8 @@ class PadBranch:
         if not self.cells:
             return True
         last = self.cells[-1]
+        if cell.state == last.state and cell.holds(last, cell.low, cell.low):
+            return True
         guess = last.centre + last.slope * (cell.low - last.middle)
         point = self._cell(cell.low, cell.low, guess, cell.state)
         if point is None:
