@@ -223,6 +223,7 @@ def prove_thresholds(
         return Proof("refuted", reason="the intervals overlap or leave the range")
     gaps = list(zip(edges[::2], edges[1::2], strict=True))
     found = []
+    data = ""
     for a, b in gaps:
         middle = (a + b) / 2.0
         systems = provider(middle, middle)
@@ -233,7 +234,8 @@ def prove_thresholds(
             reason = counted[0].reason or "it is not known which matrices hold"
             return Proof("open", "enclosure", reason=reason, where=middle)
         found.append(counted[0].lower)
-        data = counted[0].data
+        if data != AS_GIVEN:  # the exact means know the doubles only
+            data = counted[0].data
     for number, (start, _) in enumerate(gaps[1:], start=1):
         if found[number] == found[number - 1]:
             words = f"{found[number]} roots grow on both sides of a threshold"

@@ -90,6 +90,24 @@ def test_a_window_of_a_thousandth_is_not_missed():
     assert prove_thresholds(terms, 0.0, 1.0, [], 1e-6).status == "refuted"
 
 
+def test_windows_that_bend():
+    """Growth in two windows of 7e-4 beside a middle where it only nearly begins."""
+    c, inner, outer = 0.52246391, 6.3e-7, 2.3e-6
+
+    def f(mu):
+        square = (mu - c) ** 2
+        return (square - inner) * (square - outer) / (square**2 + 3.3e-5)
+
+    one = np.array([[2.0, 0.0], [1.0, 2.0]])
+    terms = Terms([Term(np.eye(2))], [], [Term(one), Term(FRICTION, f)])
+    near, far = np.sqrt(inner), np.sqrt(outer)
+    places = [c - far, c - near, c + near, c + far]
+    windows = [around(place, 1e-9) for place in places]
+    assert prove_thresholds(terms, 0.4, 0.6, windows, 1e-5).status == "proved"
+    assert prove_thresholds(terms, 0.4, 0.6, [], 1e-5).status == "refuted"
+    assert prove_thresholds(terms, 0.4, 0.6, windows[:2], 1e-5).status == "refuted"
+
+
 def test_symmetry_is_read_from_terms_not_from_their_sum():
     """Around mu = 0 the midpoint of K is symmetric, the matrices are not."""
     twist = np.array([[0.0, 1.0], [-1.0, 0.0]])
