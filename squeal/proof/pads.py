@@ -100,24 +100,28 @@ class Line:
     def inverse(self) -> Line:
         """One over it."""
         at = 1 / self.centre
-        return self._applied(at, -at * at, 2 / self.ball() ** 3)
+        return self._applied(at, -at * at, 2 / self._hull() ** 3)
 
     def sin(self) -> Line:
         """The sine."""
-        return self._applied(self.centre.sin(), self.centre.cos(), -self.ball().sin())
+        return self._applied(self.centre.sin(), self.centre.cos(), -self._hull().sin())
 
     def cos(self) -> Line:
         """The cosine."""
-        return self._applied(self.centre.cos(), -self.centre.sin(), -self.ball().cos())
+        return self._applied(self.centre.cos(), -self.centre.sin(), -self._hull().cos())
 
     def sqrt(self) -> Line:
         """The square root."""
         root = self.centre.sqrt()
-        whole = self.ball()
+        whole = self._hull()
         return self._applied(root, 0.5 / root, -0.25 / (whole * whole.sqrt()))
 
+    def _hull(self) -> Ball:
+        """All its numbers and those between them and its centre, which may be none of them."""
+        return self.ball().union(self.centre)
+
     def _applied(self, value: Ball, slope: Ball, curvature: Ball) -> Line:
-        """A function of it: value and slope at its centre, second derivative wherever it is."""
+        """A function of it: value and slope at its centre, second derivative over its hull."""
         deviation = self.slope * self.reach + self.rest
         rest = slope * self.rest + curvature / 2 * deviation * deviation
         return Line(value, slope * self.slope, rest, self.reach)

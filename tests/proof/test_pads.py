@@ -4,12 +4,12 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-pytest.importorskip("flint")
+flint = pytest.importorskip("flint")
 
 from squeal.equilibrium.find import without_friction
 from squeal.model.equations import linearise
 from squeal.proof import prove_thresholds
-from squeal.proof.pads import PadBranch
+from squeal.proof.pads import Line, PadBranch
 from tests.conftest import scene_of
 from tests.exact import Exact, discriminant
 
@@ -23,6 +23,37 @@ def digits():
 def branch(stem: str, high: float) -> PadBranch:
     model, start, _ = without_friction(scene_of(stem))
     return PadBranch(model, start, 0.0, high)
+
+
+def test_taylor_models_hold_what_they_model(digits):
+    """Functions of two of them, at random members, against 50 digits."""
+    rng = np.random.default_rng(0)
+    functions = [
+        (lambda x, y: x * y * x - y, lambda x, y: x * y * x - y),
+        (lambda x, y: x.sin() * y.cos(), lambda x, y: mp.sin(x) * mp.cos(y)),
+        (lambda x, y: x / (y * y + 1), lambda x, y: x / (y * y + 1)),
+        (lambda x, y: (x * x + 3.0).sqrt() + 2, lambda x, y: mp.sqrt(x * x + 3) + 2),
+        (lambda x, y: 1 / (2.5 - y.sin()), lambda x, y: 1 / (mp.mpf("2.5") - mp.sin(y))),
+    ]
+    for _ in range(100):
+        reach = 10.0 ** rng.uniform(-8.0, -1.0)
+        d = mp.mpf(rng.uniform(-reach, reach))
+        lines = []
+        members = []
+        for _ in range(2):
+            c, s, r = (float(v) for v in rng.normal(size=3) * (1.0, 1.0, reach))
+            w = reach * float(rng.random())
+            balls = [flint.arb(v) for v in (c, s)]
+            lines.append(Line(*balls, flint.arb(r, w), flint.arb(0, reach)))
+            members.append(c + s * d + r + mp.mpf(w) * mp.mpf(rng.uniform(-1.0, 1.0)))
+        for of_lines, of_numbers in functions:
+            line = of_lines(*lines)
+            value = of_numbers(*members)
+            # the model at this d, not only its range
+            at = line.centre + line.slope * flint.arb(float(d)) + line.rest
+            middle = float(at.mid())
+            radius = mp.mpf(float((at - middle).abs_upper()))
+            assert abs(value - middle) <= radius + mp.mpf(10) ** -15 * abs(middle)
 
 
 def test_the_branch_holds_the_exact_equilibria(digits):
