@@ -4,14 +4,14 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-flint = pytest.importorskip("flint")
-
 from squeal.equilibrium.find import without_friction
 from squeal.model.equations import linearise
 from squeal.proof import prove_thresholds
 from squeal.proof.pads import Line, PadBranch
 from tests.conftest import scene_of
 from tests.exact import Exact, discriminant
+
+flint = pytest.importorskip("flint")
 
 
 @pytest.fixture
@@ -43,8 +43,8 @@ def test_taylor_models_hold_what_they_model(digits):
         for _ in range(2):
             c, s, r = (float(v) for v in rng.normal(size=3) * (1.0, 1.0, reach))
             w = reach * float(rng.random())
-            balls = [flint.arb(v) for v in (c, s)]
-            lines.append(Line(*balls, flint.arb(r, w), flint.arb(0, reach)))
+            rest = flint.arb(r, w)
+            lines.append(Line(flint.arb(c), flint.arb(s), rest, flint.arb(0, reach)))
             members.append(c + s * d + r + mp.mpf(w) * mp.mpf(rng.uniform(-1.0, 1.0)))
         for of_lines, of_numbers in functions:
             line = of_lines(*lines)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-pytest.importorskip("flint")
-
 from squeal.proof import HALF_ULP, Term, Terms, prove_gap, prove_thresholds
 from tests.known import known_system
+
+pytest.importorskip("flint")
 
 SPRINGS = np.array([[2.0, -1.0], [-1.0, 2.0]])
 FRICTION = np.array([[0.0, 1.0], [0.0, 0.0]])
