@@ -436,7 +436,8 @@ class PadBranch:
         radii = [1e-18 * float(np.max(np.abs(centre))) + 1e-300] * UNKNOWNS
         if like is not None:
             turned = np.abs(like.slope - slope) * (high - low)
-            radii = (2.0 * (np.abs(like.centre - centre) + turned)).tolist()
+            loose = [float(ball.abs_upper()) for ball in like.image]
+            radii = (2.0 * (np.abs(like.centre - centre) + turned + loose)).tolist()
         image = list(nothing)
         for _ in range(ROUNDS):
             reach = [INFLATED * float(ball.abs_upper()) for ball in image]
