@@ -2,7 +2,7 @@
 # make quick    style and the tests that most changes need, in a minute
 # make two-ways  20,000 questions asked in two ways, for hours
 # make any-input  20,000 broken and valid inputs of the commands, for an hour
-# make refute   1,000 systems of each family whose answer is known by construction, for hours
+# make refute   systems whose answer is known by construction, and wrong answers for the referee
 # make fuzz     a million changed inputs of the readers, for hours
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
@@ -78,6 +78,7 @@ any-input: $(ENVIRONMENT)
 # COUNT=systems of each family SEED=of their numbers
 refute: $(ENVIRONMENT)
 	@$(BIN)/python -m benchmarks.refute --count $(or $(COUNT),1000) --seed $(or $(SEED),0)
+	@$(BIN)/python -m benchmarks.refute_proofs --seed $(or $(SEED),0)
 
 fuzz: $(FUZZ)
 	@$(BIN)/python -m benchmarks.fuzz
