@@ -175,7 +175,7 @@ cite-check: $(CITE) $(ENVIRONMENT)
 lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group build -o requirements/build.txt
 	$(UV_COMPILE) --group installer -o requirements/installer.txt
-	$(UV_COMPILE) pyproject.toml --extra search --extra completion --group workflow --group test -o requirements/environment.txt
+	$(UV_COMPILE) pyproject.toml --extra search --extra completion --extra proof --group workflow --group test -o requirements/environment.txt
 	$(UV_COMPILE) --group benchmark -c requirements/environment.txt -o requirements/benchmark.txt
 	$(UV_COMPILE) --group archive -o requirements/archive.txt
 	$(UV_COMPILE) --group audit -o requirements/audit.txt

@@ -1,8 +1,8 @@
 """The referee against systems whose roots are known by construction, and against itself.
 
 `python -m benchmarks.refute_proofs [--systems 10000] [--rows 24] [--seed 0]` prints for each family
-how many right answers were proved, by which means, and how many stayed open; of wrong answers how many
-were refuted. A right answer that is refuted, a wrong one that is proved, and an enclosure that
+how many right answers were proved, by which means, and how many stayed open; of wrong answers how
+many were refuted. A right answer that is refuted, a wrong one that is proved, and an enclosure that
 contradicts the exact roots or what is known are contradictions: each is printed, and the exit code
 is 1. Needs python-flint.
 """
