@@ -2,12 +2,15 @@
 # make quick    style and the tests that most changes need, in a minute
 # make two-ways  20,000 questions asked in two ways, for hours
 # make any-input  20,000 broken and valid inputs of the commands, for an hour
+# make refute   systems whose answer is known by construction, and wrong answers for the referee
 # make fuzz     a million changed inputs of the readers, for hours
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
 # make verify   is the build the one that was described?  make manifest  describe it anew
+# make dispatches  does the report print the same with other instructions? half an hour, after make report
 # make site     documentation, docs/_build/html/index.html, its links checked
 # make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
+# make rescience  the report's metadata for ReScience C, dist/metadata.yaml, after make report
 # make archive  report, page, site, data, scenes and packages as one file for a repository, in dist/
 # make cluster  what profiles/slurm needs               make cluster-test   a try on a node of its own
 # make brake DATA=folder   a published brake of 4669 degrees of freedom (its matrices, see docs/published.md)
@@ -41,8 +44,8 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: report test verify manifest test-without-heyoka two-ways any-input fuzz lint benchmark \
-	page page-test site dist archive cluster cluster-test machines platforms metadata codecheck cite-check sbom audit lock clean distclean
+.PHONY: report test verify manifest dispatches test-without-heyoka two-ways any-input refute fuzz lint benchmark \
+	page page-test site dist archive cluster cluster-test machines platforms metadata rescience codecheck cite-check sbom audit lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -71,6 +74,11 @@ two-ways: $(ENVIRONMENT)
 # whatever is typed or read is answered or refused
 any-input: $(ENVIRONMENT)
 	@ANY_INPUT=20000 $(BIN)/pytest tests/cli/test_any_input.py
+
+# COUNT=systems of each family SEED=of their numbers
+refute: $(ENVIRONMENT)
+	@$(BIN)/python -m benchmarks.refute --count $(or $(COUNT),1000) --seed $(or $(SEED),0)
+	@$(BIN)/python -m benchmarks.refute_proofs --seed $(or $(SEED),0)
 
 fuzz: $(FUZZ)
 	@$(BIN)/python -m benchmarks.fuzz
@@ -120,6 +128,9 @@ archive: $(RELEASE) report site dist
 verify: $(ENVIRONMENT)
 	@$(BIN)/python -m workflow.release.verify
 
+dispatches: $(ENVIRONMENT)
+	@nice -n 10 $(BIN)/python -m workflow.trials.dispatches $(STUDY)
+
 manifest: $(ENVIRONMENT)
 	@$(BIN)/python -m workflow.release.verify --write
 
@@ -147,6 +158,10 @@ metadata: $(ENVIRONMENT)
 	$(BIN)/python -m workflow.release.codecheck > codecheck.yml
 	$(BIN)/python -m workflow.release.journal > .paper.md && mv .paper.md paper/paper.md
 
+rescience: $(ENVIRONMENT)
+	@mkdir -p dist
+	@$(BIN)/python -m workflow.release.rescience > dist/metadata.yaml
+
 cite-check: $(CITE) $(ENVIRONMENT)
 	.venv/cite/bin/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
 	.venv/cite/bin/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
@@ -160,7 +175,7 @@ cite-check: $(CITE) $(ENVIRONMENT)
 lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group build -o requirements/build.txt
 	$(UV_COMPILE) --group installer -o requirements/installer.txt
-	$(UV_COMPILE) pyproject.toml --extra search --extra completion --group workflow --group test -o requirements/environment.txt
+	$(UV_COMPILE) pyproject.toml --extra search --extra completion --extra proof --group workflow --group test -o requirements/environment.txt
 	$(UV_COMPILE) --group benchmark -c requirements/environment.txt -o requirements/benchmark.txt
 	$(UV_COMPILE) --group archive -o requirements/archive.txt
 	$(UV_COMPILE) --group audit -o requirements/audit.txt

@@ -1,6 +1,6 @@
 # From the scenes to the report: `snakemake`. squeal/article/contents.py says what there is; a rule
 # for each kind of job calls a program of the package that can be run by hand. Inputs named `package`
-# are the files of the package that the program imports, `lock` the versions of all others.
+# stand for the files of the package that the program imports, `lock` for the versions of all others.
 import os
 import sys
 from pathlib import Path
@@ -9,8 +9,8 @@ sys.path.insert(0, workflow.basedir)
 
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.contents import FIGURES, RESULTS, STUDIES, TABLES, scene_file
-from squeal.io.provenance import sources
 from workflow.processes import begin
+from workflow.sources import commit_file, sources_file
 
 LOCK = "requirements/environment.txt"
 RUNNING = begin()

@@ -1,24 +1,40 @@
 """Error against run time: `python -m benchmarks.precision FIGURE [--quick]`.
 
-Draws the figure, and prints for each case the least time of each path for a final error of at most
-1e-10, as such and as a multiple of the default path. `--quick`: the cases and paths of the report,
-as the build asks for them; without it more cases, more steps and the peers of the benchmark group.
+Draws the figure `run_times` of the report, with the processor's name in it, and prints for each
+case the least processor time of each integrator for a final error of at most 1e-10, as such and as
+a multiple of the default path. Then come eigenvalues and the critical friction of case (c) of the
+line, against 50 digits. `--quick`: the cases and integrators of the report, as the build asks for
+them; without it more cases, more evaluations and the peers of the benchmark group.
 """
 
 from __future__ import annotations
 
 import argparse
+import platform
+import re
 import statistics
 import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
+from typing import Any, NamedTuple
+
+import control
+import mpmath as mp
+import numpy as np
+from matplotlib.axes import Axes
 
 from benchmarks.peers import peers
-from squeal.article.figures.accuracy import accuracy_figure
+from squeal.analysis.pads import analyse, at_equilibrium, critical_friction
+from squeal.article.figures.work import panels
 from squeal.article.studies._reference import precision_in_words, reference
 from squeal.article.studies.accuracy import (
+    AIM,
+    OWN,
     PATIENCE,
     SEVERAL,
+    STEMS,
     WAYS,
     Accuracy,
     Point,
@@ -28,13 +44,49 @@ from squeal.article.studies.accuracy import (
     points_of,
     why_not,
 )
-from squeal.io.scene import Scene
-from squeal.plots.style import Drawing, blank, save
+from squeal.equilibrium import sliding_equilibrium
+from squeal.io.scene import Scene, read_scene
+from squeal.linear.matrices import state_matrices
+from squeal.plots.style import Drawing, blank, save, style
+from tests.exact import Exact, discriminant
 
 ROOT = Path(__file__).resolve().parent.parent
-STEMS = ("b1-c", "b2-c", "b1-b", "b2-b")
-STEPS, ERROR = 1_000_000, 1e-10
-LABELS = "relative error", "run time [ms]"
+MORE = ("b1-b", "b2-b")
+EVALUATIONS = 1_000_000
+WIDTHS = tuple(10.0**-n for n in range(3, 14, 2))  # of the bisected interval of friction
+BRACKET = 0.02  # half of the first one
+GROWS = 1e-7  # of the greatest magnitude: a real part above this is no rounding
+LABEL = "processor time [ms]"
+MARKS = {"squeal": "o", "NumPy eigvals": "^", "python-control": "D"}
+COLOURS = {"squeal": "#C8380E", "NumPy eigvals": "#3498DB", "python-control": "#000000"}
+
+
+class Timed(NamedTuple):
+    """An answer of a method: its relative error and its processor time in ms."""
+
+    method: str
+    error: float
+    ms: float
+
+
+def processor() -> str:
+    """The name of the processor, as far as the system knows it."""
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    except OSError:
+        return platform.processor()
+    named = re.search(r"^model name.*: (.*)$", text, re.M)
+    return named[1] if named else platform.processor()
+
+
+def median_ms(call: Callable[[], Any]) -> float:
+    """Median processor time of a call that has been made before."""
+    spent: list[float] = []
+    while len(spent) < 50 and (sum(spent) < 0.02 or (len(spent) < 3 and sum(spent) < 0.5)):
+        begun = time.process_time()
+        call()
+        spent.append(time.process_time() - begun)
+    return 1e3 * statistics.median(spent)
 
 
 @dataclass
@@ -47,13 +99,123 @@ class Clocked:
 
     def __call__(self, scene: Scene, tolerance: float) -> Run:
         run = self.way(scene, tolerance)  # compiles
-        spent: list[float] = []
-        while len(spent) < 50 and (sum(spent) < 0.02 or (len(spent) < 3 and sum(spent) < 0.5)):
-            begun = time.process_time()
-            self.way(scene, tolerance)
-            spent.append(time.process_time() - begun)
-        self.ms[tolerance] = 1e3 * statistics.median(spent) * self.share
+        self.ms[tolerance] = median_ms(lambda: self.way(scene, tolerance)) * self.share
         return run
+
+
+def spectra(scene: Scene) -> Iterator[Timed]:
+    """The eigenvalues about the equilibrium, from scene or matrices, against 50 digits."""
+    analysis = analyse(scene)
+    A, B = state_matrices(*analysis.matrices)
+    exact = Exact(scene, analysis.state)
+    squares = exact.squares(exact.equilibrium(analysis.q, scene.pad.mu), scene.pad.mu)
+    roots = [sign * mp.sqrt(-square) for square in squares for sign in (1, -1)]
+    size = max(abs(root) for root in roots)
+
+    def error(values: Any) -> float:
+        found = [mp.mpc(complex(value)) for value in values]
+        return float(max(min(abs(root - value) for value in found) for root in roots) / size)
+
+    def own() -> list[complex]:
+        return [e.value for e in analyse(scene).spectrum.eigenvalues]
+
+    def by_numpy() -> Any:
+        return np.linalg.eigvals(A)
+
+    def by_control() -> Any:
+        return control.ss(A, B, np.eye(6), np.zeros((6, 3))).poles()
+
+    for method, call in zip(COLOURS, (own, by_numpy, by_control), strict=True):
+        yield Timed(method, error(call()), median_ms(call))
+
+
+def thresholds(scene: Scene) -> Iterator[Timed]:
+    """The critical friction, by the query and by bisection of growth, against 50 digits."""
+    first = critical_friction(scene).points[0]
+    near = analyse(scene.replace(mu=first.mu))
+    exact = Exact(scene, near.state)
+
+    def coalescence(q: Any, mu: Any) -> Any:
+        """The discriminant over its scale."""
+        cubic = exact.cubic(q, mu)
+        return discriminant(cubic) / cubic[0] ** 6
+
+    _, truth = exact.critical(coalescence, near.q, first.mu)
+    model = scene.pad_model
+
+    def matrix(mu: float) -> tuple[np.ndarray, np.ndarray]:
+        at = model.replace(mu=mu)
+        rest, why = sliding_equilibrium(at)
+        if rest is None:
+            raise ValueError(why)
+        return state_matrices(*at_equilibrium(at, rest))
+
+    def by_numpy(mu: float) -> Any:
+        return np.linalg.eigvals(matrix(mu)[0])
+
+    def by_control(mu: float) -> Any:
+        A, B = matrix(mu)
+        return control.ss(A, B, np.eye(6), np.zeros((6, 3))).poles()
+
+    def bisected(values: Callable[[float], Any], width: float) -> float:
+        low, high = first.mu - BRACKET, first.mu + 1.1 * BRACKET
+        while high - low > width:
+            middle = 0.5 * (low + high)
+            found = values(middle)
+            grows = found.real.max() > GROWS * np.abs(found).max()
+            low, high = (low, middle) if grows else (middle, high)
+        return 0.5 * (low + high)
+
+    def error(mu: float) -> float:
+        return max(float(abs(mp.mpf(mu) / truth - 1)), 1e-17)
+
+    yield Timed(OWN, error(first.mu), median_ms(lambda: critical_friction(scene)))
+    for method, values in (("NumPy eigvals", by_numpy), ("python-control", by_control)):
+        for width in WIDTHS:
+            spent = median_ms(partial(bisected, values, width))
+            yield Timed(method, error(bisected(values, width)), spent)
+
+
+def draw_answers(axes: Axes, answers: list[Timed], title: str) -> None:
+    """Errors of answers over their time, a mark a method."""
+    for method, colour in COLOURS.items():
+        own = [one for one in answers if one.method == method]
+        errors = [one.error for one in own]
+        axes.plot(
+            [one.ms for one in own],
+            errors,
+            MARKS[method],
+            ls="-" if len(own) > 1 else "",
+            color=colour,
+            ms=4,
+            lw=0.8,
+            label=method,
+        )
+    axes.set(xscale="log", yscale="log", ylim=(1e-17, 1e-1))
+    axes.set_yticks([10.0**n for n in range(-16, 0, 4)])
+    axes.minorticks_off()
+    axes.legend(loc="best")
+    axes.set_xlabel(LABEL)
+    axes.set_title(title, loc="left", pad=3.0)
+
+
+def in_words(record: Accuracy, times: dict[tuple[str, str, float], float]) -> str:
+    """The least time of each integrator for the error aimed at, by case."""
+    lines = []
+    for case in record.changes:
+        least: dict[str, float] = {}
+        for p in record.points:
+            enough = p.case == case and p.error is not None and p.error <= AIM
+            if enough and p.missed == p.extra == 0:
+                ms = times[case, p.path, p.tolerance]
+                least[p.path] = min(ms, least.get(p.path, ms))
+        own = least.get(OWN)
+        shown = [
+            f"{path} {ms:.3g}" + (f" ({ms / own:.3g} times)" if own and path != OWN else "")
+            for path, ms in least.items()
+        ]
+        lines.append(f"{case}: {', '.join(shown)}")
+    return f"Processor time in ms for an error of at most {AIM:g}. " + "; ".join(lines) + "."
 
 
 def main() -> None:
@@ -64,11 +226,10 @@ def main() -> None:
     given = parser.parse_args()
     title = "Error against run time"
     if why := why_not():
-        save(blank(title, why, "squeal.article.figures.accuracy"), given.figure, text=False)
-        print(why)
+        save(blank(title, why, "squeal.article.figures.work"), given.figure)
         return
-    ways, steps = (WAYS, PATIENCE) if given.quick else (WAYS | dict(peers()), STEPS)
-    stems = STEMS[:2] if given.quick else STEMS
+    ways, patience = (WAYS, PATIENCE) if given.quick else (WAYS | dict(peers()), EVALUATIONS)
+    stems = STEMS if given.quick else STEMS + MORE
     files = [ROOT / f"workflow/scenes/{stem}.yaml" for stem in stems]
     points: list[Point] = []
     changes: dict[str, int] = {}
@@ -78,34 +239,26 @@ def main() -> None:
         changes[case] = len(exact.times)
         for name, way in ways.items():
             clocked = Clocked(way, 1.0 / SEVERAL if "batch" in name else 1.0)
-            points += points_of(case, scene, exact, name, clocked, steps)
+            points += points_of(case, scene, exact, name, clocked, patience)
             times |= {(case, name, t): ms for t, ms in clocked.ms.items()}
-
-    def ms(point: Point) -> float:
-        return times[point.case, point.path, point.tolerance]
-
-    def least(case: str, path: str) -> float | None:
-        own = [p for p in points if (p.case, p.path) == (case, path) and p.missed == p.extra == 0]
-        return min((ms(p) for p in own if p.error is not None and p.error <= ERROR), default=None)
-
-    lines = [f"processor time in ms for a final error of at most {ERROR:g}, multiple of squeal's"]
-    for case in changes:
-        lines.append(f"{case} ({changes[case]} contact changes)")
-        own = least(case, "squeal")
-        for path in ways:
-            took = least(case, path)
-            lost = sum(p.missed for p in points if (p.case, p.path) == (case, path))
-            both = (
-                "       -        -"
-                if took is None or own is None
-                else f"{took:8.3f} {took / own:8.1f}"
-            )
-            lines.append(f"  {path:16} {both}" + f"  {lost} changes missed" * bool(lost))
-    text = "\n".join(lines)
-    found = Accuracy(tuple(points), changes, precision_in_words())
-    drawn = accuracy_figure(found, lambda p: (p.error or 0.0, ms(p)), LABELS)
-    save(Drawing(drawn, text, title, __doc__.splitlines()[0]), given.figure, text=False)
+    record = Accuracy(tuple(points), changes, precision_in_words())
+    line = read_scene(ROOT / "workflow/scenes/b2-c.yaml")
+    with style():
+        where = partial(_time, times)
+        figure, left = panels(record, where, LABEL, 3, 6.6)
+        draw_answers(left[0], list(spectra(line)), "(e) eigenvalues, B2 (c)")
+        draw_answers(left[1], list(thresholds(line)), "(f) critical friction, B2 (c)")
+        left[0].set_ylabel("relative error")
+        left[1].set(xlim=(10.0, 3e3), xticks=[1e1, 1e2, 1e3])
+        left[1].minorticks_off()
+        figure.supxlabel(f"on one core of {processor()}", fontsize=8)
+    text = in_words(record, times)
+    save(Drawing(figure, text, title, "benchmarks.precision"), given.figure)
     print(text)
+
+
+def _time(times: dict[tuple[str, str, float], float], point: Point) -> float:
+    return times[point.case, point.path, point.tolerance]
 
 
 if __name__ == "__main__":

@@ -201,7 +201,7 @@ class Question:
             if self.joined or not is_small(system):  # only those that the search came upon
                 beside = f"growth was seen too, the fastest at about {fastest}"
             beside = f"Outside of the {'band' if self.wanted.band else 'region'} {beside}"
-        words = "" if region is None else self.wanted.words()
+        words = "" if region is None else self.wanted.words(len(roots.eigenvalues))
         if roots.growth_limit is not None:
             words += f" with growth below {roots.growth_limit:.4g} 1/s"
         value, grow, source = system.parameters[free], _growing(system, roots), (file, roots)

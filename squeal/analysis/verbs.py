@@ -18,7 +18,7 @@ from squeal.analysis.sensitivity import sensitivity as pad_sensitivity
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear.matrices import given_matrix, is_sparse
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import Term, TermSystem, supported, without_supports
 from squeal.numerics.differentiation import Formula
 from squeal.schema import TEXT, Place, Positive, Whole, kind_of, public
 
@@ -107,7 +107,11 @@ def System(
     if K is None:
         raise InputError("System: K: missing; a matrix or a mapping of formulas to matrices is")
     _refuse_other_labels(labels)
-    return TermSystem(parts[0], parts[1], parts[2], parameters or {}, parameter, name)
+    system = TermSystem(parts[0], parts[1], parts[2], parameters or {}, parameter, name)
+    system, supports = without_supports(system)
+    if supports.size:
+        Place("System", "K").warn(supported(supports))
+    return system
 
 
 def _refuse_other_labels(labels: Mapping[str, list[Any]]) -> None:

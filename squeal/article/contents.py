@@ -22,6 +22,11 @@ def _scenes(*names: str) -> tuple[str, ...]:
     return tuple(map(scene_file, names))
 
 
+def _stored(*names: str) -> tuple[str, ...]:
+    """What long computations have left; CONTRIBUTING.md says how each file is made anew."""
+    return tuple(f"workflow/stored/{name}" for name in names)
+
+
 class Figure(NamedTuple):
     """figures/NAME.pdf and its text, drawn by `squeal.article.figures.MODULE` from its arguments.
 
@@ -43,6 +48,7 @@ _ALL = _scenes(*HISTORY_FIGURES)
 _B2 = _scenes(*(stem("B2", case) for case in CASES))
 _SETS = (*_ALL, *_scenes(*(f"{one}/{name}" for one in SETS for name in HISTORY_FIGURES)))
 
+
 STUDIES: dict[str, tuple[str, ...]] = {
     "quasi_static": (*_scenes("b3"), *_B2, *_scenes(*(f"{one}/b3" for one in SETS))),
     "eigenvalues": _ALL,
@@ -58,10 +64,16 @@ STUDIES: dict[str, tuple[str, ...]] = {
     "grazing": _scenes("b2-c"),
     "releases": _SETS,
     "sets": _SETS,
+    "coexistence": (
+        *_scenes("b1-d", "b2-d"),
+        *_stored(*(f"coexistence/{name}.json" for name in ("b1-d", "b2-d-integral", "b2-d-mean"))),
+    ),
     "claims": _ALL,
     "findings": _scenes(*STEMS),
     "baseline": (),
-    "accuracy": _scenes("b1-c", "b2-c"),
+    "ensemble": _stored("ensemble.csv", "lasting.csv", "searches.json"),
+    "accuracy": _scenes("b2-d", "b1-c", "b2-c"),
+    "horizon": _stored("horizon.json"),
     "extreme": (),
 }
 """results/NAME.json is computed by `squeal.article.studies.NAME` from these files."""
@@ -72,9 +84,12 @@ _DRAWN_FROM = {
     "outcomes": ("onset", "basin", "grazing"),
     "cycles": ("onset",),
     "control": ("eigenvalues",),
+    "coexistence": ("coexistence",),
     "coupling": ("stability",),
     "modes": ("stability",),
-    "accuracy": ("accuracy",),
+    "ensemble": ("ensemble", "sets"),
+    "work": ("accuracy",),
+    "horizon": ("horizon",),
 }
 FIGURES: dict[str, Figure] = {
     "fig01": Figure("sketch", _scenes("b1-c")),
@@ -88,22 +103,30 @@ FIGURES: dict[str, Figure] = {
     "fig13": Figure("quasi_static", (result_file("quasi_static"), result_file("angles"))),
     **{name: Figure(name, tuple(map(result_file, some))) for name, some in _DRAWN_FROM.items()},
 }
+RUN_TIMES = "run_times"
+"""figures/run_times.pdf, which `benchmarks.precision` draws; its caption stands in `figures.work`.
+It differs with each machine and each run, so that no check compares it."""
 RESULTS = tuple(map(result_file, (*HISTORY_FIGURES, *STUDIES)))
 """All result files that the report rests on."""
 TABLES = (
     "basin",
+    "bounds",
     "claims",
     "eigenvalues",
     "extreme",
     "findings",
+    "horizons",
     "lasting",
     "levels",
+    "origins",
     "parameters",
     "poles",
     "releases",
     "sets",
     "table1",
     "table2",
+    "verdicts",
+    "workloads",
     "works",
 )
 """paper/generated/NAME.tex is written by `squeal.article.report.tables.NAME`."""

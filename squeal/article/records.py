@@ -142,10 +142,27 @@ class Missing(Record):
     reason: str
 
 
+class Moved(Record):
+    """A number that moved when its motion was repeated, and its least and greatest value.
+
+    key: the keys and places that lead to the number in the result, with dots between, see
+    `squeal.article.studies._spread`.
+    """
+
+    key: str
+    low: int | float
+    high: int | float
+
+
 class Result(Record, kw_only=True):
     """All that a result file holds; the program that writes the file fills in what made it."""
 
     provenance: Provenance | None = None
+    spread: tuple[Moved, ...] = ()
+
+    def ends(self, key: str) -> tuple[float, float] | None:
+        """Least and greatest value of a number that moved, None for any other."""
+        return next(((one.low, one.high) for one in self.spread if one.key == key), None)
 
     @property
     def wrong(self) -> str:
@@ -165,3 +182,13 @@ def rounded_up(value: float, digits: int = 2) -> float:
     exact = Decimal(value)
     step = Decimal(1).scaleb(exact.adjusted() - digits + 1)
     return float(exact.quantize(step, ROUND_CEILING))
+
+
+def bound(residual: float) -> str:
+    """A power of ten as text ("1e-15"), at least twice a residual of rounding.
+
+    Each processor has residuals of its own; what they stay below is the same, as a rule.
+    """
+    if residual == 0.0:
+        return "1e-16"
+    return f"1e{math.ceil(math.log10(2.0 * abs(residual)))}"

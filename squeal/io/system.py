@@ -24,7 +24,7 @@ from squeal.io.matrices import aligned, all_labels, read_matrix
 from squeal.io.matrix_formats import FORMATS, MatrixFile
 from squeal.linear.matrices import dense, reduce
 from squeal.linear.moduli import Modulus, Table
-from squeal.linear.system import Damped, Term, TermSystem, damped, without_supports
+from squeal.linear.system import Damped, Term, TermSystem, damped, supported, without_supports
 from squeal.numerics.differentiation import ALLOWED, Formula
 from squeal.schema import (
     ANY,
@@ -492,10 +492,7 @@ def system_file(
             reduce(mass, None, np.zeros_like(mass))
         system, supports = without_supports(system)
         if supports.size:
-            (at / "K").warn(
-                f"{supports.size} rows whose diagonal stands decades above all others are "
-                f"taken for supports and left out, the first is row {supports[0] + 1}"
-            )
+            (at / "K").warn(supported(supports))
             coordinates = coordinates and coordinates.without(supports)
             held = set(supports.tolist())
             labels = [label for row, label in enumerate(labels) if row not in held]

@@ -45,10 +45,12 @@ from squeal.linear.matrices import (
     ILL,
     Array,
     LightMassError,
+    components,
     divisor,
     first_order,
     norm_of,
     null_spaces,
+    reaches,
     reduce,
     unit_diagonal,
 )
@@ -77,7 +79,6 @@ class ContinuationOptions:
     # of its value: an interval narrower than this has converged
     same: float = 1e-9
     sure: float = 4.0  # standard deviations of rounding that an interval holds
-    resolved: float = 0.02  # of its size: how much a factor of a term may bend within a step
     wide: float = 1e-4  # of the range: the widest interval of a certified search
     aside: float = 0.4837  # of a step: where it is divided
     rounds: int = 12  # steps of Newton's method, and half of those of inverse iteration
@@ -183,6 +184,12 @@ class State:
             near = near | (z.real < rounding)
         return int(np.sum(sure)), int(np.sum(sure | near))
 
+    @property
+    def sure(self) -> bool:
+        """True if rounding leaves no doubt about how many roots grow."""
+        least, most = self.bounds
+        return least == most
+
     @cached_property
     def couplings(self) -> tuple[NDArray, ...]:
         """Pairs (k, l) on the line or above it, or conjugate, and of each whether it is conjugate,
@@ -245,6 +252,10 @@ class Continuation:
         self.size = n if self.form == "undamped" else 2 * n  # rows N of A
         self.rate: Any = 1.0 if self.form == "undamped" else None
         self._states: dict[float, State] = {}
+        self._pattern = np.zeros((self.size, self.size), dtype=bool)
+        self._parts: list[NDArray[np.intp]] = []  # strong components of A at all values so far
+        for matrices in each:
+            self._standard(matrices, (np.zeros_like(matrices[0]),) * 3)
         # of no value, but it sets the rate
         self._last = np.nan, *self._standard(each[2], (np.zeros_like(each[2][0]),) * 3)
 
@@ -254,7 +265,8 @@ class Continuation:
         return [self._states[p] for p in sorted(self._states)]
 
     def _standard(self, matrices: Any, slopes: Any) -> tuple[NDArray, NDArray, Array]:
-        """A(p), dA/dp and the sizes of what is rounded in the entries of A."""
+        """A(p), dA/dp and the sizes of what is rounded in the entries of A, without what one strong
+        component does to another: that changes no eigenvalue and costs digits."""
         if self._free is not None:
             P, Q = self._free
             matrices, slopes = ([P.T @ X @ Q for X in part] for part in (matrices, slopes))
@@ -266,13 +278,22 @@ class Continuation:
         off = L @ np.abs(M) @ R  # what rounding makes of L M R = 1
         growth = getattr(self.system, "growth", 1.0)  # of what was eliminated before, see `light`
         E, F = (growth * (L @ np.abs(X) @ R + off @ np.abs(Y)) for X, Y in ((K, A), (C, B)))
-        if self.form == "undamped":
-            return A, dA, E
-        n = len(A)
-        A, self.rate = first_order(A, B, self.rate)
-        dA, E = (first_order(*part, self.rate)[0] for part in ((dA, dB), (-E, -F)))
-        dA[:n] = E[:n] = 0.0
-        return (-1j * A, -1j * dA, E) if self.form == "gyroscopic" else (A, dA, E)
+        if self.form != "undamped":
+            n = len(A)
+            A, self.rate = first_order(A, B, self.rate)
+            dA, E = (first_order(*part, self.rate)[0] for part in ((dA, dB), (-E, -F)))
+            dA[:n] = E[:n] = 0.0
+        if self.form == "gyroscopic":
+            A, dA = -1j * A, -1j * dA
+        pattern = self._pattern | (A != 0.0) | (dA != 0.0)
+        if not np.array_equal(pattern, self._pattern):
+            self._pattern, self._parts = pattern, components(reaches(pattern))
+        if len(self._parts) > 1:
+            within = np.zeros(A.shape)
+            for part in self._parts:
+                within[np.ix_(part, part)] = 1.0
+            A, dA, E = A * within, dA * within, E * within
+        return A, dA, E
 
     def _standards(self, ps: Sequence[float]) -> list[tuple[NDArray, NDArray, Array]]:
         both = with_slopes(self.system, ps, self.low, self.high, self.options.difference)
@@ -284,6 +305,13 @@ class Continuation:
             self._last = p, *self._standards([p])[0]
         return self._last[1:]
 
+    def couplings(self, state: State, change: Any) -> NDArray:
+        """What a change of M, C and K (n, n) is in the vectors of a state (m, m), the slopes of its
+        roots on the diagonal."""
+        (matrices,) = matrices_of(self.system, [state.value])
+        dA = self._standard(matrices, change)[1]
+        return _in_vectors(dA, state.left, state.right)
+
     def shaken(self, p: float) -> list[tuple[NDArray, NDArray, Array]]:
         """`both` with dA by relative changes of each thing that the system computes A from."""
         return [self._standard(*each) for each in getattr(self.system, "shaken", lambda _: [])(p)]
@@ -292,8 +320,7 @@ class Continuation:
         """The state at p, computed once."""
         if p not in self._states:
             A, slope, _ = self.both(p)
-            hermitian = np.array_equal(A, A.conj().T)
-            self._add(p, A, slope, *(np.linalg.eigh(A) if hermitian else np.linalg.eig(A)))
+            self._add(p, A, slope, *_eigenvectors(A, self._parts))
         return self._states[p]
 
     def prepare(self, ps: Iterable[float]) -> None:
@@ -301,30 +328,54 @@ class Continuation:
         ps = [p for p in dict.fromkeys(ps) if p not in self._states]
         if ps and self.size <= self.options.small:
             each = self._standards(ps)
-            roots = np.linalg.eig(np.array([A for A, _, _ in each]))
+            roots = _eigenvectors(np.array([A for A, _, _ in each]), self._parts)
             for p, (A, slope, _), z, X in zip(ps, each, *roots, strict=True):
                 self._add(p, A, slope, z, X)
 
     def _add(self, p: float, A: NDArray, slope: NDArray, values: NDArray, right: NDArray) -> None:
-        values, right = values.astype(complex), right.astype(complex)
-        left = left_vectors(A, values, right)
+        left, rounding = np.zeros_like(right), np.zeros(len(A))
+        for part in self._parts:
+            own = np.ix_(part, part)
+            left[own] = left_vectors(A[own], values[part], right[own])
         across = np.sum(left.conj() * right, axis=0)
         with np.errstate(all="ignore"):
             condition = 1.0 / np.abs(across)
-            coupling = np.nan_to_num(left.conj().T @ (slope @ right) / across[:, None])
-        rounding = root_rounding(values, condition, 2 * len(A) * EPS, norm_of(A))
+        coupling = _in_vectors(slope, left, right)
+        for part in self._parts:
+            size, error = norm_of(A[np.ix_(part, part)]), 2 * len(part) * EPS
+            rounding[part] = root_rounding(values[part], condition[part], error, size)
         spectrum = values, right, left, coupling, rounding
         self._states[p] = State(p, *spectrum, self.form, self.rate)
 
 
-def form_of(each: Sequence[tuple[Array, Array, Array]]) -> str:
+def _in_vectors(slope: NDArray, left: NDArray, right: NDArray) -> NDArray:
+    """left^H slope right (m, m), where left^H right = 1."""
+    across = np.sum(left.conj() * right, axis=0)
+    with np.errstate(all="ignore"):
+        return np.asarray(np.nan_to_num(left.conj().T @ (slope @ right) / across[:, None]))
+
+
+def _eigenvectors(A: NDArray, parts: Sequence[NDArray[np.intp]]) -> tuple[NDArray, NDArray]:
+    """Eigenvalues (..., N) and unit vectors (..., N, N) of matrices (..., N, N), or of each of the
+    `parts` that they fall into by itself: as many of its own as it has rows."""
+    values, right = np.zeros(A.shape[:-1], complex), np.zeros(A.shape, complex)
+    for part in parts:
+        block = A[..., part[:, None], part]
+        hermitian = np.array_equal(block, block.conj().swapaxes(-1, -2))
+        z, x = np.linalg.eigh(block) if hermitian else np.linalg.eig(block)
+        values[..., part], right[..., part[:, None], part] = z, x
+    return values, right
+
+
+def form_of(each: Sequence[tuple[Array, Array | None, Array]]) -> str:
     """undamped, gyroscopic or damped, of matrices M, C, K at some values."""
-    if not any(C.any() for _, C, _ in each):
+    if not any(C is not None and C.any() for _, C, _ in each):
         return "undamped"
     symmetric = all(
         np.abs(X - sign * X.T).max() <= 4 * EPS * len(X) * np.abs(X).max()
         for matrices in each
         for X, sign in zip(matrices, (1, -1, 1), strict=True)
+        if X is not None
     )
     return "gyroscopic" if symmetric else "damped"
 

@@ -1,9 +1,10 @@
 """Eigenvalues of M q'' + C q' + K q = 0 with vectors, rounding, residuals and slopes.
 
 How far rounding moves a root is its backward error times its condition number (`root_rounding`),
-which grows without limit where roots coalesce; m roots that meet are moved by no more than the m-th
-root of the relative error. Where conditions are not computed it is a share of |lambda|
-(`assumed_rounding`). Every eigenvalue carries this number.
+which grows without limit where roots coalesce; roots that meet move together, by no more than the
+m-th root of the relative error. Where conditions are not computed it is a share of |lambda|
+(`assumed_rounding`). Every eigenvalue carries this number. What acts on a part of the rows and is
+not acted on by it changes none of its roots: strong components are solved one by one.
 
 How is flutter decided? A root grows if its real part is greater than its rounding; if its imaginary
 part is greater too it is one of a pair (flutter), else real (divergence). That is `kinds`, of any
@@ -20,7 +21,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -30,13 +31,16 @@ from numpy.typing import ArrayLike, NDArray
 from squeal.errors import ComputationError
 from squeal.linear.matrices import (
     BEYOND,
+    EPS,
     ROUNDING,
     Array,
     Reduced,
+    components,
     first_order,
     invariants,
     noise_of,
     null_spaces,
+    reaches,
     reduce,
     scaled_rank,
     zero_roots,
@@ -171,15 +175,34 @@ def ordered(values: ComplexArray) -> NDArray[np.intp]:
 
 
 def root_rounding(
-    values: ComplexArray, condition: float | Array, error: float | Array, size: float | Array
+    values: ComplexArray,
+    condition: float | Array,
+    error: float | Array,
+    size: float | Array,
+    rows: int | None = None,
 ) -> Array:
-    """How far (..., m) rounding moves eigenvalues of condition numbers 1/|y^H x| and relative
-    backward errors `error`: `size`, such as the matrix's norm, times the lesser of error times
-    condition and the k-th root of the error, where k >= 2 roots lie close together.
+    """How far rounding moves the eigenvalues (m,) of a matrix of norm `size`, of condition numbers
+    1/|y^H x| and relative backward errors `error`. It has m rows unless `rows` are given.
+
+    A lone one moves by r = size error condition. Of others at distances d_j that come into reach
+    r prod(1 + r/d_j) is so much, since the determinant changes with them. Nothing moves further
+    than by the root of the error of as many (Elsner 1985).
     """
-    near = np.broadcast_to(4 * error ** (1 / 3) * size, values.shape)[..., None]
-    close = np.sum(np.abs(values[..., None] - values[..., None, :]) <= near, axis=-1)
-    return np.asarray(size * np.minimum(error * condition, error ** (1 / np.maximum(2, close))))
+    least = np.broadcast_to(size * error, values.shape)
+    alone = np.broadcast_to(least * condition, values.shape)
+    bound = np.broadcast_to(2 * size * error ** (1 / (rows or max(len(values), 1))), values.shape)
+    apart = np.maximum(np.abs(values[:, None] - values), least[:, None])
+    np.fill_diagonal(apart, np.inf)
+    moved = np.minimum(alone, bound)
+    near = np.flatnonzero(moved > 1e-3 * apart.min(axis=1, initial=np.inf))
+    with np.errstate(divide="ignore"):
+        goal, r = np.log(alone[near]), np.log(moved[near])
+    for _ in range(16):  # Newton's method on logarithms: convex, and from above
+        share = np.exp(r)[:, None] / apart[near]
+        excess = r + np.log1p(share).sum(axis=1) - goal
+        r = r - np.maximum(excess, 0.0) / (1.0 + (share / (1.0 + share)).sum(axis=1))
+    moved[near] = np.exp(r)
+    return moved
 
 
 def assumed_rounding(values: ArrayLike, undamped: bool = False) -> Array:
@@ -306,12 +329,34 @@ def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> None:
     s[least] = np.maximum(s[least].real, 0.0)
 
 
-def roots_of(reduced: Reduced) -> Roots:
+def dependence(reduced: Reduced) -> NDArray[np.bool_]:
+    """Which rows (n, n) of A and B depend on which unknowns, see `matrices.reaches`."""
+    pattern = reduced.A != 0.0
+    return reaches(pattern if reduced.B is None else pattern | (reduced.B != 0.0))
+
+
+def roots_of(reduced: Reduced, reach: NDArray[np.bool_] | None = None) -> Roots:
     """The 2n roots lambda (rad/s) of a system, vectors (n, 2n) in mass-normalised coordinates.
 
-    Those that neither grow nor decay have a real part of at most their rounding, without damping
-    of exactly zero. Raises ComputationError if roots are beyond double precision.
+    Each strong component of the rows has its own, with vectors that leave out what it drives; what
+    acts one way only would cost digits and change no root. Those that neither grow nor decay have a
+    real part of at most their rounding, without damping of exactly zero. `reach` is `dependence`,
+    if it is known. Raises ComputationError if roots are beyond double precision.
     """
+    each = []
+    for rows in components(dependence(reduced) if reach is None else reach):
+        within = np.ix_(rows, rows)
+        B = None if reduced.B is None else reduced.B[within]
+        damping = B if B is not None and B.any() else None
+        part = Reduced(reduced.A[within], damping, reduced.T[within], reduced.rounding)
+        own = _roots_of_component(part)
+        x, y = (np.zeros((len(reduced.A), len(own.values)), complex) for _ in range(2))
+        x[rows], y[rows] = own.right, own.left
+        each.append(own._replace(right=x, left=y))
+    return Roots(*(np.concatenate(part, axis=-1) for part in zip(*each, strict=True)))
+
+
+def _roots_of_component(reduced: Reduced) -> Roots:
     if reduced.B is not None:
         matrix, rate = first_order(reduced.A, reduced.B)
         n = len(reduced.A)
@@ -359,8 +404,21 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
 
 def spectrum_of(reduced: Reduced) -> Spectrum:
     """As `complex_eigenvalues`, for a system in mass-normalised coordinates."""
-    values, x, y, condition, rounding = roots_of(reduced)
     A, B = reduced.A, np.zeros_like(reduced.A) if reduced.B is None else reduced.B
+    reach = dependence(reduced)
+    values, x, y, condition, rounding = roots_of(reduced, reach)
+    if (reach != reach.T).any():
+        ahead, behind = (
+            sorted(components(reach), key=lambda rows: each[rows[0]].sum())
+            for each in (reach, reach.T)
+        )
+        for k, z in enumerate(values):
+            P = z * z * np.eye(len(A)) + z * B + A
+            slope = 2 * z * np.eye(len(A)) + B if z else np.eye(len(A))
+            alone = abs(y[:, k].conj() @ slope @ x[:, k])
+            _drive(P, reach, ahead, x[:, k])
+            _drive(P.conj().T, reach.T, behind, y[:, k])
+            condition[k] *= alone / max(abs(y[:, k].conj() @ slope @ x[:, k]), EPS * alone)
     length, norms = np.abs(values), [float(np.linalg.norm(X, 2)) for X in (A, B)]
     size = (length**2 + length * norms[1] + norms[0]) * np.linalg.norm(x, axis=0)
     rest = np.linalg.norm(values**2 * x + values * (B @ x) + A @ x, axis=0)
@@ -371,11 +429,31 @@ def spectrum_of(reduced: Reduced) -> Spectrum:
     return Spectrum(tuple(Eigenvalue(*each[k]) for k in ordered(values)))
 
 
+def _drive(
+    P: ComplexArray,
+    reach: NDArray[np.bool_],
+    parts: Sequence[NDArray[np.intp]],
+    vector: ComplexArray,
+) -> None:
+    """Add to the null vector (n,) of one of the components of P what it drives in those that depend
+    on it, which stand behind what they depend on. Where a driven one is singular, too, the vector
+    of that one alone comes out."""
+    one, size = int(np.argmax(np.abs(vector))), float(np.linalg.norm(P))
+    for rows in parts:
+        if reach[rows[0], one] and not reach[one, rows[0]]:
+            inner = P[np.ix_(rows, rows)]
+            inner = inner + EPS * size * np.eye(len(rows))
+            vector[rows] = -np.linalg.solve(inner, P[rows] @ vector)
+            vector /= np.abs(vector).max()
+    vector /= np.linalg.norm(vector)
+
+
 def _physical(T: Array, z: ComplexArray) -> ComplexArray:
     """Mass-normalised vectors (n, m) of unit length in the caller's coordinates, their largest
     parts positive."""
-    largest = z[np.argmax(np.abs(z), axis=0), np.arange(z.shape[1])]
-    vectors = T @ (z * (np.abs(largest) / largest / np.linalg.norm(z, axis=0)))
+    vectors = T @ (z / np.linalg.norm(z, axis=0))
+    largest = vectors[np.argmax(np.abs(vectors), axis=0), np.arange(z.shape[1])]
+    vectors = vectors * (np.abs(largest) / largest)
     vectors.setflags(write=False)
     return np.asarray(vectors, dtype=complex)
 
@@ -383,9 +461,15 @@ def _physical(T: Array, z: ComplexArray) -> ComplexArray:
 def hidden(reduced: Reduced, C: Array | None, K: Array) -> bool:
     """True if rounding leaves a root too few digits, or there are more of zero than K and C leave
     free: where a mass is light, a spring stiff or a damper strong beside others."""
-    roots, rank = roots_of(reduced), scaled_rank(K)
-    both = rank if reduced.B is None else scaled_rank(np.vstack([K, np.asarray(C)]))
-    size, zeros = np.abs(roots.values), 2 * len(K) - rank - both
+    roots, zeros = roots_of(reduced), 0
+    for rows in components(dependence(reduced)):
+        own = np.ix_(rows, rows)
+        rank = scaled_rank(K[own])
+        both = rank
+        if C is not None and reduced.B is not None:
+            both = scaled_rank(np.vstack([K[own], C[own]]))
+        zeros += 2 * len(rows) - rank - both
+    size = np.abs(roots.values)
     return bool(
         np.any(roots.rounding > 0.005 * size, where=size > 0.0) or np.sum(size == 0) != zeros
     )
@@ -485,7 +569,7 @@ def damped_verdicts(A: Array, B: Array) -> Codes:
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
     norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
-    bound = root_rounding(values, np.inf, 2 * matrices.shape[-1] * ROUNDING, norm)
+    bound = norm * (2 * matrices.shape[-1] * ROUNDING) ** (1 / 3)  # of three roots that meet
     grows = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
     codes = np.where(grows.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
     codes[grows.real < 0.0] = STABLE

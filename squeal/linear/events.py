@@ -91,8 +91,6 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
     share at which it has to be divided first, None if the matches are good enough to tell."""
     form, (za, _, zb, _) = step.a.form, step.ends
     on_a, on_b = step.a.on_line, step.b.on_line[step.order]
-    # what lies on the line at one end alone has met another one, unless the range ends there
-    known = step.matched & ((on_a == on_b) | (ends[0] & on_a) | (ends[1] & on_b))
     low, high = step.least, step.most
     unsure = 2 * np.abs(step.off.real)
     real = step.a.real & step.b.real[step.order]
@@ -106,6 +104,9 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
             passes = real & (low - unsure <= 0.0) & (high + unsure >= 0.0) & ~still
         apart = np.minimum(np.abs(za.imag), np.abs(zb.imag))
         clear = (apart > 2 * np.abs(step.off.imag)) | (real & ~passes)
+    # what lies on the line at one end alone has met another one, unless the range ends there, or it
+    # is a real root that passes zero, perhaps with a twin
+    known = step.matched & ((on_a == on_b) | passes | (ends[0] & on_a) | (ends[1] & on_b))
     settled = known & (clear | (on_a & on_b & ~passes))
     reach = np.maximum(np.abs((zb - za).real), high - low)
     single = known & ~settled & (np.abs(step.off.real) <= step.options.doubt * reach)

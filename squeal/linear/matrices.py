@@ -216,6 +216,24 @@ def inertia(change: Change, z: Any, x: NDArray) -> NDArray:
     return applied((None, *change[:2]), 2 * z, x)
 
 
+def reaches(pattern: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Which rows (n, n) depend on which unknowns, on their own ones and by way of other rows."""
+    reach = pattern | np.eye(len(pattern), dtype=bool)
+    for _ in range(len(pattern).bit_length()):
+        further = reach.astype(np.float32) @ reach.astype(np.float32) > 0.0
+        if np.array_equal(further, reach):
+            break
+        reach = further
+    return reach
+
+
+def components(reach: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """The rows of each strong component. A matrix is block triangular in them, so that what acts
+    from one on another one way only changes no eigenvalue."""
+    first = (reach & reach.T).argmax(axis=1)
+    return [np.flatnonzero(first == k) for k in np.unique(first)]
+
+
 def norm_of(A: Any) -> float:
     """sqrt(|A|_1 |A|_inf), which bounds the 2-norm, of an array or sparse array."""
     size = abs(A)

@@ -197,13 +197,14 @@ def unstable_modes(
     """All modes of system(mu) -> (M, C, K) that grow at mu, the fastest first.
 
     `found` are the thresholds of the range from 0 to mu, on whose eigenvalue paths the onsets are
-    read; without them the onsets are None. Raises InputError.
+    read; without them, and where rounding hides on the paths what grows, the onsets are None.
+    Raises InputError.
     """
     modes = growing(complex_eigenvalues(*matrices_at(system, mu)).eigenvalues)
-    ends = list(_onsets(found, mu)) if found is not None and modes else [(0j, None)]
+    ends = list(_onsets(found, mu)) if found is not None and modes else []
 
     def onset(mode: UnstableMode) -> float | None:
-        return min(ends, key=lambda end: abs(end[0] - mode.root))[1]
+        return min(ends, key=lambda end: abs(end[0] - mode.root), default=(0j, None))[1]
 
     return tuple(replace(mode, onset=onset(mode)) for mode in modes)
 

@@ -7,8 +7,8 @@ halved and searched again, until the events add up or what remains is known by t
 A search is certified if a second count, by the sign function of the matrix, agrees
 between all events, if what grows at every value looked at follows from them, if every interval is
 narrow, and if all factors of the terms are resolved: their second derivatives, bounded over each
-step by interval arithmetic, leave them no room for what the step does not see. Of a plain function
-nothing is known between the values, and nothing certified.
+step by interval arithmetic, leave roots no room for what the step does not see, however close they
+come. Of a plain function nothing is known between the values, and nothing certified.
 """
 
 import itertools
@@ -16,8 +16,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import (
@@ -31,7 +33,7 @@ from squeal.linear.continuation import (
 )
 from squeal.linear.eigen import UnstableCount, hidden
 from squeal.linear.events import Event, certain, guesses_of, located, windows
-from squeal.linear.matrices import norm_of, reduce
+from squeal.linear.matrices import Change, dense, norm_of, reduce
 from squeal.linear.system import Slow, System, TermSystem, matrices_of
 
 
@@ -91,7 +93,6 @@ def search(
         walk.go(a, b, options.depth)
     walk.guesses += _meetings_at_end(along.at(high), 1e-6 * (high - low))
     walk.locate()
-    walk.beside()
     places = walk.places()
     middles = _middles(along, places)
     growths = tuple(along.at(p).growth for p in middles)
@@ -100,7 +101,7 @@ def search(
         return found
     counts = [sign_count(along, p) for p in middles]
     doubts = ["the search ran out of values; a narrower range needs fewer"] * walk.unresolved
-    return replace(found, doubts=(*doubts, *_doubts(found, counts)))
+    return replace(found, doubts=(*doubts, *_doubts(found, middles, counts)))
 
 
 class _Walk:
@@ -115,7 +116,7 @@ class _Walk:
         self.events: list[Event] = []
         self.located: list[Event] = []  # also what may be one of the events again, or its twin
         self.unresolved = False
-        self.factors = _factors(along.system, along.low, along.high)
+        self.factors = _factors(along.system)
 
     def go(self, low: float, high: float, depth: int) -> None:
         """Match all roots from low to high and collect what may cross the line."""
@@ -123,8 +124,7 @@ class _Walk:
         step = Step(along.at(low), along.at(high), along.options)
         guesses, share = guesses_of(step, (low == along.low, high == along.high))
         met = list(near_coalescences(step.a, step.b))
-        most = 8 * along.options.resolved / (high - low) ** 2
-        bent = any(not bend(low, high) <= most * size for bend, size in self.factors)
+        bent = any(_bent(along, step, factor) for factor in self.factors)
         # other roots decide, or two windows are near; half the budget is left for matches
         several = len(met) > 2 or any(one.doubtful for one in met) or may_swap(step.a, step.b)
         spent = len(along.states) >= self.budget / (2 if several and share is None else 1)
@@ -162,23 +162,6 @@ class _Walk:
                 self.events.append(one)
         self.guesses.clear()
         self.events.sort(key=lambda c: c.value)
-
-    def beside(self) -> None:
-        """Step once more from just outside of each window that is narrower than the steps: from
-        there the next one shows, which from afar is the same pair again."""
-        along, seen = self.along, set[float]()
-        while fresh := [one for one in self.events if one.value not in seen]:
-            seen.update(one.value for one in fresh)
-            for one in fresh:
-                way = -one.direction  # out of the window
-                off = [way * (other.value - one.value) for other in self.events]
-                width = min((-x for x in off if x < 0), default=np.inf) / 16
-                known = [way * (state.value - one.value) for state in along.states]
-                free = min(x for x in (*off, *known, np.inf) if x > 0)
-                if width < free < np.inf:
-                    a, b = sorted((one.value + way * width, one.value + way * free))
-                    self.go(a, b, along.options.depth)
-            self.locate()
 
     def from_start(self, one: Event) -> Event | None:
         """An event, at the start if rounding leaves that; none if decay begins from rest there."""
@@ -228,6 +211,19 @@ class _Walk:
         middle, close = self._middle(a, b, inside), bool(inside) and last - first <= self.near
         if len(along.states) > 2 * self.budget or (done and middle is None):
             return inside  # and the search is not certified
+        if close and not done and middle is not None:
+            # what crosses elsewhere is no twin of what was located
+            low, high = hull(inside)
+            if not _outside(along, (low, high), (a, b), before, after):
+                off = 16 * max(high - low, 4 * float(np.spacing(max(abs(low), abs(high)))))
+                below, above = max(low - off, (a + low) / 2), min(high + off, (high + b) / 2)
+                cuts = [a, max(a, below), min(b, above), b]
+                pieces = [(p, q) for p, q in itertools.pairwise(cuts) if p < q]
+                for p, q in pieces:
+                    if not p <= low <= q:
+                        self.go(p, q, along.options.depth)
+                self.locate()
+                return [one for p, q in pieces for one in self._settled(p, q, ends)]
         if middle is None or (close and changes and not done):
             known = [
                 self._alike(*change, a - self.near, b + self.near)
@@ -277,23 +273,80 @@ class _Walk:
         return self.from_start(Event((a + b) / 2, omega, way, (low, high), converged=False))
 
 
-def _factors(
-    system: System, low: float, high: float
-) -> list[tuple[Callable[[float, float], float], float]]:
-    """Bounds of the second derivatives of the factors of terms, and their greatest values."""
+class _Factor(NamedTuple):
+    """A factor of terms: a bound of its second derivative over an interval, its first derivative,
+    and what it multiplies."""
+
+    curvature: Callable[[float, float], float]
+    slope: Callable[[float], float]
+    change: Change
+
+
+def _factors(system: System) -> list[_Factor]:
     if not isinstance(system, TermSystem):
         return []
-    name, values, at = system.parameter, system.values(), np.linspace(low, high, 33).tolist()
+    name, values = system.parameter, system.values()
     formulas = {term.factor.text: term.factor for term in system.terms}.values()
+
+    def multiplied(text: str) -> Change:
+        zero = np.zeros((system.n, system.n))
+        M, C, K = (
+            sum((dense(t.matrix) for t in terms if t.factor.text == text), zero)
+            for terms in system.parts
+        )
+        return M, C, K
+
     return [
-        (partial(f.curvature, values, name), max(abs(f.value(values | {name: p})) for p in at))
+        _Factor(
+            partial(f.curvature, values, name),
+            lambda p, f=f: abs(f.slope(values | {name: p}, name)),  # type: ignore[misc]
+            multiplied(f.text),
+        )
         for f in formulas
         if name in f.names
     ]
 
 
+def _bent(along: Continuation, step: Step, factor: _Factor) -> bool:
+    """True if a factor bends so much within a step that roots may do what its ends do not tell.
+
+    One that is monotone and nearly straight moves the roots as a straight one does. Else it may be
+    off by bend step^2 / 8, which is held against what is left of the gaps between roots.
+    """
+    ends, wide = (step.a, step.b), step.b.value - step.a.value
+    bend = factor.curvature(step.a.value, step.b.value)
+    if not bend < np.inf:
+        return True
+    if 4 * bend * wide <= min(factor.slope(state.value) for state in ends):
+        return False
+    off = bend * wide**2 / 8
+    return any(_reaches(state, along.couplings(state, factor.change), off) for state in ends)
+
+
+def _reaches(state: State, W: NDArray, off: float) -> bool:
+    """True if a factor that is off by so much, and couples the roots by W (m, m), could let two
+    roots meet on the line, or one cross it. What does so at the state itself is seen there."""
+    z, own = state.roots, W.diagonal()
+    apart = np.abs(z[:, None] - z)
+    pull = off * (np.abs(own[:, None] - own) + 2 * np.sqrt(np.abs(W * W.T)))
+    if state.form == "damped":
+        swept = np.sqrt(np.where(4 * pull > apart, apart * pull, 0.0)).max(axis=1)
+        left = np.abs(z.real)
+        return bool(np.any(2 * (off * np.abs(own.real) + swept) > left, where=~state.on_line))
+    conjugate = np.abs(z[:, None] - z.conj()) <= np.add.outer(state.rounding, state.rounding)
+    pairs = (state.on_line[:, None] & state.on_line) | conjugate
+    meet = pairs & ~state.close & (4 * pull > apart)
+    zero = state.real & (np.abs(z) > state.rounding) & (state.form == "undamped")
+    return bool(meet.any() or np.any(2 * off * np.abs(own) > np.abs(z), where=zero))
+
+
 def _alike(one: Event, omega: float, way: int, near: float) -> bool:
     return one.direction == way and abs(one.omega - omega) <= near * min(one.omega, omega)
+
+
+def hull(events: Sequence[Event]) -> tuple[float, float]:
+    """The least interval that holds those of all events."""
+    return min(one.interval[0] for one in events), max(one.interval[1] for one in events)
 
 
 def together(items: Sequence[Event], near: float) -> list[list[Event]]:
@@ -303,6 +356,29 @@ def together(items: Sequence[Event], near: float) -> list[list[Event]]:
     ]
     cuts = itertools.pairwise([0, *starts, len(items)])
     return [list(items[a:b]) for a, b in cuts if items]
+
+
+def _outside(
+    along: Continuation,
+    ends: tuple[float, float],
+    room: tuple[float, float],
+    *growths: UnstableCount,
+) -> bool:
+    """True if just outside of an interval what grows is what is expected below and above it: 16
+    widths away, or further where rounding hides it, within the room."""
+    low, high = ends
+    width = max(high - low, 4 * float(np.spacing(max(abs(low), abs(high)))))
+    sides = (low, -1, room[0]), (high, 1, room[1])
+    for (end, way, last), growth in zip(sides, growths, strict=True):
+        most = min(max(way * (last - end), 0.0), max(1e5 * width, 1e-6 * (along.high - along.low)))
+        step = min(16 * width, most)
+        state = along.at(end + way * step)
+        while state.growth.roots != growth.roots and not state.sure and step < most:
+            step = min(2 * step, most)
+            state = along.at(end + way * step)
+        if state.growth.roots != growth.roots:
+            return False
+    return True
 
 
 def _middles(along: Continuation, places: Sequence[Sequence[Event]]) -> list[float]:
@@ -365,15 +441,17 @@ def _steady(along: Continuation, low: float, high: float, growth: UnstableCount)
     return all(least <= growth.roots <= most for least, most in inside)
 
 
-def _doubts(found: Searched, counts: Sequence[int | None]) -> Iterator[str]:
+def _doubts(
+    found: Searched, middles: Sequence[float], counts: Sequence[int | None]
+) -> Iterator[str]:
     """Where counts and states do not agree with the events, and where rounding or a wide interval
     may hide a root, in words."""
     along, places, growths = found.line, found.places, found.growths
     room = along.options.wide * (along.high - along.low)
-    for place in (place for place in places if len(place) > 1):  # a twin may be left out
-        sides = sorted(p for c in place for p in c.interval)
-        for p in (p for p in (sides[0], sides[-1]) if along.low < p < along.high):
-            along.at(p)
+    sides = itertools.pairwise(middles), itertools.pairwise(growths)
+    for place, gap, beside in zip(places, *sides, strict=True):
+        if not _outside(along, hull(place), gap, *beside):
+            yield f"what grows beside {place[0].value:.9g} is not what the crossings there leave"
     last = [along.low, *(place[-1].value for place in places)]
     between = zip(last, itertools.pairwise(found.edges), growths, counts, strict=True)
     for start, (a, b), growth, n in between:

@@ -17,6 +17,7 @@ import dataclasses
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -110,7 +111,7 @@ class TermSystem:
         if free := sorted((FREQUENCY.keys() & self.names) - values.keys()):
             object.__setattr__(self, "follows", tuple(free))
             values |= self.frequency(None)
-        object.__setattr__(self, "parameters", values)
+        object.__setattr__(self, "parameters", MappingProxyType(values))
         shape = self.M[0].matrix.shape
         for letter in "MCK":
             for term in getattr(self, letter):
@@ -122,6 +123,11 @@ class TermSystem:
                 for name in sorted(term.factor.names - values.keys()):
                     words = f"factor {term.factor.text}: {name} is no parameter; allowed are "
                     raise InputError(f"{letter}: {words}{', '.join(sorted(values))}")
+
+    def __reduce__(self) -> Any:
+        parameters = dict(self.parameters)  # a view of them is not sent to other processes
+        own = *self.parts, parameters, self.parameter, self.name, self.follows, self.assumptions
+        return type(self), own
 
     @property
     def parts(self) -> tuple[tuple[Term, ...], tuple[Term, ...], tuple[Term, ...]]:
@@ -151,9 +157,19 @@ class TermSystem:
     @property
     def real(self) -> bool:
         """True if all matrices are real, so that roots come in conjugate pairs."""
-        return not self.follows and not any(
+        return not self.follows and self._real_terms
+
+    @property
+    def _real_terms(self) -> bool:
+        """True if no matrix or factor is complex, at whatever frequency."""
+        return not any(
             np.iscomplexobj(term.matrix) or isinstance(term.factor, Modulus) for term in self.terms
         )
+
+    @property
+    def undamped(self) -> bool:
+        """True if there is no damping, at whatever frequency: C has no terms, others are real."""
+        return not self.C and self._real_terms
 
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
         """The parameters with some of them changed. Raises InputError for an unknown name."""
@@ -317,6 +333,14 @@ def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
     M, C, K = (tuple(map(held, terms)) for terms in (system.M, system.C, system.K))
     assumed = (*system.assumptions, f"{rows.size} rows are taken for supports and left out")
     return dataclasses.replace(system, M=M, C=C, K=K, assumptions=assumed), rows
+
+
+def supported(rows: NDArray[np.intp]) -> str:
+    """What is said of rows that `without_supports` left out."""
+    return (
+        f"{rows.size} rows whose diagonal stands decades above all others are taken for supports "
+        f"and left out, the first is row {rows[0] + 1}"
+    )
 
 
 def matrices_at(system: System, p: float) -> Matrices:

@@ -42,6 +42,9 @@ def drawing(answer: Answer, name: str = "", **more: Any) -> Drawing:
 def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Drawing:
     subject, analysis = answer.source
     if shape is not None:  # one of these modes on the nodes of a system
+        if getattr(subject, "coordinates", None) is None:
+            words = "shape: needs a system with `coordinates: {file: nodes.csv}` in its file"
+            raise InputError(words)
         numbers = answer.modes.tolist()
         count = max(numbers, default=0)
         if not 1 <= shape <= count:

@@ -24,10 +24,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError, InputError
-from squeal.linear.continuation import State, hermite_cubic, near_coalescences, zeros_between
+from squeal.linear.continuation import (
+    Continuation,
+    State,
+    hermite_cubic,
+    near_coalescences,
+    zeros_between,
+)
+from squeal.linear.continuation import Guess as Coalescing
 from squeal.linear.eigen import assumed_rounding
-from squeal.linear.events import Event
+from squeal.linear.events import Event, located
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
+from squeal.linear.search import search
 from squeal.linear.system import TermSystem
 from squeal.sparse.dispersive import frozen_parts
 from squeal.sparse.eigensolver import enlarged
@@ -324,6 +332,56 @@ def crossings_along(
                     crossings.append(one)
     inside = [c for one in crossings for c in _in_range(one, low, high)]
     return sorted(inside, key=lambda c: (c.value, -abs(c.slope))), unconfirmed
+
+
+def coalescences(reduction: Reduction, name: str, values: Sequence[float]) -> list[Event]:
+    """Where two roots of an undamped system meet on the axis whose matrices, real ones, depend on
+    the frequency of each root.
+
+    With matrices frozen at omega they meet at omega_c(omega), and with their own where both are
+    one. The secant method goes there from each of the frequencies of `frozen_parts`.
+    """
+    low, high = values[0], values[-1]
+    found: list[Event] = []
+    for part, middle, wide in frozen_parts(reduction):
+        for place in search(part.system, low, high).places:
+            for event in place:
+                near = event.omega and abs(event.omega - middle) <= wide
+                one = (
+                    _at_own_frequency(reduction.system, event, middle, low, high) if near else None
+                )
+                if one and not any(
+                    abs(one.value - other.value) <= OPTIONS.same * abs(one.value)
+                    and abs(one.omega - other.omega) <= OPTIONS.same * one.omega
+                    for other in found
+                ):
+                    found.append(replace(one, residual=reduction.worst))
+    return sorted(found, key=lambda one: one.value)
+
+
+def _at_own_frequency(
+    system: TermSystem, event: Event, omega: float, low: float, high: float
+) -> Event | None:
+    """The coalescence next to one with matrices frozen at omega; None if the secant method, or the
+    search at one of its steps, does not find it."""
+    before, off = omega, event.omega - omega
+    omega = event.omega
+    for _ in range(OPTIONS.steps):
+        along = Continuation(system.frozen(omega), low, high)
+        state = along.at(event.value)
+        both = np.argsort(np.abs(state.roots - event.omega**2))[:2]
+        vectors = state.right[:, both], state.left[:, both]
+        mean = complex(state.roots[both].mean())
+        guess = Coalescing(event.value, mean, *vectors, True, high - low)
+        one = located(along, guess)
+        if one is None or not one.omega:
+            return None
+        event, left = one, one.omega - omega
+        if abs(left) <= OPTIONS.converged * omega:
+            return event
+        change = off - left
+        before, omega, off = omega, omega + left * (omega - before) / change, left
+    return None
 
 
 def _in_range(one: AxisCrossing, low: float, high: float) -> list[AxisCrossing]:

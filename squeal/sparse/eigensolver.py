@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import STIFF, Eigenvalue
 from squeal.linear.matrices import EPS, divisor
 from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_roots, disc_around
 from squeal.sparse.dense import dense_values, roots_at
@@ -49,6 +49,11 @@ class SolverOptions:
     beyond: float = 1.6  # reach around a region, relative: the count then needs few determinants
     pieces: int = 200  # parts that are tried before a region is refused
     attempts: int = 3  # starts for a region whose count shows missing roots
+    dense: int = 2000  # rows up to which all roots are computed where few do not suffice
+    counted: float = 0.125  # part of a region that is halved no more for the sake of its count
+    smallest: float = 1e-3  # part of a region that is halved no more
+    wider: float = 1.5  # by which a region around zero grows until it holds the lowest roots
+    growths: int = 12  # ... and how often
 
 
 OPTIONS = SolverOptions()
@@ -239,9 +244,16 @@ def modes_in(
         part = todo.pop()
         answer = _around(problem, part, certify, V, options)
         if answer is None:
+            if part.radius <= options.smallest * region.radius:
+                raise ComputationError(
+                    f"the roots around {part.centre:.6g} were not found: {STIFF}"
+                )
             todo += _halves(part)
             continue
         roots, lacking, near = answer
+        if certify and lacking is None and part.radius > options.counted * region.radius:
+            todo += _halves(part)  # of a smaller part the count may be settled
+            continue
         seen += near.values.tolist()
         # a root on the border of two parts might be in both of them, or in none
         edge = part.widened(1e-9).contains(roots.values) & inner.contains(roots.values)
@@ -273,7 +285,8 @@ def _around(
     problem: Quadratic, region: Rectangle, certify: bool, V: Array, options: SolverOptions
 ) -> tuple[Roots, int | None, Near] | None:
     """The roots in and around a part with how many are missing among them (None if that is not
-    known) and what showed them, or None where one subspace does not reach around the part."""
+    known) and what showed them, or None where one subspace does not reach around the part or its
+    roots do not come to be good."""
     # beside the middle: a root exactly there would hide all others from single precision
     shift = region.centre + (0.03 + 0.04j) * region.radius
     aside, best = abs(shift - region.centre), None
@@ -303,10 +316,6 @@ def _around(
         inner = np.sum(region.widened(-0.01).contains(near.values))
         if best[1] == 0 or (not certify and inner <= len(roots.values)):
             break
-    if best is None:
-        raise ComputationError(
-            f"the roots around {region.centre:.6g} were not found: rounding hides them"
-        )
     return best
 
 
@@ -348,19 +357,20 @@ def lowest_modes(
     def within(values: ComplexArray, reach: float) -> bool:
         return bool(np.sum(np.abs(values) < (reach - shift) / 1.5) > 2 * modes)
 
+    start = scale
     for attempt in range(options.attempts):
         near = near_roots(problem, complex(shift), scale, within, attempt, False, options)
         V = enlarged(V, near.vectors, 1e-6)
         # the disc ends between the last wanted root and the next one; both of a pair that may be
         # zero count
-        sizes, same = np.abs(near.values), 1 + options.rough
+        sizes = np.abs(near.values)
         upper = (near.values.imag >= -options.rough * sizes) | (sizes <= held)
-        sure = near.reach - shift
-        sizes = np.sort(sizes[upper & (sizes < sure)])
-        if not len(sizes):
-            raise ComputationError("no root was found near zero; a band or region is required")
-        last = sizes[min(modes, len(sizes)) - 1]
-        region = Disc(float(last + np.min(sizes[sizes > last * same], initial=sure)) / 2)
+        sure, sizes = near.reach - shift, np.sort(sizes[upper])
+        start = max(start, float(np.max(sizes[:modes], initial=0.0)))
+        sizes = sizes[sizes < sure]
+        if len(sizes) < min(modes, problem.n):
+            break  # the subspace does not reach so far
+        region = _lowest(sizes, modes, sure, options)
         roots = corrected(problem, near.factor, V, region, options)
         if roots is None:
             continue
@@ -368,4 +378,55 @@ def lowest_modes(
         if missing is None or missing <= 0:
             count = None if missing is None else len(roots.values) + missing
             return Modes(listed(problem, roots), region, count, roots)
-    raise ComputationError("the lowest roots were not found: rounding hides them")
+    if problem.n <= options.dense:
+        return _of_all(problem, modes, certify, options)
+    return _upwards(problem, modes, start, certify, options)
+
+
+def _lowest(sizes: Array, modes: int, sure: float, options: SolverOptions) -> Disc:
+    """The disc of the lowest modes, of sorted |lambda| (m,) up to `sure`: it ends halfway to the
+    next root. Raises ComputationError if there is none."""
+    if not len(sizes):
+        raise ComputationError("no root was found near zero; a band or region is required")
+    last = sizes[min(modes, len(sizes)) - 1]
+    beyond = np.min(sizes[sizes > last * (1 + options.rough)], initial=sure)
+    return Disc(float(last + beyond) / 2)
+
+
+def _of_all(problem: Quadratic, modes: int, certify: bool, options: SolverOptions) -> Modes:
+    """The lowest modes of few rows, of which all roots are computed."""
+    M, C, K = (X.toarray() for X in (problem.M, problem.C, problem.K))
+    every = dense_values(M, C, K)
+    upper = every[every.imag >= 0.0] if problem.real else every
+    sizes = np.sort(np.abs(upper))
+    region = _lowest(sizes, modes, 2 * float(sizes[-1]), options)
+    roots = roots_at(M, C, K, upper[region.contains(upper)], left=True)
+    if problem.real:
+        roots = roots.with_conjugates()
+    count = count_roots(problem, region, every) if certify else None
+    return Modes(listed(problem, roots), region, count, roots)
+
+
+def _upwards(
+    problem: Quadratic, modes: int, start: float, certify: bool, options: SolverOptions
+) -> Modes:
+    """The lowest modes from squares around zero, the first of half width about `start`, that grow
+    until the disc in one of them holds so many; else those of the last one."""
+    half = 1.02 * start
+    for _ in range(options.growths):
+        low = -1e-6 * half if problem.real else -half
+        found = modes_in(problem, Rectangle(-half, half, low, half), certify, options=options)
+        roots = found.roots
+        if problem.real:
+            roots = roots.picked(roots.values.imag >= 0.0)
+        sizes = np.sort(np.abs(roots.values))
+        sizes = sizes[sizes < half]
+        if len(sizes) >= min(modes, problem.n):
+            break
+        half *= options.wider
+    region = _lowest(sizes, modes, half, options)
+    roots = roots.picked(region.contains(roots.values))
+    if problem.real:
+        roots = roots.with_conjugates()
+    count = len(roots.values) if found.certified else None
+    return Modes(listed(problem, roots), region, count, roots)

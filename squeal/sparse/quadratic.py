@@ -215,14 +215,19 @@ def listed(problem: Quadratic, roots: Roots) -> tuple[Eigenvalue, ...]:
     with np.errstate(invalid="ignore"):  # K = 0: the root is 0
         scale = np.fmax(size, root * problem.rate * (problem.rate / slow))
         own = np.minimum(condition, 1 / EPS) * size / scale
-    rounding = np.where(size > 0, root_rounding(values, own, error, scale), 0.0)
+    lone = problem.real & (values.imag != 0) & ~np.isin(values.conj(), values)
+    every = np.append(values, values[lone].conj())  # a root may meet its conjugate
+    conditions, errors, scales = (np.append(a, a[lone]) for a in (own, error, scale))
+    moved = root_rounding(every, conditions, errors, scales, 2 * problem.n)[: len(values)]
+    rounding = np.where(size > 0, moved, 0.0)
 
     def physical(z: ComplexArray) -> ComplexArray:
         mass = np.abs(np.sum(z.conj() * (problem.M @ z), axis=0))
         length = np.where(mass == 0, np.linalg.norm(z, axis=0), np.sqrt(mass))
-        largest = z[np.argmax(np.abs(z), axis=0), np.arange(z.shape[1])]
+        vectors = problem.scale[:, None] * z
+        largest = vectors[np.argmax(np.abs(vectors), axis=0), np.arange(z.shape[1])]
         with np.errstate(invalid="ignore"):
-            vectors = problem.scale[:, None] * z * (np.abs(largest) / largest / length)
+            vectors = vectors * (np.abs(largest) / largest / length)
         vectors.setflags(write=False)
         return np.asarray(vectors)
 

@@ -99,7 +99,7 @@ def test_a_search_finds_goes_on_and_repeats(monkeypatch, tmp_path):
     with pytest.raises(InputError, match="holds the search of seed 3, not of 4"):
         search(CONSISTENT, 4, state=state)
     monkeypatch.setattr(
-        searching._Search, "start", lambda self: (_ for _ in ()).throw(KeyboardInterrupt)
+        searching.Start, "result", lambda self: (_ for _ in ()).throw(KeyboardInterrupt)
     )
     assert search(CONSISTENT, 3, state=state) == again
     with pytest.raises(KeyboardInterrupt):

@@ -1,13 +1,16 @@
 """Energy that closes, springs that become the line, accuracy, stiff and extreme pads."""
 
 import dataclasses
+from threading import get_ident
 
 import numpy as np
 import pytest
 
-from squeal.article.figures import accuracy as accuracy_figure
 from squeal.article.figures import energy as energy_figure
 from squeal.article.figures import line_springs as springs_figure
+from squeal.article.figures import work as work_figure
+from squeal.article.report.tables import extreme as extreme_table
+from squeal.article.report.tables import workloads as work_table
 from squeal.article.studies import accuracy as accuracy_study
 from squeal.article.studies import energy as energy_study
 from squeal.article.studies import extreme as extreme_study
@@ -16,8 +19,8 @@ from squeal.article.studies.__main__ import main
 from squeal.article.studies._reference import reference
 from squeal.article.studies.accuracy import Accuracy, compare_times
 from squeal.article.studies.energy import Episode
-from squeal.article.studies.extreme import Case, Extreme, Outcome
-from squeal.simulation.run import Simulation
+from squeal.article.studies.extreme import Case, Errors, Extreme, Outcome
+from squeal.simulation.run import Simulation, in_natural_units
 from tests.conftest import HAMMERING as SCENES
 from tests.conftest import hammering_scene, needs_heyoka
 
@@ -81,41 +84,76 @@ def test_changes_that_are_missed_or_made_up_are_counted(times, exact, wrong):
     assert compare_times(np.array(times), np.array(exact)) == wrong
 
 
-@needs_heyoka
-def test_every_path_comes_near_the_reference(monkeypatch):
-    monkeypatch.setattr(accuracy_study, "TOLERANCES", (1e-8,))
+@pytest.fixture
+def short():
     own = hammering_scene("b2-c")
-    scene = dataclasses.replace(own, stop=0.1 * own.stop, outputs=())
-    exact = reference(scene)
+    return dataclasses.replace(own, stop=0.1 * own.stop, outputs=())
+
+
+@needs_heyoka
+def test_every_integrator_comes_near_the_reference(short, monkeypatch):
+    monkeypatch.setattr(accuracy_study, "TOLERANCES", (1e-8,))
+    exact = reference(short)
     points = [
         point
         for name, way in accuracy_study.WAYS.items()
-        for point in accuracy_study.points_of("c", scene, exact, name, way)
+        for point in accuracy_study.points_of("c", short, exact, name, way)
     ]
     assert [p.path for p in points] == list(accuracy_study.WAYS)
     assert all(p.error < 1e-5 for p in points)
+    assert all(p.evaluations > p.steps for p in points)
     record = Accuracy(tuple(points), {"c": len(exact.times)}, "quad")
-    assert "SciPy Radau" in accuracy_figure.draw(record).alternative
+    assert "c: " in work_figure.draw(record).alternative
+    assert "SciPy Radau" in work_table.table(record)
+
+
+@needs_heyoka
+def test_a_taylor_step_counts_as_its_order(short):
+    from squeal.simulation.taylor import TaylorIntegrator, _machine
+
+    _, model, start, stop = in_natural_units(short)
+    for tolerance in (1e-4, 1e-9, 1e-15):
+        integrator = TaylorIntegrator(model, tolerance)
+        integrator.run(np.array([1, 1]), 0.0, start, 0.01 * stop, dense=False)
+        regrouped = tolerance > integrator._options.regrouped_above
+        how = (model.terms, integrator.tolerance, float, 0, regrouped)
+        machine = _machine(get_ident(), model.law, *how)
+        assert machine.ta.order == accuracy_study.order(tolerance)
+
+
+@needs_heyoka
+def test_the_classical_method_is_of_order_four_within_a_contact_state():
+    scene = accuracy_study.smooth(hammering_scene("b2-d"))
+    scene = dataclasses.replace(scene, stop=0.2 * scene.stop, outputs=())
+    exact = reference(scene)
+    assert not exact.times.size
+    points = accuracy_study.points_of("d", scene, exact, "RK4", accuracy_study.with_fixed_step)
+    ratio = points[0].error / points[1].error
+    assert 50.0 < ratio < 200.0  # steps in the ratio of the fourth root of 100
 
 
 def test_extreme_pads_pass():
-    some = [case for case in extreme_study.cases() if case.group not in ("long runs",)]
-    chosen = [*some[::7], some[-1]]
+    some = [case for case in extreme_study.cases() if case.group != "long runs"]
+    chosen = [*some[::9], some[-1]]
     outcomes = [extreme_study.outcome(case) for case in chosen]
     assert [one.outcome for one in outcomes] == ["passed"] * (len(chosen) - 1) + ["rejected"]
+    record = Extreme(tuple(outcomes), 1e-9, "quad precision")
+    assert extreme_study.sentences(record)["extreme-pads-agree-with-second-method"]
+    assert "past 90 degrees" in extreme_table.table(record)
 
 
 def test_a_wrong_answer_and_a_missing_refusal_are_seen():
     case = next(extreme_study.cases())
-    off = Case("g", "n", case.scene, lambda *_: (1e-8, "a reference"))
+    off = Case("g", "n", case.scene, lambda *_: Errors("a reference", error=1e-8))
     assert extreme_study.outcome(off).outcome == "failed"
-    missing = Case("g", "n", case.scene, lambda *_: (0.0, "a reference"), "past 90 degrees", 1.0)
+    exact = Errors("a reference", error=0.0)
+    missing = Case("g", "n", case.scene, lambda *_: exact, "past 90 degrees", 1.0)
     assert extreme_study.outcome(missing).outcome == "failed"
 
 
 @pytest.mark.parametrize(("word", "code"), [("passed", 0), ("failed", 1)])
 def test_a_wrong_outcome_is_printed_and_fails(word, code, monkeypatch, capsys):
-    outcome = Outcome("group", "name", word, None, 1, 2, "said")
+    outcome = Outcome("group", "name", word, 10.0, None, None, None, 1, 2, "said")
     monkeypatch.setattr(extreme_study, "study", lambda files: Extreme((outcome,), 1e-9, "exact"))
     assert main(["extreme"]) == code
     printed = capsys.readouterr()

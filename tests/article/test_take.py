@@ -138,7 +138,7 @@ def test_the_list(build, capsys, monkeypatch):
 def test_every_figure_has_a_caption_of_its_own():
     legends = captions()
     assert set(FIGURES) <= set(legends)
-    assert title("Run time of $\\mu$ at \\val{a.b}: more. Then.") == "Run time of μ at"
+    assert title("Run time of $\\mu$ at \\val{a.b}: more. Then.") == "Run time of μ: more"
 
 
 def test_rows_of_tables():

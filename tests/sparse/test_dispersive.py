@@ -177,3 +177,23 @@ def test_refusals(ask):
 def test_tables_must_cover_the_band(band, covered):
     with nullcontext() if covered else pytest.raises(InputError):
         squeal.eigenvalues(_brake(Modulus(table=SHORT)), band=band)
+
+
+@pytest.mark.parametrize("slope", [0.0, 0.1, -0.05, 0.4])
+@pytest.mark.parametrize("beside", [0, 3])
+def test_frequencies_that_meet_without_damping_flutter(slope, beside):
+    """diag(1, 1.2) (1 + slope omega) + 0.2 mu J: they meet at 0.5 (1 + slope omega), where omega^2
+    is 1.1 (1 + slope omega)."""
+    stiffness, friction = (
+        np.diag([1.0, 1.2, *(3.0 + np.arange(beside))]),
+        np.zeros((2 + beside,) * 2),
+    )
+    friction[:2, :2] = [[0.0, 1.0], [-1.0, 0.0]]
+    K = {f"1 + {slope}*omega": stiffness, "0.2*mu": friction}
+    system = squeal.System(np.eye(2 + beside), K=K, parameters={"mu": 0.0})
+    found = squeal.thresholds(system, 1.0, band=(0.05, 0.5))
+    omega = (1.1 * slope + np.sqrt((1.1 * slope) ** 2 + 4.4)) / 2
+    (one,) = found.crossings
+    assert (one.kind, one.direction, one.changes_verdict) == ("flutter", "up", True)
+    assert one.mu == pytest.approx(0.5 * (1.0 + slope * omega), rel=1e-11)
+    assert 2 * np.pi * one.frequency_hz == pytest.approx(omega, rel=1e-9)

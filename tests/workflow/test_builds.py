@@ -1,10 +1,13 @@
 """Builds that were killed, damaged, or made elsewhere."""
 
 import fcntl
+import json
 import os
 import subprocess
 import sys
 import time
+import zlib
+from importlib import import_module
 
 import pytest
 
@@ -80,6 +83,73 @@ def test_numbers_of_another_machine_agree(build):
     assert verify.compared(known, place, alike=True)[1]
     path.write_bytes(FILES["results/a.json"].replace(b"0.5", b"0.50001"))
     assert verify.compared(known, place, alike=False)[1]
+
+
+def paper(line, words=b"Points lose contact."):
+    """A PDF as TeX writes it, with the line that names its commit."""
+    page = zlib.compress(b"BT (%b) Tj ET /Source BMC BT (%b) Tj ET EMC BT ET" % (words, line))
+    head = b"%%PDF-1.5\n1 0 obj\n<</Length %d /Filter /FlateDecode>>\n" % len(page)
+    table = b"2 0 obj\n<</Type /XRef /Length 4>>\nstream\n%04d\nendstream\n" % len(page)
+    return head + b"stream\n%b\nendstream\n" % page + table + b"startxref\n%d\n" % len(page)
+
+
+def test_the_commit_of_a_paper_takes_no_part():
+    first = paper(b"commit 1111111111")
+    assert verify._paper(first) == verify._paper(paper(b"commit 22 with uncommitted changes"))
+    assert verify._paper(first) != verify._paper(paper(b"commit 1111111111", b"A line does."))
+    with pytest.raises(zlib.error):
+        verify._paper(first.replace(zlib.compress(b"x")[:2], b"xx", 1))
+
+
+def test_sensitive_numbers_agree_within_their_spread(build):
+    place, known = build
+    moved = b'"spread": [{"key": "mu.1", "low": 0.4, "high": 0.6}], "mu"'
+    text = b"Two panels, 7 (5--9) of 10 motions.\n"
+    json_file, text_file = place / "results/a.json", place / "figures/a.txt"
+    json_file.write_bytes(FILES["results/a.json"].replace(b'"mu"', moved))
+    text_file.write_bytes(text)
+    known = verify.manifest(place)
+    other = json_file.read_bytes().replace(b"0.4, 0.5]", b"0.4, 0.55]")
+    json_file.write_bytes(other.replace(b'"low": 0.4', b'"low": 0.5'))
+    text_file.write_bytes(text.replace(b"7 (5--9)", b"9 (8--10)"))
+    assert verify.compared(known, place, alike=False)[1] == []
+    json_file.write_bytes(other.replace(b"0.4, 0.55]", b"0.4, 1.5]"))
+    text_file.write_bytes(text.replace(b"7 (5--9)", b"10"))
+    assert verify.compared(known, place, alike=False)[1] == [
+        "results/a.json: other numbers under mu",
+        "figures/a.txt: prints 7 (5--9) there, 10 here",
+    ]
+    text_file.write_bytes(text.replace(b"motions", b"starts"))
+    assert "figures/a.txt: other words" in verify.compared(known, place, alike=False)[1]
+
+
+def test_other_instructions_make_another_machine():
+    """NumPy's, OpenBLAS's and the C library's own switches hide instructions from them."""
+    numpy_core = import_module("numpy._core._multiarray_umath")
+    hidden = {
+        "OPENBLAS_CORETYPE": "Prescott",
+        "NPY_DISABLE_CPU_FEATURES": " ".join(numpy_core.__cpu_dispatch__),
+        "GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX,-FMA4,-AVX512F",
+    }
+    code = "import json; from workflow.release.verify import here; print(json.dumps(here()))"
+    now, other = (
+        json.loads(
+            subprocess.run(
+                [sys.executable, "-c", code],
+                cwd=ROOT,
+                env=os.environ | variables,
+                stdout=subprocess.PIPE,
+                check=True,
+            ).stdout
+        )
+        for variables in ({}, hidden)
+    )
+    if now["NumPy's instructions"] == other["NumPy's instructions"]:
+        pytest.skip("this processor has no instructions that could be hidden")
+    names = [line.partition(":")[0] for line in verify.unlike(now, other)]
+    assert "NumPy's instructions" in names
+    assert now["OpenBLAS's kernels"] == "none" or "OpenBLAS's kernels" in names
+    assert now["processor"] == other["processor"]
 
 
 @pytest.mark.parametrize("name", FILES)

@@ -7,9 +7,10 @@ import yaml
 
 import squeal
 from squeal.article.report.bibliography import entries
+from squeal.article.report.values import ASKED
 from squeal.errors import EXTRAS, missing
 from tests.conftest import ROOT
-from workflow.release import codemeta, journal
+from workflow.release import codemeta, journal, rescience
 
 CITATION = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
@@ -107,3 +108,15 @@ def test_licences_are_said():
     assert text.startswith("Attribution 4.0 International")
     for place in ("README.md", "figures/README.md"):
         assert "CC BY 4.0" in (ROOT / place).read_text(encoding="utf-8"), place
+
+
+def test_the_metadata_of_a_replication_are_whole(monkeypatch, tmp_path):
+    monkeypatch.setattr(rescience, "filled", lambda text, known: ASKED.sub("1", text))
+    found = rescience.metadata(tmp_path)
+    assert found["title"].startswith("[Re] ")
+    assert len(found["abstract"].split()) > 100
+    assert not re.search(r"[\\{}$]", found["abstract"])
+    assert found["authors"][0]["affiliations"].endswith("*")
+    assert CITATION["references"][0]["title"] in found["replication"][0]["cite"]
+    assert found["journal"][0] == {"name": "ReScience C"}
+    assert found["type"] == "Replication"

@@ -5,18 +5,25 @@ With `--check` nothing is written: do they all stand where the file says (`make 
 
 from __future__ import annotations
 
+import re
 import sys
 from pathlib import Path
+from typing import Any
 
 import yaml
 
 from squeal.article.contents import FIGURES
 from squeal.article.report.captions import captions, title
+from squeal.article.report.numbering import PREFIXES, numbers
+from squeal.article.report.source import ANNOUNCED
 from workflow.release.codemeta import party
 
 ROOT = Path(__file__).resolve().parents[2]
 HEAD = """\
 # What a CODECHECK of this repository reruns (make report) and compares. Written by `make metadata`.
+"""
+TAIL = """\
+# Who checks adds: codechecker (name, ORCID), summary, check_time, repository, certificate, report.
 """
 
 
@@ -27,18 +34,43 @@ def text() -> str:
         {"file": "paper/report.pdf", "comment": "The paper"},
         {"file": "paper/supplement.pdf", "comment": "Its supplement"},
     ]
+    texts = {name: (ROOT / "paper" / name).read_text(encoding="utf-8") for name in PREFIXES}
+    known = numbers(texts)
     for name, text in captions().items():
         file = f"figures/{name}.pdf" if name in FIGURES else f"paper/generated/{name}.tex"
-        entries.append({"file": file, "comment": title(text)})
+        kind = "Figure" if name in FIGURES else "Table"
+        number = f"{kind} {known[name]}. " if name in known else ""
+        entries.append({"file": file, "comment": f"{number}{title(text)}"})
     found = {
         "version": "https://codecheck.org.uk/spec/config/1.0/",
-        "manifest": entries,
         "paper": {
-            "title": citation["title"],
-            "authors": [{"name": party(author)["name"]} for author in citation["authors"]],
+            "title": paper_title(),
+            "authors": [_author(author) for author in citation["authors"]],
+            "reference": _doi(citation) or ANNOUNCED,
         },
+        "source": citation.get("repository-code", ANNOUNCED),
+        "manifest": entries,
     }
-    return HEAD + yaml.safe_dump(found, sort_keys=False, allow_unicode=True, width=100)
+    body = yaml.safe_dump(found, sort_keys=False, allow_unicode=True, width=100)
+    return HEAD + body + TAIL
+
+
+def paper_title() -> str:
+    """The title of the report, as its PDF names it."""
+    text = (ROOT / "paper" / "report.tex").read_text(encoding="utf-8")
+    named = re.search(r"pdftitle=\{([^}]*)\}", text)
+    if named is None:
+        raise ValueError("paper/report.tex: pdftitle: missing")
+    return named[1]
+
+
+def _author(found: dict[str, str]) -> dict[str, str]:
+    identity = found.get("orcid", "").rsplit("/", 1)[-1]
+    return {"name": party(found)["name"]} | ({"ORCID": identity} if identity else {})
+
+
+def _doi(citation: dict[str, Any]) -> str:
+    return f"https://doi.org/{citation['doi']}" if "doi" in citation else ""
 
 
 def manifest() -> list[str]:

@@ -1,9 +1,10 @@
 """`python -m workflow.release.verify`: is a build the one that `manifest.json` describes?
 
 The manifest, beside this file, holds the digest of what each result, figure, table and PDF says,
-and a summary of the numbers under each key of a result. What says where a file comes from
-(versions, digests of sources) takes no part. With the same processor and programs bytes must be the
-same, elsewhere numbers must agree. `--write` describes the build that is there.
+a summary of the numbers under each key of a result, and the numbers that each text prints. What
+says where a file comes from (versions, commit, digests of sources) takes no part. With the same
+programs and instructions bytes must be the same. Elsewhere numbers must agree, those of sensitive
+motions within the spread that results and texts state. `--write` describes the build that is there.
 """
 
 from __future__ import annotations
@@ -12,24 +13,30 @@ import csv
 import hashlib
 import json
 import math
+import os
 import platform
 import re
 import subprocess
 import sys
+import zlib
 from collections import defaultdict
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.contents import FIGURES, RESULTS, TABLES
+from squeal.article.report import printed
 
 ROOT = Path(__file__).resolve().parents[2]
 MANIFEST = Path(__file__).with_name("manifest.json")
 LOCK = ROOT / "requirements" / "environment.txt"
 
 
-PDFS = ("paper/report.pdf", "paper/supplement.pdf")  # left out where TeX is missing
+# left out where TeX is missing; the supplement shows the run times of its own build, and all else
+# that it shows is compared by itself
+PDFS = ("paper/report.pdf",)
 RELATIVE = 1e-6  # of the mean magnitude under a key: how far the mean may lie off
 ROUNDING = 1e-9  # magnitudes below are errors and residuals, which each machine has its own
 
@@ -54,34 +61,63 @@ def told(path: Path) -> bytes:
     if path.suffix == ".pdf" and path.parent.name == "figures":  # the line, and places in the file
         body = path.read_bytes().rpartition(b"\nxref")[0]
         return re.sub(rb"\n/Keywords \(.*?\)\n", b"\n", body)
+    if path.suffix == ".pdf":
+        return _paper(path.read_bytes())
+    if path.name == "values.tex":
+        return re.sub(rb"^\\setval\{where\..*\n", b"", path.read_bytes(), flags=re.M)
     return path.read_bytes()
 
 
-def _numbers(value: Any, keys: tuple[str, ...] = ()) -> Iterator[tuple[str, float]]:
-    """The numbers of a JSON value, each under the first and the last of its keys."""
+def _paper(data: bytes) -> bytes:
+    """A PDF of TeX without the line that names its commit, and without lengths and places in the
+    file, which change with that line. Raises zlib.error where a stream is damaged."""
+    outside = re.split(rb"stream\n.*?\nendstream", data, flags=re.S)
+    parts = [re.sub(rb"/Length \d+|startxref\n\d+", b"", part) for part in outside]
+    streams = re.findall(rb"stream\n(.*?)\nendstream", data, re.S)
+    for head, stream in zip(outside, streams, strict=False):  # the last part ends without one
+        _, _, dictionary = head.rpartition(b" obj")
+        if b"/Type /XRef" in dictionary:
+            continue
+        if b"/FlateDecode" in dictionary:
+            stream = zlib.decompress(stream)
+        parts.append(re.sub(rb"/Source BMC.*?EMC", b"", stream, flags=re.S))
+    return b"".join(parts)
+
+
+Number = tuple[str, float, float]
+"""The group of a number, the number, and how far its spread reaches."""
+
+
+def _numbers(value: Any, widths: dict[str, float], keys: tuple[str, ...] = ()) -> Iterator[Number]:
+    """The numbers of a JSON value, each under the first and the last of its keys that are words."""
+    entries: Iterable[tuple[Any, Any]] = ()
     if isinstance(value, dict):
-        for key, entry in value.items():
-            yield from _numbers(entry, (*keys[:1], key))
+        entries = value.items()
     elif isinstance(value, list):
-        for entry in value:
-            yield from _numbers(entry, keys)
+        entries = enumerate(value)
     elif isinstance(value, (int, float)) and not isinstance(value, bool):
-        yield " ".join(keys), float(value)
+        words = [key for key in keys if not key.isdigit()]
+        group = " ".join([*words[:-1][:1], *words[-1:]])
+        yield group, float(value), widths.get(".".join(keys), 0.0)
+    for key, entry in entries:
+        yield from _numbers(entry, widths, (*keys, str(key)))
 
 
 def summary(path: Path) -> dict[str, list[float]]:
-    """Number, mean and mean magnitude of the numbers under each key of a result."""
+    """Number, mean, mean magnitude and mean spread of the numbers under each key of a result."""
     if path.suffix == ".csv":
         with path.open(encoding="utf-8", newline="") as stream:
             rows = csv.DictReader(stream)
-            pairs = [(k, float(v)) for row in rows for k, v in row.items() if _is_number(v)]
+            found = [(k, float(v), 0.0) for row in rows for k, v in row.items() if _is_number(v)]
     else:
         value = json.loads(path.read_text(encoding="utf-8"))
-        pairs = [*_numbers({k: v for k, v in value.items() if k != "provenance"})]
+        del value["provenance"]
+        moved = value.pop("spread", ())
+        found = [*_numbers(value, {one["key"]: one["high"] - one["low"] for one in moved})]
     groups = defaultdict(list)
-    for key, number in pairs:
-        groups[key].append(number)
-    return {key: _summed(some) for key, some in groups.items()}
+    for group, number, width in found:
+        groups[group].append((number, width))
+    return {group: _summed(some) for group, some in groups.items()}
 
 
 def _is_number(text: str) -> bool:
@@ -91,27 +127,40 @@ def _is_number(text: str) -> bool:
         return False
 
 
-def _summed(some: list[float]) -> list[float]:
-    mean, magnitude = math.fsum(some) / len(some), math.fsum(map(abs, some)) / len(some)
-    return [len(some), float(f"{mean:.9g}"), float(f"{magnitude:.9g}")]
+def _summed(some: list[tuple[float, float]]) -> list[float]:
+    numbers, widths = zip(*some, strict=True)
+    means = (numbers, [abs(number) for number in numbers], widths)
+    return [len(some), *(float(f"{math.fsum(each) / len(some):.9g}") for each in means)]
 
 
 def agree(one: list[float], other: list[float]) -> bool:
-    """Whether two summaries of a group of numbers agree."""
+    """Whether two summaries of a group of numbers agree, within both spreads."""
     magnitude = max(one[2], other[2])
-    near = all(abs(a - b) <= RELATIVE * magnitude for a, b in zip(one[1:], other[1:], strict=True))
+    reach = RELATIVE * magnitude + one[3] + other[3]
+    near = all(abs(a - b) <= reach for a, b in zip(one[1:3], other[1:3], strict=True))
     return one[0] == other[0] and (near or magnitude <= ROUNDING)
+
+
+def prints(path: Path) -> list[str]:
+    """The digest of what stands between the numbers of a text, and the numbers as printed."""
+    between, numbers = printed.split(path.read_text(encoding="utf-8"))
+    return [hashlib.sha256("\0".join(between).encode()).hexdigest()[:16], *numbers]
 
 
 def manifest(folder: Path) -> dict[str, Any]:
     """What the manifest says of a build. Raises OSError or ValueError where a file is damaged."""
     files = {name: hashlib.sha256(told(folder / name)).hexdigest() for name in built()}
     results = [name for name in files if name.startswith("results/")]
-    return {"files": files, "numbers": {name: summary(folder / name) for name in results}}
+    texts = [name for name in files if name.endswith((".tex", ".txt"))]
+    return {
+        "files": files,
+        "numbers": {name: summary(folder / name) for name in results},
+        "printed": {name: prints(folder / name) for name in texts},
+    }
 
 
 def here() -> dict[str, str]:
-    """What bytes depend on beside the sources."""
+    """What bytes depend on beside the sources: programs, and which instructions they take."""
     model = re.search(r"^model name.*: (.*)$", _read("/proc/cpuinfo"), re.M)
     try:
         tex = subprocess.run(["pdflatex", "--version"], capture_output=True, text=True).stdout
@@ -120,10 +169,53 @@ def here() -> dict[str, str]:
     return {
         "machine": f"{platform.system()} {platform.machine()} {' '.join(platform.libc_ver())}",
         "processor": model[1] if model else platform.processor(),
+        "NumPy's instructions": _numpy_instructions(),
+        "OpenBLAS's kernels": _blas_kernels(),
+        "instructions of the C library": _library_instructions(),
+        "heyoka's target": _compiler_target(),
         "Python": platform.python_version(),
         "packages": hashlib.sha256(_read(LOCK).encode()).hexdigest()[:16],
         "TeX": tex.partition("\n")[0],
     }
+
+
+def _numpy_instructions() -> str:
+    """The groups of instructions that NumPy's loops are compiled for and that it uses here."""
+    core: Any = import_module("numpy._core._multiarray_umath")  # as numpy.show_runtime reads it
+    groups = [*core.__cpu_baseline__, *core.__cpu_dispatch__]
+    return " ".join(group for group in groups if core.__cpu_features__[group])
+
+
+def _blas_kernels() -> str:
+    """The kernels that the OpenBLAS of NumPy and of SciPy chose."""
+    import scipy.linalg  # noqa: F401  it loads its own
+    from threadpoolctl import threadpool_info
+
+    pools = [pool for pool in threadpool_info() if pool["user_api"] == "blas"]
+    kernels = sorted({pool.get("architecture", "unknown") for pool in pools})
+    return ", ".join(kernels) or "none"
+
+
+def _library_instructions() -> str:
+    """Those for which the C library has functions of its own, as far as no tunable hides them."""
+    flags = re.search(r"^flags.*: (.*)$", _read("/proc/cpuinfo"), re.M)
+    available = set(flags[1].split()) if flags else set()
+    hidden = re.findall(r"-(\w+)", os.environ.get("GLIBC_TUNABLES", ""))
+    names = ("sse4_1", "avx", "fma", "avx2", "fma4", "avx512f")
+    used = [n for n in names if n in available and n.upper() not in hidden]
+    return " ".join(used) or "unknown"
+
+
+def _compiler_target() -> str:
+    """The processor for which heyoka compiles, "none" without heyoka."""
+    try:
+        import heyoka as hy
+    except ImportError:
+        return "none"
+    x = hy.make_vars("x")
+    state = repr(hy.taylor_adaptive([(x, -x)], [1.0]).llvm_state)
+    target = re.search(r"^Target CPU\s*: (.*)$", state, re.M)
+    return target[1] if target else "unknown"
 
 
 def _read(path: str | Path) -> str:
@@ -133,15 +225,28 @@ def _read(path: str | Path) -> str:
         return ""
 
 
-def _wrong(path: Path, numbers: dict[str, list[float]] | None) -> str:
+def _wrong(path: Path, name: str, known: dict[str, Any]) -> str:
     """What is wrong in a file whose bytes may differ."""
-    if numbers is None:
-        end = b"%%EOF\n" if path.suffix == ".pdf" else b"\n"
-        return "" if path.read_bytes().endswith(end) else "is cut off"
-    found, nothing = summary(path), [0.0, 0.0, 0.0]
-    keys = sorted(found.keys() | numbers.keys())
-    off = [k for k in keys if not agree(found.get(k, nothing), numbers.get(k, nothing))]
+    if name in known["numbers"]:
+        return _wrong_numbers(summary(path), known["numbers"][name])
+    if name in known["printed"]:
+        return _wrong_text(prints(path), known["printed"][name])
+    return "" if path.read_bytes().endswith(b"%%EOF\n") else "is cut off"
+
+
+def _wrong_numbers(found: dict[str, list[float]], known: dict[str, list[float]]) -> str:
+    nothing = [0.0, 0.0, 0.0, 0.0]
+    keys = sorted(found.keys() | known.keys())
+    off = [k for k in keys if not agree(found.get(k, nothing), known.get(k, nothing))]
     return f"other numbers under {', '.join(off)}" if off else ""
+
+
+def _wrong_text(found: list[str], known: list[str]) -> str:
+    if found[0] != known[0] or len(found) != len(known):
+        return "other words"
+    pairs = zip(known[1:], found[1:], strict=True)
+    off = [f"{one} there, {other} here" for one, other in pairs if not printed.same(one, other)]
+    return f"prints {'; '.join(off)}" if off else ""
 
 
 def compared(known: dict[str, Any], folder: Path, alike: bool) -> tuple[list[str], list[str]]:
@@ -153,14 +258,23 @@ def compared(known: dict[str, Any], folder: Path, alike: bool) -> tuple[list[str
             if hashlib.sha256(told(path)).hexdigest() == digest:
                 continue
             other.append(name)
-            reason = _wrong(path, known["numbers"].get(name))
+            reason = _wrong(path, name, known)
             if reason or alike:
                 wrong.append(f"{name}: {reason or 'other bytes'}")
         except OSError as error:
             wrong.append(f"{name}: {error.strerror}")
-        except (ValueError, KeyError, TypeError):
+        except (ValueError, KeyError, TypeError, zlib.error):
             wrong.append(f"{name}: is damaged")
     return other, wrong
+
+
+def unlike(known: dict[str, str], now: dict[str, str]) -> list[str]:
+    """What this build was made with otherwise than the manifest's, by name."""
+    return [
+        f"{name}: {known.get(name, 'unknown')} there, {value} here"
+        for name, value in now.items()
+        if value != known.get(name)
+    ]
 
 
 def main() -> int:
@@ -171,21 +285,25 @@ def main() -> int:
         MANIFEST.write_text(f"{rows}\n", encoding="utf-8")
         return 0
     known = json.loads(MANIFEST.read_text(encoding="utf-8"))
-    if here()["TeX"] == "none":
+    now = here()
+    if now["TeX"] == "none":
         known["files"] = {n: d for n, d in known["files"].items() if n not in PDFS}
-    unlike = [name for name, value in here().items() if value != known["made_with"][name]]
-    other, wrong = compared(known, ROOT, not unlike)
+    reasons = unlike(known["made_with"], now)
+    other, wrong = compared(known, ROOT, not reasons)
     count, results = len(known["files"]), len(known["numbers"])
     if wrong:
         print(f"verify: not the same: {len(wrong)} of {count} files", *wrong, sep="\n  ")
         print("  make report builds anew what is removed")
     elif other:
         print(
-            f"verify: the same numbers: {results} results agree to {RELATIVE:g}; {len(other)} of "
-            f"{count} files have other bytes, made with other {', '.join(unlike)}"
+            f"verify: the same numbers: {results} results agree to {RELATIVE:g} or within their "
+            f"spread, as texts do; {len(other)} of {count} files have other bytes"
         )
+        print("  " + ", ".join(other))
     else:
         print(f"verify: the same: {count} files say byte for byte what the manifest says")
+    if reasons and (wrong or other):
+        print("made with another", *reasons, sep="\n  ")
     return int(bool(wrong))
 
 

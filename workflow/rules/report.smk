@@ -1,6 +1,11 @@
 DRAWN = expand("figures/{figure}.{kind}", figure=FIGURES, kind=["pdf", "txt"])
 GENERATED = "paper/generated"
 TEXTS = ["report", "supplement"]
+OWN = [
+    str(path)
+    for folder in ("figures", "report/tables", "studies")
+    for path in Path("squeal/article", folder).glob("*.py")
+]
 
 
 # numbers, captions and tables that the texts read; stops where a sentence no longer holds
@@ -8,12 +13,8 @@ rule text:
     input:
         results=RESULTS,
         texts=expand("paper/{text}.tex", text=TEXTS),
-        package=sources("squeal.article.report.__main__"),
-        own=[
-            str(path)
-            for folder in ("figures", "report/tables", "studies")
-            for path in sorted(Path("squeal/article", folder).glob("*.py"))
-        ],
+        package=sources_file("squeal.article.report.__main__", more=OWN),
+        commit=commit_file(),
     output:
         expand("{folder}/{name}.tex", folder=GENERATED, name=["values", "captions", *TABLES]),
     log:
@@ -34,6 +35,7 @@ rule paper:
     input:
         "squeal/article/report/references.bib",
         "paper/preamble.tex",
+        "figures/run_times.pdf",
         DRAWN,
         rules.text.output,
         text="paper/{text}.tex",

@@ -10,10 +10,7 @@ rule picture:
     input:
         files=lambda wildcards: FIGURES[wildcards.name].reads,
         lock=LOCK,
-        package=lambda wildcards: sources(
-            "squeal.article.figures.__main__",
-            f"squeal.article.figures.{FIGURES[wildcards.name].module}",
-        ),
+        package=lambda wildcards: FIGURE_SOURCES[wildcards.name],
     output:
         report(
             "figures/{name}.svg",

@@ -2,7 +2,7 @@ rule simulate:
     input:
         scene=scene_file("{scene}"),
         lock=LOCK,
-        package=sources("squeal.cli.simulate"),
+        package=sources_file("squeal.cli.simulate"),
     output:
         summary="results/{scene}.json",
         history="results/{scene}.csv",

@@ -1,10 +1,15 @@
+# written before Snakemake looks which files there are
+STUDY_SOURCES = {
+    study: sources_file("squeal.article.studies.__main__", f"squeal.article.studies.{study}")
+    for study in STUDIES
+}
+
+
 rule study:
     input:
         files=lambda wildcards: STUDIES[wildcards.study],
         lock=LOCK,
-        package=lambda wildcards: sources(
-            "squeal.article.studies.__main__", f"squeal.article.studies.{wildcards.study}"
-        ),
+        package=lambda wildcards: STUDY_SOURCES[wildcards.study],
     output:
         "results/{study}.json",
     log:

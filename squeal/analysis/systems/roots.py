@@ -14,11 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from squeal.analysis.answers import OPEN
 from squeal.analysis.systems.matrices import ALL_ROWS
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.processes import one_thread
 from squeal.io.writing import picked
 from squeal.linear import GROWING
+from squeal.linear.continuation import form_of
 from squeal.linear.eigen import (
     ACCEPTED,
     STIFF,
@@ -30,12 +32,13 @@ from squeal.linear.eigen import (
     ordered,
     spectrum_of,
 )
-from squeal.linear.matrices import rank_of, reduce, unit_diagonal
+from squeal.linear.matrices import checked, rank_of, reduce, unit_diagonal
 from squeal.linear.system import Matrix, TermSystem
 from squeal.schema import Place, row
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots, disc_around
 from squeal.sparse.dense import dense_spectrum, dense_values
 from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
+from squeal.sparse.eigensolver import OPTIONS as SOLVER
 from squeal.sparse.eigensolver import lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import ScaledSystem, quadratic
@@ -83,14 +86,15 @@ class Wanted:
         low, high = region.low_imag or -edge, region.high_imag or edge
         return replace(region, low_imag=low, high_imag=high)
 
-    def words(self) -> str:
-        """The same in words, for people."""
+    def words(self, count: int | None = None) -> str:
+        """The same in words, for people; of the lowest modes the `count` that were found."""
         if self.band is not None:
             return f"{self.band[0]:g} to {self.band[1]:g} Hz"
         if self.region is not None:
             r = self.region
             return f"{r.low_real:g} < Re < {r.high_real:g}, {r.low_imag:g} < Im < {r.high_imag:g}"
-        return f"the lowest {self.modes or MODES} modes"
+        modes = self.modes or MODES
+        return f"the lowest {modes if count is None else min(count, modes)} modes"
 
 
 def is_small(system: TermSystem) -> bool:
@@ -178,10 +182,16 @@ def system_roots(
     problem, limit, modes = ScaledSystem(system).at(changes), None, wanted.modes
     if wanted.rectangle is None:
         modes = modes or MODES
-        solution = lowest_modes(problem, modes)
-    else:
-        solution = modes_in(problem, _searched(wanted.rectangle, bounded))
-        limit = None if wanted.band is None else wanted.rectangle.high_real
+    try:
+        if wanted.rectangle is None:
+            solution = lowest_modes(problem, modes or MODES)
+        else:
+            solution = modes_in(problem, _searched(wanted.rectangle, bounded))
+            limit = None if wanted.band is None else wanted.rectangle.high_real
+    except ComputationError:
+        if system.n > SOLVER.dense:
+            raise
+        return _of_all(system.arrays(changes), replace(wanted, modes=modes), bounded).lowest(modes)
     values, count = solution.eigenvalues, solution.count
     if wanted.rectangle is None:
         values, count = _upper(values, count, problem.real)
@@ -280,14 +290,27 @@ def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) ->
     return roots if wanted.modes is None else roots.lowest(wanted.modes)
 
 
-def judged(values: Known, complete: bool = True) -> tuple[str | None, str]:
-    """Verdict on roots and what decided it; unless they are `complete` only growth is proven."""
+def judged(
+    values: Known, complete: bool = True, conservative: bool = False
+) -> tuple[str | None, str]:
+    """Verdict on roots and what decided it; unless they are `complete` only growth is proven.
+
+    It is open where rounding leaves a root on either side of the axis. A conservative system has
+    roots on it, and others in fours, so that what rounding leaves there is marginal.
+    """
     solved = [e for e in values if e.residual <= ACCEPTED and e.rounding < math.inf]
     if not solved:
         return None, f"{NO_ROOT} was found that solves the equations"
     verdict = decide([e.value for e in solved], [e.rounding for e in solved])
-    if verdict.verdict in GROWING or (complete and len(solved) == len(values)):
+    if verdict.verdict in GROWING:
         return verdict.verdict, str(verdict)
+    if complete and len(solved) == len(values):
+        unsure = [e for e in solved if 0.0 < abs(e.value.real) <= e.rounding]
+        if not unsure or conservative:
+            return verdict.verdict, str(verdict)
+        one = max(unsure, key=lambda e: e.rounding)
+        words = f"a root at {one.frequency_hz:.6g} Hz on either side of the axis"
+        return None, f"{OPEN}rounding ({one.rounding:.2g} 1/s) leaves {words}"
     rate = f"largest Re lambda = {verdict.value:.6g}"
     return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
 
@@ -306,8 +329,8 @@ def _of_all(
             reduced = reduce(M, C, K)
             if not hidden(reduced, C, K):
                 spectrum = spectrum_of(reduced)
-                verdict = decide(spectrum.values, spectrum.rounding)
-                every, words = spectrum.eigenvalues, (verdict.verdict, str(verdict))
+                every = spectrum.eigenvalues
+                words = judged(every, conservative=form_of([checked(M, C, K)]) != "damped")
     if words is None:
         every = dense_spectrum(M, C, K)
         if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:

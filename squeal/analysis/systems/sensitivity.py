@@ -149,6 +149,8 @@ def widened(system: TermSystem, assembly: Assembly, answer: Thresholds) -> Thres
         at = singular_at(scaled, value, root)
         x, y = at.right[:, None], at.left[:, None]
         lack = sum(abs(part.item()) for part in assembly.lack([root], x, y, own.parameters))
+        if not math.isfinite(lack):  # beyond the cutoff
+            return math.inf
         D = lack * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
         changes = {"real": (None, None, D), "imaginary": (None, None, 1j * D)}
         moves = crossing_slopes(at, own.at(), own.derivative(name), changes).values()

@@ -32,7 +32,7 @@ from squeal.linear.matrices import ILL, dense, unit_diagonal
 from squeal.linear.search import Searched, search, together
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
-from squeal.sparse.crossings import Guess, crossings_along, singular_stiffness
+from squeal.sparse.crossings import Guess, coalescences, crossings_along, singular_stiffness
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.quadratic import PROGRESS
 from squeal.sparse.reduction import Reduction
@@ -106,7 +106,9 @@ def system_thresholds(
             for one in still:
                 reduction.extend(np.column_stack([one.vector, one.left]))
         PROGRESS.get()("following the roots of the reduced system")
-        if not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
+        if system.follows and system.undamped:
+            rows = coalescences(reduction, name, values)
+        elif not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
             rows, unconfirmed = crossings_along(reduction, name, values, still)
         else:  # coalescences of the reduced system
             searched = (search(reduction.system, low, high),)

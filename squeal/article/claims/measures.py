@@ -2,7 +2,7 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -62,6 +62,15 @@ class Case:
     slip: float = math.nan
     face: float = math.nan
     raised: float = math.nan
+
+
+def lost_share(shares: Mapping[State, float], watched: Sequence[bool]) -> float:
+    """Share of time in states (their shares) in which some of the watched edges is separated."""
+    return sum(
+        share
+        for state, share in shares.items()
+        if any(edge and not touches for edge, touches in zip(watched, state, strict=True))
+    )
 
 
 def measure(scene: Scene) -> Case:

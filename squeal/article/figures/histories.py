@@ -4,6 +4,7 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
+from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.runs import read_run
 from squeal.model.contact import contact_law
 from squeal.plots.motion import Looks, Run, alternative_text, strip, trace
@@ -20,7 +21,7 @@ def history_figure(run: Run) -> Figure:
     looks = Looks.of(run)
     with style():
         figure = Figure(figsize=(SINGLE, 2.65))
-        heights = [3.0, 3.0, 0.3 + 0.45 * len(looks.states)]
+        heights = [3.0, 3.0, 0.3 + 0.6 * len(looks.states)]  # labels of the states stand apart
         plotted = contact_law(run.model).plotted
         grid = figure.subplots(3, 1, sharex=True, height_ratios=heights)
         for axes, signal, letter in zip(grid, plotted, "ab", strict=False):
@@ -38,14 +39,19 @@ def drawing(run: Run) -> Drawing:
     return Drawing(history_figure(run), alternative_text(run), name, made)
 
 
-CAPTIONS = {
-    "fig04": "Model B1, case (a): contact force at (a) the leading and (b) the trailing edge.",
-    "fig05": "Model B1, case (b): contact forces as in Fig.~4.",
-    "fig06": "Model B1, case (c): contact forces as in Fig.~4.",
-    "fig07": "Model B1, case (d): contact forces as in Fig.~4.",
-    "fig09": "Model B2, case (a): (a) normal reaction and (b) its position, negative towards the "
-    "leading edge.",
-    "fig10": "Model B2, case (b): reaction and position as in Fig.~9.",
-    "fig11": "Model B2, case (c): reaction and position as in Fig.~9.",
-    "fig12": "Model B2, case (d): reaction and position as in Fig.~9.",
+_FORCES = {
+    "B1": "contact force over the brake force $F_n$ at (a) the leading and (b) the trailing edge",
+    "B2": "(a) normal reaction over the brake force $F_n$ and (b) its position over the half "
+    "length, negative towards the leading edge",
 }
+
+
+def _caption(name: str) -> str:
+    model, case = name.upper().split("-")
+    return (
+        f"Model {model}, case ({case.lower()}): {_FORCES[model]}. Below: the contact state over "
+        "time, which colours the curves."
+    )
+
+
+CAPTIONS = {f"fig{number:02}": _caption(name) for name, number in HISTORY_FIGURES.items()}

@@ -69,7 +69,8 @@ def draw(record: MapRanges) -> Drawing:
     return Drawing(map_ranges_figure(record), text, "The map of Fig. 13 over its parameters", made)
 
 
-CAPTION = r"""The map of Fig.~13 over its parameters, the others as in the reference set (grey
-verticals). Above: outlines of the region in which (23a, b) hold as printed. Below: shares of the
-map on which they hold as printed (grey: range over the others), on which the complete necessary
-conditions hold, on which B2 has a sliding equilibrium, and on which no mode grows about it."""
+CAPTION = r"""Where quasi-static sliding is possible, over the parameters, the others as in the
+reference set (grey verticals). Above: outlines of the region of both spring angles in which
+\aeqs{23a}{23b} of the article hold as printed. Below: shares of all angles for which they hold as
+printed (grey: range over the others), for which the complete necessary conditions hold, for which
+B2 has a sliding equilibrium, and for which no mode grows about it."""

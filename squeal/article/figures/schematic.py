@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon
@@ -15,10 +16,10 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 ON, OFF = "#C8380E", "white"
 HALF, HIGH = 0.55, 0.32  # half width and half height of the drawn pad
-CAPTION = r"""The result for the reference set: four cases of spring directions, each on points
-(left) and on the line (right). Filled: yes. Only edges count that touch in the sliding equilibrium.
-Rows 1 to 4: undamped, the first three from the reference initial conditions. Row 5: under modal
-damping of \val[p1]{onset.ratio}, from some initial conditions."""
+CAPTION = r"""Both models of contact, and the result for the reference set in the four cases of
+spring directions, each on points (left) and on the line (right). Filled: yes. Only edges count that
+touch in steady sliding. Rows 1 to 4: undamped, the first three from the reference initial
+conditions. Row 5: under modal damping of \val[p1]{onset.ratio}, from some initial conditions."""
 
 
 def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
@@ -36,6 +37,38 @@ def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
     axes.set_aspect("equal")
     axes.set_axis_off()
     axes.set_xlim(-1.45, 1.45)
+    axes.set_ylim(-0.6, 1.2)
+
+
+def _model(axes: Axes, middle: float, springs: int, name: str) -> None:
+    """A small pad with its name, on so many springs between its lower face and the surface."""
+    half = 0.58
+    top = 0.5
+    face = -0.02
+    surface = -0.42
+    corners = [
+        (middle - half, top),
+        (middle + half, top),
+        (middle + half, face),
+        (middle - half, face),
+    ]
+    axes.add_patch(Polygon(corners, facecolor="#EAF3FA", edgecolor="k", linewidth=0.9))
+    turns = 3
+    for place in np.linspace(middle - half, middle + half, springs):
+        axes.plot(*_coil((place, face), (place, surface), turns, 0.04).T, color="k", lw=0.6)
+    axes.plot([middle - 0.68, middle + 0.68], [surface, surface], color="k", lw=1.1)
+    axes.text(middle, 0.5 * (top + face), name, ha="center", va="center")
+    axes.annotate("", (middle, top), (middle, top + 0.5), arrowprops={"arrowstyle": "-|>"})
+    axes.text(middle + 0.1, top + 0.33, "$F_n$", va="center")
+
+
+def _models(axes: Axes) -> None:
+    """The two models of contact: a spring under each edge, and springs along the face."""
+    _model(axes, -0.75, 2, "B1: points")
+    _model(axes, 0.75, 9, "B2: line")
+    axes.set_aspect("equal")
+    axes.set_axis_off()
+    axes.set_xlim(-1.5, 1.5)
     axes.set_ylim(-0.6, 1.2)
 
 
@@ -58,11 +91,11 @@ def draw(hammering: Hammering, sets: Sets) -> Drawing:
     """The figure, ready to be saved."""
     answers = lamps(hammering, sets)
     with style():
-        figure = Figure(figsize=(DOUBLE, 1.75))
+        figure = Figure(figsize=(DOUBLE, 1.85))
         grid = figure.subplots(
-            2, 5, height_ratios=[1.0, 1.0], width_ratios=[0.95, 1, 1, 1, 1], squeeze=False
+            2, 5, height_ratios=[1.0, 1.0], width_ratios=[1.15, 1, 1, 1, 1], squeeze=False
         )
-        grid[0, 0].set_axis_off()
+        _models(grid[0, 0])
         for axes, (case, angles) in zip(grid[0, 1:], CASES.items(), strict=True):
             _pad(axes, *angles)
             axes.set_title(f"({case})", pad=0.0)
@@ -82,7 +115,8 @@ def draw(hammering: Hammering, sets: Sets) -> Drawing:
     made = origin(__name__, hammering.provenance, sets.provenance)
     return Drawing(
         figure,
-        f"Four arrangements of the springs, (a) to (d). {text}.",
+        "A pad on two springs under its edges, and one on springs along its face. Four "
+        f"arrangements of the inclined springs, (a) to (d). {text}.",
         "The result in one picture",
         made,
     )

@@ -22,7 +22,7 @@ from squeal.article.equations import (
 )
 from squeal.article.findings.equations import Measured, partial_contact_energy
 from squeal.article.findings.work import contact_work
-from squeal.article.records import rounded_up
+from squeal.article.records import bound, rounded_up
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
@@ -30,6 +30,7 @@ from squeal.model.contact import FORMULATION_CHOICES, NONE, STATES, LineForce, c
 from squeal.model.equations import PadModel
 from squeal.simulation.run import Simulation, simulate
 
+ROUNDING = 1e-9  # share of the kinetic energy: less than that is no work
 GRID, COARSE = 200, 24  # cells a side of maps without and with a search for equilibria
 
 
@@ -132,9 +133,12 @@ def fed_by_the_law(study: Study) -> Measured:
             continue
         fed = works.fed / works.kinetic
         numbers |= {f"fed_{law}": fed, f"turns_{law}": float(case.blows[0])}
+        work = f"{works.fed:+.2g} J ({fed:+.2g} of the greatest kinetic energy"
+        if abs(fed) < ROUNDING:
+            work = f"0 J (less than {bound(fed)} of the greatest kinetic energy"
         text += (
-            f" In case c {words} does the work {works.fed:+.2g} J ({fed:+.2g} of the greatest "
-            f"kinetic energy; friction {works.friction:.2g} J), delta/w goes from "
+            f" In case c {words} does the work {work}; friction {works.friction:.2g} J), "
+            f"delta/w goes from "
             f"{case.second.low:.2f} to {case.second.high:.2f}, and the edge struck changes "
             f"{case.blows[0]} times"
         )

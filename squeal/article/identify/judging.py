@@ -9,6 +9,7 @@ from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Case, Claim, case_of
 from squeal.article.claims.measures import Linear, friction_raises, linear_measures
 from squeal.article.claims.motions import measures
+from squeal.article.identify.arrangement import PRINTED, Arrangement
 from squeal.article.identify.ensemble import DONE, simulate_many
 from squeal.article.identify.space import (
     MODELS,
@@ -35,10 +36,12 @@ def margins(
     models: tuple[Model, ...] = MODELS,
     stop: float = STOP,
     workers: int = 1,
+    arrangement: Arrangement = PRINTED,
 ) -> tuple[np.ndarray, np.ndarray]:
     """Margins (n, claims) of all claims on n parameter sets, and which (n,) motions are valid.
 
-    A margin is NaN where a motion leaves the model, and for a claim about a model left out.
+    A margin is NaN where a motion leaves the model, and for a claim about a model left out. The
+    claims may be arranged in another way than the article's.
     """
     n = len(numbers["h"])
     measured: list[dict[str, Case | Linear]] = [{} for _ in range(n)]
@@ -71,8 +74,9 @@ def margins(
         pads = {"c": pad_of(one, "B2", CASES["c"])}
         judged = measured[i] | {"b3": linear_measures(pads, MAP_POINTS)}
         for column, claim in enumerate(CLAIMS):
-            if all(scene in judged for scene in claim.scenes):
-                table[i, column] = claim.rule(*(judged[scene] for scene in claim.scenes)).margin
+            outcome = arrangement.outcome(claim, judged)
+            if outcome is not None:
+                table[i, column] = outcome.margin
     return table, whole
 
 

@@ -16,8 +16,17 @@ import numpy as np
 from squeal.article.cases import CASES
 from squeal.article.claims import judge_scenes
 from squeal.article.claims.judging import JudgedClaim
+from squeal.article.identify.arrangement import PRINTED, Arrangement
 from squeal.article.identify.judging import distance, margins
-from squeal.article.identify.space import DIMENSIONS, MODELS, NAMES, Numbers, decode, scenes_of
+from squeal.article.identify.space import (
+    DIMENSIONS,
+    MODELS,
+    NAMES,
+    Dimension,
+    Numbers,
+    decode,
+    scenes_of,
+)
 from squeal.article.records import Record, read_json
 from squeal.errors import InputError
 from squeal.io.writing import to_json, write_text
@@ -60,26 +69,45 @@ def allowed(n: Numbers) -> np.ndarray:
     return np.asarray(twice & flat & inside & (np.abs(n["tilt"]) < 1.0) & (n["start"] < 0.5))
 
 
-class _Search:
-    """One search: its formulation, its random numbers, and how many sets it has judged."""
+class Start:
+    """One start of a search: its formulation, its random numbers, and how many sets it has judged.
 
-    def __init__(self, formulation: Formulation, seed: Sequence[int], workers: int) -> None:
-        self.formulation, self.workers = formulation, workers
+    screened: whether its first sets are those that the balances allow, where the law is the
+    consistent one; arrangement: of the statements; dimensions: ranges of the numbers.
+    """
+
+    def __init__(
+        self,
+        formulation: Formulation,
+        seed: Sequence[int],
+        workers: int,
+        screened: bool = True,
+        arrangement: Arrangement = PRINTED,
+        dimensions: Sequence[Dimension] = DIMENSIONS,
+    ) -> None:
+        self.formulation = formulation
+        self.workers = workers
+        self.screened = screened and formulation == CONSISTENT
+        self.arrangement = arrangement
+        self.dimensions = dimensions
         self.random = np.random.default_rng(seed)
         self.sets = 0
 
     def distances(self, points: np.ndarray, models: tuple[Model, ...]) -> np.ndarray:
-        numbers = decode(points)
+        numbers = decode(points, self.dimensions)
         self.sets += len(points)
-        return distance(*margins(numbers, self.formulation, models, workers=self.workers), numbers)
+        table, whole = margins(
+            numbers, self.formulation, models, workers=self.workers, arrangement=self.arrangement
+        )
+        return distance(table, whole, numbers)
 
     def drawn(self) -> np.ndarray:
-        """Random points, with the consistent law those that the balances allow."""
+        """Random points, if screened those that the balances allow."""
         saved: list[np.ndarray] = []
         for _ in range(CHUNKS):
             points = self.random.uniform(size=(DRAWN, len(DIMENSIONS)))
-            if self.formulation == CONSISTENT:
-                points = points[allowed(decode(points))]
+            if self.screened:
+                points = points[allowed(decode(points, self.dimensions))]
             saved.append(points[:FIRST])
             if sum(map(len, saved)) >= FIRST:
                 break
@@ -106,7 +134,7 @@ class _Search:
                 break
         return nearest
 
-    def start(self) -> np.ndarray:
+    def result(self) -> np.ndarray:
         """A point near to all statements."""
         points = self.drawn()
         point = self.near(points[self.distances(points, ("B2",)).argmin()], NAMES, "B2")
@@ -116,9 +144,10 @@ class _Search:
         return self.near(points[self.distances(points, ("B1",)).argmin()], OWN, "B1")
 
 
-def rounded(point: np.ndarray) -> dict[str, float]:
+def rounded(point: np.ndarray, dimensions: Sequence[Dimension] = DIMENSIONS) -> dict[str, float]:
     """The numbers of a point (dimensions,), to `DIGITS`."""
-    return {name: float(f"{v[0]:.{DIGITS}g}") for name, v in decode(point[None]).items()}
+    numbers = decode(point[None], dimensions)
+    return {name: float(f"{v[0]:.{DIGITS}g}") for name, v in numbers.items()}
 
 
 def arrays(numbers: dict[str, float]) -> dict[str, np.ndarray]:
@@ -155,9 +184,9 @@ def search(
     begun, best = time.monotonic(), _resumed(state, seed)
     last = best.starts + starts
     while best.starts < last and (not best.numbers or time.monotonic() - begun < seconds):
-        one = _Search(formulation, [seed, best.starts], workers)
+        one = Start(formulation, [seed, best.starts], workers)
         try:
-            numbers = rounded(one.start())
+            numbers = rounded(one.result())
         except KeyboardInterrupt:
             if not best.numbers:
                 raise

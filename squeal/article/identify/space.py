@@ -4,7 +4,7 @@ Units: w = m = k1 = 1. A point is a row of the unit cube, and random sets are un
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -62,10 +62,12 @@ DIMENSIONS = (
 NAMES = tuple(d.name for d in DIMENSIONS)
 
 
-def decode(points: np.ndarray) -> dict[str, np.ndarray]:
+def decode(
+    points: np.ndarray, dimensions: Sequence[Dimension] = DIMENSIONS
+) -> dict[str, np.ndarray]:
     """The numbers that points (n, dimensions) of the unit cube stand for."""
     numbers = {}
-    for d, u in zip(DIMENSIONS, points.T, strict=True):
+    for d, u in zip(dimensions, points.T, strict=True):
         low, high = (math.log(d.low), math.log(d.high)) if d.log else (d.low, d.high)
         value = low + (high - low) * u
         numbers[d.name] = np.exp(value) if d.log else value

@@ -1,8 +1,8 @@
 r"""`python -m squeal.article.report RESULT ... --out FOLDER`: what the texts of the paper read.
 
 values.tex: each \val that a text asks for; NAME.tex: each table of `report.tables`; captions.tex:
-each caption of a figure or table. Where the study of a result says that a sentence does not hold,
-nothing is written and the sentence is named.
+each caption of a figure or table, and its number. Where the study of a result says that a sentence
+does not hold, nothing is written and the sentence is named.
 """
 
 import argparse
@@ -16,6 +16,9 @@ from typing import Any
 
 from squeal.article.report import values
 from squeal.article.report.captions import captions, modules
+from squeal.article.report.numbering import check_order, numbers
+from squeal.article.report.source import where
+from squeal.article.studies._spread import at_ends
 from squeal.cli.streams import exit_code
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import write_text
@@ -36,10 +39,15 @@ def records(files: Mapping[str, Path]) -> Iterator[tuple[Any, Any]]:
 
 
 def checked(files: Mapping[str, Path]) -> dict[str, bool]:
-    """The sentences that the studies check, by name. Raises ComputationError if one is wrong."""
+    """The sentences that the studies check, by name, each at both ends of what has a spread.
+
+    Raises ComputationError if one is wrong.
+    """
     checks: dict[str, bool] = {}
     for module, record in records(files):
-        checks |= module.sentences(record)
+        for one in at_ends(record):
+            for name, holds in module.sentences(one).items():
+                checks[name] = holds and checks.get(name, True)
     wrong = [name for name, holds in checks.items() if not holds]
     if wrong:
         raise ComputationError(
@@ -55,21 +63,15 @@ def table(module: Any, files: Mapping[str, Path]) -> str:
     return str(module.table(*(p.annotation.read(files[name]) for name, p in wanted.items())))
 
 
-def where(citation: Path) -> dict[str, str]:
-    """Repository and archive as the citation file names them, or that it does not."""
-    lines = citation.read_text(encoding="utf-8").splitlines() if citation.exists() else []
-    known = dict(line.split(": ", 1) for line in lines if ": " in line and line[0].isalpha())
-    keys = {"repository": "repository-code", "archive": "doi"}
-    return {name: known.get(key, "to be announced").strip('"') for name, key in keys.items()}
-
-
 def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, str]:
     """Generated files by name."""
     holding = checked(files)
     legends = captions()
-    results = values.read(files.values()) | {"where": where(Path("CITATION.cff"))}
+    source = where(Path())
+    results = values.read(files.values()) | {"where": source}
     complete = not any(values.left_out(result) for result in results.values())
     for name, text in texts.items():
+        check_order(text, name)
         for sentence in SAYS.findall(text):
             if complete and sentence not in holding:
                 raise InputError(f"{name}: \\says{{{sentence}}}: no study checks this sentence")
@@ -77,9 +79,11 @@ def written(files: Mapping[str, Path], texts: Mapping[str, str]) -> dict[str, st
         name: table(module, files)
         for name, module in modules("squeal.article.report.tables").items()
     }
-    lines = (f"\\setcaption{{{name}}}{{{text}}}\n" for name, text in legends.items())
+    lines = [f"\\setcaption{{{name}}}{{{text}}}\n" for name, text in legends.items()]
+    lines += [f"\\setnumber{{{name}}}{{{number}}}\n" for name, number in numbers(texts).items()]
     made["captions"] = "".join(lines)
-    made["values"] = values.definitions({**texts, **legends}, results)
+    line = "".join(f"\\val{{where.{key}}}" for key in source)  # of the preamble
+    made["values"] = values.definitions({**texts, **legends, "preamble.tex": line}, results)
     return made
 
 

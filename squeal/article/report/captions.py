@@ -5,11 +5,12 @@ A module holds `CAPTION`, or `CAPTIONS` by the figure's name if it draws several
 """
 
 import pkgutil
+import re
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from squeal.article.contents import FIGURES
+from squeal.article.contents import FIGURES, RUN_TIMES
 from squeal.article.report.plain import plain
 from squeal.article.report.values import filled, read
 
@@ -29,7 +30,10 @@ def captions() -> dict[str, str]:
         module = drawing[figure.module]
         several = getattr(module, "CAPTIONS", {})
         texts[name] = several.get(name, getattr(module, "CAPTION", ""))
+    texts[RUN_TIMES] = drawing["work"].CAPTIONS[RUN_TIMES]
     for name, module in modules("squeal.article.report.tables").items():
+        if name in texts:
+            raise ValueError(f"{name}: a figure and a table; each needs a name of its own")
         texts[name] = module.CAPTION
     return texts
 
@@ -40,7 +44,12 @@ def captions_shown(results: Path) -> dict[str, str]:
     return {name: plain(filled(text, known)) for name, text in captions().items()}
 
 
+_VALUED = re.compile(
+    r",?\s*(?:\b(?:at|of|with|under|over)\s+)?(?:\$[^$]*\$)?\\val(?:\[\w*\])?\{[^}]*\}(?:\s+[a-z]+$)?"
+)
+
+
 def title(caption: str) -> str:
-    """The first sentence of a caption without marks, and without the numbers in it."""
-    first = caption.partition(". ")[0].partition(".\n")[0].partition("\\val")[0]
-    return " ".join(plain(first).split()).rstrip(".:, ")
+    """The first sentence of a caption without marks, and without phrases that hold numbers."""
+    first = re.split(r"\.(?:\s|$)", caption.replace("Fig.~", "Fig~"), maxsplit=1)[0]
+    return " ".join(plain(_VALUED.sub("", first)).split()).rstrip(".:, ")

@@ -90,6 +90,22 @@ def percent(share: float, digits: int = 1) -> str:
     return rf"{text}\,\%"
 
 
+PERCENT = r"\,\%"
+
+
+def with_spread(
+    value: float, ends: tuple[float, float] | None, show: Callable[[float], str]
+) -> str:
+    """A number, behind it in brackets the ends of its spread where these are shown otherwise."""
+    own = show(value)
+    low, high = (own, own) if ends is None else (show(ends[0]), show(ends[1]))
+    if low == high == own:
+        return own
+    unit = PERCENT if own.endswith(PERCENT) else ""
+    low, high, own = (one.removesuffix(unit) for one in (low, high, own))
+    return f"{own} ({low}--{high}){unit}"
+
+
 def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequence[str]]]) -> str:
     """A booktabs table; a thin rule separates the groups of rows."""
     blocks = ["\n".join(" & ".join(row) + r" \\" for row in group) for group in groups if group]
@@ -105,10 +121,13 @@ def tabular(columns: str, head: Sequence[str], groups: Sequence[Sequence[Sequenc
 def long_table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """The inside of a longtable, to follow its caption: head on every page, then the rows.
 
-    The last row does not stand alone on a page.
+    The first three rows stand on one page, and so do the last two.
     """
     line = "\\toprule\n" + " & ".join(head) + " \\\\\n\\midrule\n"
-    ends = [*[r" \\"] * (len(rows) - 2), r" \\*", r" \\"][-len(rows) :]
+    ends = [r" \\"] * len(rows)
+    for place in (0, 1, -2):
+        if -len(rows) <= place < len(rows):
+            ends[place] = r" \\*"
     body = "\n".join(" & ".join(row) + end for row, end in zip(rows, ends, strict=True))
     return f"{line}\\endfirsthead\n{line}\\endhead\n\\bottomrule\n\\endfoot\n{body}\n"
 

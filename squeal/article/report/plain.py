@@ -11,9 +11,20 @@ _SYMBOLS = {
 }
 
 
+_PLACES = {
+    r"\\aeqsto\{([^}]*)\}\{([^}]*)\}": r"Eqs. (\1) to (\2)",
+    r"\\aeqs\{([^}]*)\}\{([^}]*)\}": r"Eqs. (\1) and (\2)",
+    r"\\aeq\{([^}]*)\}": r"Eq. (\1)",
+    r"\\(?:says|label)\{[^}]*\}": "",
+}
+"""Macros of the preamble that are more than a mark."""
+
+
 def plain(tex: str, values: Mapping[str, str] | None = None) -> str:
     r"""TeX as text without marks; \val by what is given, else as dots."""
     known = values or {}
+    for macro, text in _PLACES.items():
+        tex = re.sub(macro, text, tex)
     tex = re.sub(r"\\val\{([^}]*)\}", lambda m: known.get(m[1], "..."), tex)
     tex = re.sub(r"~?\\cite\w*\{[^}]*\}", "", tex)
     tex = re.sub(r"\$([^$]*)\$", lambda m: _formula(m[1]), tex)

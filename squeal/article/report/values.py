@@ -1,7 +1,8 @@
 r"""Numbers in the text: \val[form]{study.key.key} is read from results/study.json.
 
 A form says how a number is shown: "3" three significant digits (the default), "f2" two decimals,
-"p1" a percentage with one, "n" a whole number. Text is shown as it stands.
+"p1" a percentage with one, "n" a whole number. Text is shown as it stands. A number that moves
+between repeats is followed by its least and greatest value, see `squeal.article.studies._spread`.
 """
 
 import json
@@ -11,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from squeal.article.report.latex import number_text, typeset
+from squeal.article.report.latex import number_text, typeset, with_spread
 from squeal.errors import InputError
 
 ASKED = re.compile(r"\\val(?:\[(\w*)\])?\{([^{}]+)\}")
@@ -34,6 +35,19 @@ def looked_up(results: Mapping[str, Any], key: str) -> Any:
         else:
             raise KeyError(key)
     return entry
+
+
+def ends(results: Mapping[str, Any], key: str) -> tuple[float, float] | None:
+    """Least and greatest value of a number that moves between repeats, None of any other."""
+    study, _, path = key.partition(".")
+    result = results.get(study)
+    moved = result.get("spread", ()) if isinstance(result, dict) else ()
+    return next(((one["low"], one["high"]) for one in moved if one["key"] == path), None)
+
+
+def printed(results: Mapping[str, Any], key: str, form: str = "") -> str:
+    """What stands for a key in a text, its spread included. Raises KeyError."""
+    return with_spread(looked_up(results, key), ends(results, key), lambda v: shown(v, form))
 
 
 def left_out(result: Any) -> bool:
@@ -75,7 +89,7 @@ def definitions(texts: Mapping[str, str], results: Mapping[str, Any]) -> str:
     for name, text in texts.items():
         for form, key in ASKED.findall(text):
             try:
-                lines.add(f"\\setval{{{key}}}{{{form}}}{{{shown(looked_up(results, key), form)}}}")
+                lines.add(f"\\setval{{{key}}}{{{form}}}{{{printed(results, key, form)}}}")
             except (KeyError, ValueError, InputError) as error:
                 raise InputError(f"{name}: \\val[{form}]{{{key}}}: {error}") from None
     return "".join(f"{line}\n" for line in sorted(lines))
@@ -83,4 +97,4 @@ def definitions(texts: Mapping[str, str], results: Mapping[str, Any]) -> str:
 
 def filled(text: str, results: Mapping[str, Any]) -> str:
     r"""A text with its \val replaced."""
-    return ASKED.sub(lambda m: shown(looked_up(results, m[2]), m[1] or ""), text)
+    return ASKED.sub(lambda m: printed(results, m[2], m[1] or ""), text)

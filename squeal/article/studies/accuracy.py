@@ -1,7 +1,10 @@
-"""Error against tolerance: both own paths and SciPy on two of the article's cases and a stiff pad.
+"""Error against work: integrators on a smooth motion, two of the article's cases and a stiff pad.
 
-SciPy gets the same equations compiled by heyoka, and locates contact changes by its own events. The
-reference solution is a simulation in quad precision.
+Work is counted in evaluations of the right-hand side, which no machine changes. A Taylor step of
+order p yields p derivatives and counts as p evaluations, though it costs more. SciPy and the fixed
+step get the same equations compiled by heyoka. SciPy locates contact changes by its own events; the
+fixed step switches by the signs at its ends, as the article's method may. The reference solution is
+a motion in quad precision.
 """
 
 import math
@@ -24,6 +27,7 @@ from squeal.article.studies._reference import (
 )
 from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.extreme import scene_of
+from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
@@ -32,18 +36,26 @@ from squeal.model.equations import PadModel
 from squeal.simulation.hybrid import first_contact, state_of, whole
 from squeal.simulation.run import in_natural_units
 
-STEMS = ("b1-c", "b2-c")
-STIFF = 1e6  # k3, k4 over k1 of the stiff pad
+STEMS = ("b2-d", "b1-c", "b2-c")
+SMOOTH = "B2, case (d), full contact"
+OFF = 0.2  # static compressions by which the smooth motion starts above its equilibrium
+STIFF = 1e3  # k3, k4 over k1 of the stiff pad, over one support period
+STIFF_CASE = "B1, stiff contact"
 TOLERANCES = tuple(10.0**-k for k in range(4, 15, 2))
-PATIENCE = 3_000  # steps: a path that takes more gets no tighter tolerances
+PATIENCE = 25_000  # evaluations: an integrator that takes more gets no tighter tolerances
 SEVERAL = 256  # pads of a batch
 NEAR = 1e-2  # natural units: a change this near one of the reference is taken for it
 MOST = 100_000  # contact changes
+AIM = 1e-10  # error at which work is compared
+OWN, FIXED = "squeal", "RK4, fixed step"
 
 
 class Point(Record):
     """One run: relative error of the final place (None if infinite), contact changes that it misses
-    and that it makes up."""
+    and that it makes up, steps and evaluations of the right-hand side.
+
+    tolerance: of a fixed step h, in natural units, h^4.
+    """
 
     case: str
     path: str
@@ -51,6 +63,8 @@ class Point(Record):
     error: float | None
     missed: int
     extra: int
+    steps: int
+    evaluations: int
 
 
 class Accuracy(Result):
@@ -61,7 +75,21 @@ class Accuracy(Result):
     changes: dict[str, int]
     truth: str
     stiff: float = STIFF
+    aim: float = AIM
+    patience: int = PATIENCE
     left_out: str = ""
+
+    def least(self, case: str, path: str, aim: float = AIM) -> int | None:
+        """The least evaluations with every contact change and an error of at most `aim`."""
+        enough = [
+            point.evaluations
+            for point in self.points
+            if (point.case, point.path) == (case, path)
+            and point.error is not None
+            and point.error <= aim
+            and point.missed == point.extra == 0
+        ]
+        return min(enough, default=None)
 
 
 @dataclass(frozen=True)
@@ -71,6 +99,12 @@ class Run:
     place: np.ndarray
     times: np.ndarray
     steps: int
+    evaluations: int
+
+
+def order(tolerance: float) -> int:
+    """Order of heyoka's Taylor series at a tolerance."""
+    return math.ceil(1.0 - math.log(max(tolerance, np.finfo(float).eps)) / 2.0)
 
 
 Way = Callable[[Scene, float], Run]
@@ -83,7 +117,8 @@ def ours(scene: Scene, tolerance: float) -> Run:
     units, model, start, stop = in_natural_units(scene)
     integrator = TaylorIntegrator(model, tolerance)
     course = whole(model, integrator, units, start, stop)
-    return Run(course.end[:3, 0], course.t, int(course.count[0]))
+    steps = int(course.count[0])
+    return Run(course.end[:3, 0], course.t, steps, steps * order(tolerance))
 
 
 def batch(scene: Scene, tolerance: float) -> Run:
@@ -93,7 +128,9 @@ def batch(scene: Scene, tolerance: float) -> Run:
     motions = simulate_many(scene.model, scene.pad, *how, events=True)
     units, *_ = in_natural_units(scene)
     place = units.to_scaled(motions["final"][0])[:3]
-    return Run(place, motions["events"][0][:, 0] / units.time, int(motions["steps"][0]))
+    steps = int(motions["steps"][0])
+    times = motions["events"][0][:, 0] / units.time
+    return Run(place, times, steps, steps * order(tolerance))
 
 
 @lru_cache(maxsize=64)
@@ -137,14 +174,21 @@ def hybrid(advance: Advance, scene: Scene, tolerance: float) -> Run:
     _, model, state, stop = in_natural_units(scene)
     contact, t, steps = state_of(first_contact(model, state)), 0.0, 0
     times: list[float] = []
+    evaluations = 0
     while t < stop and len(times) < MOST:
-        rhs, gaps = functions(model, contact)
+        compiled, gaps = functions(model, contact)
+
+        def rhs(state: np.ndarray, compiled: Any = compiled) -> Any:
+            nonlocal evaluations
+            evaluations += 1
+            return compiled(state)
+
         t, state, edge, taken = advance(rhs, gaps, contact, t, state, stop)
         steps += taken
         if edge is not None:
             times.append(t)
             contact = contact.flip(edge)
-    return Run(np.asarray(state)[:3], np.array(times), steps)
+    return Run(np.asarray(state)[:3], np.array(times), steps, evaluations)
 
 
 def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
@@ -172,11 +216,41 @@ def with_scipy(method: str, scene: Scene, tolerance: float) -> Run:
     return hybrid(advance, scene, tolerance)
 
 
+def with_fixed_step(scene: Scene, tolerance: float) -> Run:
+    """The classical Runge-Kutta method with steps of `tolerance`^(1/4) natural time units.
+
+    A contact point changes at the end of the step in which the sign of its gap does.
+    """
+    longest = tolerance**0.25
+
+    def advance(
+        rhs: Any, gaps: Any, contact: State, t: float, state: np.ndarray, stop: float
+    ) -> tuple[float, np.ndarray, Any, int]:
+        steps = 0
+        while t < stop:
+            h = min(longest, stop - t)
+            first = rhs(state)
+            second = rhs(state + 0.5 * h * first)
+            third = rhs(state + 0.5 * h * second)
+            fourth = rhs(state + h * third)
+            state = state + h / 6.0 * (first + 2.0 * second + 2.0 * third + fourth)
+            t, steps = t + h, steps + 1
+            for edge, (gap, touches) in enumerate(zip(gaps(state), contact, strict=True)):
+                if (gap < 0.0) != touches:
+                    return t, state, edge, steps
+        return t, state, None, steps
+
+    return hybrid(advance, scene, tolerance)
+
+
 WAYS: dict[str, Way] = {
-    "squeal": ours,
+    OWN: ours,
     "squeal, batch": batch,
     "SciPy DOP853": partial(with_scipy, "DOP853"),
+    "SciPy RK45": partial(with_scipy, "RK45"),
+    "SciPy LSODA": partial(with_scipy, "LSODA"),
     "SciPy Radau": partial(with_scipy, "Radau"),
+    FIXED: with_fixed_step,
 }
 
 
@@ -206,19 +280,33 @@ def points_of(
             continue  # a path may give up where a peer's step size or tolerance ends
         error = error_against(run.place, exact.place)
         shown = error if math.isfinite(error) else None
-        points.append(Point(case, name, tolerance, shown, *compare_times(run.times, exact.times)))
-        if run.steps > patience:
+        missed, extra = compare_times(run.times, exact.times)
+        points.append(
+            Point(case, name, tolerance, shown, missed, extra, run.steps, run.evaluations)
+        )
+        if run.evaluations > patience:
             break
     return points
 
 
+def smooth(scene: Scene) -> Scene:
+    """The scene from rest near its equilibrium, so that contact stays full."""
+    model = scene.pad_model
+    rest, why = sliding_equilibrium(model)
+    if rest is None:
+        raise ComputationError(why)
+    x, y, angle = rest.q
+    above = OFF * scene.pad.F_n / (scene.pad.k1 + scene.pad.k2)
+    return replace(scene, initial=(x, y + above, angle, 0.0, 0.0, 0.0))
+
+
 def cases_of(files: Sequence[Path]) -> dict[str, Scene]:
-    """The scenes given and a stiff pad, by title."""
+    """A smooth motion of case (d) of the line, the other scenes, and a stiff pad, by title."""
     scenes = read_scenes(files, STEMS)
-    cases = {title(name): replace(scene, outputs=()) for name, scene in scenes.items()}
-    return cases | {
-        "B1, stiff contact": scene_of("B1", 60.0 / STIFF**0.5, k3=STIFF, k4=STIFF),
-    }
+    cases = {SMOOTH: smooth(scenes["b2-d"])}
+    cases |= {title(name): scene for name, scene in scenes.items() if name != "b2-d"}
+    cases |= {STIFF_CASE: scene_of("B1", 2.0 * math.pi, k3=STIFF, k4=STIFF)}
+    return {name: replace(scene, outputs=()) for name, scene in cases.items()}
 
 
 def why_not() -> str:
@@ -242,3 +330,23 @@ def study(files: Sequence[Path]) -> Accuracy:
     ]
     changes = {case: len(one.times) for case, one in exact.items()}
     return Accuracy(tuple(points), changes, precision_in_words())
+
+
+def sentences(record: Accuracy) -> dict[str, bool]:
+    """What the paper says of error against work."""
+    if record.left_out:
+        return {}
+    own = {case: record.least(case, OWN) for case in record.changes}
+    others = [path for path in WAYS if not path.startswith(OWN)]
+    fewest = True
+    for case, count in own.items():
+        least = [record.least(case, path) for path in others]
+        fewest &= count is not None and all(n is None or n > count for n in least)
+    hammering = [p for p in record.points if record.changes[p.case]]
+    fixed = [p.error for p in hammering if p.path == FIXED and p.error is not None]
+    loose = [p for p in hammering if p.path == "SciPy DOP853" and p.tolerance == 1e-4]
+    return {
+        "taylor-needs-fewest-evaluations": fewest,
+        "fixed-step-stays-above-1e-6": min(fixed) > 1e-6,
+        "loose-tolerances-lose-contact-changes": all(p.missed + p.extra > 0 for p in loose),
+    }

@@ -74,7 +74,7 @@ def shares(scene: Scene) -> tuple[SampledShare, ...]:
     rows = []
     for half_width in HALF_WIDTHS:
         states = sampled_states(scene, half_width, STARTS)
-        _, found = settle_late([Begun(model, state) for state in states], scene.stop)
+        found = settle_late([Begun(model, state) for state in states], scene.stop).settled
         lasting = sum(one is not None and one.goes_on for one in found)
         rows.append(sampled_share(half_width, lasting, len(states)))
     return tuple(rows)

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.claims.measures import Case, case_of, measure
+from squeal.article.claims.measures import Case, case_of, lost_share, measure
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, TOUCH, TURNS, hammering_cases, hammers
 from squeal.article.identify.ensemble import DONE, simulate_many
@@ -78,19 +78,15 @@ def contact(scene: Scene) -> State | None:
 
 
 def motion(case: Case, rest: State | None) -> Motion:
-    def share(lost: Sequence[bool]) -> float:
-        """Of time in states where some of these edges is separated."""
-        pairs = case.shares.items()
-        return sum(t for s, t in pairs if any(w and not e for w, e in zip(lost, s, strict=True)))
-
+    """What a case and the contact state of its equilibrium, None without one, say."""
     return Motion(
         hammers=hammers(case).margin > 0.0,
         turns={str(level): n for level, n in zip(LEVELS, case.blows, strict=True)},
         leading=case.heaviest[0],
         trailing=case.heaviest[1],
         vanishes=min(case.vanishes),
-        lost=None if rest is None else share(rest),
-        apart=share(FULL),
+        lost=None if rest is None else lost_share(case.shares, rest),
+        apart=lost_share(case.shares, FULL),
         separated=case.shares.get(NONE, 0.0),
     )
 

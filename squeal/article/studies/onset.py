@@ -20,8 +20,9 @@ from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import LEVELS, measures
 from squeal.article.claims.rules import LEVEL, hammers
 from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
-from squeal.article.records import Missing, Record, Result
+from squeal.article.records import Missing, Moved, Record, Result
 from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies._spread import disturbed, moved
 from squeal.article.studies.energy import under_both_laws
 from squeal.article.studies.starts import compression
 from squeal.equilibrium import sliding_equilibrium
@@ -43,6 +44,11 @@ SEED = 0  # of the draws from it
 STARTS = 100  # drawn
 STARTS_UNSTABLE = 25  # of these beside an unstable equilibrium, which every start leaves
 TOLERANCE = 1e-10
+REPEATS = 3  # of motions that forget their start
+# least difference of the shares `lost` of motions that do not come to one cycle; on one they differ
+# by up to 0.012, since the time in which they are seen begins elsewhere in it
+UNLIKE = 0.0125
+FEW = 0.25  # share of the initial conditions: where fewer last, the impacts before decide which
 CYCLES = ("b2-c-integral", "b1-d", "b2-d-integral")
 GREATEST = 0.8  # largest mu on it
 NEAR = 1e-6  # of their size: returns this near are the same
@@ -83,9 +89,10 @@ class After(Record):
     """A motion at one damping ratio.
 
     own: from the reference initial conditions, None where the model ends; starts: how many others,
-    see `sampled_states`; lasting: of these lose contact on and on, hammering: and hammer;
-    liveliest: of all that go on the one that hammers, or has most turns; growth: greatest real part
-    of the eigenvalues about the equilibrium, 1/ms, None without one.
+    see `sampled_states`; lasting: of these lose contact on and on, hammering: and hammer; ceased:
+    see `Late`; unlike: how far the shares `lost` of those that last lie apart; liveliest: of all
+    that go on the one that hammers, or has most turns; growth: greatest real part of the
+    eigenvalues about the equilibrium, 1/ms, None without one.
     """
 
     ratio: Share
@@ -93,6 +100,8 @@ class After(Record):
     starts: int
     lasting: int
     hammering: int
+    ceased: int
+    unlike: float
     liveliest: Settled | None
     growth: float | None
 
@@ -176,6 +185,7 @@ class Onset(Result):
     seed: int = SEED
     starts: int = STARTS
     starts_unstable: int = STARTS_UNSTABLE
+    repeats: int = REPEATS
     left_out: str = ""
 
 
@@ -257,21 +267,33 @@ def settle(
     return ends, found
 
 
-def settle_late(begun: Sequence[Begun], window: float) -> tuple[np.ndarray, list[Settled | None]]:
-    """States (n, 6) after a long time in observation times (`window`), and what the motions do
-    then; None where the model ends.
+class Late(NamedTuple):
+    """Motions after a long time: states (n, 6), and what each does then, None where the model ends.
+
+    ceased: how many lost contact on and on after `LATE` observation times and not after `LONGER`.
+    """
+
+    states: np.ndarray
+    settled: list[Settled | None]
+    ceased: int
+
+
+def settle_late(begun: Sequence[Begun], window: float) -> Late:
+    """What motions do after a long time in observation times (`window`).
 
     A motion that has settled after `LATE` is not simulated on, one that goes on is until `LONGER`.
     """
     ends, found = settle(begun, LATE * window, SEEN * window)
     on = [i for i, one in enumerate(found) if one and one.goes_on]
+    ceased = 0
     if on:
         again = [Begun(begun[i].model, ends[i]) for i in on]
         last, later = settle(again, (LONGER - LATE) * window, SEEN * window)
+        ceased = sum(not (one and one.goes_on) for one in later)
         for i, end, one in zip(on, last, later, strict=True):
             ends[i] = end
             found[i] = one
-    return ends, found
+    return Late(ends, found, ceased)
 
 
 def sampled_states(scene: Scene, half_width: float, count: int) -> np.ndarray:
@@ -299,15 +321,19 @@ def growth(scene: Scene, ratio: float) -> float | None:
         return None
 
 
-def after(scene: Scene, ratio: float) -> tuple[After, np.ndarray]:
-    """What a scene comes to at one damping ratio, and the state (6,) of its liveliest motion."""
+def after(scene: Scene, ratio: float, repeat: int = 0) -> tuple[After, np.ndarray]:
+    """What a scene comes to at one damping ratio, and the state (6,) of its liveliest motion.
+
+    A `repeat` starts from initial conditions that differ by rounding, see `disturbed`.
+    """
     assert scene.stop is not None
     model = damped_model(damped(scene, ratio))
     rate = growth(scene, ratio)
     unstable = (rate or 0.0) > 0.0
     sampled = sampled_states(scene, BOX, STARTS_UNSTABLE if unstable else STARTS)
-    begun = [Begun(model, state) for state in (np.array(scene.initial), *sampled)]
-    ends, found = settle_late(begun, scene.stop)
+    states = disturbed(np.array([scene.initial, *sampled]), repeat)
+    late = settle_late([Begun(model, state) for state in states], scene.stop)
+    found = late.settled
     lasting = [i for i, one in enumerate(found) if one and one.goes_on]
     best = max(lasting, key=lambda i: (found[i].hammers, found[i].turns), default=None)  # type: ignore[union-attr]
     others = [one for i in lasting if i and (one := found[i])]
@@ -317,10 +343,24 @@ def after(scene: Scene, ratio: float) -> tuple[After, np.ndarray]:
         starts=len(found) - 1,
         lasting=len(others),
         hammering=sum(one.hammers for one in others),
+        ceased=late.ceased,
+        unlike=float(np.ptp([one.lost for one in others])) if others else 0.0,
         liveliest=None if best is None else found[best],
         growth=rate,
     )
-    return row, np.full(6, np.nan) if best is None else ends[best]
+    return row, np.full(6, np.nan) if best is None else late.states[best]
+
+
+def repeats(scene: Scene, ratio: float, row: After) -> list[After]:
+    """The row, and where its motions forget their start, `REPEATS` more from other rounding.
+
+    They do where they last without coming to one cycle, go on long before they cease, or last from
+    a few initial conditions alone; what is counted of them then moves.
+    """
+    few = 0 < row.lasting < FEW * row.starts
+    if row.unlike <= UNLIKE and not row.ceased and not few:
+        return [row]
+    return [row, *(after(scene, ratio, repeat)[0] for repeat in range(1, REPEATS + 1))]
 
 
 def _points(scene: Scene, orbits: Sequence[Orbit]) -> list[CyclePoint]:
@@ -487,10 +527,13 @@ def study(files: Sequence[Path]) -> Onset:
     motions = under_both_laws(scenes)
     rows: dict[str, list[After]] = {}
     states: dict[str, np.ndarray] = {}
+    spread: list[Moved] = []
     for name, scene in motions.items():
         for ratio in RATIOS:
             row, state = after(scene, ratio)
             rows.setdefault(name, []).append(row)
+            place = len(rows[name]) - 1
+            spread += moved(f"after.{name}.{place}", repeats(scene, ratio, row))
             if ratio == RATIO:
                 states[name] = state
     lasting = [name for name in CYCLES if np.isfinite(states[name]).all()]
@@ -504,6 +547,7 @@ def study(files: Sequence[Path]) -> Onset:
         },
         other_damping={name: other_damping(motions[name], states[name]) for name in lasting},
         contact_damping={name: contact_damping(motions[name]) for name in CYCLES[1:]},
+        spread=tuple(spread),
     )
 
 

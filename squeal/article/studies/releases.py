@@ -16,9 +16,8 @@ import numpy as np
 from squeal.article.cases import CASES, HISTORY_FIGURES, STEMS, stem
 from squeal.article.claims.measures import measure
 from squeal.article.records import Record, Result
-from squeal.article.studies._scenes import read_scenes
+from squeal.article.studies._scenes import REFERENCE, read_scenes
 from squeal.article.studies.hammering import contact, motion
-from squeal.article.studies.sets import REFERENCE
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.io.scene import Scene
 from squeal.model.contact import FULL, State

@@ -1,11 +1,31 @@
-"""Stiff, degenerate and extreme cases."""
+"""Degenerate and extreme cases over ten support periods."""
 
+import math
+
+from squeal.article.records import bound
 from squeal.article.report.latex import long_table, number, typeset
-from squeal.article.studies.extreme import Extreme
+from squeal.article.studies.extreme import Extreme, Outcome
 
-CAPTION = r"""Stiff and extreme cases: outcome, relative error (of the final place; of the contact
-times in closed forms; of the energy in long runs), contact changes, and what the error is measured
-against."""
+ROUNDING = 1e-12
+CAPTION = r"""Degenerate and extreme cases: time in support periods $2\pi\sqrt{m/k_1}$, outcome,
+relative error of the final place against the second method, which is independent, and against quad
+precision, which shows the rounding alone, contact changes, and any other measure of the error."""
+
+
+def _measure(case: Outcome) -> str:
+    """Another measure of the error, or the message."""
+    if case.outcome == "rejected":
+        return typeset(case.against)
+    if case.error is None:
+        return ""
+    return f"{typeset(case.against)}: {number(case.error, 2)}"
+
+
+def _error(value: float | None) -> str:
+    """An error; of one that is rounding, which each processor has its own, what it stays below."""
+    if value is None or math.isnan(value) or abs(value) >= ROUNDING:
+        return number(value, 2)
+    return f"$<$ {typeset(bound(value))}"
 
 
 def table(extreme: Extreme) -> str:
@@ -14,7 +34,9 @@ def table(extreme: Extreme) -> str:
     for case in extreme.cases:
         first = "" if case.group == group else typeset(case.group)
         group = case.group
-        cells = [first, typeset(case.name), case.outcome, number(case.error, 2)]
-        cells += [str(case.changes), typeset(case.against)]
+        cells = [first, typeset(case.name), number(case.periods, 3), case.outcome]
+        cells += [_error(case.independent), _error(case.rounding)]
+        cells += [str(case.changes), _measure(case)]
         rows.append(cells)
-    return long_table(["", "case", "outcome", "error", "changes", "against"], rows)
+    head = ["", "case", "periods", "outcome", "second method", "quad", "changes", "other measure"]
+    return long_table(head, rows)

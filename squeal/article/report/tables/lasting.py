@@ -1,8 +1,10 @@
 """What lasts with damping."""
 
-from squeal.article.report.latex import number, percent, tabular
+from collections.abc import Callable
+
+from squeal.article.report.latex import number, percent, tabular, with_spread
 from squeal.article.studies.energy import motion_title
-from squeal.article.studies.onset import Onset
+from squeal.article.studies.onset import Onset, Settled
 
 CAPTION = r"""Motions with damping and sustained loss of contact. Each is seen for
 \val[n]{onset.seen} observation times after \val[n]{onset.longer}. Reference: whether the reference
@@ -10,23 +12,51 @@ initial conditions lead to it. Others: how many do of those from a box of half-w
 \val[2]{onset.box} static compressions (seed \val[n]{onset.seed}). Of the liveliest motion: shares
 of time with an edge and with both edges separated; peak contact force over $F_n$ at the leading
 edge, at the trailing edge and of their sum (the line has one reaction); changes of the edge
-struck; whether it hammers. Growth: greatest real part of the eigenvalues about the equilibrium."""
+struck; whether it hammers. Growth: greatest real part of the eigenvalues about the equilibrium.
+In brackets: least and greatest value of \val[n]{onset.repeats} repeats from initial conditions
+changed by rounding."""
+
+
+def _share(value: float | None) -> str:
+    return number(value) if value is None else percent(value, 0)
+
+
+def _force(value: float | None) -> str:
+    return number(value, 3)
+
+
+LIVELIEST: dict[str, Callable[..., str]] = {
+    "lost": _share,
+    "airborne": _share,
+    "leading": _force,
+    "trailing": _force,
+    "peak": _force,
+    "turns": str,
+}
+"""What is shown of the liveliest motion, and how."""
+
+
+def _lively(onset: Onset, lively: Settled, at: str) -> list[str]:
+    return [
+        with_spread(getattr(lively, name), onset.ends(f"{at}.liveliest.{name}"), show)
+        for name, show in LIVELIEST.items()
+    ]
 
 
 def table(onset: Onset) -> str:
     """A row a motion and damping ratio."""
     rows = []
     for name, every in onset.after.items():
-        for row in every:
+        for place, row in enumerate(every):
             lively = row.liveliest
             if lively is None:
                 continue
+            at = f"after.{name}.{place}"
             own = "yes" if row.own and row.own.goes_on else "no"
+            lasting = with_spread(row.lasting, onset.ends(f"{at}.lasting"), str)
             rows.append(
-                [motion_title(name), percent(row.ratio), own, f"{row.lasting} of {row.starts}"]
-                + [percent(lively.lost, 0), percent(lively.airborne, 0)]
-                + [number(one, 3) for one in (lively.leading, lively.trailing, lively.peak)]
-                + [str(lively.turns)]
+                [motion_title(name), percent(row.ratio), own, f"{lasting} of {row.starts}"]
+                + _lively(onset, lively, at)
                 + ["yes" if lively.hammers else "no", number(row.growth, 2)]
             )
     head = ["", r"$\zeta$", "reference", "others", "lost", "both off"]

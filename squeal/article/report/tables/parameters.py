@@ -18,6 +18,7 @@ ROWS = {
     "mu": (r"$\mu$", "friction coefficient", "1"),
     "F_n": ("$F_n$", "brake force", "N"),
     "V": ("$V$", "surface speed", "m/s"),
+    "x0": ("$x_0$", r"B2, place in the frame of $\delta$ (E5)", "m"),
     "y0": ("$y_0$", "B2, height of the face", "m"),
     "x": ("$x(0)$", "initial position", "m"),
     "y1": ("$y(0)$", "B1, initial height", "m"),

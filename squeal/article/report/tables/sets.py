@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from squeal.article.report.latex import number, percent, tabular
+from squeal.article.cases import stem
+from squeal.article.report.latex import number, percent, tabular, with_spread
 from squeal.article.studies.sets import TWO, ParameterSet, Sets
 
 CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed; level, at rest, the
@@ -11,7 +12,9 @@ $\dagger$. Contact lost: share of time in which an edge is separated that touche
 equilibrium (from equilibrium), or any edge (from full contact), mean over the cases in which both
 models have an equilibrium; two points: edges of a pad on two springs for the line. Lasting beside
 stable sliding: cases in which contact goes on changing although no mode of the equilibrium grows,
-with the share of initial conditions from which it does, at $\zeta = {}$\val[p1]{onset.ratio}."""
+with the share of initial conditions from which it does, at $\zeta = {}$\val[p1]{onset.ratio}.
+Fastest face: greatest speed of the lower face while it touches. Where it reaches the speed $V$ of
+the surface ($\ddagger$), friction would reverse and the equations no longer hold."""
 # fmt: off
 NAMES = {
     "h": "$h/w$", "I": "$I$ over a uniform rectangle's", "k2": "$k_2/k_1$", "k3": "$k_3/k_1$",
@@ -20,6 +23,7 @@ NAMES = {
     "y0": r"$y_0\,k_1/F_n$, B2",
 }
 # fmt: on
+OUTSIDE = r"$^\ddagger$"
 EDGES = {"L": (0.5, 1.0, 10.0), "mu": (0.1, 0.6), "F_n": (1e-4, 2e-4, 3e-2)}  # of the searches
 
 
@@ -32,8 +36,21 @@ def _ratio(key: str, value: float) -> str:
     return number(value, 3) + (r"$^\dagger$" if near else "")
 
 
-def _lasting(one: ParameterSet, model: str) -> str:
-    shown = (f"{case} ({percent(share, 0)})" for case, share in one.beside(model).items())
+def _fastest(one: ParameterSet, model: str) -> str:
+    speed = one.fastest(model)
+    return number(speed, 2) + (OUTSIDE if speed >= 1.0 else "")
+
+
+def _share(value: float) -> str:
+    return percent(value, 0)
+
+
+def _lasting(sets: Sets, name: str, model: str) -> str:
+    one = sets.sets[name]
+    shown = []
+    for case, share in one.beside(model).items():
+        ends = sets.ends(f"sets.{name}.lasting.{stem(model, case)}")
+        shown.append(f"{case}: {with_spread(share, ends, _share)}")
     return ", ".join(shown) or ("none" if one.lasting else "--")
 
 
@@ -42,19 +59,26 @@ def table(sets: Sets) -> str:
     every = [*sets.sets.values()]
     ratios = [[name, *(_ratio(k, one.numbers[k]) for one in every)] for k, name in NAMES.items()]
     satisfied = (f"{one.satisfied} of {sets.statements}" for one in every)
+    load = (number(one.parameters["F_n"] / 1e3, 3) for one in every)
+    ratios.append([r"$F_n$ in the units of Table~\numberof{parameters}, kN", *load])
     shown: dict[str, Callable[[ParameterSet, str], str]] = {
+        "fastest face over $V$, {}": _fastest,
         "{} hammers in": lambda one, model: _cases(one.hammering[model]),
         "sliding of {} flutters in": lambda one, model: _cases(one.flutters[model]),
         "{} has no equilibrium in": lambda one, model: _cases(one.without[model]),
         "contact lost from equilibrium, {}": lambda one, model: percent(one.lost[model], 0),
         "contact lost from full contact, {}": lambda one, model: percent(one.apart[model], 0),
-        "lasting beside stable sliding, {}": _lasting,
     }
     rows = [
         [name.format(model), *(show(one, model) for one in every)]
         for name, show in shown.items()
         for model in ("B1", "B2", *[TWO] * ("contact lost" in name))
     ]
+    for model in ("B1", "B2"):
+        every_set = (_lasting(sets, name, model) for name in sets.sets)
+        rows.append([f"lasting beside stable sliding, {model}", *every_set])
     rows.insert(0, ["independent statements satisfied", *satisfied])
-    head = ["", *(name.replace("-", " ") for name in sets.sets)]
+    head = [""]
+    for name, one in sets.sets.items():
+        head.append(name.replace("-", " ") + (OUTSIDE if one.outruns else ""))
     return tabular("l" + "r" * len(every), head, [ratios, rows])

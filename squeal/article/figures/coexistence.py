@@ -1,0 +1,149 @@
+"""Where loss of contact coexists with stable sliding, from the study of the same name."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
+
+from squeal.article.studies.coexistence import (
+    Coexistence,
+    Margin,
+    Motion,
+    Point,
+    floor_at,
+    height_at,
+)
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
+
+TITLES = {
+    "b1-d": "points (B1)",
+    "b2-d-integral": "line (B2), energy-consistent",
+    "b2-d-mean": "line (B2), as printed",
+}
+COEXISTING, UNSTABLE = "#E69F00", "0.6"
+LOOKS: dict[str, dict[str, Any]] = {
+    "fold": {"color": "#C8380E", "lw": 1.5},
+    "torus": {"color": "#3B0F4A", "lw": 1.1, "ls": (0, (4, 1.5))},
+    "period doubling": {"color": "#3B0F4A", "lw": 1.1, "ls": (0, (1, 1))},
+    "grazing": {"color": "#3B0F4A", "lw": 0.9, "ls": (0, (4, 1.5, 1, 1.5))},
+}
+"""Of a boundary of cycles, by its kind."""
+WORDS = {
+    "fold": "fold of cycles",
+    "torus": "cycle loses stability (torus)",
+    "period doubling": "cycle doubles its period",
+    "grazing": "an edge grazes",
+}
+HALO = [withStroke(linewidth=2.0, foreground="w")]
+FINE = 300
+CAPTION = r"""Where a lasting loss of contact coexists with stable sliding in case (d) (orange),
+over modal damping $\zeta$ and contact damping $a$ of Hunt and Crossley's law (top, reference
+friction), and over friction at $a = {}$\val[2]{coexistence.a_over_friction}\,s/m (bottom; dotted:
+reference friction). Grey: sliding is unstable. Numbers: least disturbance found that leads from
+sliding to the loss of contact, in micrometres; crosses: none was found. In (c) the motions outside
+the orange strip are not periodic."""
+
+
+def _interpolated(points: Sequence[Point], over: str, at: np.ndarray) -> np.ndarray:
+    """Modal damping at which sliding becomes stable, 0 where it needs none."""
+    if not points:
+        return np.zeros(len(at))
+    place = np.array([getattr(point, over) for point in points])
+    height = np.array([point.zeta for point in points])
+    return np.interp(at, place, height, left=0.0, right=0.0)
+
+
+def _regions(axes: Axes, one: Motion, over: str, at: np.ndarray, low: float, high: float) -> None:
+    sliding = one.sliding if over == "a" else one.over_friction
+    unstable = np.maximum(_interpolated(sliding, over, at), low)
+    upper = np.array([height_at(one.boundaries, over, float(value)) for value in at])
+    for curve in one.boundaries:
+        if curve.over == over and curve.kind == "fold":
+            last = curve.points[-1]
+            if last.zeta > high:  # the fold has left the panel upwards
+                upper[at >= getattr(last, over)] = high
+    floor = np.array([floor_at(one.boundaries, over, float(value)) for value in at])
+    lower = np.maximum(unstable, floor)
+    axes.fill_between(at, low, unstable, color=UNSTABLE, lw=0.0)
+    axes.fill_between(
+        at, lower, upper, where=list(upper > lower), color=COEXISTING, lw=0.0, alpha=0.55
+    )
+    axes.plot(at, np.where(unstable > low, unstable, np.nan), color="k", lw=1.5)
+    for curve in one.boundaries:
+        if curve.over == over:
+            place = [getattr(point, over) for point in curve.points]
+            axes.plot(place, [point.zeta for point in curve.points], **LOOKS[curve.kind])
+
+
+def _number(axes: Axes, margin: Margin, record: Coexistence) -> None:
+    at_left = margin.a == record.a_range[0]
+    at_bottom = margin.zeta == record.zeta_range[0]
+    place = 1.07 * margin.a if at_left else margin.a
+    if margin.micrometres is None:
+        axes.plot(place, margin.zeta, "x", color="k", ms=2.5, mew=0.6)
+    else:
+        axes.text(
+            place,
+            1.05 * margin.zeta if at_bottom else margin.zeta,
+            f"{margin.micrometres:.2g}",
+            ha="left" if at_left else "center",
+            va="bottom" if at_bottom else "center",
+            fontsize=7,
+            path_effects=HALO,
+        )
+
+
+def draw(record: Coexistence) -> Drawing:
+    """The figure, ready to be saved."""
+    title = "Loss of contact beside stable sliding"
+    if not record.motions:
+        return blank(title, record.left_out, __name__, record.provenance)
+    low, high = record.zeta_range
+    kinds = dict.fromkeys(curve.kind for one in record.motions.values() for curve in one.boundaries)
+    with style():
+        figure = Figure(figsize=(DOUBLE, 4.8))
+        panels = figure.subplots(2, len(TITLES), sharey=True)
+        for column, (name, words) in enumerate(TITLES.items()):
+            one = record.motions[name]
+            top, bottom = panels[0, column], panels[1, column]
+            _regions(top, one, "a", np.geomspace(*record.a_range, FINE), low, high)
+            for margin in one.margins:
+                _number(top, margin, record)
+            top.set_xscale("log")
+            top.set_xlim(*record.a_range)
+            top.set_title(f"({'abc'[column]}) {words}", loc="left", pad=3.0)
+            top.set_xlabel("contact damping $a$, s/m")
+            _regions(bottom, one, "mu", np.linspace(*record.mu_range, FINE), low, high)
+            bottom.axvline(one.sliding[0].mu, color="k", lw=0.6, ls=":")
+            bottom.set_xlim(*record.mu_range)
+            bottom.set_title(f"({'def'[column]})", loc="left", pad=3.0)
+            bottom.set_xlabel(r"friction $\mu$")
+        for axes in panels[:, 0]:
+            axes.set_yscale("log")
+            axes.set_ylim(low, high)
+            axes.set_yticks([0.001, 0.01], ["0.1 %", "1 %"])
+            axes.set_ylabel(r"modal damping $\zeta$")
+        handles = [
+            Patch(facecolor=COEXISTING, alpha=0.55, label="both stable"),
+            Patch(facecolor=UNSTABLE, label="sliding unstable"),
+            Line2D([], [], color="k", lw=1.5, label="sliding becomes stable"),
+            *(Line2D([], [], label=WORDS[kind], **LOOKS[kind]) for kind in kinds),
+        ]
+        figure.legend(handles=handles, loc="outside upper center", ncols=4)
+    parts = "; ".join(
+        f"{TITLES[name]}: up to a modal damping of {100 * one.highest:.2g} % at "
+        f"{record.a_range[0]:g} s/m, "
+        + (
+            "at every contact damping shown"
+            if one.closes is None
+            else f"up to a contact damping of {one.closes:.2g} s/m"
+        )
+        for name, one in record.motions.items()
+    )
+    text = f"Planes of modal damping over contact damping and over friction. {parts}."
+    return Drawing(figure, text, title, origin(__name__, record.provenance))

@@ -1,0 +1,112 @@
+"""The verdicts on random parameter sets, and what searches reach, from the study `ensemble`."""
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from squeal.article.studies._scenes import REFERENCE
+from squeal.article.studies.ensemble import Ensemble, Share
+from squeal.article.studies.sets import ParameterSet, Sets
+from squeal.plots.style import DOUBLE, Drawing, origin, style
+
+SHOWN = {
+    "restless": "no motion settles",
+    "permanent_some": "small release: points stay in contact",
+    "two_alike": "two like points lose it as long as the line",
+    "points_longer": "points lose contact longer",
+    "line_longer_all_edges": "the line longer, counting all edges",
+    "differ": "points hammer in some cases, not in all",
+    "locked_line": "the line separates only by rotation",
+    "c_only": "(c) alone hammers with both models",
+    "separates_fluttering": "line separates in (c) if (c) flutters",
+    "separates_stable": "line separates in (c) if (c) is stable",
+}
+"""Properties by name, and in words."""
+COEXIST = "contact lost beside stable sliding, 1 %"
+RANDOM, SHUFFLED, PRINTED = "0.75", "#E69F00", "#3B0F4A"
+CAPTION = r"""Random parameter sets within physical bounds (\val{ensemble.groups.all} valid
+sets). (a)~Share of the sets for which each statement holds, with
+95\,\% intervals, which include undecided sets; the last row is under modal damping of
+\val[p0]{ensemble.ratio}, of \val{ensemble.damped} sets. (b)~Share of time in which an edge is
+separated that touches in steady sliding, means over the cases of each set; cross: reference set.
+(c)~Independent statements satisfied: by random sets (grey), and by searches that fit the article's
+statements or shuffled ones."""
+
+
+def _interval(axes: Axes, y: float, one: Share) -> None:
+    low, high = (100.0 * v for v in one.interval)
+    axes.plot([low, high], [y, y], color="k", lw=1.2, zorder=3)
+    axes.plot(100.0 * one.share, y, "o", color=PRINTED, ms=4, zorder=4)
+
+
+def _shares(axes: Axes, record: Ensemble) -> None:
+    shown = {words: record.shares[name]["all"] for name, words in SHOWN.items()}
+    shown[COEXIST] = record.coexist["either"]
+    for y, one in enumerate(shown.values()):
+        axes.axhline(y, color="0.9", lw=0.6, zorder=1)
+        _interval(axes, y, one)
+    axes.set_yticks(range(len(shown)), [*shown])
+    axes.set_ylim(len(shown) - 0.5, -0.5)
+    axes.set_xlim(-3.0, 103.0)
+    axes.tick_params(axis="y", length=0.0)
+    axes.set_xlabel("share of the sets [%]")
+
+
+def _lost(axes: Axes, record: Ensemble, reference: ParameterSet) -> None:
+    points, line = np.array(record.lost).T / 10.0
+    axes.plot([0, 100], [0, 100], "k-", lw=0.6)
+    axes.plot(points, line, ".", color="#1F6FA8", ms=2.4, mew=0.0)
+    own = [100.0 * reference.lost[model] for model in ("B1", "B2")]
+    axes.plot(*own, "x", color="k", ms=7, mew=1.6)
+    axes.set_xlim(0, 100)
+    axes.set_ylim(0, 100)
+    axes.set_xlabel("lost, points [%]")
+    axes.set_ylabel("lost, line [%]")
+
+
+def _statements(axes: Axes, record: Ensemble) -> None:
+    total = sum(record.counts)
+    values = np.arange(record.statements + 1)
+    axes.bar(values, np.array(record.counts) / total, width=0.9, color=RANDOM, label="random")
+    looks = {"shuffled": (SHUFFLED, "//", -0.2), "printed": (PRINTED, "", 0.2)}
+    for kind, (colour, hatch, shift) in looks.items():
+        found = record.searches[kind].satisfied
+        share = np.bincount(found, minlength=len(values)) / len(found)
+        label = "fit, shuffled" if kind == "shuffled" else "fit, article's"
+        axes.bar(
+            values + shift, share, width=0.4, color=colour, hatch=hatch, ec="k", lw=0.4, label=label
+        )
+    axes.set_xlim(-0.6, record.statements + 0.6)
+    axes.set_xticks([0, 4, 8, 12, 16])
+    axes.set_xlabel("statements satisfied")
+    axes.set_ylabel("share of sets")
+    axes.legend(loc="upper left", handlelength=1.2)
+
+
+def ensemble_figure(record: Ensemble, reference: ParameterSet) -> Figure:
+    """Shares with intervals, lost contact of points and line, statements satisfied."""
+    with style():
+        figure = Figure(figsize=(DOUBLE, 2.55))
+        left, middle, right = figure.subplots(1, 3, width_ratios=[1.1, 1.2, 1.2])
+        _shares(left, record)
+        _lost(middle, record, reference)
+        _statements(right, record)
+        for letter, axes in zip("abc", (left, middle, right), strict=True):
+            axes.set_title(f"({letter})", loc="left", pad=3.0)
+    return figure
+
+
+def draw(record: Ensemble, sets: Sets) -> Drawing:
+    """The figure, ready to be saved."""
+    rows = "; ".join(
+        f"{words} {100 * record.shares[name]['all'].share:.0f} %" for name, words in SHOWN.items()
+    )
+    printed, shuffled = record.searches["printed"], record.searches["shuffled"]
+    text = (
+        f"Of {record.groups['all']} random parameter sets: {rows}. Random sets satisfy "
+        f"{record.median} of {record.statements} statements in the median, searches with the "
+        f"article's statements {printed.median:g}, with shuffled statements {shuffled.median:g}."
+    )
+    figure = ensemble_figure(record, sets.sets[REFERENCE])
+    made = origin(__name__, record.provenance, sets.provenance)
+    return Drawing(figure, text, "Verdicts on random parameter sets", made)

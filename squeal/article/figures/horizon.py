@@ -1,0 +1,95 @@
+"""Horizon of predictability over the stiffness of the contact, from the study of the same name."""
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from squeal.article.studies.horizon import LEVELS, Horizon, Run
+from squeal.plots.style import DOUBLE, Drawing, origin, style
+
+CAPTION = r"""How far ahead stiff contact can be computed. (a) Relative error against quad
+precision, line contact \val[n]{horizon.example} times as stiff as a support: the default path in
+doubles, the second method in doubles, and quad precision from a start that is off by $10^{-15}$;
+the dotted line grows by the Lyapunov exponent. (b) Points, (c) line: time at which the error
+passes $10^{-9}$, in support periods, over the contact stiffness; dashed: the time in which the
+exponent takes $10^{-16}$ to $10^{-9}$. Arrows: no such error within ten periods."""
+KINDS = {
+    "double": ("#C8380E", "o", "-", "doubles"),
+    "independent": ("#3498DB", "^", "--", "second method, doubles"),
+    "start": ("#000000", "s", ":", "quad, start off by $10^{-15}$"),
+}
+"""Colour, mark, line and label by what is compared."""
+TOP = 10.0  # periods
+
+
+def _curves(axes: Axes, run: Run) -> None:
+    for kind, (colour, mark, line, _) in KINDS.items():
+        errors = getattr(run.errors, kind)
+        axes.plot(run.times, errors, line, color=colour, lw=0.8)
+        axes.plot(run.times[::4], errors[::4], mark, color=colour, mfc="white", ms=3.5, mew=0.8)
+    begin = 1e-16
+    end = min(TOP, run.predicted * 15.0 / 7.0)
+    axes.plot([0.0, end], [begin, begin * 10.0 ** (7.0 * end / run.predicted)], ":", color="0.5")
+    axes.axhline(LEVELS[0], color="0.7", lw=0.6, zorder=0)
+    axes.set(yscale="log", ylim=(1e-18, 10.0), xlim=(0.0, run.window))
+    axes.set_yticks([10.0**n for n in range(-18, 1, 3)])
+    axes.minorticks_off()
+    axes.set_xlabel("time [support periods]")
+    axes.set_ylabel("relative error")
+    axes.set_title(f"(a) {run.model}, {run.stiffness:g} $k_1$", loc="left", pad=3.0)
+
+
+def _times(run: Run) -> dict[str, float | None]:
+    return {
+        "double": run.horizon[0] if run.horizon else None,
+        "independent": run.independent[0],
+        "start": run.start[0],
+    }
+
+
+def _horizons(axes: Axes, runs: tuple[Run, ...], title: str) -> None:
+    chaotic = [run for run in runs if run.exponent > 0.0]
+    axes.plot(
+        [run.stiffness for run in chaotic],
+        [run.predicted for run in chaotic],
+        "--",
+        color="0.4",
+        lw=0.9,
+        label="by the exponent",
+    )
+    for kind, (colour, mark, _, label) in KINDS.items():
+        for run in runs:
+            at = _times(run)[kind]
+            if at is not None:
+                axes.plot(run.stiffness, at, mark, color=colour, mfc="white", ms=4, mew=0.9)
+            elif kind == "double" and run.window >= TOP:
+                axes.plot(run.stiffness, TOP, "^", color="k", ms=3.5, mew=0.0)
+        axes.plot([], [], mark, color=colour, mfc="white", ms=4, mew=0.9, label=label)
+    axes.set(xscale="log", yscale="log", xlim=(0.3, 3e8), ylim=(1e-2, 40.0))
+    axes.set_xticks([10.0**n for n in range(0, 9, 2)])
+    axes.set_yticks([10.0**n for n in range(-2, 2)])
+    axes.minorticks_off()
+    axes.set_xlabel("contact stiffness over $k_1$")
+    axes.set_title(title, loc="left", pad=3.0)
+
+
+def draw(record: Horizon) -> Drawing:
+    """The figure, ready to be saved."""
+    example = next(run for run in record.with_model("B2") if run.stiffness == record.example)
+    with style():
+        figure = Figure(figsize=(DOUBLE, 2.75))
+        left, middle, right = figure.subplots(1, 3)
+        _curves(left, example)
+        _horizons(middle, record.with_model("B1"), "(b) B1")
+        _horizons(right, record.with_model("B2"), "(c) B2")
+        middle.set_ylabel("horizon [support periods]")
+        right.tick_params(labelleft=False)
+        handles, labels = middle.get_legend_handles_labels()
+        figure.legend(handles, labels, loc="outside upper center", ncols=4)
+    parts = []
+    for run in record.runs:
+        at = run.horizon
+        told = f"{at[0]:.2g} support periods" if at else f"none in {run.window:.2g}"
+        parts.append(f"{run.model} {run.stiffness:g} k1 {told} (exponent {run.predicted:.2g})")
+    text = f"Horizon of predictability over contact stiffness: {'; '.join(parts)}."
+    title = "Horizon of predictability"
+    return Drawing(figure, text, title, origin(__name__, record.provenance))

@@ -1,0 +1,100 @@
+"""Error of the final place against work, a panel a case, from the study `accuracy`."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from squeal.article.studies.accuracy import Accuracy, Point
+from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
+
+CAPTIONS = {
+    "work": r"""Error against work: relative error of the final place over evaluations of the
+right-hand side, which no machine changes. (a) Motion of case (d) of the line in full contact;
+(b), (c) hammering of the points and of the line in case (c); (d) points
+\val[n]{accuracy.stiff} times as stiff as a support, over one support period. A Taylor step of order
+$p$ counts as $p$ evaluations. The SciPy methods locate contact changes by SciPy's events; the fixed
+step switches at the end of a step. Open marks: contact changes are missed or made up.""",
+    "run_times": r"""Error against run time on the machine that the picture names: (a) to (d) as in
+the figure with the evaluations, of the batch the time of one motion of 256 side by side; (e) the
+greatest relative error of an eigenvalue of case (c) of the line, the equilibrium and the bounds of
+rounding included with squeal, from given matrices with the others; (f) that of its critical
+friction, by the query and by bisection of the growth, with an equilibrium each time, all against 50
+digits. This figure alone differs from build to build.""",
+}
+LOOKS = {
+    "squeal": ("#C8380E", "o", "-"),
+    "squeal, batch": ("#C8380E", "s", "--"),
+    "SciPy DOP853": ("#3498DB", "^", "-"),
+    "SciPy RK45": ("#3498DB", "v", "--"),
+    "SciPy LSODA": ("#6A1B7B", "P", "-."),
+    "SciPy Radau": ("#000000", "D", ":"),
+    "RK4, fixed step": ("#000000", "X", "-"),
+    "CVODE Adams": ("#2E7D32", ">", "--"),
+    "diffrax Dopri8": ("#B8860B", "p", "--"),
+}
+"""Colour, mark and line of an integrator."""
+LETTERS = "abcdef"
+
+Where = Callable[[Point], float]
+
+
+def panel(axes: Axes, points: Sequence[Point], where: Where) -> None:
+    """Errors of one case over what `where` says of each run."""
+    for path, (colour, marker, line) in LOOKS.items():
+        own = [p for p in points if p.path == path and p.error]
+        places = [where(p) for p in own]
+        axes.plot(places, [p.error or 0.0 for p in own], line, color=colour, lw=0.8)
+        for p, place in zip(own, places, strict=True):
+            face = colour if p.missed == p.extra == 0 else "white"
+            axes.plot(place, p.error or 0.0, marker, color=colour, mfc=face, ms=4, mew=0.7)
+    axes.set(xscale="log", yscale="log", ylim=(1e-16, 1.0))
+    axes.set_yticks([10.0**n for n in range(-16, 1, 4)])
+    axes.minorticks_off()
+
+
+def panels(
+    record: Accuracy, where: Where, label: str, rows: int, height: float
+) -> tuple[Figure, list[Axes]]:
+    """A figure with a panel a case, row by row, and the axes that are left over."""
+    figure = Figure(figsize=(DOUBLE, height))
+    columns = -(-len(record.changes) // 2)
+    grid = figure.subplots(rows, columns, squeeze=False)
+    every = list(grid.ravel())
+    for axes, case, letter in zip(every, record.changes, LETTERS, strict=False):
+        panel(axes, [p for p in record.points if p.case == case], where)
+        axes.set_xlabel(label)
+        axes.set_title(f"({letter}) {case}", loc="left", pad=3.0)
+    for row in grid:
+        row[0].set_ylabel("relative error")
+    handles: list[Line2D] = []
+    for path in dict.fromkeys(p.path for p in record.points):
+        colour, marker, line = LOOKS[path]
+        looks: Any = {"color": colour, "ls": line, "marker": marker, "label": path}
+        handles.append(Line2D([], [], ms=4, lw=0.8, **looks))
+    figure.legend(handles=handles, loc="outside upper center", ncols=4)
+    return figure, every[len(record.changes) :]
+
+
+def draw(record: Accuracy) -> Drawing:
+    """The figure over evaluations, ready to be saved."""
+    name = "Error against evaluations of the right-hand side"
+    if not record.points:
+        return blank(name, record.left_out, __name__, record.provenance)
+    parts = []
+    for case in record.changes:
+        least = {path: record.least(case, path) for path in LOOKS}
+        told = [f"{path} {count}" for path, count in least.items() if count is not None]
+        parts.append(f"{case}: {', '.join(told)}")
+    text = (
+        f"Error of the final place over evaluations in {len(record.changes)} cases. Evaluations "
+        f"for an error of at most {record.aim:g}: {'; '.join(parts)}."
+    )
+    with style():
+        figure, _ = panels(record, lambda p: float(p.evaluations), "evaluations", 2, 4.6)
+        for axes in figure.axes:
+            axes.set(xlim=(4e2, 1.2e5), xticks=[1e3, 1e4, 1e5])
+            axes.minorticks_off()
+    return Drawing(figure, text, name, origin(__name__, record.provenance))

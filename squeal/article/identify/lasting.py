@@ -1,0 +1,171 @@
+"""Changes of contact that last beside stable sliding, of random parameter sets with damping.
+
+`python -m squeal.article.identify.lasting ensemble.csv lasting.csv` computes the first valid sets
+of a table that `squeal.article.identify.population` has written, here those of workflow/stored.
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from squeal.analysis.pads import at_equilibrium
+from squeal.article.cases import CASES
+from squeal.article.claims import case_of
+from squeal.article.claims.motions import measures
+from squeal.article.identify import population
+from squeal.article.identify.ensemble import DONE, Arrays, simulate_many, stack
+from squeal.article.identify.population import (
+    NOT_APPLICABLE,
+    OFF,
+    SPEED,
+    UNDECIDED,
+    compression,
+    drawn,
+    lines_of,
+    rest,
+    single,
+    some,
+    write_lines,
+)
+from squeal.article.identify.space import LENGTH, MODELS, STOP, TIME, Numbers, stacked
+from squeal.equilibrium.find import damped_model
+from squeal.errors import ComputationError
+from squeal.io.scene import Damping, Scene
+from squeal.linear.eigen import verdict
+from squeal.model.contact import CONSISTENT
+from squeal.model.equations import PadModel
+
+SETS = 100  # valid sets
+RATIO = 0.01  # of all modes
+STARTS, SEED, REACH = 12, 1, 3.0  # initial conditions, and their box in static compressions
+LATE, LONGER, SEEN = 40, 150, 2  # observation times until a motion is looked at, again, how long
+TOLERANCE = 1e-9
+REPEATS = 2
+
+
+class Lasting(NamedTuple):
+    """The number of a set, and its cases as `lasting` gives them."""
+
+    number: int
+    cases: str
+
+
+def stable(model: PadModel) -> tuple[PadModel, np.ndarray] | None:
+    """The damped pad and the place (3,) of its stable sliding equilibrium; None without one."""
+    scene = Scene(model.name, model.pad, model.formulation, damping=Damping(ratios=(RATIO,) * 3))
+    found = rest(model)
+    if found is None:
+        return None
+    try:
+        damped = damped_model(scene)
+    except ComputationError:
+        return None
+    if verdict(*at_equilibrium(damped, found.equilibrium)) != "stable":
+        return None
+    return damped, np.array(found.equilibrium.q)
+
+
+def initial_states(model: PadModel, place: np.ndarray) -> np.ndarray:
+    """Random states (STARTS, 6) about an equilibrium: along each axis, and by the tilt at an edge,
+    up to `REACH` static compressions off and as fast as a mass on spring 1 that swings so far."""
+    reach = REACH * float(compression(model.pad)) * np.array([1.0, 1.0, 1.0 / model.pad.w])
+    reach = np.append(reach, reach * np.sqrt(model.pad.k1 / model.pad.m))
+    random = np.random.default_rng(SEED).uniform(-1.0, 1.0, (STARTS, 6))
+    return np.append(place, np.zeros(3)) + reach * random
+
+
+def _run(pads: Sequence[PadModel], states: np.ndarray, stop: float, measured: bool) -> Arrays:
+    one = pads[0]
+    return simulate_many(
+        one.name,
+        stack([each.pad for each in pads]),
+        states,
+        stop,
+        TOLERANCE,
+        one.formulation,
+        measure=measures if measured else None,
+        damping=np.array([each.damping for each in pads]),
+    )
+
+
+def lasts(pads: Sequence[PadModel], states: np.ndarray) -> np.ndarray:
+    """Whether (n,) contact still changes after a long time, while the lower face stays slower than
+    the surface."""
+    going = np.arange(len(pads))
+    for before in (LATE, LONGER - LATE):
+        if not going.size:
+            break
+        ends = _run([pads[i] for i in going.tolist()], states, before * STOP, False)
+        there = ends["outcome"] == DONE
+        going, states = going[there], ends["final"][there]
+        if not going.size:
+            break
+        late = _run([pads[i] for i in going.tolist()], states, SEEN * STOP, True)
+        on = np.zeros(len(going), dtype=bool)
+        for k in np.flatnonzero((late["outcome"] == DONE) & (late["changes"] > 0)).tolist():
+            speed = case_of(late, k, 1.0).face * LENGTH / TIME
+            on[k] = bool(speed < SPEED)
+        going, states = going[on], states[on]
+    found = np.zeros(len(pads), dtype=bool)
+    found[going] = True
+    return found
+
+
+def lasting(numbers: Numbers) -> str:
+    """The cases of one set in which contact goes on changing beside stable sliding, of points and
+    line ("d/a"); a model without stable sliding has `NOT_APPLICABLE`, one whose repeats do not
+    agree `UNDECIDED`."""
+    texts = []
+    for model in MODELS:
+        beside = {}
+        for case in CASES:
+            found = stable(single(stacked(numbers, model, case, CONSISTENT), 0))
+            if found is not None:
+                beside[case] = found
+        if not beside:
+            texts.append(NOT_APPLICABLE)
+            continue
+        pads = [damped for damped, _ in beside.values() for _ in range(STARTS)]
+        states = np.concatenate([initial_states(*one) for one in beside.values()])
+        answers = []
+        for repeat in range(REPEATS):
+            off = np.random.default_rng(repeat).uniform(-OFF, OFF, states.shape)
+            last = lasts(pads, states * (1.0 + repeat * off)).reshape(len(beside), STARTS)
+            last_any = np.asarray(last.any(axis=1))
+            cases = zip(beside, last_any.tolist(), strict=True)
+            answers.append("".join(case for case, one in cases if one))
+        texts.append(answers[0] if len(set(answers)) == 1 else UNDECIDED)
+    return "/".join(texts)
+
+
+def read(file: Path) -> list[Lasting]:
+    """The entries of a file. Raises OSError."""
+    return [Lasting(int(number), cases) for number, cases in lines_of(file)]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Compute the first valid sets of a table and store the cases."""
+    parser = argparse.ArgumentParser(description="Store in which cases contact goes on changing.")
+    parser.add_argument("table", type=Path, metavar="TABLE", help="holds a row a set")
+    parser.add_argument("file", type=Path, metavar="FILE", help="holds the cases")
+    given = parser.parse_args(arguments)
+    stored = {one.number: one for one in read(given.file)} if given.file.exists() else {}
+    numbers = drawn()
+    rows = population.read(given.table)
+    valid = [i for i, row in enumerate(rows) if row.outcome == "valid"][:SETS]
+    for i in valid:
+        if i in stored:
+            continue
+        stored[i] = Lasting(i, lasting(some(numbers, slice(i, i + 1))))
+        lines = [[str(entry) for entry in stored[k]] for k in sorted(stored)]
+        write_lines(given.file, Lasting._fields, lines)
+        print(f"set {i}: {stored[i].cases}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

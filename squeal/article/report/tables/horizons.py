@@ -1,0 +1,57 @@
+"""Stiff contacts over one and ten support periods, and how far ahead they can be computed."""
+
+import math
+
+from squeal.article.report.latex import number, tabular
+from squeal.article.studies.horizon import Horizon, Run
+
+CAPTION = r"""Stiff contacts, from a start pressed in by twice the static depth: contact changes
+and error of the default path against quad precision after one and ten support periods; horizons
+at which the error passes $10^{-9}$ in doubles, by the second method, and in quad precision from a
+start that is off by $10^{-15}$; Lyapunov exponent per support period, the horizon that it
+predicts from $10^{-16}$, and the growth of an error by an impact. \emph{Beyond}: after the
+horizon. A dash: not computed, or not within ten periods. Beyond the horizon a number of contact
+changes is one of many that are as likely."""
+
+
+def _count(changes: int | None) -> str:
+    """Three digits: beyond the horizon no more are certain."""
+    return "--" if changes is None else f"${float(f'{changes:.3g}'):.0f}$"
+
+
+def _after(run: Run, periods: float) -> str:
+    error = run.after(periods)
+    if error is not None:
+        return number(error, 1)
+    lost = run.horizon is not None and run.horizon[0] < periods
+    return r"\emph{beyond}" if lost else "--"
+
+
+def table(horizon: Horizon) -> str:
+    """A row a stiffness, a group a model."""
+    groups = []
+    for model in ("B1", "B2"):
+        rows = []
+        for run in horizon.with_model(model):
+            begun = run.horizon
+            power = f"$10^{{{round(math.log10(run.stiffness))}}}$"
+            cells = [f"{model}, {power}", _count(run.one), _count(run.ten)]
+            cells += [_after(run, 1.0), _after(run, 10.0)]
+            cells += [number(begun[0] if begun else None, 2), number(run.independent[0], 2)]
+            cells += [number(run.start[0], 2), number(run.exponent, 2)]
+            cells += [number(run.predicted, 2) if run.exponent > 0.0 else "--"]
+            cells += [f"${run.per_impact:.2f}$"]
+            rows.append(cells)
+        groups.append(rows)
+    over = [
+        "",
+        r"\multicolumn{2}{c}{changes in}",
+        r"\multicolumn{2}{c}{error after}",
+        r"\multicolumn{3}{c}{horizon}",
+        r"\multicolumn{2}{c}{exponent}",
+        "growth",
+    ]
+    head = ["stiffness over $k_1$", "1", "10", "1", "10", "doubles", "second", "start"]
+    head += ["", "predicts", "by impact"]
+    both = [" & ".join(over) + r" \\" + "\n" + head[0], *head[1:]]
+    return tabular("lrrrrrrrrrr", both, groups)

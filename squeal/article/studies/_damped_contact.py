@@ -1,0 +1,494 @@
+"""Models B1 and B2 with damping in the contact, and their periodic motions over two dampings.
+
+Hunt and Crossley's law: where the surface is penetrated by p, the contact bears k p (1 + a p'),
+k being a spring's stiffness on points and that of a unit of length on the line. All modes of the
+frictionless equilibrium have the same damping ratio zeta besides. The force vanishes with p, so
+that the saltation matrix of a contact change is the identity. The law asks for tension where
+1 + a p' < 0, which a contact does not bear. A motion that reaches this is marked: the law does not
+hold for it.
+
+Units: the state is (x, y, w theta) and rates, in static compressions of the contact F_n/k and in
+times sqrt(m/k1).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import root
+
+from squeal.equilibrium.find import damped_model
+from squeal.errors import ComputationError
+from squeal.io.scene import Damping, Scene
+from squeal.linear import complex_eigenvalues
+from squeal.model.contact import ContactLaw, LineContact, Touching
+from squeal.model.pad import (
+    Coefficients,
+    Loads,
+    Number,
+    Point,
+    Pose,
+    coefficients,
+    edges,
+    gaps,
+    pose,
+    springs,
+)
+from squeal.numerics.differentiation import complex_step
+from squeal.simulation.run import heyoka
+
+TOLERANCE = 1e-13
+PARAMETERS = ("a", "zeta", "mu")
+"""What a cycle may be continued over, in the order of `Flow` columns."""
+GAUSS = 1.0 / math.sqrt(3.0)  # two points integrate the cubic p (1 + a p') times its arm exactly
+
+_NAMES = Coefficients._fields
+_ON = len(_NAMES)
+_DECAY = _ON + 2
+_A, _ZETA = _DECAY + 9, _DECAY + 10
+_MU = _NAMES.index("mu")
+_V = _ZETA + 1
+_COUNT = _V + 1
+
+
+def gap_rates(c: Coefficients, at: Pose, v: Number, turning: Number) -> Point:
+    """Rates of the gaps of the leading and the trailing lower edge; `turning` is theta'."""
+    return v + turning * at.aside(c.rlx, c.rly), v + turning * at.aside(c.rtx, c.rty)
+
+
+def touching_part(gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]:
+    """Middle and half length of the part of the line that touches, the face being (-1, 1)."""
+    side = on[1] - on[0]
+    one_edge = side * side
+    full = on[0] * on[1]
+    penetration = -one_edge * (on[0] * gl + on[1] * gt)
+    half = full + penetration / (side * (gl - gt) + (1.0 - one_edge))
+    return side * (1.0 - half), half
+
+
+def edge_forces(
+    law: ContactLaw, c: Coefficients, g: Point, rates: Point, on: Touching, a: Number
+) -> Point:
+    """Normal forces at the edges that stand for the damped contact.
+
+    Parameters
+    ----------
+    g, rates : gaps of the edges and their rates
+    on : factors 1 and 0 of the edges that touch
+    a : size of the damping, a time over a length
+    """
+    if not isinstance(law, LineContact):
+        leading = -on[0] * c.k3 * g[0] * (1.0 - a * rates[0])
+        return leading, -on[1] * c.k4 * g[1] * (1.0 - a * rates[1])
+    middle, half = touching_part(g[0], g[1], on)
+    weight = half
+    if law.line_force == "mean":
+        weight = on[0] + on[1] - on[0] * on[1]  # 1 where anything touches
+    leading, trailing = 0.0, 0.0
+    for node in (-GAUSS, GAUSS):
+        place = middle + node * half
+        share_l, share_t = 0.5 * (1.0 - place), 0.5 * (1.0 + place)
+        gap = share_l * g[0] + share_t * g[1]
+        rate = share_l * rates[0] + share_t * rates[1]
+        force = -0.5 * c.k_c * weight * gap * (1.0 - a * rate)
+        leading = leading + share_l * force
+        trailing = trailing + share_t * force
+    return leading, trailing
+
+
+def least_factors(
+    law: ContactLaw, g: Point, rates: Point, on: Touching, a: Number
+) -> tuple[Number, Number]:
+    """1 + a p' at both ends of what touches (line) or at both points, 1 where nothing does."""
+    if not isinstance(law, LineContact):
+        return 1.0 - on[0] * a * rates[0], 1.0 - on[1] * a * rates[1]
+    middle, half = touching_part(g[0], g[1], on)
+    any_touches = on[0] + on[1] - on[0] * on[1]
+
+    def factor(place: Number) -> Number:
+        rate = 0.5 * (1.0 - place) * rates[0] + 0.5 * (1.0 + place) * rates[1]
+        return 1.0 - any_touches * a * rate
+
+    return factor(middle - half), factor(middle + half)
+
+
+def contact_loads(law: ContactLaw, c: Coefficients, at: Pose, forces: Point) -> Loads:
+    """Normal forces at the edges and friction, on points where the edge is, on the line at h."""
+    f1, f2 = forces
+    if not isinstance(law, LineContact):
+        leading = Loads.of(at, (c.rlx, c.rly), c.mu * f1, f1)
+        return leading + Loads.of(at, (c.rtx, c.rty), c.mu * f2, f2)
+    x1, x2 = edges(c, at)
+    friction = c.mu * (f1 + f2)
+    return Loads(friction, f1 + f2, x1 * f1 + x2 * f2 + c.h * friction)
+
+
+class Motion(NamedTuple):
+    """Accelerations (of x, y, w theta), gaps of the edges, factors 1 + a p', forces at the edges,
+    and the speed of the lower face."""
+
+    rates: tuple[Number, Number, Number]
+    gaps: Point
+    factors: tuple[Number, Number]
+    forces: Point
+    face: Number
+
+
+def motion(
+    ops: Any,
+    law: ContactLaw,
+    c: Coefficients,
+    decay: Sequence[Number],
+    a: Number,
+    zeta: Number,
+    state: Sequence[Number],
+    on: Touching,
+) -> Motion:
+    """The equations of motion over generic arithmetic, see `squeal.model.pad`.
+
+    decay : nine numbers by rows; zeta times this matrix takes its part from the accelerations
+    """
+    x, y, s, u, v, r = state
+    at = pose(ops, (x, y, s / c.w))
+    g = gaps(c, at)
+    rates = gap_rates(c, at, v, r / c.w)
+    forces = edge_forces(law, c, g, rates, on, a)
+    total = springs(ops, c, at) + contact_loads(law, c, at, forces)
+    driving = (total.x / c.m, (total.y - c.F_n) / c.m, c.w * total.moment / c.I)
+    accelerations = []
+    for i in range(3):
+        drag = decay[3 * i] * u + decay[3 * i + 1] * v + decay[3 * i + 2] * r
+        accelerations.append(driving[i] - zeta * drag)
+    ax, ay, turning = accelerations
+    face = u - r / c.w * 0.5 * (c.rly + c.rty)
+    return Motion((ax, ay, turning), g, least_factors(law, g, rates, on, a), forces, face)
+
+
+@dataclass(frozen=True, eq=False)
+class DampedContact:
+    """A pad of a scene with both dampings.
+
+    a: of the contact, s/m; zeta: the modal damping ratio; mu: friction.
+    """
+
+    scene: Scene
+    a: float
+    zeta: float
+    mu: float
+
+    @classmethod
+    def of(cls, scene: Scene, a: float, zeta: float) -> DampedContact:
+        """At the scene's friction."""
+        return cls(scene, a, zeta, float(scene.pad.mu))
+
+    def replace(self, **changes: float) -> DampedContact:
+        """The same pad with other values of `PARAMETERS`."""
+        values = {"a": self.a, "zeta": self.zeta, "mu": self.mu} | changes
+        other = DampedContact(self.scene, **values)
+        for name in ("length", "time", "_decay"):
+            if name in vars(self):
+                vars(other)[name] = vars(self)[name]
+        return other
+
+    @property
+    def law(self) -> ContactLaw:
+        """The law without damping."""
+        return self.scene.pad_model.law
+
+    @cached_property
+    def length(self) -> float:
+        """Unit of length in m, the static compression."""
+        pad = self.scene.pad
+        return float(pad.F_n / sum(getattr(pad, name) for name in self.law.parameters))
+
+    @cached_property
+    def time(self) -> float:
+        """Unit of time in s."""
+        return math.sqrt(self.scene.pad.m / self.scene.pad.k1)
+
+    @cached_property
+    def _decay(self) -> np.ndarray:
+        """The matrix (9,) of `motion`, at zeta = 1."""
+        scene = dataclasses.replace(self.scene, damping=Damping(ratios=(0.01, 0.01, 0.01)))
+        return damped_model(scene).decay.ravel() * self.time / 0.01
+
+    @cached_property
+    def c(self) -> Coefficients:
+        """Coefficients in the units of the motion."""
+        pad = self.scene.pad.replace(mu=self.mu)
+        scaled = pad.scaled(float(pad.m), self.length, self.time)
+        return coefficients(np, scaled, self.law.absolute_gap)
+
+    @property
+    def surface_speed(self) -> float:
+        """Speed of the surface in the units of the motion, infinite where the scene has none."""
+        speed = self.scene.pad.V
+        return math.inf if speed is None else speed * self.time / self.length
+
+    @property
+    def size(self) -> float:
+        """`a` in the units of the motion."""
+        return self.a * self.length / self.time
+
+    @cached_property
+    def numbers(self) -> np.ndarray:
+        """The runtime parameters of `Flow`, no edge touching."""
+        found = np.zeros(_COUNT)
+        found[:_ON] = self.c
+        found[_DECAY:_A] = self._decay
+        found[_A] = self.size
+        found[_ZETA] = self.zeta
+        found[_V] = self.surface_speed
+        return found
+
+    def at(self, state: Any, on: Touching | None = None) -> Motion:
+        """The equations at a state (6, ...), in the contact state there if none is given."""
+        if on is None:
+            g = gaps(self.c, pose(np, (state[0], state[1], state[2] / self.c.w)))
+            on = (1.0 * (np.real(g[0]) < 0.0), 1.0 * (np.real(g[1]) < 0.0))
+        return motion(np, self.law, self.c, self._decay.tolist(), self.size, self.zeta, state, on)
+
+    def gap_rates(self, state: np.ndarray) -> Point:
+        """Rates of the gaps of both edges at a state (6, ...)."""
+        c = self.c
+        at = pose(np, (state[0], state[1], state[2] / c.w))
+        return gap_rates(c, at, state[4], state[5] / c.w)
+
+    def rates(self, state: Any) -> np.ndarray:
+        """Time derivative (6, ...) of a state."""
+        return np.array([*state[3:], *self.at(state).rates])
+
+    @cached_property
+    def sliding(self) -> np.ndarray:
+        """The state (6,) of steady sliding. Raises ComputationError where there is none."""
+        found = root(
+            lambda q: self.at(np.append(q, np.zeros(3))).rates, [0.0, -1.0, 0.0], tol=1e-13
+        )
+        if not found.success and np.abs(found.fun).max() > 1e-9:
+            raise ComputationError("no steady sliding")
+        return np.append(found.x, np.zeros(3))
+
+    @property
+    def sliding_matrix(self) -> np.ndarray:
+        """The matrix (6, 6) of small motions about steady sliding."""
+        return np.asarray(complex_step(self.rates, self.sliding))
+
+    @property
+    def growth(self) -> float:
+        """Greatest growth rate about steady sliding, 1/s."""
+        matrix = self.sliding_matrix
+        found = complex_eigenvalues(np.eye(3), -matrix[3:, 3:], -matrix[3:, :3])
+        return float(found.dominant.value.real) / self.time
+
+
+class Passage(NamedTuple):
+    """A contact change: time, edge (0 leading, 1 trailing), whether it touches from then on."""
+
+    t: float
+    edge: int
+    touches: bool
+
+
+class Arc(NamedTuple):
+    """A motion over some time from a state.
+
+    end (6,); matrix (6, 9): derivatives of the end by the start and by `PARAMETERS` (a in the units
+    of the motion); passages; invalid: the law asked for tension, or the lower face became as fast
+    as the surface.
+    """
+
+    end: np.ndarray
+    matrix: np.ndarray
+    passages: tuple[Passage, ...]
+    invalid: bool
+
+
+def _system(law: ContactLaw) -> tuple[list[tuple[Any, Number]], Motion, tuple[Any, Any]]:
+    hy = heyoka().hy
+    c = Coefficients(*(hy.par[i] for i in range(_ON)))
+    on = (hy.par[_ON], hy.par[_ON + 1])
+    decay = [hy.par[_DECAY + i] for i in range(9)]
+    state = hy.make_vars("x", "y", "s", "u", "v", "r")
+    found = motion(hy, law, c, decay, hy.par[_A], hy.par[_ZETA], state, on)
+    return list(zip(state, (*state[3:], *found.rates), strict=True)), found, on
+
+
+def limits(found: Motion) -> list[Any]:
+    """Expressions that are positive as long as the equations hold: no tension, and a lower face
+    slower than the surface."""
+    taylor = heyoka()
+    # so faint that the step does not depend on it
+    slower = taylor.FAINT * (taylor.hy.par[_V] - found.face)
+    return [*found.factors, slower]
+
+
+class Flow:
+    """A compiled integrator of a law with its variational equations, for every pad."""
+
+    def __init__(self, law: ContactLaw, tolerance: float = TOLERANCE) -> None:
+        hy = heyoka().hy
+        system, found, on = _system(law)
+        args = [variable for variable, _ in system] + [hy.par[_A], hy.par[_ZETA], hy.par[_MU]]
+        self._log: list[Passage] = []
+        self._invalid: list[float] = []
+        upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
+        events = [
+            hy.t_event(e, direction=upwards, callback=self._change(i), cooldown=0.0)
+            for i, e in enumerate(heyoka().rising(found.gaps, on))
+        ]
+        marks = [hy.nt_event(limit, self._mark(), direction=downwards) for limit in limits(found)]
+        self.ta = hy.taylor_adaptive(
+            hy.var_ode_sys(system, args),
+            tol=tolerance,
+            t_events=events,
+            nt_events=marks,
+            compact_mode=True,
+            pars=np.zeros(_COUNT),
+            state=np.zeros(6),
+        )
+        self._slopes = np.zeros((6, 9))
+        self._slopes[:, :6] = np.eye(6)
+
+    def _change(self, edge: int) -> Any:
+        log = self._log
+
+        def change(ta: Any, _sign: int) -> bool:
+            touches = ta.pars[_ON + edge] == 0.0
+            ta.pars[_ON + edge] = 1.0 if touches else 0.0
+            log.append(Passage(ta.time, edge, touches))
+            return True
+
+        return change
+
+    def _mark(self) -> Any:
+        marks = self._invalid
+        return lambda _ta, t, _sign: marks.append(t)
+
+    def run(self, pad: DampedContact, state: np.ndarray, time: float) -> Arc:
+        """The motion over a time. Raises ComputationError where it is not finite."""
+        ta = self.ta
+        self._log.clear()
+        self._invalid.clear()
+        ta.pars[:] = pad.numbers
+        ta.pars[_ON : _ON + 2] = np.array(pad.at(state).gaps) < 0.0
+        ta.time = 0.0
+        ta.state[:6] = state
+        ta.state[6:] = self._slopes.ravel()
+        ta.reset_cooldowns()
+        outcome = ta.propagate_until(time)[0]
+        if outcome != heyoka().hy.taylor_outcome.time_limit:
+            raise ComputationError("the motion is not finite")
+        matrix = ta.state[6:].reshape(6, 9).copy()
+        return Arc(ta.state[:6].copy(), matrix, tuple(self._log), bool(self._invalid))
+
+
+@lru_cache
+def flow(law: ContactLaw) -> Flow:
+    """The integrator of a law."""
+    return Flow(law)
+
+
+LANES = 4
+LOOK = 60.0  # units of time between two looks at a motion: some six periods of a cycle
+
+
+class Fate(NamedTuple):
+    """What becomes of many motions of a pad.
+
+    ends (n, 6): states at the end; lasts (n,): contact still changes; invalid (n,): on the way the
+    law asked for invalid, or the lower face became as fast as the surface.
+    """
+
+    ends: np.ndarray
+    lasts: np.ndarray
+    invalid: np.ndarray
+
+
+class Ensemble:
+    """A compiled integrator of a law for many motions side by side."""
+
+    def __init__(self, law: ContactLaw, tolerance: float = 1e-9) -> None:
+        hy = heyoka().hy
+        system, found, on = _system(law)
+        self._changes = [0] * LANES
+        self._invalid = [False] * LANES
+        upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
+        events = [
+            hy.t_event_batch(e, direction=upwards, callback=self._change(i), cooldown=0.0)
+            for i, e in enumerate(heyoka().rising(found.gaps, on))
+        ]
+        marks = [
+            hy.nt_event_batch(limit, self._mark(), direction=downwards) for limit in limits(found)
+        ]
+        self.ta = hy.taylor_adaptive_batch(
+            system,
+            np.zeros((6, LANES)),
+            tol=tolerance,
+            t_events=events,
+            nt_events=marks,
+            pars=np.zeros((_COUNT, LANES)),
+        )
+
+    def _change(self, edge: int) -> Any:
+        changes = self._changes
+
+        def change(ta: Any, _sign: int, lane: int) -> bool:
+            ta.pars[_ON + edge, lane] = 1.0 - ta.pars[_ON + edge, lane]
+            changes[lane] += 1
+            return True
+
+        return change
+
+    def _mark(self) -> Any:
+        invalid = self._invalid
+
+        def mark(_ta: Any, _t: float, _sign: int, lane: int) -> None:
+            invalid[lane] = True
+
+        return mark
+
+    def fate(self, pad: DampedContact, states: np.ndarray, longest: float) -> Fate:
+        """What becomes of motions from states (n, 6).
+
+        A motion has come to rest once contact has not changed for `LOOK`; it lasts if it has not
+        until `longest`.
+        """
+        count = len(states)
+        ends = np.array(states)
+        lasts = np.zeros(count, dtype=bool)
+        invalid = np.zeros(count, dtype=bool)
+        for first in range(0, count, LANES):
+            index = np.minimum(np.arange(first, first + LANES), count - 1)
+            self._start(pad, ends[index])
+            open_lanes = np.ones(LANES, dtype=bool)
+            end = 0.0
+            while open_lanes.any() and end < longest:
+                end += LOOK
+                self._changes[:] = [0] * LANES
+                self.ta.reset_cooldowns()
+                self.ta.propagate_until([end] * LANES)
+                open_lanes &= np.array(self._changes) > 0
+            ends[index] = self.ta.state.T
+            lasts[index] = open_lanes
+            invalid[index] = self._invalid
+        return Fate(ends, lasts, invalid)
+
+    def _start(self, pad: DampedContact, states: np.ndarray) -> None:
+        ta = self.ta
+        self._invalid[:] = [False] * LANES
+        ta.pars[:] = pad.numbers[:, None]
+        ta.pars[_ON : _ON + 2] = np.array(pad.at(states.T).gaps) < 0.0
+        ta.state[:] = states.T
+        ta.set_time(0.0)
+
+
+@lru_cache
+def ensemble(law: ContactLaw) -> Ensemble:
+    """The integrator of many motions of a law."""
+    return Ensemble(law)

@@ -1,0 +1,273 @@
+"""Periodic motions of `_damped_contact` and their boundaries in two parameters.
+
+A periodic motion is X = (z, T, ln a, ln zeta, mu): a state (6,), a period and the parameters, with
+phi_T(z) = z and a phase condition. The variational equations give all derivatives of phi. With one
+parameter free, motions form a branch; with two, and one more condition (a fold, a period doubling,
+a grazing), a boundary. Both are followed by pseudo-arclength.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from squeal.article.studies._damped_contact import Arc, DampedContact, Flow, flow
+from squeal.errors import ComputationError
+
+PERIOD, LOG_A, LOG_ZETA, MU = 6, 7, 8, 9
+"""Indices into X after the state."""
+CLOSED = 1e-10  # distance of the ends of a motion that counts as closed
+PASSES = 10  # of Newton's method
+DIFFERENCE = 1e-6  # for the gradient of a condition
+CLEAR = 1e-8  # static compressions between a grazing edge and the surface
+
+
+@dataclass(frozen=True, eq=False)
+class Cycle:
+    """A periodic motion: X (10,), its pad and the motion over the period."""
+
+    x: np.ndarray
+    pad: DampedContact
+    arc: Arc
+
+    @property
+    def state(self) -> np.ndarray:
+        """The state (6,) from which the period counts."""
+        return self.x[:6]
+
+    @property
+    def monodromy(self) -> np.ndarray:
+        """The matrix (6, 6) of small deviations over a period."""
+        return self.arc.matrix[:, :6]
+
+    @cached_property
+    def multipliers(self) -> np.ndarray:
+        """The five Floquet multipliers beside that of a shift in time, the largest first."""
+        values = np.linalg.eigvals(self.monodromy)
+        others = np.delete(values, np.argmin(np.abs(values - 1.0)))
+        return np.asarray(others[np.argsort(-np.abs(others))])
+
+    @property
+    def stable(self) -> bool:
+        """Small deviations decay."""
+        return bool(np.abs(self.multipliers[0]) < 1.0)
+
+    @property
+    def period(self) -> float:
+        """In s."""
+        return float(self.x[PERIOD]) * self.pad.time
+
+    @cached_property
+    def contacts(self) -> str:
+        """The contact changes in order, from the first separation of the leading edge: L, T for a
+        separation of the leading and the trailing edge, l, t for its touch."""
+        letters = "".join("LlTt"[2 * p.edge + p.touches] for p in self.arc.passages)
+        turned = [letters[i:] + letters[:i] for i in range(len(letters))]
+        return min(turned, default="")
+
+
+Condition = Callable[[np.ndarray], float]
+
+
+@dataclass(frozen=True, eq=False)
+class Cycles:
+    """Periodic motions of one pad (its scene) over its parameters."""
+
+    pad: DampedContact
+
+    @cached_property
+    def flow(self) -> Flow:
+        """The compiled integrator."""
+        return flow(self.pad.law)
+
+    def start(self, state: np.ndarray, period: float, pad: DampedContact) -> np.ndarray:
+        """X of a guess."""
+        return np.array([*state, period, np.log(pad.a), np.log(pad.zeta), pad.mu])
+
+    def pad_at(self, x: np.ndarray) -> DampedContact:
+        """The pad with the parameters of X."""
+        return self.pad.replace(
+            a=float(np.exp(x[LOG_A])), zeta=float(np.exp(x[LOG_ZETA])), mu=float(x[MU])
+        )
+
+    def over(self, x: np.ndarray) -> Cycle:
+        """The motion of X over its period."""
+        pad = self.pad_at(x)
+        return Cycle(x, pad, self.flow.run(pad, x[:6], float(x[PERIOD])))
+
+    def closure(self, cycle: Cycle) -> tuple[np.ndarray, np.ndarray]:
+        """phi_T(z) - z (6,) and its derivative (6, 10) by X."""
+        arc, pad = cycle.arc, cycle.pad
+        jacobian = np.empty((6, 10))
+        jacobian[:, :6] = arc.matrix[:, :6] - np.eye(6)
+        jacobian[:, PERIOD] = pad.rates(arc.end)
+        jacobian[:, LOG_A] = arc.matrix[:, 6] * pad.size
+        jacobian[:, LOG_ZETA] = arc.matrix[:, 7] * pad.zeta
+        jacobian[:, MU] = arc.matrix[:, 8]
+        return arc.end - cycle.state, jacobian
+
+    def solve(
+        self,
+        guess: np.ndarray,
+        free: Sequence[int] = (),
+        conditions: Sequence[Condition] = (),
+        tangent: np.ndarray | None = None,
+        anchored: bool = False,
+    ) -> tuple[Cycle, np.ndarray]:
+        """The periodic motion next to a guess X, and the tangent (10,) of its branch.
+
+        Parameters
+        ----------
+        free : indices of the parameters that may change
+        conditions : further functions of X that vanish
+        tangent : the correction is orthogonal to it, where one parameter more is free than
+            conditions are given
+        anchored : the conditions say where on the motion the state lies; otherwise the correction
+            of the state is orthogonal to the motion
+
+        Raises
+        ------
+        ComputationError
+            where Newton's method does not converge
+        """
+        columns = [*range(7), *free]
+        x = guess.copy()
+        phase = np.zeros(10)
+        phase[:6] = self.pad_at(x).rates(x[:6])
+        phase /= np.linalg.norm(phase)
+        for _ in range(PASSES):
+            cycle = self.over(x)
+            gap, jacobian = self.closure(cycle)
+            rows = [*jacobian]
+            residual = [*gap]
+            if not anchored:
+                rows.append(phase)
+                residual.append(phase @ (x - guess))
+            for condition in conditions:
+                value, slope = self._gradient(condition, x, columns)
+                rows.append(slope)
+                residual.append(value)
+            if tangent is not None:
+                rows.append(tangent)
+                residual.append(tangent @ (x - guess))
+            matrix = np.array(rows)[:, columns]
+            try:
+                step = np.linalg.solve(matrix, residual)
+            except np.linalg.LinAlgError:
+                break
+            if np.abs(residual).max() < CLOSED or np.abs(step).max() < 1e-11:
+                along = np.zeros(10)
+                if tangent is not None:
+                    unit = np.zeros(len(columns))
+                    unit[-1] = 1.0
+                    along[columns] = np.linalg.solve(matrix, unit)
+                    along /= np.linalg.norm(along)
+                return cycle, along
+            if np.abs(step).max() > 3.0 or not np.isfinite(step).all():
+                break
+            x = x.copy()
+            x[columns] -= step
+            if not x[PERIOD] > 0.0:
+                break
+        raise ComputationError("no periodic motion was found next to the guess")
+
+    def _gradient(
+        self, condition: Condition, x: np.ndarray, columns: Sequence[int]
+    ) -> tuple[float, np.ndarray]:
+        value = condition(x)
+        slope = np.zeros(10)
+        for i in columns:
+            moved = x.copy()
+            moved[i] += DIFFERENCE
+            slope[i] = (condition(moved) - value) / DIFFERENCE
+        return value, slope
+
+    def bordered(self, sign: float) -> Condition:
+        """A condition that vanishes where a multiplier is `sign` (1: a fold, -1: a period
+        doubling), whatever the others are.
+
+        Its borders are fixed at the first motion that it is asked for.
+        """
+        borders: list[np.ndarray] = []
+
+        def value(x: np.ndarray) -> float:
+            cycle = self.over(x)
+            if sign > 0.0:
+                flow_direction = cycle.pad.rates(x[:6])
+                matrix = np.zeros((7, 7))
+                matrix[:6, :6] = cycle.monodromy - np.eye(6)
+                matrix[:6, 6] = flow_direction
+                matrix[6, :6] = flow_direction
+            else:
+                matrix = cycle.monodromy + np.eye(6)
+            n = len(matrix)
+            if not borders:
+                left, _, right = np.linalg.svd(matrix)
+                borders.extend((left[:, -1], right[-1]))
+            whole = np.zeros((n + 1, n + 1))
+            whole[:n, :n] = matrix
+            whole[:n, n] = borders[0]
+            whole[n, :n] = borders[1]
+            return float(np.linalg.solve(whole, np.eye(n + 1)[n])[n])
+
+        return value
+
+    def unit_pair(self, x: np.ndarray) -> float:
+        """A condition that vanishes where a complex pair of multipliers meets the unit circle."""
+        multipliers = self.over(x).multipliers
+        complex_ones = multipliers[np.abs(multipliers.imag) > 1e-6]
+        if not complex_ones.size:
+            raise ComputationError("no complex pair of multipliers")
+        return float(np.abs(complex_ones).max()) - 1.0
+
+    def grazing(self, edge: int, touches: bool) -> tuple[Condition, Condition]:
+        """Conditions of a grazing at the start: the gap of an edge vanishes and is at rest.
+
+        touches : whether the edge touches before and after; the gap stays on that side, a hair from
+            zero.
+        """
+        offset = -CLEAR if touches else CLEAR
+
+        def gap(x: np.ndarray) -> float:
+            return float(self.pad_at(x).at(x[:6]).gaps[edge]) - offset
+
+        def rate(x: np.ndarray) -> float:
+            return float(self.pad_at(x).gap_rates(x[:6])[edge])
+
+        return gap, rate
+
+    def branch(
+        self,
+        x: np.ndarray,
+        free: Sequence[int],
+        direction: np.ndarray,
+        conditions: Callable[[], Sequence[Condition]] = tuple,
+        anchored: bool = False,
+        step: float = 0.05,
+        most: float = 0.4,
+        least: float = 1e-3,
+    ) -> Iterator[Cycle]:
+        """Motions along a branch from a converged X; it ends where no step succeeds.
+
+        The length of a step is that of X with the state's weight. `conditions` are made anew at
+        each motion, so that their borders fit.
+        """
+        tangent = direction / np.linalg.norm(direction)
+        _, tangent = self.solve(x, free, conditions(), tangent, anchored)
+        if tangent @ direction < 0.0:
+            tangent = -tangent
+        while step > least:
+            try:
+                cycle, along = self.solve(x + step * tangent, free, conditions(), tangent, anchored)
+            except ComputationError:
+                step /= 2.0
+                continue
+            if along @ tangent < 0.9:
+                step /= 2.0
+                continue
+            yield cycle
+            x, tangent = cycle.x, along
+            step = min(1.4 * step, most)

@@ -1,0 +1,104 @@
+"""The least disturbance of steady sliding that leads to a lasting loss of contact, by search.
+
+A disturbance is measured by one of two norms: displacements (x, y, w theta) at rest, in static
+compressions; or the energy of displacements and velocities together, over that of the static
+compression, F_n^2/(2 k). The search draws directions, goes outwards along them until a motion
+lasts, and then moves the shortest of these in random steps that shrink. What it finds is an upper
+bound of the least disturbance; repeated from other random numbers it says how sharp the bound is.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from typing import Literal, NamedTuple
+
+import numpy as np
+
+from squeal.article.studies._damped_contact import DampedContact, ensemble
+from squeal.model.contact import LineContact
+from squeal.numerics.differentiation import complex_step
+
+Norm = Literal["displacement", "energy"]
+DIRECTIONS = 32
+RADII = np.geomspace(0.25, 6.0, 15)
+CANDIDATES = 8
+SHORTER = np.array([0.002, 0.01, 0.03, 0.1] * 2)  # by how much, at a width of 1/6 and more
+FIRST_WIDTH, LAST_WIDTH = 0.5, 0.004
+WIDER, NARROWER = 1.25, 0.8
+ROUNDS = 60
+LONGEST = 1200.0  # units of time
+DECAYS = 4.0  # times in which a motion about sliding decays by e
+LONGEST_PRINTED = 12000.0  # motions stay near the weakly unstable cycle of the printed law
+
+
+class Least(NamedTuple):
+    """The shortest disturbance found: its norm and the disturbance (6,) of the state."""
+
+    norm: float
+    disturbance: np.ndarray
+
+
+def unit_disturbances(pad: DampedContact, norm: Norm) -> np.ndarray:
+    """Columns (6, k): disturbances whose combinations have the length of their coefficients."""
+    if norm == "displacement":
+        return np.eye(6)[:, :3]
+    undamped = dataclasses.replace(pad, a=0.0, zeta=0.0, mu=0.0)
+    mass = np.array([1.0, 1.0, pad.c.I / (pad.c.m * pad.c.w**2)])
+    stiffness = -mass[:, None] * complex_step(undamped.rates, pad.sliding)[3:, :3]
+    static_energy = 0.5 * pad.c.F_n  # the static compression is the unit of length
+    flexibility = np.linalg.inv(0.5 * (stiffness + stiffness.T))
+    columns = np.zeros((6, 6))
+    columns[:3, :3] = np.linalg.cholesky(2.0 * static_energy * flexibility)
+    columns[3:, 3:] = np.diag(np.sqrt(2.0 * static_energy / mass))
+    return columns
+
+
+def longest(pad: DampedContact) -> float:
+    """After this time a motion that still changes contact lasts; sliding is stable."""
+    printed = isinstance(pad.law, LineContact) and pad.law.line_force == "mean"
+    least = LONGEST_PRINTED if printed else LONGEST
+    return max(least, DECAYS / (-pad.growth * pad.time))
+
+
+def lasts(pad: DampedContact, disturbances: np.ndarray) -> np.ndarray:
+    """Which motions from sliding disturbed by these (n, 6) lose contact for ever, (n,) bools.
+
+    They do so within the equations: without tension, the lower face slower than the surface.
+    """
+    found = ensemble(pad.law).fate(pad, pad.sliding + disturbances, longest(pad))
+    return np.asarray(found.lasts & ~found.invalid)
+
+
+def least_disturbance(pad: DampedContact, norm: Norm, seed: int) -> Least | None:
+    """The shortest disturbance found from one seed of random numbers, None where none lasts."""
+    random = np.random.default_rng(seed)
+    columns = unit_disturbances(pad, norm)
+    size = columns.shape[1]
+    directions = random.normal(size=(DIRECTIONS, size))
+    directions /= np.linalg.norm(directions, axis=1)[:, None]
+    best = None
+    for radius in RADII:
+        lasting = lasts(pad, radius * directions @ columns.T)
+        if lasting.any():
+            best = radius * directions[np.argmax(lasting)]
+            break
+    if best is None:
+        return None
+    width = FIRST_WIDTH
+    for _ in range(ROUNDS):
+        length = np.linalg.norm(best)
+        candidates = best / length + width * random.normal(size=(CANDIDATES, size))
+        candidates[0] = best  # the same direction, shorter
+        candidates /= np.linalg.norm(candidates, axis=1)[:, None]
+        candidates *= length * (1.0 - min(1.0, 6.0 * width) * SHORTER)[:, None]
+        lasting = lasts(pad, candidates @ columns.T)
+        if lasting.any():
+            lengths = np.where(lasting, np.linalg.norm(candidates, axis=1), np.inf)
+            best = candidates[np.argmin(lengths)]
+            if np.count_nonzero(lasting) > 1:
+                width = min(1.0, WIDER * width)
+        else:
+            width *= NARROWER
+        if width < LAST_WIDTH:
+            break
+    return Least(float(np.linalg.norm(best)), columns @ best)

@@ -1,0 +1,78 @@
+"""How far numbers move when sensitive motions are repeated from starts that differ by rounding.
+
+A long motion through many impacts forgets its start: another processor, which rounds otherwise,
+computes another one, and what is counted or averaged moves. A study repeats such motions and says
+in its result how far each number went. Tables and the text print that beside the number, sentences
+must hold at both ends, and other machines must come to numbers within reach.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, TypeVar
+
+import numpy as np
+
+from squeal.article.records import Moved, Result, from_dict, to_dict
+
+R = TypeVar("R", bound=Result)
+SIZE = 1e-10  # of the disturbance of a start, relative
+SAME = 1e-6  # numbers that lie nearer, relative to their size, do not count as moved
+
+
+def disturbed(states: np.ndarray, repeat: int) -> np.ndarray:
+    """States (n, 6) changed relatively by up to `SIZE`, otherwise for each repeat; 0 changes
+    nothing."""
+    if repeat == 0:
+        return states
+    draws = np.random.default_rng(repeat).uniform(-1.0, 1.0, states.shape)
+    return states * (1.0 + SIZE * draws)
+
+
+def numbers(value: Any, at: str = "") -> Iterator[tuple[str, float]]:
+    """The numbers of a record, each with its keys and places, dots between."""
+    value = to_dict(value)
+    entries: Iterator[tuple[Any, Any]] = iter(())
+    if isinstance(value, Mapping):
+        entries = iter(value.items())
+    elif isinstance(value, list):
+        entries = iter(enumerate(value))
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        yield at, value
+    for key, entry in entries:
+        yield from numbers(entry, f"{at}.{key}" if at else str(key))
+
+
+def moved(at: str, repeats: Sequence[Any]) -> tuple[Moved, ...]:
+    """The numbers under the key `at` that differ between repeats of a record."""
+    found = [dict(numbers(one, at)) for one in repeats]
+    several: list[Moved] = []
+    for key in found[0]:
+        values = [one[key] for one in found if key in one]
+        low, high = min(values), max(values)
+        if high - low > SAME * max(abs(low), abs(high)):
+            several.append(Moved(key, low, high))
+    return tuple(several)
+
+
+def at_ends(result: R) -> tuple[R, ...]:
+    """The result as it is, with all numbers that moved at their low ends, and at their high ones.
+
+    Raises KeyError or IndexError where the spread names a number that is not there.
+    """
+    if not result.spread:
+        return (result,)
+    low = {one.key: one.low for one in result.spread}
+    high = {one.key: one.high for one in result.spread}
+    return (result, _with(result, low), _with(result, high))
+
+
+def _with(result: R, changes: Mapping[str, float]) -> R:
+    plain = to_dict(result)
+    for key, value in changes.items():
+        *path, last = key.split(".")
+        entry: Any = plain
+        for part in path:
+            entry = entry[int(part)] if isinstance(entry, list) else entry[part]
+        entry[int(last) if isinstance(entry, list) else last] = value
+    return from_dict(type(result), plain)

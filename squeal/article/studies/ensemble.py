@@ -1,0 +1,363 @@
+"""The verdicts of page 1 on random parameter sets within physical bounds, and searches that fit
+shuffled statements beside those that fit the article's.
+
+Both are stored; a random part of the sets is computed again.
+"""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import binomtest, mannwhitneyu
+
+from squeal.article.identify import control, lasting, population
+from squeal.article.identify.population import (
+    BOUNDS,
+    EQUAL,
+    INDEPENDENT,
+    LINE,
+    LOADINGS,
+    NO,
+    NOT_APPLICABLE,
+    POINTS,
+    UNDECIDED,
+    VERDICTS,
+    YES,
+    Row,
+)
+from squeal.article.records import Record, Result, read_json
+from squeal.article.studies.sets import FLATTEST
+from squeal.io.provenance import NOT_INSTALLED, version
+
+CONFIDENCE = 0.95
+SLOW = 5.0  # m/s, a slower surface
+CLOSE = 7  # independent statements that a random set close to the article satisfies at least
+KINDS = ("printed", "shuffled", "screened", "bounded")
+MODELS = {"points": (0,), "line": (1,), "either": (0, 1)}
+SAMPLE, SAMPLE_SEED = 20, 1  # sets that are computed again
+ROUNDED = 2.0  # per mille, differences of shares that the stored digits allow
+
+
+class Share(Record):
+    """How many of some sets have a property, `undecided` more may have it.
+
+    The share is that of the former; interval: from the lower end of Wilson's interval of these to
+    the upper end of that with the undecided ones.
+    """
+
+    sets: int
+    holds: int
+    undecided: int
+    share: float
+    interval: tuple[float, float]
+
+
+class Bound(Record):
+    """A number that is drawn: between low and high, its logarithm where `log`."""
+
+    name: str
+    low: float
+    high: float
+    log: bool
+    reason: str
+
+
+class Sample(Record):
+    """Sets that were computed again: how many agree, and the numbers of the others."""
+
+    sets: int
+    agree: int
+    others: tuple[int, ...]
+
+
+class Search(Record):
+    """Searches of one kind: independent statements that each satisfies at its end, their least,
+    median and greatest number; sets judged in all by these searches; valid: how many ended at a set
+    that stays slower than the surface, None with shuffled statements."""
+
+    satisfied: tuple[int, ...]
+    least: int
+    median: float
+    best: int
+    sets: int
+    valid: int | None
+
+
+class Ensemble(Result):
+    """outcomes: how many sets were valid, outran the surface, left the model or had no standing
+    start; groups: how many valid sets there are in all, that stay slower than `slow` (m/s), flatter
+    than `flattest`, and that satisfy at least `close` statements; shares: by property and group;
+    coexist: shares of the first `damped` valid sets in which contact goes on changing beside stable
+    sliding, by model;
+    statements: how many are independent; counts: how many valid sets satisfy each number of them;
+    lost, apart: shares of time of each valid set, points and line, per mille; searches: by kind;
+    reaching: how many searches with shuffled statements satisfy as many as the median of those with
+    the article's; chance: that equal searches differ so, by a two-sided Mann-Whitney test; sample:
+    None where nothing can simulate ensembles."""
+
+    drawn: int
+    seed: int
+    bounds: tuple[Bound, ...]
+    outcomes: dict[str, int]
+    groups: dict[str, int]
+    shares: dict[str, dict[str, Share]]
+    coexist: dict[str, Share]
+    statements: int
+    counts: tuple[int, ...]
+    median: int
+    lost: tuple[tuple[int, int], ...]
+    apart: tuple[tuple[int, int], ...]
+    searches: dict[str, Search]
+    reaching: int
+    chance: float
+    sample: Sample | None
+    damped: int
+    speed: float = population.SPEED
+    slow: float = SLOW
+    flattest: float = FLATTEST
+    close: int = CLOSE
+    ratio: float = lasting.RATIO
+    starts: int = lasting.STARTS
+    reach: float = lasting.REACH
+    off: float = population.OFF
+    confidence: float = CONFIDENCE
+
+
+Property = Callable[[Row], str]
+"""Yes, no, undecided or not applicable, of a row."""
+
+
+def share(letters: Sequence[str]) -> Share | None:
+    """The share of yes among the letters that apply; None where none does."""
+    count = Counter(letters)
+    holds, undecided = count[YES], count[UNDECIDED]
+    total = holds + undecided + count[NO]
+    if not total:
+        return None
+    low = binomtest(holds, total).proportion_ci(CONFIDENCE, "wilson").low
+    high = binomtest(holds + undecided, total).proportion_ci(CONFIDENCE, "wilson").high
+    return Share(total, holds, undecided, holds / total, (float(low), float(high)))
+
+
+def letter(row: Row, name: str) -> str:
+    """What a row says of one of `VERDICTS`."""
+    return row.verdicts[VERDICTS.index(name)]
+
+
+def _is(name: str, wanted: str) -> Property:
+    """Whether a verdict with more than two answers is the wanted one."""
+
+    def answer(row: Row) -> str:
+        found = letter(row, name)
+        if found in (UNDECIDED, NOT_APPLICABLE):
+            return found
+        return YES if found == wanted else NO
+
+    return answer
+
+
+def _of_cases(text: str, model: int) -> str:
+    """The letters of a model (0 points, 1 line) in "cd/c"."""
+    return text.split("/")[model]
+
+
+def _word(value: bool) -> str:
+    return YES if value else NO
+
+
+def _where_hammering(row: Row) -> str:
+    """`differ`, of the sets in which points hammer in some case."""
+    if row.hammers == UNDECIDED:
+        return UNDECIDED
+    return letter(row, "differ") if _of_cases(row.hammers, 0) else NOT_APPLICABLE
+
+
+def _where_both(row: Row) -> str:
+    """`c_only`, of the sets in which both models hammer in some case."""
+    if row.hammers == UNDECIDED:
+        return UNDECIDED
+    points, line = row.hammers.split("/")
+    return letter(row, "c_only") if set(points) & set(line) else NOT_APPLICABLE
+
+
+def _separates(flutters: bool) -> Property:
+    """Whether the line separates in (c), of the sets whose equilibrium there flutters or not."""
+
+    def answer(row: Row) -> str:
+        if "c" in _of_cases(row.without, 1):
+            return NOT_APPLICABLE
+        if ("c" in _of_cases(row.flutters, 1)) != flutters:
+            return NOT_APPLICABLE
+        return row.separates if row.separates == UNDECIDED else _word("c" in row.separates)
+
+    return answer
+
+
+def lasts(text: str, models: Sequence[int]) -> str:
+    """Whether contact goes on changing beside stable sliding in some case of some models, from the
+    cases that `lasting` names."""
+    found = [_of_cases(text, model) for model in models]
+    known = [cases for cases in found if cases != NOT_APPLICABLE]
+    if not known:
+        return NOT_APPLICABLE
+    if any(cases not in ("", UNDECIDED) for cases in known):
+        return YES
+    return UNDECIDED if UNDECIDED in known else NO
+
+
+PROPERTIES: dict[str, Property] = {
+    "restless": _is("restless", YES),
+    "differ": _is("differ", YES),
+    "differ_where_hammering": _where_hammering,
+    "c_only": _is("c_only", YES),
+    "c_only_where_both": _where_both,
+    "points_longer": _is("lost", POINTS),
+    "line_longer_all_edges": _is("apart", LINE),
+    "two_alike": _is("two", YES),
+    "locked_line": _is("locked_line", YES),
+    "locked_points": _is("locked_points", YES),
+    "permanent_all": _is("permanent_all", YES),
+    "permanent_some": _is("permanent_some", YES),
+    "separates_fluttering": _separates(True),
+    "separates_stable": _separates(False),
+    **{
+        f"{name}_longer_{load:g}".replace(".", "_"): _is(f"load_{load:g}", wanted)
+        for load in LOADINGS
+        for name, wanted in (("points", POINTS), ("line", LINE), ("equally", EQUAL))
+    },
+}
+
+
+def satisfied(row: Row) -> int:
+    """How many independent statements a set satisfies; undecided ones do not count."""
+    return (int(row.satisfied, 16) & ~int(row.undecided, 16)).bit_count()
+
+
+def agrees(stored: Row, again: Row) -> bool:
+    """Whether a set that is computed again says the same as far as it is decided."""
+    if stored.outcome != again.outcome:
+        return False
+    if not stored.verdicts:
+        return True
+    doubt = int(stored.undecided, 16) | int(again.undecided, 16)
+    if (int(stored.satisfied, 16) ^ int(again.satisfied, 16)) & ~doubt:
+        return False
+    for old, new in zip(stored.verdicts, again.verdicts, strict=True):
+        if old != new and UNDECIDED not in (old, new):
+            return False
+    allowed = ROUNDED + float(stored.spread) + float(again.spread)
+    for key in ("lost1", "lost2", "apart1", "apart2"):
+        old, new = getattr(stored, key), getattr(again, key)
+        if bool(old) != bool(new) or (old and abs(float(old) - float(new)) > allowed):
+            return False
+    return True
+
+
+def sampled(rows: Sequence[Row], count: int = SAMPLE, seed: int = SAMPLE_SEED) -> Sample:
+    """Compute some of the sets again."""
+    chosen = np.sort(np.random.default_rng(seed).choice(len(rows), count, replace=False))
+    again = population.rows(population.some(population.drawn(), chosen))
+    pairs = zip(chosen.tolist(), again, strict=True)
+    others = tuple(i for i, new in pairs if not agrees(rows[i], new))
+    return Sample(count, count - len(others), others)
+
+
+def _search(searches: Sequence[control.StoredSearch]) -> Search:
+    counts = [len(one.satisfied) for one in searches]
+    ends = [one.row for one in searches]
+    known = [row for row in ends if row is not None]
+    return Search(
+        satisfied=tuple(counts),
+        least=min(counts),
+        median=float(np.median(counts)),
+        best=max(counts),
+        sets=sum(one.sets for one in searches),
+        valid=sum(row.outcome == "valid" for row in known) if known else None,
+    )
+
+
+def study(files: Sequence[Path]) -> Ensemble:
+    """What the stored sets and searches say."""
+    table, damped_file, searches_file = files
+    rows = population.read(table)
+    heights = population.drawn()["h"][: len(rows)].tolist()
+    pairs = [(row, h) for row, h in zip(rows, heights, strict=True) if row.outcome == "valid"]
+    valid = [row for row, _ in pairs]
+    stored = read_json(control.Searches, searches_file).searches
+    groups = {
+        "all": valid,
+        "slow": [row for row in valid if float(row.speed) < SLOW],
+        "flat": [row for row, h in pairs if h < FLATTEST],
+        "close": [row for row in valid if satisfied(row) >= CLOSE],
+    }
+    shares: dict[str, dict[str, Share]] = {}
+    for name, answer in PROPERTIES.items():
+        found = {group: share([answer(row) for row in some]) for group, some in groups.items()}
+        shares[name] = {group: one for group, one in found.items() if one is not None}
+    counts = [satisfied(row) for row in valid]
+    damped = lasting.read(damped_file)
+    searches = {kind: _search([one for one in stored if one.kind == kind]) for kind in KINDS}
+    printed, shuffled = searches["printed"], searches["shuffled"]
+    able = version("heyoka") != NOT_INSTALLED
+    return Ensemble(
+        drawn=len(rows),
+        seed=population.SEED,
+        bounds=tuple(Bound.of(d, None) for d in BOUNDS),
+        outcomes=dict(Counter(row.outcome for row in rows)),
+        groups={name: len(some) for name, some in groups.items()},
+        shares=shares,
+        coexist={
+            name: one
+            for name, models in MODELS.items()
+            if (one := share([lasts(each.cases, models) for each in damped]))
+        },
+        statements=len(INDEPENDENT),
+        counts=tuple(np.bincount(counts, minlength=len(INDEPENDENT) + 1).tolist()),
+        median=int(np.median(counts)),
+        lost=tuple((int(row.lost1), int(row.lost2)) for row in valid if row.lost1),
+        apart=tuple((int(row.apart1), int(row.apart2)) for row in valid if row.apart1),
+        searches=searches,
+        reaching=sum(n >= printed.median for n in shuffled.satisfied),
+        chance=float(mannwhitneyu(printed.satisfied, shuffled.satisfied).pvalue),
+        sample=sampled(rows) if able else None,
+        damped=len(damped),
+    )
+
+
+def sentences(record: Ensemble) -> Mapping[str, bool]:
+    """What the paper says of random sets and of searches."""
+
+    def low(name: str, group: str = "all") -> float:
+        return record.shares[name][group].interval[0]
+
+    def high(name: str, group: str = "all") -> float:
+        return record.shares[name][group].interval[1]
+
+    either = record.coexist["either"]
+    shuffled, printed = record.searches["shuffled"], record.searches["printed"]
+    best = max(count for count, sets in enumerate(record.counts) if sets)
+    return {
+        "no-motion-of-a-random-set-settles": low("restless") > 0.99,
+        "points-allow-permanent-contact-with-every-random-set": low("permanent_some") > 0.99,
+        "two-points-are-like-the-line-in-nine-sets-of-ten": low("two_alike") > 0.9,
+        "points-lose-longer-in-most-random-sets": 0.5 < low("points_longer") < 0.75,
+        "line-loses-longer-in-fewer-than-half-counting-all-edges": high("line_longer_all_edges")
+        < 0.5,
+        "from-like-loads-the-order-depends-on-the-load": low("points_longer_2") > 0.5
+        and low("points_longer_0_02") > 0.5
+        and high("points_longer_1_2") < 0.5
+        and low("line_longer_1_2") > high("points_longer_1_2"),
+        "c-alone-hammers-in-few-random-sets": high("c_only") < 0.1,
+        "directions-matter-in-most-sets-that-hammer": low("differ_where_hammering") > 0.6,
+        "separation-in-c-goes-with-flutter": low("separates_fluttering") > high("separates_stable"),
+        "locked-rotation-stops-the-line-in-some-sets-only": low("locked_line") > 0.3
+        and high("locked_line") < 0.8,
+        "contact-is-lost-beside-stable-sliding-in-some-random-sets": either.interval[0] > 0.05,
+        "shuffled-statements-are-fitted-too": shuffled.median > best
+        and shuffled.best >= printed.best,
+        "searches-show-no-difference-to-shuffled-statements": record.chance > 0.05,
+        "random-sets-satisfy-no-more-than-half": best <= record.statements / 2,
+        "random-sets-say-the-same-again": record.sample is None
+        or record.sample.agree >= record.sample.sets - 2,
+    }

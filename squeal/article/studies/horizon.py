@@ -1,0 +1,163 @@
+"""How far ahead a stiff contact can be computed: errors that impacts amplify, and their limit.
+
+The motions start pressed in by twice the static depth, with a contact stiffness of 1 to 1e8 times
+that of a support spring. Reference solution is the motion in quad precision, which the rounding of
+doubles does not reach. Beside it stand the default path in doubles, a second method with equations
+of its own (`_independent`), and quad precision from a start that is off by 1e-15. If the errors of
+the first two grow as the difference of the third does, it is the motion that amplifies them.
+
+The runs are stored; `python -m benchmarks.horizon` makes them anew.
+"""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+
+from squeal.article.records import Record, Result, read_json
+from squeal.model.pad import Model
+
+LEVELS = (1e-9, 1e-6)
+"""Relative errors of the place whose first excess is a horizon."""
+START_ERROR = 1e-15  # of the perturbed start, relative
+STIFF = 1e3  # contact over support stiffness from which motions are lost within ten periods
+FORETOLD = 1e7  # at 1e8 the exponent of the window foretells a third of the horizon only
+ROUNDING = 1e-16  # of a double, from which the exponent predicts the horizon
+Periods = Annotated[float, ".2f"]
+
+
+class Errors(Record):
+    """Relative errors of the place against quad precision at the times of a motion."""
+
+    double: tuple[float, ...]
+    independent: tuple[float, ...]
+    start: tuple[float, ...]
+
+
+class Run(Record):
+    """The motions of a model at one contact stiffness; times in support periods.
+
+    stiffness: of each contact spring over that of a support spring; window: time computed in quad
+    precision; changes: contact changes in it; found: contact changes of the double run and of the
+    second method; horizons: of the double run from starts changed in the last bit, of the second
+    method, of the perturbed start, each for both of `LEVELS`, None where the window ends before;
+    exponent: greatest Lyapunov exponent by renormalised neighbours, per support period; one, ten:
+    contact changes in one and ten periods, None where they were not computed; errors at `times`.
+    """
+
+    model: Model
+    stiffness: float
+    window: Periods
+    changes: int
+    found: tuple[int, int]
+    double: tuple[tuple[float | None, ...], ...]
+    independent: tuple[float | None, ...]
+    start: tuple[float | None, ...]
+    exponent: float
+    one: int | None
+    ten: int | None
+    times: tuple[float, ...]
+    errors: Errors
+
+    @property
+    def horizon(self) -> tuple[float, float] | None:
+        """Least and greatest horizon of the double runs, None where the window ends before."""
+        found = [low for low, _ in self.double if low is not None]
+        return (min(found), max(found)) if len(found) == len(self.double) else None
+
+    @property
+    def predicted(self) -> float:
+        """Time in which an error of `ROUNDING` grows to the first level by the exponent."""
+        if self.exponent <= 0.0:
+            return math.inf
+        return math.log(LEVELS[0] / ROUNDING) / self.exponent
+
+    def after(self, periods: float) -> float | None:
+        """Error of the double run about that time, None beyond the window or the horizon."""
+        begun = self.horizon
+        if self.window < periods or (begun is not None and begun[0] < periods):
+            return None
+        later = next(i for i, t in enumerate(self.times) if t >= periods * (1.0 - 1e-9))
+        return self.errors.double[later]
+
+    @property
+    def per_impact(self) -> float:
+        """Factor by which an impact, two contact changes, multiplies an error."""
+        return math.exp(2.0 * self.exponent * self.window / self.changes)
+
+
+class Horizon(Result):
+    """The stored runs; example: stiffness of the one that is drawn with its errors."""
+
+    runs: tuple[Run, ...]
+    example: float = 1e3
+    levels: tuple[float, float] = (LEVELS[0], LEVELS[1])
+    start_error: float = START_ERROR
+
+    def with_model(self, model: Model) -> tuple[Run, ...]:
+        """The runs of a model, the softest contact first."""
+        return tuple(run for run in self.runs if run.model == model)
+
+    @property
+    def reached(self) -> tuple[Run, ...]:
+        """The runs whose horizon lies within the window."""
+        return tuple(run for run in self.runs if run.horizon is not None)
+
+    @property
+    def prediction(self) -> tuple[float, float]:
+        """Least and greatest horizon over the prediction by the exponent, up to `FORETOLD`."""
+        some = [run for run in self.reached if run.stiffness <= FORETOLD]
+        ratios = [at / run.predicted for run in some for at in run.horizon or ()]
+        return min(ratios), max(ratios)
+
+    @property
+    def second(self) -> tuple[float, float]:
+        """Least and greatest horizon of the second method over the default path's."""
+        ratios = [
+            run.independent[0] / at
+            for run in self.reached
+            for at in run.horizon or ()
+            if run.independent[0] is not None
+        ]
+        return min(ratios), max(ratios)
+
+
+def first_excess(times: np.ndarray, errors: np.ndarray, level: float) -> float | None:
+    """The first time at which an error exceeds a level, None if none does."""
+    beyond = np.flatnonzero(errors > level)
+    return float(times[beyond[0]]) if beyond.size else None
+
+
+def study(files: Sequence[Path]) -> Horizon:
+    """The runs of a stored file."""
+    (file,) = files
+    return read_json(Horizon, file)
+
+
+def sentences(record: Horizon) -> dict[str, bool]:
+    """What the paper says of stiff contact."""
+    points = [run for run in record.with_model("B1") if run.stiffness >= STIFF]
+    line = [run for run in record.with_model("B2") if run.stiffness >= STIFF]
+    stiff = [*points, *line]
+    foretold = [run for run in line if run.stiffness <= FORETOLD]
+    scaled = [run.horizon[0] * math.sqrt(run.stiffness) for run in stiff if run.horizon is not None]
+    return {
+        "stiff-contact-has-a-horizon": len(scaled) == len(stiff),
+        "the-motion-amplifies-the-errors": _within(record.prediction, 2.0)
+        and _within(record.second, 2.0),
+        "growth-by-impact-does-not-depend-on-stiffness": all(
+            1.01 < run.per_impact < 1.10 for run in points
+        )
+        and all(1.15 < run.per_impact < 1.45 for run in foretold),
+        "one-period-is-computed-up-to-1e4": all(
+            run.horizon is None or run.horizon[0] > 1.0
+            for run in record.runs
+            if run.stiffness < 2e4
+        ),
+    }
+
+
+def _within(ratios: tuple[float, float], factor: float) -> bool:
+    return 1.0 / factor <= ratios[0] and ratios[1] <= factor

@@ -1,0 +1,27 @@
+"""The referee: judges a printed answer by means that share nothing with the solvers.
+
+It says `proved`, `open` or `refuted`. `docs/proof.md` derives the bounds.
+"""
+
+from squeal.proof.balls import AS_GIVEN, HALF_ULP, Balls, Quadratic
+from squeal.proof.pieces import Piece
+from squeal.proof.ranges import Term, Terms, prove_gap, prove_thresholds
+from squeal.proof.referee import Count, Proof, RootList, judge, prove_roots, unstable_count
+
+__all__ = [
+    "AS_GIVEN",
+    "HALF_ULP",
+    "Balls",
+    "Count",
+    "Piece",
+    "Proof",
+    "Quadratic",
+    "RootList",
+    "Term",
+    "Terms",
+    "judge",
+    "prove_gap",
+    "prove_roots",
+    "prove_thresholds",
+    "unstable_count",
+]

@@ -1,0 +1,223 @@
+"""Matrices of balls: each entry is known up to a radius, and every operation rounds outwards.
+
+A product of n terms, summed in any order, misses the exact one by at most n u / (1 - n u) times
+the product of the absolute values, u = eps/2, and by n times the smallest normal number where it
+underflows (Higham, Accuracy and Stability of Numerical Algorithms, 3.1 to 3.6). Radii are products
+of non-negative numbers, enlarged by the same bound. Nothing relies on the rounding mode.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Floats = NDArray[np.float64]
+EPS = float(np.finfo(float).eps)
+TINY = float(np.finfo(float).tiny)
+AS_GIVEN = "as given"
+HALF_ULP = "half an ulp"
+
+
+def size(X: Any) -> Floats:
+    """Upper bounds of the absolute values of real or complex entries."""
+    sizes = np.abs(X)
+    return sizes * (1.0 + 4.0 * EPS) if np.iscomplexobj(X) else sizes
+
+
+def upper(X: Any, terms: int) -> Any:
+    """Upper bounds of sums of that many non-negative products, from their computed values."""
+    return X * (1.0 + (terms + 8) * EPS) + (terms + 8) * TINY
+
+
+def row_sums(X: Floats) -> Floats:
+    """Upper bounds (n,) of the sums of non-negative rows (n, m)."""
+    return upper(X.sum(axis=1), X.shape[1])
+
+
+@dataclass(frozen=True, eq=False)
+class Balls:
+    """All matrices within `rad` of `mid`, entry by entry.
+
+    Parameters
+    ----------
+    mid : ndarray (n, m)
+        Midpoints, real or complex.
+    rad : ndarray (n, m)
+        Radii, at least 0.
+    """
+
+    mid: Any
+    rad: Floats
+
+    @staticmethod
+    def exact(X: Any) -> Balls:
+        """The matrix itself."""
+        return Balls(X, np.zeros(X.shape))
+
+    @property
+    def is_zero(self) -> bool:
+        """True if the matrix of zeros is the only one."""
+        return not (self.mid.any() or self.rad.any())
+
+    @property
+    def is_exact(self) -> bool:
+        """True if there is one matrix only."""
+        return not self.rad.any()
+
+    @property
+    def is_finite(self) -> bool:
+        """True if all midpoints and radii are finite."""
+        return bool(np.isfinite(self.mid).all() and np.isfinite(self.rad).all())
+
+    def block(self, rows: NDArray[np.intp]) -> Balls:
+        """The rows and columns of some indices."""
+        index = np.ix_(rows, rows)
+        return Balls(self.mid[index], self.rad[index])
+
+    def scaled(self, exponents: Any) -> Balls:
+        """Entries times powers of two; what underflows is covered by the radius."""
+        mid = np.ldexp(self.mid, exponents)
+        lost = np.ldexp(mid, -exponents) != self.mid
+        rad = np.ldexp(self.rad, exponents)
+        rad = rad + TINY * (lost | ((self.rad > 0.0) & (rad < TINY)))
+        return Balls(mid, rad)
+
+    def plus(self, other: Balls) -> Balls:
+        """The sum."""
+        mid = self.mid + other.mid
+        return Balls(mid, upper(self.rad + other.rad + EPS * size(mid), 2))
+
+    def times(self, factors: Any) -> Balls:
+        """Entries times real or complex numbers, broadcast."""
+        mid = self.mid * factors
+        rad = self.rad * size(factors) + 4.0 * EPS * size(mid)
+        return Balls(mid, upper(rad, 4))
+
+    def __matmul__(self, other: Balls) -> Balls:
+        terms = self.mid.shape[1]
+        mid = self.mid @ other.mid
+        is_complex = np.iscomplexobj(mid)
+        # a complex product sums 2 n real ones in each part; both parts cost a factor sqrt(2)
+        share = (1.5 if is_complex else 0.5) * (terms + 4) * EPS
+        left = size(self.mid)
+        right = size(other.mid)
+        rad = left @ upper(other.rad + share * right, 2)
+        if not self.is_exact:
+            rad = rad + self.rad @ upper(right + other.rad, 2)
+        return Balls(mid, upper(rad, 4 * terms))
+
+    def bound(self) -> Floats:
+        """Upper bounds of the absolute values."""
+        return upper(size(self.mid) + self.rad, 2)
+
+
+def half_widths(X: Floats, data: str) -> Floats:
+    """How far the true entries may lie from given ones.
+
+    Parameters
+    ----------
+    X : ndarray
+        Entries; one that is zero is zero in all data.
+    data : str
+        `as given`, `half an ulp`, or a number of digits such as `10 digits`: half a unit of the
+        last of so many significant ones.
+
+    Raises
+    ------
+    ValueError
+        For any other data.
+    """
+    if data == AS_GIVEN:
+        return np.zeros(X.shape)
+    if data == HALF_ULP:
+        return np.where(X == 0.0, 0.0, np.spacing(np.abs(X)) / 2.0 + 5e-324)
+    match = re.fullmatch(r"(\d+) digits", data)
+    if match is None:
+        raise ValueError(f"{data}: is no kind of data; {AS_GIVEN}, {HALF_ULP} or '10 digits' is")
+    sizes = np.abs(X)
+    # a logarithm just below a whole number counts as that
+    leading = np.floor(np.log10(np.where(sizes > 0.0, sizes, 1.0)) + 1e-9)
+    places = leading - int(match[1]) + 1
+    return np.where(X == 0.0, 0.0, upper(0.5 * 10.0**places, 100))
+
+
+@dataclass(frozen=True, eq=False)
+class Quadratic:
+    """All real systems M q'' + C q' + K q = 0 with matrices in balls (n, n).
+
+    Attributes
+    ----------
+    M, C, K : Balls
+        The matrices.
+    data : str
+        What is assumed of the entries.
+    symmetric, skew : bool
+        Whether only those with symmetric M and K, and with a skew C, are meant. Midpoints do not
+        say so: a term whose factor passes zero leaves no trace in them.
+    """
+
+    M: Balls
+    C: Balls
+    K: Balls
+    data: str = AS_GIVEN
+    symmetric: bool = False
+    skew: bool = False
+
+    @staticmethod
+    def of(M: ArrayLike, C: ArrayLike | None, K: ArrayLike, data: str = AS_GIVEN) -> Quadratic:
+        """The system of float matrices (n, n), C None without damping, known as `data` says.
+
+        Raises ValueError unless the matrices are real and square, of one size.
+        """
+        first = np.asarray(M)
+        given = [first, np.zeros(first.shape) if C is None else np.asarray(C), np.asarray(K)]
+        for X in given:
+            if X.ndim != 2 or X.shape != (len(first), len(first)) or X.dtype.kind not in "biuf":
+                raise ValueError(f"matrices: shape {X.shape}, {X.dtype}; real (n, n) are required")
+        floats = [X.astype(float) for X in given]
+        with np.errstate(all="ignore"):
+            mass, damping, stiffness = (Balls(X, half_widths(X, data)) for X in floats)
+        symmetric = all(np.array_equal(X.mid, X.mid.T) for X in (mass, stiffness))
+        skew = np.array_equal(damping.mid, -damping.mid.T)
+        return Quadratic(mass, damping, stiffness, data, symmetric, skew)
+
+    @property
+    def n(self) -> int:
+        """Number of rows."""
+        return len(self.M.mid)
+
+    @property
+    def parts(self) -> tuple[Balls, Balls, Balls]:
+        """M, C and K."""
+        return self.M, self.C, self.K
+
+    @property
+    def is_undamped(self) -> bool:
+        """True if C is zero."""
+        return self.C.is_zero
+
+    @property
+    def is_hamiltonian(self) -> bool:
+        """True if with each root its mirror image at the imaginary axis is one."""
+        return self.is_undamped or (self.symmetric and self.skew)
+
+    def block(self, rows: NDArray[np.intp]) -> Quadratic:
+        """The system of some rows and columns."""
+        M, C, K = (X.block(rows) for X in self.parts)
+        return replace(self, M=M, C=C, K=K)
+
+    @property
+    def is_finite(self) -> bool:
+        """True if all entries are finite."""
+        return all(X.is_finite for X in self.parts)
+
+
+def largest(matrices: Sequence[Balls]) -> Floats:
+    """The largest absolute value (n, n) that any of the matrices has at each place."""
+    sizes = [X.bound() for X in matrices]
+    return np.max(sizes, axis=0) if sizes[0].size else sizes[0]

@@ -1,0 +1,150 @@
+"""What is proved of the roots of a system: pieces of the plane that hold so many of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
+
+from squeal.proof.balls import EPS, Floats
+
+Side = Literal["grows", "decays", "axis", "unknown"]
+Means = Literal["enclosure", "exact"]
+INFINITE = "an entry is not finite"
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """A union of discs that holds exactly as many roots (rad/s) as it has discs.
+
+    Attributes
+    ----------
+    centres, radii : ndarray (k,)
+        The discs.
+    low, high : float
+        Bounds of the real parts of all these roots, 1/s.
+    side : str
+        What each of these roots does: `grows`, `decays`, lies on the imaginary `axis`, or
+        `unknown`. It may be known although `low` and `high` do not show it.
+    real : bool or None
+        Whether they are real, None if that is not known.
+    by : str
+        Which means proves it.
+    """
+
+    centres: NDArray[np.complex128]
+    radii: Floats
+    low: float
+    high: float
+    side: Side
+    real: bool | None
+    by: Means = "enclosure"
+
+    @property
+    def count(self) -> int:
+        """How many roots it holds."""
+        return len(self.centres)
+
+    @property
+    def is_sharp(self) -> bool:
+        """True if nothing is left to say but where in its disc the root lies."""
+        return self.count == 1 and self.side != "unknown"
+
+
+@dataclass(frozen=True, eq=False)
+class Failure:
+    """Why the roots of a component are not enclosed."""
+
+    reason: str
+
+
+def distances(a: NDArray, b: NDArray) -> Floats:
+    """Distances (n, m) of points, a little too small."""
+    return np.abs(a[:, None] - b[None, :]) * (1.0 - 8.0 * EPS)
+
+
+def touching(a: NDArray, radii_a: Floats, b: NDArray, radii_b: Floats) -> NDArray[np.bool_]:
+    """Which discs (n, m) may meet; those of infinite radius meet all."""
+    sums = (radii_a[:, None] + radii_b[None, :]) * (1.0 + 4.0 * EPS)
+    return ~(distances(a, b) > sums)
+
+
+def clusters(centres: NDArray, radii: Floats) -> list[NDArray[np.intp]]:
+    """Indices of the discs of each connected part of their union."""
+    number, labels = connected_components(touching(centres, radii, centres, radii), directed=False)
+    return [np.flatnonzero(labels == label) for label in range(number)]
+
+
+def pieces_of(
+    centres: NDArray[np.complex128],
+    radii: Floats,
+    hamiltonian: bool,
+    real_squares: NDArray[np.bool_],
+) -> list[Piece]:
+    """The pieces of the discs of a real system, each with what its mirror images prove.
+
+    A root's mirror image at the real axis is a root; of a Hamiltonian system that at the imaginary
+    axis too. Where the image of a disc that holds one root meets no disc but this one, the root is
+    its own image. `real_squares` (n,) says of which discs the roots are real or imaginary anyway.
+    """
+    parts = clusters(centres, radii)
+    label = np.empty(len(centres), dtype=int)
+    for number, part in enumerate(parts):
+        label[part] = number
+
+    def own_images(images: NDArray[np.complex128]) -> NDArray[np.bool_]:
+        """For each part whether it holds one root that equals its image."""
+        meets = touching(images, radii, centres, radii)
+        alone = np.zeros(len(parts), dtype=bool)
+        for number, part in enumerate(parts):
+            others = meets[part][:, label != number]
+            alone[number] = len(part) == 1 and not others.any()
+        return alone
+
+    on_real_axis = own_images(centres.conj())
+    on_imaginary_axis = np.zeros(len(parts), dtype=bool)
+    if hamiltonian:
+        on_imaginary_axis = own_images(-centres.conj())
+    pieces = []
+    for number, part in enumerate(parts):
+        c, r = centres[part], radii[part]
+        off_real = bool(np.all(np.abs(c.imag) > r))
+        off_imaginary = bool(np.all(np.abs(c.real) > r))
+        squares = bool(real_squares[part].all())
+        axis = bool(on_imaginary_axis[number]) or (squares and off_real)
+        on_real = bool(on_real_axis[number]) or (squares and off_imaginary)
+        real = True if on_real else False if off_real else None
+        pieces.append(_piece(c, r, axis, real))
+    return pieces
+
+
+def _piece(centres: NDArray, radii: Floats, axis: bool, real: bool | None) -> Piece:
+    """A piece, its side from where it lies or from what else is known."""
+    if axis:
+        return Piece(centres, radii, 0.0, 0.0, "axis", real)
+    low = float(np.min(np.nextafter(centres.real - radii, -np.inf)))
+    high = float(np.max(np.nextafter(centres.real + radii, np.inf)))
+    side: Side = "unknown"
+    if low > 0.0:
+        side = "grows"
+    elif high < 0.0:
+        side = "decays"
+    return Piece(centres, radii, low, high, side, real)
+
+
+def growing_counts(pieces: Sequence[Piece], rate: float = 0.0) -> tuple[int, int]:
+    """The least and the largest number of roots that may grow faster than a rate (1/s)."""
+    least = 0
+    most = 0
+    for piece in pieces:
+        surely = piece.low > rate or (rate == 0.0 and piece.side == "grows")
+        never = piece.high <= rate or (rate == 0.0 and piece.side in ("axis", "decays"))
+        if surely:
+            least += piece.count
+        if not never:
+            most += piece.count
+    return least, most

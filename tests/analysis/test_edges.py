@@ -1,0 +1,96 @@
+"""What once ended in a traceback, or changed what does not change."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.errors import InputError, InputWarning
+from squeal.linear import thresholds, unstable_modes
+from squeal.sparse.dense import dense_spectrum
+from tests.conftest import SCENES
+from tests.known import affine
+
+
+@pytest.mark.parametrize("size", [1e14, 1e16, 1e30])
+@pytest.mark.parametrize("damping", [0.0, 0.01])
+def test_a_penalty_in_memory_is_a_support_as_in_a_file(size, damping):
+    """The held row leaves the others their roots, here of a pair that flutters."""
+    K = np.array([[size, 2.0, 0.0], [-3.0, 1.0, 5.0], [0.0, -5.0, 1.2]])
+    with pytest.warns(InputWarning, match="1 rows .* supports .* row 1"):
+        system = squeal.System(np.eye(3), damping * np.eye(3), K)
+    found = squeal.eigenvalues(system)
+    squares = np.linalg.eigvals(K[1:, 1:])
+    exact = [np.roots([1.0, damping, s]) for s in squares]
+    assert found.verdict == "flutter"
+    assert sorted(found.values.real) == pytest.approx(np.sort(np.ravel(exact).real), rel=1e-9)
+
+
+@pytest.mark.parametrize("soft", [1e-6, 1e-12])
+def test_most_rows_are_no_supports_of_a_body_that_is_nearly_free(soft):
+    """Two flexible modes that flutter where 2 mu 1e6 is their distance, and a soft third one."""
+    friction = np.zeros((3, 3))
+    friction[1:, 1:] = [[0.0, 1.0], [-1.0, 0.0]]
+    K = {"1": np.diag([soft, 1e7, 1.1e7]), "1e6 * mu": friction}
+    found = squeal.thresholds(squeal.System(np.eye(3), K=K, parameters={"mu": 0.0}), 1.0)
+    (one,) = found.crossings
+    assert one.kind == "flutter"
+    assert one.mu == pytest.approx(0.5, rel=1e-9)
+
+
+def test_a_row_that_a_term_couples_is_no_support():
+    """At mu = 0 nothing acts on the stiff row, elsewhere a greater coupling does."""
+    K = {"1": np.diag([1.0, 2.0, 1e14]), "mu": 1e14 * (np.eye(3, k=1) + np.eye(3, k=-1))}
+    assert squeal.System(np.eye(3), K=K, parameters={"mu": 0.0}).n == 3
+
+
+@pytest.mark.parametrize("size", [1e9, 1e16])
+@pytest.mark.parametrize("mu", [0.3, 0.9])
+def test_modes_that_rounding_hides_on_the_paths_have_no_onset(size, mu):
+    K0 = np.array([[size, size / 2, 0.0], [size / 2, size, 0.0], [0.0, 0.0, 2.0]])
+    K1 = np.diag([0.0, 0.0, -4.0])
+    system = affine(np.eye(3), K0, K1)
+    found = thresholds(system, mu)
+    for mode in unstable_modes(system, mu, found):
+        assert mode.onset is None or mode.onset == pytest.approx(0.5, rel=1e-9)
+
+
+def test_no_mode_grows_at_a_threshold():
+    system = affine(np.eye(2), np.array([[2.0, -1.0], [-1.0, 2.0]]), np.array([[0, 4 / 3], [0, 0]]))
+    for mu in (0.75, np.nextafter(0.75, 1.0)):
+        assert unstable_modes(system, mu, thresholds(system, mu)) == ()
+
+
+def test_parameters_of_a_system_do_not_change():
+    system = squeal.System(np.eye(2), K={"mu": np.eye(2)}, parameters={"mu": 0.3})
+    with pytest.raises(TypeError):
+        system.parameters["mu"] = 5.0  # type: ignore[index]
+    for other in (pickle.loads(pickle.dumps(system)), copy.deepcopy(system)):
+        assert other.parameters == {"mu": 0.3}
+        assert other.at()[2].tolist() == system.at()[2].tolist()
+
+
+@pytest.mark.parametrize("subject", ["pad", "system"])
+def test_a_shape_needs_coordinates(subject):
+    known = (
+        squeal.read_scene(SCENES / "b1-a.yaml")
+        if subject == "pad"
+        else squeal.System(np.eye(2), K=np.eye(2))
+    )
+    with pytest.raises(InputError, match="shape: needs a system with `coordinates"):
+        squeal.eigenvalues(known).plot(shape=1)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_largest_part_of_a_vector_is_positive_in_the_units_of_the_caller(seed):
+    rng = np.random.default_rng(seed)
+    units = 10.0 ** rng.uniform(-4, 4, 5)
+    X = rng.normal(size=(5, 5))
+    M, K = np.diag(units**2), np.outer(units, units) * (X @ X.T + np.eye(5))
+    each = *dense_spectrum(M, None, K), *squeal.eigenvalues(squeal.System(M, K=K)).eigenvalues
+    for root in each:
+        largest = root.right[np.argmax(np.abs(root.right))]
+        assert largest.real > 0.0
+        assert abs(largest.imag) <= 1e-12 * largest.real

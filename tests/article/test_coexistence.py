@@ -1,0 +1,172 @@
+"""Stored boundaries and least disturbances against the equations written out by hand."""
+
+import numpy as np
+import pytest
+
+from squeal.article.records import read_json
+from squeal.article.studies import coexistence
+from squeal.article.studies._coexistence import (
+    FAMILIES,
+    MOTIONS,
+    Stored,
+    find_cycle,
+    least_at,
+    scene_of,
+)
+from squeal.article.studies._damped_contact import DampedContact, flow
+from squeal.io.scene import read_scene
+from tests.article.damped_by_hand import Pad
+from tests.conftest import ROOT, needs_heyoka
+
+pytestmark = needs_heyoka
+ASIDE = 0.06  # relative distance in modal damping from a fold, at which motions are compared
+PERIODS = 90  # after which a motion above a fold has come to rest
+
+
+def scene(motion):
+    return scene_of(motion, read_scene(ROOT / f"workflow/scenes/{MOTIONS[motion]}.yaml"))
+
+
+def stored(motion):
+    return read_json(Stored, ROOT / f"workflow/stored/coexistence/{motion}.json")
+
+
+def by_hand(motion, a, zeta, mu=None):
+    return Pad(MOTIONS[motion], a, zeta, mu, mean=motion.endswith("mean"))
+
+
+def si(pad):
+    """Factors (6,) from the state of a pad to SI units."""
+    place = pad.length * np.array([1.0, 1.0, 1.0 / pad.scene.pad.w])
+    return np.append(place, place / pad.time)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_rates_against_the_equations_by_hand(motion):
+    pad = DampedContact(scene(motion), 0.2, 0.01, 0.4)
+    states = np.random.default_rng(2).uniform(-2.0, 2.0, (6, 400))
+    states[1] += 1.0 - 2.0 * (motion == "b1-d")
+    scale = si(pad)[:, None]
+    exact = by_hand(motion, 0.2, 0.01, 0.4).rates(states * scale) / scale * pad.time
+    found = pad.at(states)
+    holds = np.min(found.factors, axis=0) > 0.0
+    patterns = {tuple(row) for row in (np.array(found.gaps) < 0.0).T.tolist()}
+    assert len(patterns) == 4
+    assert np.count_nonzero(holds) > 300
+    assert pad.rates(states)[:, holds] == pytest.approx(exact[:, holds], abs=1e-8)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_variational_equations_against_differences(motion):
+    pad = DampedContact.of(scene(motion), 0.05, 0.005)
+    state = pad.sliding + np.array([0.5, 2.0, -1.5, 0.3, -0.4, 0.6])
+    run = flow(pad.law).run
+    arc = run(pad, state, 9.0)
+    assert len(arc.passages) >= 1
+    for i in range(6):
+        step = np.zeros(6)
+        step[i] = 1e-6
+        slope = (run(pad, state + step, 9.0).end - run(pad, state - step, 9.0).end) / 2e-6
+        assert arc.matrix[:, i] == pytest.approx(slope, abs=1e-6)
+    for i, name in ((7, "zeta"), (8, "mu")):
+        high, low = (pad.replace(**{name: getattr(pad, name) + s}) for s in (1e-6, -1e-6))
+        slope = (run(high, state, 9.0).end - run(low, state, 9.0).end) / 2e-6
+        assert arc.matrix[:, i] == pytest.approx(slope, abs=1e-5)
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_sliding_is_stable_above_its_boundary_alone(motion):
+    for a in (0.004, 0.1, 0.25):
+        zeta = coexistence.critical_zeta(scene(motion), a, 0.320313)
+        assert by_hand(motion, a, 0.98 * zeta).growth() > 0.0
+        assert by_hand(motion, a, 1.02 * zeta).growth() < 0.0
+
+
+@pytest.mark.parametrize("motion", MOTIONS)
+def test_stored_cycle_closes_by_hand(motion):
+    curve = stored(motion).boundaries[0]
+    point = curve.points[np.random.default_rng(1).integers(len(curve.points))]
+    pad = DampedContact(scene(motion), point.a, point.zeta, point.mu)
+    start = np.array(point.state) * si(pad)
+    own = by_hand(motion, point.a, point.zeta, point.mu)
+    end = own.flow(start, point.period * pad.time)
+    assert end / si(pad) == pytest.approx(np.array(point.state), abs=1e-7)
+
+
+def sides_of_folds(motion, chosen):
+    """Whether motions by hand from stored folds last at lower and at higher modal damping."""
+    a, zeta, mu = (np.array([getattr(p, k) for p in chosen]) for k in ("a", "zeta", "mu"))
+    pad = DampedContact.of(scene(motion), 0.01, 0.01)
+    states = np.array([p.state for p in chosen]).T * si(pad)[:, None]
+    time = PERIODS * max(p.period for p in chosen) * pad.time
+    lasting = []
+    for factor in (1.0 - ASIDE, 1.0 + ASIDE):
+        own = by_hand(motion, a, factor * zeta, mu)
+        lasting.append(own.march(states, time, step=8e-7)[1])
+    return lasting
+
+
+def outermost(curve, point):
+    """Whether a point is on a fold beyond which no motion of the case loses contact for ever.
+
+    Points have two cycles: at small contact damping that of both edges exists to higher modal
+    damping, at large that of the trailing edge. At small damping motions take long to come to rest.
+    """
+    if curve.kind != "fold" or point.zeta < 0.007 or point.a > 0.1:
+        return False
+    return {"LltT": point.a < 0.02, "Tt": point.a > 0.06}.get(curve.contacts, True)
+
+
+@pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
+def test_cycles_exist_on_one_side_of_their_folds(motion):
+    points = [p for c in stored(motion).boundaries for p in c.points if outermost(c, p)]
+    chosen = np.random.default_rng(2).choice(len(points), 3, replace=False)
+    below, above = sides_of_folds(motion, [points[i] for i in chosen])
+    assert below.all()
+    assert not above.any()
+
+
+@pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
+def test_least_disturbance_is_computed_again(motion):
+    rows = [one for one in stored(motion).least if one.disturbance and one.norm == "displacement"]
+    one = rows[np.random.default_rng(3).integers(len(rows))]
+    again = least_at(scene(motion), one.a, one.zeta, one.norm)
+    assert again.norms == pytest.approx(one.norms, rel=1e-2)
+
+
+@pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
+def test_least_disturbance_leads_to_loss_of_contact_by_hand(motion):
+    """The basin has layers: slightly longer disturbances may lead back to sliding, but not all."""
+    one = next(o for o in stored(motion).least if (o.a, o.zeta) == (0.01, 0.005))
+    pad = DampedContact.of(scene(motion), one.a, one.zeta)
+    own = by_hand(motion, one.a, one.zeta)
+    rest = np.append(own.rest(), np.zeros(3))
+    factors = np.array([0.8, 0.9, 0.97, 1.0005, 1.001, 1.002, 1.003, 1.005])
+    states = rest[:, None] + (np.array(one.disturbance) * si(pad))[:, None] * factors
+    lasting = own.march(states, 0.03, step=8e-7)[1]
+    assert not lasting[:3].any()
+    assert np.count_nonzero(lasting[3:]) >= 2
+
+
+@pytest.mark.parametrize(
+    ("motion", "period", "multiplier"),
+    [("b1-d", 0.216865, 0.966929), ("b2-d-integral", 0.353789, 0.958096)],
+)
+def test_cycle_hardly_damped_in_the_contact(motion, period, multiplier):
+    """The values are those of modal damping alone by a shooting program without squeal."""
+    cycle = find_cycle(scene(motion), FAMILIES[motion][0]._replace(a=1e-8))
+    assert 1e3 * cycle.period == pytest.approx(period, abs=1e-6)
+    assert abs(cycle.multipliers[0]) == pytest.approx(multiplier, abs=2e-6)
+
+
+def test_multipliers_of_a_fold_by_hand():
+    curve = stored("b1-d").boundaries[0]
+    point = curve.points[len(curve.points) // 2]
+    pad = DampedContact(scene("b1-d"), point.a, point.zeta, point.mu)
+    start = np.array(point.state) * si(pad)
+    own = by_hand("b1-d", point.a, point.zeta, point.mu)
+    values = own.multipliers(start, point.period * pad.time)
+    near_one = np.sort_complex(values[np.argsort(np.abs(values - 1.0))[:2]])
+    assert near_one.sum() == pytest.approx(2.0, abs=1e-3)
+    found = coexistence.cycle_of(scene("b1-d"), point).multipliers[1]
+    assert np.abs(values - found).min() < 1e-5

@@ -1,0 +1,139 @@
+"""The referee over ranges of the parameter, judged by thresholds known in closed form."""
+
+import numpy as np
+import pytest
+
+from squeal.proof import HALF_ULP, Term, Terms, prove_gap, prove_thresholds
+from tests.known import known_system
+
+pytest.importorskip("flint")
+
+SPRINGS = np.array([[2.0, -1.0], [-1.0, 2.0]])
+FRICTION = np.array([[0.0, 1.0], [0.0, 0.0]])
+
+
+def around(value: float, width: float = 1e-12) -> tuple[float, float]:
+    return value - width, value + width
+
+
+def coupled() -> Terms:
+    """Flutter from 3/4 on: omega^2 = 2 +- sqrt(1 - 4 mu / 3)."""
+    friction = Term(FRICTION, lambda mu: 4 * mu / 3)
+    return Terms([Term(np.eye(2))], [], [Term(SPRINGS), friction], HALF_ULP)
+
+
+def test_closed_form_of_mode_coupling():
+    right = prove_thresholds(coupled(), 0.0, 2.0, [around(0.75)], 1e-8, counts=[0, 2])
+    assert (right.status, right.growth_below, right.data) == ("proved", 1e-8, HALF_ULP)
+    assert prove_thresholds(coupled(), 0.0, 0.74, [], 1e-8).status == "proved"
+
+
+@pytest.mark.parametrize(
+    ("intervals", "counts"),
+    [
+        ([], None),  # dropped
+        ([around(0.75 + 1e-6, 1e-7)], None),  # moved
+        ([around(0.75 - 1e-6, 1e-7)], None),
+        ([around(0.5), around(0.75)], None),  # invented
+        ([around(0.75)], [2, 0]),  # the other direction
+        ([around(0.75), around(0.75)], None),  # doubled
+    ],
+)
+def test_wrong_thresholds_are_refuted(intervals, counts):
+    assert prove_thresholds(coupled(), 0.0, 2.0, intervals, 1e-8, counts).status == "refuted"
+
+
+def test_damping_destabilises_a_drum_brake():
+    """Hulten's form: closed form by Routh and Hurwitz."""
+    w = 2 * np.pi * np.array([100.0, 75.0])
+    c = np.array([0.02, 0.04]) * w
+    a1 = c[0] * w[1] ** 2 + c[1] * w[0] ** 2
+    a2 = w[0] ** 2 + w[1] ** 2 + c[0] * c[1]
+    a3 = c[0] + c[1]
+    onset = np.sqrt(a1 * (a2 * a3 - a1) / (a3 * w[0] * w[1]) ** 2 - 1)
+    friction = np.array([[0.0, -(w[1] ** 2)], [w[0] ** 2, 0.0]])
+    terms = Terms(
+        [Term(np.eye(2))], [Term(np.diag(c))], [Term(np.diag(w**2)), Term(friction, lambda mu: mu)]
+    )
+    undamped = abs(w[0] ** 2 - w[1] ** 2) / (2 * w[0] * w[1])
+    assert prove_thresholds(terms, 0.0, 1.0, [around(onset, 1e-10)], 1e-5).status == "proved"
+    assert prove_thresholds(terms, 0.0, 1.0, [around(undamped, 1e-10)], 1e-5).status == "refuted"
+
+
+def test_near_twins_are_told_apart():
+    """Two equal pairs with friction couplings that differ by 1e-6: two thresholds."""
+    K = np.kron(np.eye(2), SPRINGS)
+    first = np.zeros((4, 4))
+    first[0, 1] = 1.0
+    second = np.zeros((4, 4))
+    second[2, 3] = 1.0
+    terms = Terms(
+        [Term(np.eye(4))],
+        [],
+        [Term(K), Term(first, lambda mu: mu), Term(second, lambda mu: mu / (1.0 + 1e-6))],
+    )
+    both = [around(1.0), around(1.0 + 1e-6)]
+    assert prove_thresholds(terms, 0.0, 2.0, both, 1e-7, counts=[0, 2, 4]).status == "proved"
+    assert prove_thresholds(terms, 0.0, 2.0, both[:1], 1e-7).status == "refuted"
+    assert prove_thresholds(terms, 0.0, 2.0, both[1:], 1e-7).status == "refuted"
+
+
+def test_a_window_of_a_thousandth_is_not_missed():
+    """K = [[2, f], [1, 2]] grows where f < 0: f = (mu - c)^2 - d^2."""
+    c, d = 0.5224, 5e-4
+    one = np.array([[2.0, 0.0], [1.0, 2.0]])
+    terms = Terms(
+        [Term(np.eye(2))], [], [Term(one), Term(FRICTION, lambda mu: (mu - c) ** 2 - d**2)]
+    )
+    window = [around(c - d), around(c + d)]
+    assert prove_thresholds(terms, 0.0, 1.0, window, 1e-6).status == "proved"
+    assert prove_thresholds(terms, 0.0, 1.0, [], 1e-6).status == "refuted"
+
+
+def test_windows_that_bend():
+    """Growth in two windows of 7e-4 beside a middle where it only nearly begins."""
+    c, inner, outer = 0.52246391, 6.3e-7, 2.3e-6
+
+    def f(mu):
+        square = (mu - c) ** 2
+        return (square - inner) * (square - outer) / (square**2 + 3.3e-5)
+
+    one = np.array([[2.0, 0.0], [1.0, 2.0]])
+    terms = Terms([Term(np.eye(2))], [], [Term(one), Term(FRICTION, f)])
+    near, far = np.sqrt(inner), np.sqrt(outer)
+    places = [c - far, c - near, c + near, c + far]
+    windows = [around(place, 1e-9) for place in places]
+    assert prove_thresholds(terms, 0.4, 0.6, windows, 1e-5).status == "proved"
+    assert prove_thresholds(terms, 0.4, 0.6, [], 1e-5).status == "refuted"
+    assert prove_thresholds(terms, 0.4, 0.6, windows[:2], 1e-5).status == "refuted"
+
+
+def test_symmetry_is_read_from_terms_not_from_their_sum():
+    """Around mu = 0 the midpoint of K is symmetric, the matrices are not."""
+    twist = np.array([[0.0, 1.0], [-1.0, 0.0]])
+    terms = Terms([Term(np.eye(2))], [], [Term(np.eye(2)), Term(twist, lambda mu: mu)])
+    assert not terms(-1e-3, 1e-3)[0].symmetric
+    assert prove_gap(terms, -1e-3, 1e-3, 0, 1e-8).status != "proved"
+
+
+def test_a_pole_of_a_factor_is_open():
+    terms = Terms([Term(np.eye(2))], [], [Term(SPRINGS), Term(FRICTION, lambda mu: 1 / mu)])
+    proof = prove_gap(terms, -1.0, 1.0, 0, 1e-6)
+    assert proof.status in ("open", "refuted")
+
+
+@pytest.mark.parametrize("damped", [False, True])
+def test_systems_with_thresholds_in_closed_form(damped):
+    for seed in range(2):
+        system, expected = known_system(5, np.random.default_rng(seed), damped)
+        M, C, K = (
+            [Term(t.matrix, (lambda mu: mu) if t.factor.names else None) for t in part]
+            for part in system.parts
+        )
+        values = sorted({event[0] for event in expected})
+        intervals = [around(value, 1e-9) for value in values]
+        provider = Terms(M, C, K)
+        assert prove_thresholds(provider, 0.0, 2.0, intervals, 1e-4).status == "proved"
+        for k in range(len(intervals)):
+            rest = intervals[:k] + intervals[k + 1 :]
+            assert prove_thresholds(provider, 0.0, 2.0, rest, 1e-4).status == "refuted"

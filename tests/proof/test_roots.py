@@ -1,0 +1,242 @@
+"""The referee on lists of roots, judged by systems whose roots are known by construction."""
+
+import itertools
+import warnings
+from typing import Any
+
+import numpy as np
+import pytest
+
+from squeal.proof import (
+    AS_GIVEN,
+    HALF_ULP,
+    Quadratic,
+    RootList,
+    judge,
+    prove_roots,
+    unstable_count,
+)
+from squeal.proof.enclosure import components, enclose
+from squeal.proof.exact import exact_roots
+from squeal.proof.pieces import growing_counts
+from squeal.proof.referee import enclosed, possible_verdicts
+from tests.proof.families import FAMILIES, Known, sample
+
+VERDICTS = ("stable", "marginal", "flutter", "divergence")
+
+
+@pytest.fixture
+def flint():
+    """The exact means need it; without it the enclosure alone is tested."""
+    return pytest.importorskip("flint")
+
+
+def systems(seed: int, number: int, most_rows: int = 10) -> list[Known]:
+    rng = np.random.default_rng(seed)
+    found = []
+    for family in itertools.islice(itertools.cycle(FAMILIES), number):
+        rows = int(rng.integers(1, most_rows))
+        try:
+            found.append(sample(family, rows, bool(rng.integers(2)), rng))
+        except ValueError:
+            continue  # an entry would be rounded
+    return found
+
+
+def of(system: Known, data: str = AS_GIVEN) -> Quadratic:
+    return Quadratic.of(system.M, system.C, system.K, data)
+
+
+def answer(system: Known) -> RootList:
+    """A right one: roots from the formula, and errors that are generous."""
+    roots = system.roots
+    return RootList.of(roots, 1e-9 * np.abs(roots) + 1e-12, system.verdict)
+
+
+def test_the_enclosure_never_contradicts_what_is_known():
+    for system in systems(1, 160):
+        for data in (AS_GIVEN, HALF_ULP, "9 digits"):
+            finding = enclosed(of(system, data))
+            least, most = growing_counts(finding.pieces)
+            assert least <= system.growing <= most or finding.failure, system.family
+            if finding.failure is None:
+                assert system.verdict in possible_verdicts(finding.pieces), system.family
+                centres = np.concatenate([p.centres for p in finding.pieces])
+                radii = np.concatenate([p.radii for p in finding.pieces])
+                inside = np.abs(system.roots[:, None] - centres) <= radii + 1e-14 * abs(centres)
+                assert inside.any(axis=1).all(), system.family
+
+
+def test_the_exact_means_know_every_count_and_verdict(flint):
+    for system in systems(2, 80):
+        given = of(system)
+        pieces = []
+        for rows in components(given):
+            part = exact_roots(given.block(rows))
+            assert isinstance(part, list)
+            pieces += part
+        assert growing_counts(pieces) == (system.growing, system.growing), system.family
+        assert possible_verdicts(pieces) == {system.verdict}, system.family
+        centres = np.array([piece.centres[0] for piece in pieces])
+        order = np.lexsort((system.roots.imag.round(9), system.roots.real.round(9)))
+        found = np.lexsort((centres.imag.round(9), centres.real.round(9)))
+        np.testing.assert_allclose(centres[found], system.roots[order], rtol=1e-9, atol=1e-9)
+
+
+def test_right_answers_are_proved(flint):
+    for system in systems(3, 80):
+        proof = prove_roots(of(system), answer(system))
+        assert proof.status == "proved", (system.family, proof)
+        assert proof.growth_below < 1e-6
+        count = unstable_count(of(system))
+        assert count.is_certain
+        assert count.lower == system.growing
+
+
+def test_mutants_of_answers_are_never_proved(flint):
+    rng = np.random.default_rng(4)
+    for system in systems(5, 40):
+        given = of(system)
+        right = prove_roots(given, answer(system))
+        roots = system.roots
+        errors = np.maximum(right.errors, 1e-15 * np.abs(roots))
+        k = int(rng.integers(len(roots)))
+        turn = np.exp(2j * np.pi * rng.random())
+        moved = roots.copy()
+        moved[k] += 10.0 * errors[k] * turn
+        mutants = {
+            "dropped": RootList.of(np.delete(roots, k), np.delete(errors, k), system.verdict),
+            "moved": RootList.of(moved, errors, system.verdict),
+            "doubled": RootList.of([*roots, roots[k]], [*errors, errors[k]], system.verdict),
+        }
+        for verdict in VERDICTS:
+            if verdict != system.verdict:
+                mutants[verdict] = RootList.of(roots, errors, verdict)
+        for name, mutant in mutants.items():
+            assert prove_roots(given, mutant).status != "proved", (system.family, name)
+            assert prove_roots(of(system, HALF_ULP), mutant).status != "proved", name
+
+
+def test_without_the_exact_means_the_enclosure_still_decides(monkeypatch):
+    monkeypatch.setattr("squeal.proof.exact.flint", None)
+    proved = 0
+    plain = [system for system in systems(6, 160) if system.family in ("plain", "triangle")]
+    for system in plain:
+        proof = prove_roots(of(system), answer(system))
+        assert proof.status != "refuted"
+        proved += proof.status == "proved"
+    assert proved >= 0.7 * len(plain)
+    chain = judge(np.eye(2), None, [[1.0, -1.0], [-1.0, 1.0]], [0, 0, 2**0.5 * 1j, -(2**0.5) * 1j])
+    assert chain.growth_below < 1e-6
+
+
+def test_shuffled_triangle_of_the_first_false_flutter():
+    """Five rows, one-way coupled, everything decays by 1.3e-5; entries reach 4."""
+    rng = np.random.default_rng(8)
+    for _ in range(20):
+        K = np.triu(rng.uniform(-4, 4, (5, 5)), 1) + np.diag(rng.uniform(1.003, 1.017, 5))
+        order = rng.permutation(5)
+        K = K[np.ix_(order, order)]
+        count = unstable_count(Quadratic.of(np.eye(5), 2.65e-5 * np.eye(5), K, HALF_ULP))
+        assert (count.lower, count.upper, count.by) == (0, 0, "enclosure")
+
+
+def test_free_body_hangs_on_its_digits(flint):
+    K = np.array([[1.1, -1.1, 0.0], [-1.1, 2.3, -1.2], [0.0, -1.2, 1.2]])
+    roots = np.linalg.eigvalsh(K)
+    roots = np.sqrt(np.abs(roots)) * np.array([0.0, 1.0, 1.0])
+    values = np.concatenate([1j * roots, -1j * roots])
+    ten = judge(np.eye(3), None, K, values, 1e-4, "divergence", "10 digits")
+    assert ten.status == "open"
+    assert {"marginal", "divergence"} <= ten.verdicts
+    assert 0.0 < ten.growth_below < 1e-4
+    # integers sum to zero exactly
+    whole = np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    known = [0, 0, 1j, -1j, 3**0.5 * 1j, -(3**0.5) * 1j]
+    proof = judge(np.eye(3), None, whole, known, 1e-12, "marginal", AS_GIVEN)
+    assert (proof.status, proof.by) == ("proved", "exact")
+
+
+def test_gyroscopic_systems_are_proved_marginal_by_mirror_images():
+    G = np.array([[0.0, 3.0], [-3.0, 0.0]])
+    K = np.diag([-1.0, -1.5])  # stabilised by the gyroscopic forces
+    count = unstable_count(Quadratic.of(np.eye(2), G, K, HALF_ULP))
+    assert (count.lower, count.upper, count.by) == (0, 0, "enclosure")
+    broken = Quadratic.of(np.eye(2), G + 1e-9 * np.eye(2), K, HALF_ULP)
+    assert unstable_count(broken).lower == 2  # Kelvin and Tait: damping destroys it
+
+
+def test_real_squares_close_to_a_coalescence():
+    """s = 2 +- sqrt(d) for an unsymmetric K: real for d > 0, a pair for d < 0."""
+    for exponent in range(2, 14):
+        d = 10.0**-exponent
+        for sign in (1.0, -1.0):
+            K = np.array([[2.0, d * sign], [1.0, 2.0]])
+            count = unstable_count(Quadratic.of(np.eye(2), None, K, HALF_ULP))
+            assert count.lower <= (0 if sign > 0 else 2) <= count.upper
+            if exponent <= 12:
+                assert count.is_certain
+
+
+@pytest.mark.parametrize("data", [AS_GIVEN, HALF_ULP, "10 digits"])
+def test_awkward_matrices_are_never_judged_wrongly(data):
+    I = np.eye(2)
+    full = np.full((2, 2), 1.7e308)
+    tiny = 5e-324
+    cases: list[tuple[Any, Any, Any, int | None]] = [
+        # M, C, K and the roots that grow, None where every number is a root
+        (I, None, 4.0 * I, 0),
+        ([[1.0]], [[-1e-300]], [[4.0]], 2),
+        (0.0 * I, None, 0.0 * I, None),
+        (0.0 * I, None, I, 0),
+        (I, None, 0.0 * I, 0),
+        (I, I, 0.0 * I, 0),
+        (1e150 * I, None, 1e-150 * I, 0),
+        (1e-150 * I, 1e-3 * I, 1e150 * I, 0),
+        (1e-308 * I, None, 1e308 * (I + 0.1), 0),
+        (tiny * I, None, [[tiny, 0.0], [tiny, -tiny]], 1),
+        (I, None, full, 0),
+        (np.diag([1.0, -1.0]), None, np.diag([2.0, 3.0]), 1),
+        (np.diag([1.0, 0.0]), None, [[2.0, -1.0], [-1.0, 1.0]], 0),
+        (np.diag([1.0, 0.0]), np.diag([0.0, 1.0]), [[2.0, -1.0], [-1.0, 1.0]], 0),
+        (np.diag([1e-150, 1e150]), None, np.diag([1e-150, -1e150]), 1),
+        (I, None, [[0.0, 1.0], [-1.0, 2.0]], 0),
+        (I, None, [[0.0, 1.0], [0.0, 0.0]], 0),
+        (np.eye(2, dtype=int), None, np.array([[2, -1], [-1, 2]]), 0),
+    ]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for M, C, K, growing in cases:
+            count = unstable_count(Quadratic.of(M, C, K, data))
+            if growing is None:
+                assert not count.is_certain
+            else:
+                assert count.lower <= growing <= count.upper, (M, K)
+
+
+def test_what_is_no_number_is_open():
+    K = np.array([[np.nan, 0.0], [0.0, 1.0]])
+    proof = judge(np.eye(2), None, K, np.zeros(4))
+    assert (proof.status, proof.reason) == (
+        "open",
+        "an entry is not finite",
+    )
+    empty = judge(np.zeros((0, 0)), None, np.zeros((0, 0)), [], verdict="stable")
+    assert empty.status == "proved"
+    with pytest.raises(ValueError, match="real"):
+        judge(np.eye(2) + 0j, None, np.eye(2), [])
+    with pytest.raises(ValueError, match="digits"):
+        judge(np.eye(2), None, np.eye(2), [], data="ten digits")
+    lost = judge(np.eye(1), None, [[4.0]], [2j, np.nan], 1e-9)
+    assert lost.status == "refuted"
+
+
+def test_enclosures_of_many_rows_are_sharp():
+    rng = np.random.default_rng(9)
+    n = 60
+    A = rng.normal(size=(n, n))
+    K = A @ A.T / n + 0.1 * np.eye(n) + 0.05 * rng.normal(size=(n, n))
+    pieces = enclose(Quadratic.of(np.eye(n), 0.01 * np.eye(n), K, HALF_ULP))
+    assert isinstance(pieces, list)
+    assert sum(piece.count for piece in pieces) == 2 * n
+    assert max(radius for piece in pieces for radius in piece.radii) < 1e-9

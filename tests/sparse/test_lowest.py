@@ -1,0 +1,82 @@
+"""The lowest modes are the lowest, and as many as were wanted: clustered spectra."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.sparse import csc_array, diags_array, eye_array, kron, random_array
+
+import squeal
+from squeal.sparse.eigensolver import OPTIONS, lowest_modes
+from squeal.sparse.quadratic import quadratic
+
+
+def laminations(count, rows, joined):
+    """Equal chains that stand beside each other, weakly joined: frequencies in closed form."""
+    chain = 2 * eye_array(rows) - eye_array(rows, k=1) - eye_array(rows, k=-1)
+    ends = np.r_[1.0, 2 * np.ones(count - 2), 1.0]
+    stack = diags_array([-np.ones(count - 1), ends, -np.ones(count - 1)], offsets=[-1, 0, 1])
+    K = kron(eye_array(count), chain) + joined * kron(stack, eye_array(rows))
+    each = 2 - 2 * np.cos(np.pi * np.arange(1, rows + 1) / (rows + 1))
+    along = 2 - 2 * np.cos(np.pi * np.arange(count) / count)
+    squares = np.sort(np.add.outer(each, joined * along).ravel())
+    return csc_array(K), np.sqrt(squares)
+
+
+def upper(found):
+    return np.sort(found.values[found.values.imag > 0.0].imag)
+
+
+@pytest.mark.parametrize(
+    ("count", "rows", "joined"), [(100, 5, 0.3), (60, 9, 1e-3), (450, 1, 0.01)]
+)
+def test_the_lowest_of_many_close_modes_are_all_listed(count, rows, joined):
+    K, exact = laminations(count, rows, joined)
+    found = squeal.eigenvalues(squeal.System(eye_array(count * rows), K=1e6 * K))
+    assert upper(found)[:20] == pytest.approx(1e3 * exact[:20], rel=1e-9)
+    assert len(upper(found)) == 20
+    assert found.certified
+
+
+def test_a_mode_that_grows_among_close_ones_is_found():
+    K, exact = laminations(100, 5, 0.3)
+    _, modes = eigh(K.toarray(), subset_by_index=[0, 24])
+    C = csc_array(-2e-3 * np.outer(modes[:, 16], modes[:, 16]))
+    found = squeal.eigenvalues(squeal.System(eye_array(500), C, K), modes=20)
+    assert found.verdict == "flutter"
+    assert found.unstable[0].growth_rate == pytest.approx(1e-3, rel=1e-6)
+    assert found.unstable[0].root.imag == pytest.approx(exact[16], rel=1e-5)
+
+
+def test_lagrange_multipliers_do_not_hide_the_lowest_modes():
+    """A grounded chain whose ends two multipliers hold: that of two rows less."""
+    n = 500
+    chain = 2 * eye_array(n) - eye_array(n, k=1) - eye_array(n, k=-1)
+    K = np.zeros((n + 2, n + 2))
+    K[:n, :n] = chain.toarray()
+    K[[0, n - 1, n, n + 1], [n, n + 1, 0, n - 1]] = 1.0
+    M = diags_array(np.r_[np.ones(n), 0.0, 0.0])
+    found = squeal.eigenvalues(squeal.System(csc_array(M), K=csc_array(K)), modes=20)
+    exact = 2 * np.sin(np.pi * np.arange(1, 21) / (2 * (n - 1)))
+    assert upper(found) == pytest.approx(exact, rel=1e-8)
+
+
+def test_a_random_matrix_is_solved():
+    rng = np.random.default_rng(4)
+    n = 420
+    X = random_array((n, n), density=0.01, rng=rng)
+    K = csc_array(X @ X.T + eye_array(n))
+    found = squeal.eigenvalues(squeal.System(eye_array(n), K=K))
+    exact = np.sqrt(np.linalg.eigvalsh(K.toarray()))
+    assert upper(found)[:20] == pytest.approx(exact[:20], rel=1e-9)
+    assert found.certified
+
+
+def test_a_large_system_grows_its_region_until_it_holds_the_lowest():
+    """As of more rows than all roots are computed of."""
+    K, exact = laminations(40, 3, 0.01)
+    options = replace(OPTIONS, dense=0)
+    found = lowest_modes(quadratic(eye_array(120), None, K), 45, options=options)
+    assert upper(found)[:45] == pytest.approx(exact[:45], rel=1e-9)
+    assert found.certified
