@@ -136,7 +136,7 @@ class Question:
             roots = looked_at(look.source[1], self.wanted, {free: system.parameters[free]})
         else:
             bounded = partial(file.assembly.bounded, system) if self.joined else tuple
-            roots = system_roots(system, self.wanted, bounded=bounded)
+            roots = system_roots(system, self.wanted, bounded=bounded, prove=True)
         matrices, checks, region = matrix_list(file), system_checks(system), roots.region
         outside = roots.outside
         if outside and self.joined:  # roots above the cutoff decide nothing
@@ -191,7 +191,15 @@ class Question:
         value, grow, source = system.parameters[free], _growing(system, roots), (file, roots)
         head = system.name, free, value, roots.eigenvalues, roots.verdict, roots.criterion, grow
         more = (shapes, details, tuple(notes), beside)
-        return Eigenvalues(*head, roots.certified, roots.count, words, *more, source=source)
+        known = roots.statement
+        if self.joined:  # what is counted are the roots of the reduced system
+            line = ""
+        else:
+            line = known.words
+        proof: dict[str, Any] = {"proof": known.to_dict(), "proof_line": line}
+        return Eigenvalues(
+            *head, roots.certified, roots.count, words, *more, **proof, source=source
+        )
 
     def sweep(
         self, values: Sequence[float], method: str | None = None, workers: int | None = None

@@ -106,7 +106,7 @@ class Optimum(Answer):
     def parts(self) -> Sequence[str | Table]:
         text = f"{self.name}: largest growth rate{self.extent}\n"
         for words, growth in zip(("before", "after"), self.growth, strict=True):
-            proof = "certified by a count" if getattr(self, words).certified else UNSURE
+            proof = getattr(self, words).completeness
             text += f"  {words}: {number(growth)} 1/s ({proof})\n"
         found = ", ".join(number(growth, 4) for growth in self.starts)
         text += f"searches ended at {found} 1/s (seed {self.seed})"
