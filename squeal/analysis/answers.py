@@ -85,9 +85,10 @@ class Eigenvalues(Answer):
     eigenvalues: by rising frequency, of a region that `extent` names in words ("" for all);
     verdict: of these, None where they decide nothing; certified: whether it is proved, or of more
     than 400 rows counted, that none of the extent is missing; proof: what is known of that, as JSON
-    holds it, and `proof_line` in words; unstable: the modes that grow, the fastest first; shapes: mode shapes as
-    JSON holds them; details: what else the JSON object says, M, C and K among it; notes: lines for
-    people; beside: what grows outside of the extent, in words; source: the analysis behind it.
+    holds it, and proof_line in words; unstable: the modes that grow, the fastest first; shapes:
+    mode shapes as JSON holds them; details: what else the JSON object says, M, C and K among it;
+    notes: lines for people; beside: what grows outside of the extent, in words; source: the
+    analysis behind it.
     """
 
     name: str

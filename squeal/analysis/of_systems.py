@@ -192,10 +192,8 @@ class Question:
         head = system.name, free, value, roots.eigenvalues, roots.verdict, roots.criterion, grow
         more = (shapes, details, tuple(notes), beside)
         known = roots.statement
-        if self.joined:  # what is counted are the roots of the reduced system
-            line = ""
-        else:
-            line = known.words
+        # of joined components the count is that of the reduced system, as its own words say
+        line = "" if self.joined else known.words
         proof: dict[str, Any] = {"proof": known.to_dict(), "proof_line": line}
         return Eigenvalues(
             *head, roots.certified, roots.count, words, *more, **proof, source=source

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from squeal.analysis.answers import UNSURE, basis_text
+from squeal.analysis.answers import basis_text
 from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.roots import (
     SystemRoots,

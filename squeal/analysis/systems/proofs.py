@@ -44,7 +44,8 @@ class Statement:
         """In a line below a list."""
         if self.status == "proved":
             growth = "" if not self.growth_below else f" by more than {self.growth_below:.3g} 1/s"
-            return f"proved: no other mode grows{growth}"
+            given = " (entries as given)" * (self.data != DATA)
+            return f"proved: no other mode grows{growth}{given}"
         if self.status == "counted":
             return "counted: an argument-principle count agrees"
         where = "" if self.where is None else f" (near {self.where:.6g} rad/s)"
@@ -75,7 +76,7 @@ def refereed(
     M, C, K = (None if X is None else dense(X) for X in matrices)
     if len(K) > ALL_ROWS or any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
         return every, words, None
-    from squeal.proof import judge  # noqa: PLC0415 - scenes start without it
+    from squeal.proof import judge  # here, since scenes start without it
 
     values = np.array([e.value for e in every], dtype=complex)
     proof = judge(M, C, K, values, None, words[0], DATA)
