@@ -191,10 +191,10 @@ class Question:
         value, grow, source = system.parameters[free], _growing(system, roots), (file, roots)
         head = system.name, free, value, roots.eigenvalues, roots.verdict, roots.criterion, grow
         more = (shapes, details, tuple(notes), beside)
-        known = roots.statement
+        statement = roots.statement
         # of joined components the count is that of the reduced system, as its own words say
-        line = "" if self.joined else known.words
-        proof: dict[str, Any] = {"proof": known.to_dict(), "proof_line": line}
+        line = "" if self.joined else statement.words
+        proof: dict[str, Any] = {"proof": statement.to_dict(), "proof_line": line}
         return Eigenvalues(
             *head, roots.certified, roots.count, words, *more, **proof, source=source
         )

@@ -73,7 +73,8 @@ def refereed(
     What it refutes is replaced by the roots that it knows. The statement is None for matrices on
     which it does not speak.
     """
-    M, C, K = (None if X is None else dense(X) for X in matrices)
+    M, K = dense(matrices[0]), dense(matrices[2])
+    C = None if matrices[1] is None else dense(matrices[1])
     if len(K) > ALL_ROWS or any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
         return every, words, None
     from squeal.proof import judge  # here, since scenes start without it
