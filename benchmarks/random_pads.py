@@ -178,7 +178,7 @@ def _distance(scene: Scene, path: Path, point: CriticalPoint) -> tuple[float, bo
 def _told(critical: Thresholds, mu: float) -> str:
     """The verdict at mu that the list of thresholds tells."""
     kinds = [point.kind for point in critical.points if point.mu < mu]
-    last = kinds[-1] if kinds else critical.verdict
+    last = kinds[-1] if kinds else critical.verdict or "open"
     return "marginal" if last == "restabilised" else last
 
 

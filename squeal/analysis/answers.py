@@ -127,10 +127,13 @@ class Eigenvalues(Answer):
 
     @property
     def open(self) -> str:
-        """Which modes the error of a reduction leaves open, in words; empty if none."""
+        """Which modes the error of a reduction, or the digits of files, leave open, in words; empty
+        if none."""
         each = sorted({k for k, root in self.of_modes if root.open})
         words = f"mode{'s' * (len(each) > 1)} {', '.join(map(str, each))}"
-        return f"growth of {words} is within the error of the reduction" * bool(each)
+        known_by = self.details.get("known_by")
+        within = f"what {known_by} leave open" if known_by else "the error of the reduction"
+        return f"growth of {words} is within {within}" * bool(each)
 
     def mode_of(self, mode: UnstableMode) -> int | None:
         """The number of a mode that grows, None if it is not listed."""
@@ -186,7 +189,9 @@ class Eigenvalues(Answer):
         if self.proof_line:
             return self.proof_line
         of = " of the reduced system" * bool(self.details.get("basis"))
-        return f"certified by a count{of}" if self.certified else UNSURE
+        doubts = self.details.get("doubts")
+        unsure = f"not certified: {'; '.join(doubts)}" if doubts else UNSURE
+        return f"certified by a count{of}" if self.certified else unsure
 
     @property
     def columns(self) -> tuple[Column, ...]:
@@ -552,18 +557,19 @@ def basis_text(basis: Mapping[str, Any], errors: bool = False) -> str:
 class Thresholds(Answer):
     """Every change of the verdict, and every crossing of the imaginary axis, in a range.
 
-    parameter: what is varied, from low to high; verdict: at the lower end; points: changes of the
-    verdict; end: why the search ends at `high`; certified: whether counts of what grows agree with
-    the list, None where nothing is counted. notes: lines for people; details: what else the JSON
-    object says, `admissible_to` among it: how far the equilibria of a pad are those that the model
-    means; warnings: why not farther, or why a scene's own mu is not on the branch.
+    parameter: what is varied, from low to high; verdict: at the lower end, None if it is open;
+    points: changes of the verdict; end: why the search ends at `high`; certified: whether counts of
+    what grows agree with the list, None where nothing is counted. notes: lines for people; details:
+    what else the JSON object says, `admissible_to` among it: how far the equilibria of a pad are
+    those that the model means; warnings: why not farther, or why a scene's own mu is not on the
+    branch.
     """
 
     name: str
     parameter: str
     low: float
     high: float
-    verdict: str
+    verdict: str | None
     points: tuple[CriticalPoint, ...]
     crossings: tuple[Crossing, ...]
     end: str
@@ -614,7 +620,7 @@ class Thresholds(Answer):
             doubts = self.details.get("doubts") or ["nothing was counted"]
             proof = f"not certified: {'; '.join(doubts)}"
         end = f"followed up to {self.parameter} = {self.high:.9g}: {self.end}"
-        head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict}"
+        head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict or 'open'}"
         return [head, self.table(), "\n".join([*self.notes, proof, end])]
 
     def to_dict(self) -> dict[str, Any]:

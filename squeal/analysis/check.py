@@ -15,10 +15,13 @@ from squeal.analysis.systems.matrices import ALL_ROWS, matrix_list, system_check
 from squeal.errors import ComputationError
 from squeal.io.system import POINTS, Coordinates
 from squeal.io.writing import Answer, Column, Table, number, picked
+from squeal.linear.digits import data_errors, has_digits
 from squeal.linear.matrices import EPS, dense
 from squeal.linear.system import TermSystem, frictionless
 from squeal.schema import Whole, public
 from squeal.sparse.quadratic import ScaledSystem, factorise
+
+CLEAR_MASS = 1e-10  # of the greatest mass per stiffness: what has less is close to none
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -113,7 +116,8 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     file = Question.of(subject).file
     system = file.system.frozen()
     squares, noise = _real_modes(system, modes)
-    hertz = tuple((np.sqrt(squares[squares > noise][:modes]) / (2 * np.pi)).tolist())
+    held = squares > noise
+    hertz = tuple((np.sqrt(squares[held][:modes]) / (2 * np.pi)).tolist())
     mass = centre = size = None
     elements = len(file.coordinates.cells) if file.coordinates else 0
     if file.coordinates is not None:
@@ -125,33 +129,64 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     return Check(*what, mass, centre, size, elements, hertz, free, negative, hints)
 
 
-def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], float]:
-    """The lowest squares of angular frequencies, rising, and up to where they are rounding.
+def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The lowest squares of angular frequencies, rising, and up to where each is rounding or lies
+    below what the digits of files tell.
 
     Of large systems at least `count` of those that stiffness holds, unless more than count + 24
     motions are free. Raises ComputationError.
     """
     from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
-    own = ScaledSystem(system).at(frictionless(system))
+    changes = frictionless(system)
+    own = ScaledSystem(system).at(changes)
     K, noise = (own.K + own.K.T).real / 2, 1e3 * EPS * own.rate**2
     shift = -1e-6 * own.rate**2  # below all squares, so that free motions pass
     squares, wanted = np.empty(0), count
     try:
         if system.n <= ALL_ROWS:
-            theta = np.linalg.eigvals(np.linalg.solve(dense(K - shift * own.M), dense(own.M))).real
-            light = EPS * np.abs(theta).max()  # and what has no mass
-            return np.sort(shift + 1 / theta[np.abs(theta) > light]), noise
+            shifted = np.linalg.solve(dense(K - shift * own.M), dense(own.M))
+            values, vectors = np.linalg.eig(shifted)
+            theta = values.real
+            size = np.abs(theta)
+            finite = shift + 1 / theta[size > CLEAR_MASS * size.max()]
+            noise = max(noise, system.n * EPS * float(np.max(finite, initial=0.0)))
+            massive = size > EPS * size.max()  # others have no mass
+            squares = shift + 1 / theta[massive]
+            order = np.argsort(squares)
+            squares = squares[order]
+            shapes = own.scale[:, None] * vectors[:, massive][:, order]
+            return squares, noise + _open_squares(system, changes, squares, shapes)
         factor = factorise((K - shift * own.M).tocsc())
         inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
         while np.sum(squares > noise) < count and wanted < count + 25:
             wanted += 6
-            squares = eigsh(  # where all modes are one, as of a stiffness for M, it never ends
-                K, wanted, own.M, shift, OPinv=inverse, maxiter=100, return_eigenvectors=False
+            squares, vectors = (
+                eigsh(  # where all modes are one, as of a stiffness for M, it never ends
+                    K, wanted, own.M, shift, OPinv=inverse, maxiter=100
+                )
             )
     except (ArpackError, ArithmeticError, RuntimeError, ValueError) as error:
         raise ComputationError(f"the real modes were not found (is M the mass?): {error}") from None
-    return np.sort(squares), noise
+    order = np.argsort(squares)
+    shapes = own.scale[:, None] * vectors[:, order]
+    return squares[order], noise + _open_squares(system, changes, squares[order], shapes)
+
+
+def _open_squares(
+    system: TermSystem, changes: Mapping[str, float], squares: NDArray[np.float64], shapes: NDArray
+) -> NDArray[np.float64]:
+    """How far the digits of files leave squares of angular frequencies (m,) with shapes (n, m)
+    open."""
+    if not has_digits(system):
+        return np.zeros(len(squares))
+    M, _, _ = system.at(changes)
+    dM, _, dK = data_errors(system, changes)
+    size = np.abs(shapes)
+    moved = np.sum(size * (dK @ size + np.abs(squares) * (dM @ size)), axis=0)
+    mass = np.abs(np.sum(shapes.conj() * (M @ shapes), axis=0))
+    unknown = np.full(len(squares), np.inf)
+    return np.divide(moved, mass, out=unknown, where=mass > 0.0)
 
 
 def _mass(M: Any, at: Coordinates) -> tuple[float, tuple[float, ...]]:

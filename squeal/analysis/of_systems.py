@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -14,7 +13,16 @@ from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds, basis_text, 
 from squeal.analysis.maps import Axis, Map
 from squeal.analysis.pads import mode_shapes
 from squeal.analysis.sensitivity import Sensitivity
+from squeal.analysis.systems.known import (
+    accuracy_by_digits,
+    digits_of_files,
+    error_bounds,
+    open_by_digits,
+    sweep_as_known,
+    thresholds_as_known,
+)
 from squeal.analysis.systems.matrices import matrix_list, system_checks
+from squeal.analysis.systems.proofs import Statement
 from squeal.analysis.systems.roots import (
     NO_ROOT,
     SystemRoots,
@@ -44,6 +52,7 @@ from squeal.io.system import SystemFile
 from squeal.io.writing import number, picked
 from squeal.linear import VERDICTS, Spectrum, UnstableMode, unstable_modes
 from squeal.linear import thresholds as linear_thresholds
+from squeal.linear.digits import has_digits
 from squeal.linear.eigen import growing
 from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.system import TermSystem
@@ -85,7 +94,9 @@ class Question:
         progress: Progress | None = None,
     ) -> Question:
         """Raises InputError, and ComputationError for what does not fit into the memory."""
-        file = SystemFile(subject) if isinstance(subject, TermSystem) else subject
+        file = subject
+        if isinstance(subject, TermSystem):
+            file = SystemFile(subject, assumptions=subject.assumptions)
         if isinstance(file, Assembly):
             file = SystemFile(file.system, assembly=file)
         if not isinstance(file, SystemFile):
@@ -135,8 +146,12 @@ class Question:
         if look and isinstance(look.source[1], FirstLook) and not is_small(system):
             roots = looked_at(look.source[1], self.wanted, {free: system.parameters[free]})
         else:
-            bounded = partial(file.assembly.bounded, system) if self.joined else tuple
+            bounded = error_bounds(file, system) or tuple
             roots = system_roots(system, self.wanted, bounded=bounded, prove=True)
+        doubts = [*roots.doubts, *file.assumptions]
+        criterion = roots.criterion
+        if roots.verdict is None:
+            criterion = open_by_digits(file, roots.every) or criterion
         matrices, checks, region = matrix_list(file), system_checks(system), roots.region
         outside = roots.outside
         if outside and self.joined:  # roots above the cutoff decide nothing
@@ -146,7 +161,8 @@ class Question:
         details |= {"matrices": matrices, "checks": checks, "region": extent, "basis": self.joined}
         details |= {"damped": [one._asdict() for one in file.damped], "fastest_outside": None}
         details |= {"growing_outside": None if outside is None else len(outside)}
-        details |= picked(roots, "growth_limit")
+        details |= picked(roots, "growth_limit") | {"doubts": doubts}
+        details |= {"known_by": digits_of_files(file) if has_digits(system) else None}
         shapes = None
         if system.n <= SHOWN_ROWS:
             modes = mode_shapes(Spectrum(roots.eigenvalues))
@@ -174,7 +190,8 @@ class Question:
         if file.assembly is not None:
             lines += [f"  {seat}" for seat in file.assembly.seats]
             details["contact"] = [seat.summary() for seat in file.assembly.seats]
-        notes = ["\n".join(lines), *roots.notes]
+        accuracy = accuracy_by_digits(file, roots.every)
+        notes = ["\n".join(lines), *roots.notes, *[accuracy] * bool(accuracy)]
         beside = ""
         if outside:
             hertz, rate = abs(outside[0].imag) / math.tau, outside[0].real
@@ -189,15 +206,17 @@ class Question:
         if roots.growth_limit is not None:
             words += f" with growth below {roots.growth_limit:.4g} 1/s"
         value, grow, source = system.parameters[free], _growing(system, roots), (file, roots)
-        head = system.name, free, value, roots.eigenvalues, roots.verdict, roots.criterion, grow
+        head = system.name, free, value, roots.eigenvalues, roots.verdict, criterion, grow
         more = (shapes, details, tuple(notes), beside)
+        certified = roots.certified and not doubts
         statement = roots.statement
-        # of joined components the count is that of the reduced system, as its own words say
-        line = "" if self.joined else statement.words
+        if doubts and certified != roots.certified:  # nothing is proved of what was guessed
+            statement = Statement("open", statement.by, reason="; ".join(doubts))
+        # of joined components the count is that of the reduced system, as its own words say; what
+        # was guessed has a line of its own
+        line = "" if self.joined or doubts else statement.words
         proof: dict[str, Any] = {"proof": statement.to_dict(), "proof_line": line}
-        return Eigenvalues(
-            *head, roots.certified, roots.count, words, *more, **proof, source=source
-        )
+        return Eigenvalues(*head, certified, roots.count, words, *more, **proof, source=source)
 
     def sweep(
         self, values: Sequence[float], method: str | None = None, workers: int | None = None
@@ -209,9 +228,10 @@ class Question:
             reduction, _ = self.reduced(values, method or "modal", CHECKED)
         modes = followed(system, self.wanted, values, reduction, workers or 1)
         basis = basis_of(reduction, self.wanted) or self.joined
-        return Sweep(
+        answer = Sweep(
             system.name, system.parameter, *modes, basis=basis, source=(self.file, reduction)
         )
+        return sweep_as_known(self.file, self.wanted, answer)
 
     def thresholds(
         self, high: float, low: float | None = None, workers: int | None = None
@@ -219,7 +239,9 @@ class Question:
         """Every threshold of the wanted roots from low to high."""
         self._warn_of_unused_parameter()
         answer = system_thresholds(self.system, high, low, self.wanted, workers or 1)
-        return widened(self.system, self.file.assembly, answer) if self.joined else answer
+        if self.joined:
+            answer = widened(self.system, self.file.assembly, answer)
+        return thresholds_as_known(self.file, self.wanted, answer)
 
     def map(self, axes: tuple[Axis, Axis] | None, workers: int | None = None) -> Map:
         """The verdict on the wanted roots over two named parameters."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from operator import itemgetter
 from typing import Annotated, Any
 
@@ -286,7 +286,10 @@ def optimise(
             break
         served, places = [*served, q], [q]
     PROGRESS.get()("the full system before and after")
-    before, after = system_roots(system, wanted), system_roots(system, wanted, values)
+    before, after = (
+        replace(roots, doubts=(*roots.doubts, *question.file.assumptions))
+        for roots in (system_roots(system, wanted), system_roots(system, wanted, values))
+    )
     if residual > TOLERANCE:
         words = f"a residual of {residual:.2g} in the full problem, {TOLERANCE:g} is wanted"
         at.warn(f"the reduced system has {words}; the result may be improved")

@@ -326,7 +326,12 @@ def _journal(path: Path, question: str) -> dict[int, list[Sample]]:
         head, *lines = (content.decode() or f"{question}\n").split("\n")
         if head != question:
             raise ValueError
-        for line in lines[:-1]:  # what follows the last line end was cut off
+        sound = lines[:-1]  # what follows the last line end was cut off
+        if sound and sound[-1] != _signed(sound[-1].partition(" ")[2]):
+            sound.pop()  # as of a write that was killed
+            words = "its last line is broken; the samples of this line are computed again"
+            Place(str(path)).warn(words)
+        for line in sound:
             record = line.partition(" ")[2]
             if line != _signed(record):
                 raise ValueError
@@ -335,7 +340,7 @@ def _journal(path: Path, question: str) -> dict[int, list[Sample]]:
     except (ValueError, TypeError):
         words = "holds no samples of this question; the name of another file is allowed"
         raise Place(str(path)).refuse(words) from None
-    write_text(path, "\n".join([head, *lines[:-1], ""]))
+    write_text(path, "\n".join([head, *sound, ""]))
     return known
 
 

@@ -91,20 +91,39 @@ def System(
     """
 
     parts: list[tuple[Term, ...]] = []
+    labels: dict[str, list[Any]] = {}
     for part, given in zip("MCK", (M, C, K), strict=True):
         several = isinstance(given, Mapping) and not is_sparse(given)
         each = given if several else {} if given is None else {"1": given}
+        for text, X in each.items():
+            if hasattr(X, "columns") and hasattr(X, "index"):
+                name = f"{part} {text}" if several else part
+                labels[f"index of {name}"] = list(X.index)
+                labels[f"columns of {name}"] = list(X.columns)
         with Place("System", part).named():
             factors = (Formula(TEXT.read(text, Place("factor"))) for text in each)
             arrays = (given_matrix(X, real=part == "M") for X in each.values())
             parts.append(tuple(Term(X, f) for X, f in zip(arrays, factors, strict=True)))
     if K is None:
         raise InputError("System: K: missing; a matrix or a mapping of formulas to matrices is")
+    _refuse_other_labels(labels)
     system = TermSystem(parts[0], parts[1], parts[2], parameters or {}, parameter, name)
     system, supports = without_supports(system)
     if supports.size:
         Place("System", "K").warn(supported(supports))
     return system
+
+
+def _refuse_other_labels(labels: Mapping[str, list[Any]]) -> None:
+    """Refuse data frames whose rows or columns have other labels, or another order, than those of
+    the first. Raises InputError."""
+    first = next(iter(labels), "")
+    for name, own in labels.items():
+        if own != labels[first]:
+            raise InputError(
+                f"System: the {name} is not the {first}; data frames must have the same labels in "
+                "the same order as rows and as columns (frame.loc[labels, labels] sorts them)"
+            )
 
 
 @public

@@ -81,6 +81,7 @@ def assembly_file(
     given = ASSEMBLY.read(document, at)
     values = OWN | given.get("parameters", {})
     inputs, origins, bodies, contacts = list[Path](), list[Origin](), list[Component](), []
+    assumptions = list[str]()
 
     def value(one: dict[str, Any], key: str, here: Place) -> float:
         with (here / key).named():
@@ -93,6 +94,7 @@ def assembly_file(
             raise here.refuse("its system file has no coordinates; they are needed")
         origins += [o._replace(part=f"{name}.{o.part}") for o in file.origins]
         inputs += [path, *file.inputs]
+        assumptions += [f"{name}: {words}" for words in file.assumptions]
         nodes, places = np.array(where.names)[where.nodes], where.places[where.nodes]
         body = Component(replace(file.system, name=name), nodes, where.directions, places)
         if known := one.get("reduced"):
@@ -129,7 +131,10 @@ def assembly_file(
         names = given.get("parameter", "mu"), title or Path(at.source).stem
         found = assemble(bodies, contacts, values, *names, cutoff)
     read = tuple(origins), tuple(inputs), _coordinates(bodies, found.components)
-    return SystemFile(found.system, given.get("reference", ""), *read, assembly=found)
+    reference = given.get("reference", "")
+    return SystemFile(
+        found.system, reference, *read, assembly=found, assumptions=tuple(assumptions)
+    )
 
 
 def _load(path: Path, body: Component) -> NDArray[np.float64]:

@@ -73,8 +73,13 @@ def read_matrix(
             opened[path] = fitting[0].read(path)
         file = _picked(opened[path], key)
         _unique(file)
-        matrix = _complete(at, _checked(file.matrix), file, symmetric)
-        return replace(file, matrix=matrix, symmetric=False, form=name)
+        matrix, completed = _complete(at, _checked(file.matrix), file, symmetric)
+        assumptions = file.assumptions
+        if completed:
+            assumptions += (f"{path.name}: each entry of one half is taken for both",)
+        if file.numbered:
+            assumptions += (f"{path.name}: rows that share labels are told apart by their numbers",)
+        return replace(file, matrix=matrix, symmetric=False, form=name, assumptions=assumptions)
     except InputError as error:
         words = str(error)
     except ImportError as error:
@@ -120,8 +125,9 @@ def _canonical(matrix: Any) -> Any:
     return copy
 
 
-def _complete(at: Place, matrix: Any, file: MatrixFile, symmetric: bool | None) -> Any:
-    """The matrix with its other triangle where it stands for that too. Raises InputError."""
+def _complete(at: Place, matrix: Any, file: MatrixFile, symmetric: bool | None) -> tuple[Any, bool]:
+    """The matrix with its other triangle where it stands for that too, and whether nothing said
+    that it does. Raises InputError."""
     said = file.symmetric if symmetric is None else symmetric
     half = said is not False and is_half(csc_array(file.matrix))  # a zero is an entry too
     if said is None and half and matrix.nnz > np.count_nonzero(matrix.diagonal()):
@@ -137,12 +143,12 @@ def _complete(at: Place, matrix: Any, file: MatrixFile, symmetric: bool | None) 
             f"{words}; each is taken for both, as Abaqus writes symmetric matrices "
             "(symmetric: false beside the file says otherwise)"
         )
-        said = True
+        return mirrored(matrix), True
     if said and half:
-        return mirrored(matrix)
+        return mirrored(matrix), False
     if said and abs(matrix - matrix.T).max() > 0.0:
         raise InputError("is not symmetric; symmetric: true is not allowed")
-    return matrix
+    return matrix, False
 
 
 def _refuse_one_sided(at: Place, completed: Any, labels: Sequence[tuple[int, int]]) -> None:

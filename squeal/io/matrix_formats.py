@@ -7,6 +7,7 @@ and may crash on a line that was cut off.
 """
 
 import io
+import itertools
 import math
 import os
 import pickle
@@ -18,7 +19,7 @@ import zlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
@@ -30,6 +31,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array
 
 from squeal.errors import InputError
+from squeal.io.digits import written_digits
 from squeal.schema import Place
 
 HEAD = 4096  # bytes that a format is recognised by
@@ -52,7 +54,9 @@ class MatrixFile:
     true if the file does not say how many rows there are (the last may be empty). `symmetric` says
     whether entries on one side of the diagonal stand for those on the other too, None if the file
     does not say. `form` names the format that the file was read as. `numbered` is true if some
-    labels only number rows, so that the file goes with files of the same labels alone.
+    labels only number rows, so that the file goes with files of the same labels alone. `digits` are
+    the significant digits that its entries were rounded to, None if they are exact or doubles.
+    `assumptions` say what was guessed of it.
     """
 
     matrix: Any = field(repr=False)
@@ -61,6 +65,8 @@ class MatrixFile:
     symmetric: bool | None = False
     form: str = ""
     numbered: bool = False
+    digits: int | None = None
+    assumptions: tuple[str, ...] = ()
 
 
 def _numbers(lines: Any, places: int, values: int) -> tuple[NDArray, NDArray]:
@@ -83,17 +89,22 @@ def _numbers(lines: Any, places: int, values: int) -> tuple[NDArray, NDArray]:
     return where, entries
 
 
-def _assembled(path: Path, indices: NDArray, values: NDArray, shape: tuple[int, int]) -> Any:
-    """The matrix of entries at (row, column) `indices` (2, entries); those that meet are summed."""
+def _assembled(
+    path: Path, indices: NDArray, values: NDArray, shape: tuple[int, int]
+) -> tuple[Any, tuple[str, ...]]:
+    """The matrix of entries at (row, column) `indices` (2, entries), and what was assumed of it:
+    those that meet are summed."""
     if max(shape) > MOST_ROWS:
         raise ValueError(f"{max(shape):.6g} rows; at most {MOST_ROWS} are read")
     matrix = coo_array((values, tuple(indices)), shape=shape).tocsc()
-    if matrix.nnz < len(values):
+    count_summed = len(values) - matrix.nnz
+    if count_summed:
         places, count = np.unique(indices, axis=1, return_counts=True)
         row, column = places[:, np.argmax(count > 1)] + 1
-        words = f"{len(values) - matrix.nnz} entries stand where another one stands, the first "
+        words = f"{count_summed} entries stand where another one stands, the first "
         Place(str(path)).warn(f"{words}at row {row}, column {column}; they are summed")
-    return matrix
+    summed = f"{path.name}: {count_summed} entries of one place are summed"
+    return matrix, (summed,) * bool(count_summed)
 
 
 def is_half(matrix: Any) -> bool:
@@ -130,6 +141,7 @@ def _read_matrix_market(path: Path) -> MatrixFile:
         placed, width = form == "coordinate", {"pattern": 0, "complex": 2}.get(entry, 1)
         body = (line for line in stream if line.lstrip()[:1] != "%")
         where, parts = _numbers(body, 2 * placed, width)
+    digits = written_digits(_market_words(path, 2 * placed, width))
     general, skew = symmetry == "general", symmetry[:4] == "skew"
     numbers = [int(word) for word in size.split()]
     if len(numbers) != 2 + placed:
@@ -152,10 +164,20 @@ def _read_matrix_market(path: Path) -> MatrixFile:
     values = np.ones(count) if entry == "pattern" else parts[:, 0]
     if entry == "complex":
         values = values + 1j * parts[:, 1]
-    matrix = _assembled(path, where, values, n)
+    matrix, assumed = _assembled(path, where, values, n)
     if skew and np.any(matrix.diagonal()):
         raise ValueError("a skew-symmetric file has no diagonal, and this has")
-    return MatrixFile(matrix if general else mirrored(matrix, -1 if skew else 1))
+    matrix = matrix if general else mirrored(matrix, -1 if skew else 1)
+    return MatrixFile(matrix, digits=digits, assumptions=assumed)
+
+
+def _market_words(path: Path, places: int, values: int) -> Iterator[str]:
+    """The numbers behind the places of each line, as they are written."""
+    with path.open(encoding="utf-8") as stream:
+        lines = (line for line in stream if line.strip() and line.lstrip()[0] != "%")
+        next(lines, None)  # the sizes
+        for line in lines:
+            yield from line.split()[places : places + values]
 
 
 def _read_abaqus(path: Path) -> MatrixFile | dict[str, MatrixFile]:
@@ -195,17 +217,28 @@ def _abaqus_matrix(path: Path, head: str, text: str) -> MatrixFile:
     kind = re.search(r"TYPE\s*=\s*(UN)?SYMMETRIC", head)
     scale = re.search(r"SCALE\s*FACTOR\s*=\s*(\S+)", head)
     entries = float(scale[1]) * values[:, 0] if scale else values[:, 0]
+    digits = written_digits(line.split()[-1] for line in io.StringIO(text) if line.strip())
+    if digits is not None and scale:
+        digits -= 1  # a product may lose up to one
     symmetric = kind[1] is None if kind else None
     if width == 5:
-        return _labelled(path, given, entries, symmetric)
+        return replace(_labelled(path, given, entries, symmetric), digits=digits)
     if given.min() < 1:
         raise ValueError("rows and columns must count from 1")
     n = int(given.max())
     labels = _labels(path.with_suffix(".dof"), n)
     n = len(labels) if labels else n
-    matrix = _assembled(path, given.T - 1, entries, (n, n))
+    matrix, assumed = _assembled(path, given.T - 1, entries, (n, n))
     numbered = any(node < 0 for node, _ in labels or ())
-    return MatrixFile(matrix, labels, labels is None, symmetric, numbered=numbered)
+    return MatrixFile(
+        matrix,
+        labels,
+        labels is None,
+        symmetric,
+        numbered=numbered,
+        digits=digits,
+        assumptions=assumed,
+    )
 
 
 def _labelled(path: Path, given: NDArray, values: NDArray, symmetric: bool | None) -> MatrixFile:
@@ -221,12 +254,18 @@ def _labelled(path: Path, given: NDArray, values: NDArray, symmetric: bool | Non
     codes = codes[np.diff(codes, prepend=codes[0] - 1) > 0]
     labels = tuple(divmod(code, base) for code in codes.tolist())
     n = len(labels)
-    matrix = _assembled(path, np.searchsorted(codes, each), values, (n, n))
-    return MatrixFile(matrix, labels, symmetric=symmetric)
+    matrix, assumed = _assembled(path, np.searchsorted(codes, each), values, (n, n))
+    return MatrixFile(matrix, labels, symmetric=symmetric, assumptions=assumed)
 
 
 def _fixed(lines: list[str], form: str, count: int) -> tuple[NDArray, list[str]]:
     """Numbers (count,) in fields of a Fortran format such as (1P,3D24.16), and the lines behind."""
+    fields, rest = _fields(lines, form, count)
+    return np.array(fields, np.int64 if "I" in form.upper() else float), rest
+
+
+def _fields(lines: list[str], form: str, count: int) -> tuple[list[str], list[str]]:
+    """The fields of a Fortran format as they are written, and the lines behind."""
     found = re.search(r"(\d*)[IEDFG](\d{1,2})", form.upper())
     if not found:
         raise ValueError(f"the format {form.strip()} is not read; (8I10) and (3D24.16) are")
@@ -234,14 +273,14 @@ def _fixed(lines: list[str], form: str, count: int) -> tuple[NDArray, list[str]]
     used = -(-count // each)
     if not 0 < used <= len(lines) or count > sum(map(len, lines[:used])):
         raise ValueError(f"fewer numbers than the {count} of the header")
-    fields: Any = " ".join(lines[:used]).upper().replace("D", "E").split()
+    fields = " ".join(lines[:used]).upper().replace("D", "E").split()
     if len(fields) != count:  # they touch each other
         text = "".join(line[: each * width].ljust(each * width) for line in lines[:used])
         text = text.upper().replace("D", "E")
         fields = [text[k : k + width].strip() for k in range(0, count * width, width)]
         if not all(fields):
             raise ValueError(f"fewer numbers than the {count} of the header")
-    return np.array(fields, np.int64 if "I" in form.upper() else float), lines[used:]
+    return fields, lines[used:]
 
 
 def _read_harwell_boeing(path: Path) -> MatrixFile:
@@ -260,7 +299,8 @@ def _read_harwell_boeing(path: Path) -> MatrixFile:
     rest = lines[4 + (sides > 0) :]
     pointers, rest = _fixed(rest, forms, columns + 1)
     indices, rest = _fixed(rest, forms[16:], count)
-    values, _ = _fixed(rest, forms[32:], count * (1 + (kind[0] == "C")))
+    words, _ = _fields(rest, forms[32:], count * (1 + (kind[0] == "C")))
+    values = np.array(words, float)
     if kind[0] == "C":
         values = values.view(complex)
     matrix = csc_array((values, indices - 1, pointers - 1), shape=(rows, columns))
@@ -269,7 +309,7 @@ def _read_harwell_boeing(path: Path) -> MatrixFile:
         matrix = mirrored(matrix, 1 if kind[1] == "S" else -1)
     labels = _labels(path.with_suffix(".mapping"), rows)
     numbered = any(node < 0 for node, _ in labels or ())
-    return MatrixFile(matrix, labels, numbered=numbered)
+    return MatrixFile(matrix, labels, numbered=numbered, digits=written_digits(words))
 
 
 def _labels(path: Path, rows: int) -> tuple[tuple[int, int], ...] | None:
@@ -374,7 +414,11 @@ def _dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
         values = values * np.exp(1j * np.radians(table[:, 5]))
     elif head[3] in ("3", "4"):
         values = values + 1j * table[:, 5]
-    return _labelled(path, table[:, :4].astype(np.int64), values, form == "6")
+    digits = written_digits(
+        itertools.chain.from_iterable(zip(words[4::6], words[5::6], strict=True))
+    )
+    labelled = _labelled(path, table[:, :4].astype(np.int64), values, form == "6")
+    return replace(labelled, digits=digits)
 
 
 def _bounded(path: Path, shapes: Iterable[Sequence[int]]) -> None:

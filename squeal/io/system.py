@@ -378,7 +378,8 @@ def _read_elements(path: Path, where: Coordinates) -> Coordinates:
 
 class Origin(NamedTuple):
     """Where a matrix came from: the key of its part, its file (empty if in the system file), the
-    format that was read, whether it names its rows, and its key in a file of several."""
+    format that was read, whether it names its rows, its key in a file of several, and the digits
+    that it was rounded to."""
 
     part: str
     file: str
@@ -387,13 +388,15 @@ class Origin(NamedTuple):
     form: str
     labelled: bool
     key: str
+    digits: int | None = None
 
 
 @dataclass(frozen=True, eq=False)
 class SystemFile:
     """A system from a file; `inputs` are the other files that were read, `damped` says what has
     damping that is not given as a matrix, `assembly` is what components were joined to, `labels`
-    are the (node, degree of freedom) of the rows where matrices name them."""
+    are the (node, degree of freedom) of the rows where matrices name them. `assumptions` say what
+    was guessed, left out or united: nothing is certified after it."""
 
     system: TermSystem
     reference: str = ""
@@ -403,6 +406,7 @@ class SystemFile:
     damped: tuple[Damped, ...] = ()
     assembly: Any = field(default=None, repr=False)
     labels: tuple[tuple[int, int], ...] = field(default=(), repr=False)
+    assumptions: tuple[str, ...] = ()
 
 
 def read_system(path: Path | str) -> SystemFile:
@@ -442,7 +446,8 @@ def system_file(
             words = "is complex and not allowed; M and K4 must be real, K and C may be complex"
             raise (here / "file").refuse(f"{term['file']} {words}")
         matrices.append(read[wanted])
-    _compare_labels(at, [part for part, *_ in terms], matrices)
+    assumptions = [words for one in matrices for words in one.assumptions]
+    assumptions += _compare_labels(at, [part for part, *_ in terms], matrices)
     with at.named():
         common = aligned(matrices)
     rows = common[0].shape[0]
@@ -465,9 +470,9 @@ def system_file(
             matrix.toarray() if full else matrix,
         )
         source, how = (part, term.get("file", ""), factor.text), (known.form, bool(known.labels))
-        origins.append(Origin(*source, csc_array(matrix), *how, term.get("key", "")))
-        own.add(part, term, len(parts[part[0]]), matrix, formula)
-        parts[part[0]].append(Term(matrix, factor))
+        origins.append(Origin(*source, csc_array(matrix), *how, term.get("key", ""), known.digits))
+        own.add(part, term, len(parts[part[0]]), matrix, formula, known.digits)
+        parts[part[0]].append(Term(matrix, factor, known.digits))
         if "modulus" in term:
             inputs.append(folder / term["modulus"]["file"])
     parts["C"] += own.terms
@@ -510,7 +515,14 @@ def system_file(
     reference = given.get("reference", "")
     inputs, done = list(dict.fromkeys(inputs)), (*own.done, *done)
     origin = reference, tuple(origins), tuple(inputs)
-    return SystemFile(system, *origin, coordinates, done, labels=tuple(labels))
+    return SystemFile(
+        system,
+        *origin,
+        coordinates,
+        done,
+        labels=tuple(labels),
+        assumptions=tuple(dict.fromkeys([*assumptions, *system.assumptions])),
+    )
 
 
 class _Own:
@@ -522,7 +534,13 @@ class _Own:
         self.done: list[Damped] = []
 
     def add(
-        self, part: str, term: dict[str, Any], index: int, matrix: Any, factor: Formula
+        self,
+        part: str,
+        term: dict[str, Any],
+        index: int,
+        matrix: Any,
+        factor: Formula,
+        digits: int | None,
     ) -> None:
         """Take what a term of M or K names, of which it is the one at `index`."""
         by = {name: term[name] for name in ("rayleigh", "structural", "modulus") if name in term}
@@ -537,7 +555,7 @@ class _Own:
             if name == "rayleigh":
                 matrix = matrix.real if np.iscomplexobj(matrix) else matrix
                 self.terms.append(
-                    Term(matrix, Formula(f"{value!r} * ({factor.text})", factor.place))
+                    Term(matrix, Formula(f"{value!r} * ({factor.text})", factor.place), digits)
                 )
 
 
@@ -591,9 +609,10 @@ def _terms(given: dict[str, Any], at: Place) -> tuple[str, list[tuple[str, Place
     return parameter, terms
 
 
-def _compare_labels(at: Place, parts: Sequence[str], matrices: Sequence[MatrixFile]) -> None:
-    """Warn of rows (node, dof) that M or K alone have, or C besides; internal nodes, below zero,
-    have no mass."""
+def _compare_labels(at: Place, parts: Sequence[str], matrices: Sequence[MatrixFile]) -> list[str]:
+    """Warn of rows (node, dof) that M or K alone have, or C besides, and say what is assumed of
+    those of M without K; internal nodes, below zero, have no mass."""
+    assumed = []
     labels = {part: set[tuple[int, int]]() for part in PARTS}
     for part, matrix in zip(parts, matrices, strict=True):
         labels[part[0]].update(matrix.labels or ())
@@ -605,3 +624,6 @@ def _compare_labels(at: Place, parts: Sequence[str], matrices: Sequence[MatrixFi
                 f"{len(alone)} rows stand in {part} and not in {other}, the first is degree "
                 f"of freedom {dof} of node {node}; their entries in {other} are taken as zero"
             )
+            if part == "M":
+                assumed.append(f"{len(alone)} rows of M stand not in K, which is taken as zero")
+    return assumed

@@ -68,7 +68,8 @@ class Eigenvalue:
     right (n,) is the mode shape, right^H M right = 1, and left (n,) alike; residual the backward
     error |P(value) x| / (|v|^2 |M| + |v| |C| + |K|), mass-normalised; condition 1/|y^H x| of the
     standard problem solved (in value^2 if undamped), or inf; rounding (rad/s) how far rounding, and
-    error how far a reduction may move it, None where that is not known.
+    error how far a reduction or what digits of data leave open may move it, None where that is not
+    known.
     """
 
     value: complex
@@ -86,8 +87,9 @@ class Eigenvalue:
 
     @property
     def open(self) -> bool:
-        """True if the error of a reduction leaves open whether it grows."""
-        return 0.0 < abs(self.value.real) <= (self.error or 0.0)
+        """True if the error of a reduction or of the data leaves open whether it grows."""
+        known_to = self.error or 0.0  # what stays on the axis has a smaller rounding
+        return 0.0 < known_to <= self.rounding and abs(self.value.real) <= known_to
 
     @property
     def frequency_hz(self) -> float:

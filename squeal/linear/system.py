@@ -48,10 +48,14 @@ System = Callable[[float], Matrices]
 
 @dataclass(frozen=True, eq=False)
 class Term:
-    """A copy of a finite matrix (n, n), and the formula or complex modulus that multiplies it."""
+    """A copy of a finite matrix (n, n), and the formula or complex modulus that multiplies it.
+
+    `digits` are the significant digits to which its entries are known, None if they are exact.
+    """
 
     matrix: Matrix = field(repr=False)
     factor: Formula | Modulus = ONE
+    digits: int | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())
@@ -76,6 +80,8 @@ class TermSystem:
     follows : tuple of str
         Which of `omega` and `frequency` are those of each root: those that factors depend on and
         `parameters` does not name.
+    assumptions : tuple of str
+        What was guessed when it was made; nothing is certified after it.
 
     Examples
     --------
@@ -96,6 +102,7 @@ class TermSystem:
     parameter: str = "mu"
     name: str = ""
     follows: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.M or not self.K:
@@ -119,7 +126,7 @@ class TermSystem:
 
     def __reduce__(self) -> Any:
         parameters = dict(self.parameters)  # a view of them is not sent to other processes
-        own = *self.parts, parameters, self.parameter, self.name, self.follows
+        own = *self.parts, parameters, self.parameter, self.name, self.follows, self.assumptions
         return type(self), own
 
     @property
@@ -321,10 +328,11 @@ def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
 
     def held(term: Term) -> Term:
         X = term.matrix.tocsc() if is_sparse(term.matrix) else term.matrix
-        return Term(X[rest][:, rest], term.factor)
+        return Term(X[rest][:, rest], term.factor, term.digits)
 
     M, C, K = (tuple(map(held, terms)) for terms in (system.M, system.C, system.K))
-    return dataclasses.replace(system, M=M, C=C, K=K), rows
+    assumed = (*system.assumptions, f"{rows.size} rows are taken for supports and left out")
+    return dataclasses.replace(system, M=M, C=C, K=K, assumptions=assumed), rows
 
 
 def supported(rows: NDArray[np.intp]) -> str:
@@ -565,7 +573,7 @@ def _bordered(system: TermSystem, U: Array) -> TermSystem:
     def wide(term: Term) -> Term:
         X = csc_array(term.matrix, copy=True)
         X.resize((n + k, n + k))
-        return Term(X, term.factor)
+        return Term(X, term.factor, term.digits)
 
     M, C, K = (tuple(map(wide, terms)) for terms in system.parts)
     none, columns = csc_array((n, n)), csc_array(U)

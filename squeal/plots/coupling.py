@@ -109,7 +109,7 @@ def _spans(sweep: Sweep, found: Thresholds | None, ends: tuple[float, float]) ->
         spans = [(low, high, word) for (low, word), (high, other) in pairs if word == other]
     else:
         edges = [found.low, *(point.mu for point in found.points), found.high, max(ends)]
-        words = [found.verdict, *(point.kind for point in found.points), NOWHERE]
+        words = [found.verdict or "-", *(point.kind for point in found.points), NOWHERE]
         spans = list(zip(edges, edges[1:], words, strict=False))
     joined = list[Span]()
     for low, high, word in spans:

@@ -108,6 +108,7 @@ def test_numbers_of_wild_size_fail_with_a_sentence(ask):
         assert np.isfinite(getattr(ask(), "values", 0.0)).all()
 
 
+@pytest.mark.filterwarnings("ignore:.*no matrix depends on mu")
 @pytest.mark.parametrize("made", [np.array, csc_array])
 @pytest.mark.parametrize("kind", [float, complex])
 def test_a_system_does_not_follow_what_it_was_made_from(made, kind):

@@ -11,7 +11,7 @@ import squeal
 from squeal import Term
 from squeal.analysis.scatter import scatter
 from squeal.analysis.variations import Outcome, Varied
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.numerics.differentiation import Formula
 from tests.analysis.test_variations import SCENE, first
 
@@ -189,6 +189,12 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
     assert scatter(system, EVEN, **asked, journal=journal).to_records() == whole.to_records()
     with pytest.raises(InputError, match="no samples of this question"):
         scatter(system, EVEN, **asked, seed=2, journal=journal)
+    broken = journal.read_text().splitlines()
+    broken[-1] = broken[-1][: len(broken[-1]) // 2]
+    journal.write_text("\n".join(broken) + "\n")
+    with pytest.warns(InputWarning, match="last line is broken"):
+        mended = scatter(system, EVEN, **asked, journal=journal)
+    assert mended.to_records() == whole.to_records()
     journal.write_text(journal.read_text().replace("0.", "1.", 1))
     with pytest.raises(InputError, match="no samples of this question"):
         scatter(system, EVEN, **asked, journal=journal)

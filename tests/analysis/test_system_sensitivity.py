@@ -39,7 +39,9 @@ def test_thresholds_move_as_their_closed_form(monkeypatch, rows, c):
         "w": by_w, "stiffer": by_w, "c": [c * omega**2 / mu, 0.0],
     }  # fmt: skip
     for name, slopes in exact.items():
-        assert found.slopes[name] == pytest.approx(slopes, abs=1e-8), name
+        # a pair that coalesces in a subspace is known to the square root of rounding
+        near = 1e-6 if c == 0.0 and rows == 1 else 1e-8
+        assert found.slopes[name] == pytest.approx(slopes, abs=near), name
 
 
 def test_a_divergence_and_what_has_no_derivative():

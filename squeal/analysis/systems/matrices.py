@@ -60,6 +60,7 @@ def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
     for o in file.origins:
         read: dict[str, Any] = {"part": o.part, "file": o.file or None, "key": o.key or None}
         read |= {"format": o.form or None, "labels": o.labelled, "factor": o.factor}
+        read |= {"digits": o.digits}
         size = {"rows": int(o.matrix.shape[0]), "nonzeros": int(o.matrix.nnz)}
         more = {"symmetric": is_symmetric(o.matrix), "fingerprint": fingerprint(o.matrix)}
         rows.append(read | size | more)

@@ -45,6 +45,7 @@ from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import ScaledSystem, quadratic
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 
+LOOSE = 0.1  # of the end of a region: errors above are no estimate of where a root may lie
 ROUGH = 1e-3  # of |lambda|: what roots that were seen on the way may be off
 MODES = 20  # of a larger system where nothing else is wanted
 NO_ROOT = "no root"  # the verdict on a band or region without one
@@ -141,6 +142,7 @@ class SystemRoots:
     outside: tuple[complex, ...] | None = None  # what grows outside the region, if known or seen
     notes: tuple[str, ...] = ()
     judged_by: Statement | None = None  # what the referee says of all roots, None if not asked
+    doubts: tuple[str, ...] = ()  # why a root of the region may be missing, or one too many
 
     @property
     def every(self) -> Known:
@@ -151,6 +153,8 @@ class SystemRoots:
     def certified(self) -> bool:
         """True if the referee proves the list; where it was not asked, if the count says that no
         root of the region is missing, and each one solves the equations."""
+        if self.doubts:
+            return False
         if self.judged_by is not None:
             return self.judged_by.status == "proved"
         return self.count == len(self.every) and all(e.residual <= ACCEPTED for e in self.every)
@@ -176,8 +180,9 @@ def system_roots(
 
     Up to 400 rows all roots are computed and the wanted ones picked; of a larger system those of
     the band or region, or the lowest.
-    `bounded` gives roots the error of a reduction. `prove` asks the referee of all roots, where
-    they are exact. Raises InputError and ComputationError.
+    `bounded` gives roots the error of a reduction or of the digits of data; those whose error
+    reaches over an end of the region are listed. `prove` asks the referee of all roots, where they
+    have no such error. Raises InputError and ComputationError.
     """
     wanted = wanted or Wanted()
     if is_small(system):
@@ -192,7 +197,7 @@ def system_roots(
         if wanted.rectangle is None:
             solution = lowest_modes(problem, modes or MODES)
         else:
-            solution = modes_in(problem, wanted.rectangle)
+            solution = modes_in(problem, _searched(wanted.rectangle, bounded))
             limit = None if wanted.band is None else wanted.rectangle.high_real
     except ComputationError:
         if system.n > SOLVER.dense:
@@ -202,11 +207,71 @@ def system_roots(
     if wanted.rectangle is None:
         values, count = _upper(values, count, problem.real)
     values = bounded(values)
+    region: Any = solution.region
+    doubts: tuple[str, ...] = ()
+    outside = None
+    if wanted.rectangle is not None:
+        region = wanted.rectangle
+        beyond = sum(not region.contains(np.array(e.value)) for e in values)
+        count = None if count is None else count - beyond
+        doubts = _doubts_at_ends(values, region)
+        # errors of roots that were not looked at are like those of the upper ones
+        upper = [e for e in values if e.value.imag > region.high_imag / 2]
+        farthest = max((e.error or 0.0 for e in upper), default=0.0)
+        if farthest > ROUGH * region.high_imag:
+            doubts += (f"errors reach up to {farthest / math.tau:.2g} Hz over the ends",)
+        values = tuple(e for e in values if _may_lie_in(e, region))
+        outside = _beside(solution.seen, region)
     words = judged(values, complete=False)
-    outside = _beside(solution.seen, wanted.rectangle) if wanted.rectangle else None
-    known = values, solution.region, count
-    roots = SystemRoots(*known, *words, growth_limit=limit, outside=outside)
+    known = values, region, count
+    roots = SystemRoots(*known, *words, growth_limit=limit, outside=outside, doubts=doubts)
     return roots if modes is None else roots.lowest(modes)
+
+
+def _searched(region: Rectangle, bounded: Callable[[Known], Known]) -> Rectangle:
+    """The region with what lies closely beyond its ends in frequency, where roots have an error."""
+    if bounded is tuple:
+        return region
+    low = region.low_imag
+    return replace(
+        region,
+        low_imag=low * (1 - ROUGH) if low > 0.0 else low,
+        high_imag=region.high_imag * (1 + ROUGH),
+    )
+
+
+def _may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
+    """True if a root lies in a region, or no further from it than its error.
+
+    Of a root that is known to a tenth of the region only, where it was computed decides.
+    """
+    error = root.error or 0.0
+    if error > LOOSE * region.high_imag or (region.low_imag >= 0.0 and root.value.imag < 0.0):
+        error = 0.0
+    wide = Rectangle(
+        region.low_real - error,
+        region.high_real + error,
+        region.low_imag - (error if region.low_imag > 0.0 else 0.0),  # else its mirror image does
+        region.high_imag + error,
+    )
+    return bool(wide.contains(np.array(root.value)))
+
+
+def _doubts_at_ends(roots: Known, region: Rectangle) -> tuple[str, ...]:
+    """Which roots may lie on either side of an end of a region, by their errors, in words."""
+    doubts = []
+    for root in roots:
+        error = root.error or 0.0
+        real, imag = root.value.real, root.value.imag
+        ends = [real - region.low_real, real - region.high_real, imag - region.high_imag]
+        if region.low_imag > 0.0:
+            ends.append(imag - region.low_imag)
+        if _may_lie_in(root, region) and min(map(abs, ends)) <= error:
+            hertz, known_to = root.frequency_hz, error / math.tau
+            doubts.append(
+                f"the root at {hertz:.6g} Hz, known to {known_to:.2g} Hz, may lie within or not"
+            )
+    return tuple(doubts)
 
 
 def _beside(seen: Sequence[complex], region: Rectangle) -> tuple[complex, ...] | None:
@@ -310,7 +375,8 @@ def _of_all(
         reals = [abs(z.real) for z in known if region.low_imag < z.imag < region.high_imag]
         wide = max(1.1 * max(reals, default=0.0), region.high_real)
         region = replace(region, low_real=-wide, high_real=wide)
-    inside = tuple(e for e in values if region.contains(np.array(e.value)))
+    inside = tuple(e for e in values if _may_lie_in(e, region))
+    doubts = _doubts_at_ends(inside, region)
     outside = [m.root for m in growing(e for e in values if e not in inside)]
     disc = disc_around(region, known, 2 * farthest)
     # all roots of the disc are in the list, or it is not known where the others are
@@ -320,8 +386,15 @@ def _of_all(
     # elsewhere
     own = judged(inside, complete=False)
     words = own if own[0] is not None or outside else words
-    beside = tuple(outside)
-    return SystemRoots(inside, region, count, *words, outside=beside, judged_by=statement)
+    return SystemRoots(
+        inside,
+        region,
+        count,
+        *words,
+        outside=tuple(outside),
+        judged_by=statement,
+        doubts=doubts,
+    )
 
 
 def _upper(every: Known, count: int | None, real: bool) -> tuple[Known, int | None]:

@@ -78,6 +78,7 @@ def mirrored(case: Case, line: bool) -> Case:
         first=first,
         second=second,
         tilt=_negative(case.tilt),
+        down=1.0 - case.down,
         mean=case.mean if line else math.nan,
         slip=math.nan,
         face=math.nan,

@@ -1,0 +1,57 @@
+"""To how many digits the numbers of a text file are written: `written_digits`."""
+
+import re
+from collections import Counter
+from collections.abc import Iterable
+from itertools import islice
+
+SAMPLED = 10_000  # numbers of a file that are looked at
+FEWEST = 6  # digits: shorter numbers were typed by hand and are exact
+MOST = 15  # digits: longer ones hold doubles
+
+
+def _mantissa(word: str) -> str:
+    """The significant digits of a number as written, empty of a zero."""
+    return re.split("[DdEe]", word, maxsplit=1)[0].lstrip("+-").replace(".", "").lstrip("0")
+
+
+def written_digits(words: Iterable[str]) -> int | None:
+    """The number of significant digits that numbers were rounded to when they were written.
+
+    More than half of the non-zero numbers are written with exactly so many; where a minus takes the
+    place of a digit it is the lesser of both. Not each of these ends in two zeros: a number that
+    needs fewer digits than it got was not rounded. None if there is no such number from 6 to 15;
+    the numbers are then exact, or doubles.
+
+    >>> written_digits(["1.2345678901E+05", "2.5000000000E+00", "0.0"])
+    11
+    >>> written_digits(["1.2345678901E+05", "-2.507312345E+00"])
+    10
+    >>> written_digits(["2.0", "-1", "1000000.0"]), written_digits(["0.12345678901234567"])
+    (None, None)
+    """
+    signs: dict[bool, list[str]] = {False: [], True: []}
+    for word in islice(words, SAMPLED):
+        if digits := _mantissa(word):
+            signs[word.startswith("-")].append(digits)
+    larger, smaller = sorted(signs.values(), key=len, reverse=True)
+    length, count = _usual_length(larger)
+    other, more = _usual_length(smaller)
+    if other and abs(other - length) <= 1:
+        count += more
+        longest = max(length, other)
+        length = min(length, other)
+    else:
+        longest = length
+    usual = 2 * count > len(larger) + len(smaller)
+    return length if usual and length >= FEWEST and longest <= MOST else None
+
+
+def _usual_length(written: list[str]) -> tuple[int, int]:
+    """The most frequent length of digits and how many have it; 0 and 0 if there is none or all of
+    these end in two zeros."""
+    if not written:
+        return 0, 0
+    ((length, count),) = Counter(map(len, written)).most_common(1)
+    rounded = any(len(digits) == length and digits[-2:] != "00" for digits in written)
+    return (length, count) if rounded else (0, 0)

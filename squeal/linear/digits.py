@@ -1,0 +1,116 @@
+"""What the digits of a file leave open of roots.
+
+An entry written with n significant digits is known to half a unit of the last one. Entries that
+differ by so much in all places move a root lambda with vectors x and y by at most
+
+    |y|' (|lambda|^2 |dM| + |lambda| |dC| + |dK|) |x| / |y^H (2 lambda M + C) x|
+
+to first order. A free motion is a double root at zero, and the square of the root moves there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+
+from squeal.linear.eigen import Eigenvalue
+from squeal.linear.matrices import norm_of
+from squeal.linear.system import TermSystem
+
+Array = NDArray[np.float64]
+NEAR_ZERO = 0.25  # of |lambda|: a root that may move by more may be a double root at zero
+
+
+def half_units(matrix: Any, digits: int | None) -> csc_array:
+    """Half a unit of the last of so many significant digits, of each entry (n, n); zero if None."""
+    X = csc_array(matrix)
+    if digits is None:
+        return csc_array(X.shape)
+
+    def half(numbers: Array) -> Array:
+        size = np.abs(numbers)
+        units = np.zeros_like(size)
+        filled = size > 0.0
+        units[filled] = 0.5 * 10.0 ** (np.floor(np.log10(size[filled])) + 1 - digits)
+        return units
+
+    units = half(X.data.real) + (half(X.data.imag) if np.iscomplexobj(X.data) else 0.0)
+    return csc_array((units, X.indices, X.indptr), shape=X.shape)
+
+
+def has_digits(system: TermSystem) -> bool:
+    """True if some matrix of a system is known to so many digits only."""
+    return any(term.digits is not None for term in system.terms)
+
+
+def data_errors(
+    system: TermSystem, changes: Mapping[str, float] | None = None
+) -> tuple[csc_array, csc_array, csc_array]:
+    """How far the entries (n, n) of M, C and K may be off at the parameters of a system."""
+    at = system.values(changes)
+    errors = []
+    for terms in system.parts:
+        total = csc_array((system.n, system.n))
+        for term in terms:
+            if term.digits is not None:
+                total = total + abs(term.factor.value(at)) * half_units(term.matrix, term.digits)
+        errors.append(total)
+    return errors[0], errors[1], errors[2]
+
+
+def _off_the_axis(
+    values: NDArray[np.complex128], bounds: Array, symmetric: bool
+) -> NDArray[np.bool_]:
+    """Which roots (m,) of a real undamped system may leave the imaginary axis within their bounds.
+
+    Simple roots on it do not, nor any of symmetric matrices: those with a motion of its own.
+    """
+    leaves = (values.real != 0.0) | (bounds >= np.abs(values))
+    if not symmetric:
+        apart = np.abs(values[:, None] - values)
+        np.fill_diagonal(apart, np.inf)
+        leaves |= np.any(apart <= bounds[:, None] + bounds, axis=1)
+    return leaves
+
+
+def known_to_digits(
+    system: TermSystem, roots: Sequence[Eigenvalue], changes: Mapping[str, float] | None = None
+) -> tuple[Eigenvalue, ...]:
+    """Roots of a system at its parameters with the error that the digits of its files leave.
+
+    Their rounding is raised to it where growth may hang on it.
+    """
+    if not roots:
+        return ()
+    M, C, K = (csc_array((system.n,) * 2) if X is None else X for X in system.at(changes))
+    dM, dC, dK = data_errors(system, changes)
+    z = np.array([root.value for root in roots])
+    x = np.array([root.right for root in roots]).T
+    y = np.array([root.left for root in roots]).T
+    size = np.abs(z)
+
+    def across(X: Any, left: NDArray, right: NDArray) -> NDArray:
+        return np.asarray(np.sum(left.conj() * (X @ right), axis=0))
+
+    each = [across(X, np.abs(y), np.abs(x)) for X in (dM, dC, dK)]
+    total = size**2 * each[0] + size * each[1] + each[2]
+    mass = across(M, y, x)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        simple = total / np.abs(2 * z * mass + across(C, y, x))
+        double = np.sqrt(size**2 + total / np.abs(mass))
+        bounds = np.where(simple > NEAR_ZERO * size, np.fmin(2 * simple, double), simple)
+    unknown = ~np.isfinite(bounds)  # vectors that coalesce say nothing
+    bounds[unknown] = np.maximum(size, np.sqrt(norm_of(dK) / norm_of(M)))[unknown]
+    leaves = np.ones(len(z), dtype=bool)
+    if system.real and not norm_of(C):
+        symmetric = all(abs(X - X.T).max() == 0.0 for X in (M, K))
+        leaves = _off_the_axis(z, bounds, symmetric)
+    return tuple(
+        replace(root, error=bound, rounding=max(root.rounding, bound) if moves else root.rounding)
+        for root, bound, moves in zip(roots, bounds.tolist(), leaves.tolist(), strict=True)
+    )

@@ -1,0 +1,199 @@
+"""Free structures in files of ten digits, against the exact matrices that were written.
+
+The structures are made of beam elements in closed form (Przemieniecki, Theory of Matrix Structural
+Analysis, 1968, sections 5.6 and 11.5), and their frequencies are those of SciPy's `eigh`.
+"""
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+
+import squeal
+from squeal.io.digits import written_digits
+
+NAMES = ("dmig", "fields", "market", "abaqus", "boeing")
+
+
+def element(length, E=2.1e11, nu=0.3, rho=7850.0, a=0.0317, b=0.0213):
+    """Stiffness and consistent mass (12, 12) of a beam along x: u v w and rotations, two nodes."""
+    A, Iy, Iz = a * b, a * b**3 / 12, b * a**3 / 12
+    J, G = Iy + Iz, E / 2 / (1 + nu)
+    K, M = np.zeros((12, 12)), np.zeros((12, 12))
+    for i, stiff, mass in ((0, E * A, rho * A), (3, G * J, rho * J)):
+        own = np.ix_([i, i + 6], [i, i + 6])
+        K[own] += stiff / length * np.array([[1, -1], [-1, 1]])
+        M[own] += mass * length / 6 * np.array([[2, 1], [1, 2]])
+    h = length
+    bend = np.array([[12, 6 * h, -12, 6 * h], [0, 4 * h * h, -6 * h, 2 * h * h]])
+    bend = np.vstack([bend, [[0, 0, 12, -6 * h], [0, 0, 0, 4 * h * h]]])
+    move = np.array([[156, 22 * h, 54, -13 * h], [0, 4 * h * h, 13 * h, -3 * h * h]])
+    move = np.vstack([move, [[0, 0, 156, -22 * h], [0, 0, 0, 4 * h * h]]])
+    bend, move = (X + np.triu(X, 1).T for X in (bend, move))
+    for rows, sign, inertia in (([1, 5, 7, 11], 1, Iz), ([2, 4, 8, 10], -1, Iy)):
+        turn = np.diag([1.0, sign, 1.0, sign])
+        K[np.ix_(rows, rows)] += E * inertia / h**3 * turn @ bend @ turn
+        M[np.ix_(rows, rows)] += rho * A * h / 420 * turn @ move @ turn
+    return K, M
+
+
+def frame(points, directions=range(6)):
+    """K, M and the labels of a chain of beams through points (m, 3), of some of its directions."""
+    n = 6 * len(points)
+    K, M = np.zeros((n, n)), np.zeros((n, n))
+    for k, (start, end) in enumerate(itertools.pairwise(points)):
+        length = np.linalg.norm(end - start)
+        x = (end - start) / length
+        z = np.cross(x, [0.0, 1.0, 0.0]) if abs(x[1]) < 0.9 else np.array([0.0, 0.0, 1.0])
+        z = np.array([0.0, 0.0, 1.0]) if abs(x[2]) < 1e-12 else z / np.linalg.norm(z)
+        T = np.kron(np.eye(4), np.array([x, np.cross(z, x), z]))
+        rows = slice(6 * k, 6 * k + 12)
+        for whole, own in zip((K, M), element(length), strict=True):
+            whole[rows, rows] += T.T @ own @ T
+    kept = [6 * i + d for i in range(len(points)) for d in directions]
+    labels = [(i + 1, d + 1) for i in range(len(points)) for d in directions]
+    return K[np.ix_(kept, kept)], M[np.ix_(kept, kept)], labels
+
+
+def structure(name, parts=8):
+    s = np.linspace(0.0, 1.0, parts + 1) ** 1.1
+    if name == "beam":
+        return frame(np.outer(s, [1.37, 0, 0]), (1, 5))
+    if name == "plane":
+        return frame(np.array([s, 0.7 * s**2, 0 * s]).T, (0, 1, 5))
+    return frame(np.array([s, 0.7 * s**2, 0.3 * np.sin(3 * s)]).T)
+
+
+FREE = {"beam": 2, "plane": 3, "space": 6}
+
+
+def lower(A):
+    return [(r, c) for c in range(len(A)) for r in range(c, len(A)) if A[r, c] != 0.0]
+
+
+def write(folder, form, matrices, labels):
+    """A system file of symmetric matrices by name, written with ten digits."""
+    lines = ["name: free"]
+    for name, A in matrices.items():
+        text, keys = "", ""
+        if form in ("dmig", "fields"):
+            text = f"DMIG    {name:8s}       0       6       2       0          {len(A):14d}\n"
+            for c in range(len(A)):
+                text += f"DMIG*   {name:8s}        {labels[c][0]:16d}{labels[c][1]:16d}\n"
+                for r in range(c, len(A)):
+                    if A[r, c]:
+                        value = f"{A[r, c]:16.9E}".replace("E", "D")
+                        if form == "fields" and A[r, c] > 0.0:  # as pyNastran writes them
+                            value = f"{A[r, c]:16.10E}".replace("E", "D")
+                        text += f"*       {labels[r][0]:16d}{labels[r][1]:16d}{value}\n"
+        elif form == "market":
+            text = f"%%MatrixMarket matrix coordinate real symmetric\n{len(A)} {len(A)} "
+            text += f"{len(lower(A))}\n"
+            text += "".join(f"{r + 1} {c + 1} {A[r, c]:.9e}\n" for r, c in lower(A))
+        elif form == "abaqus":
+            each = ((*labels[r], *labels[c], A[r, c]) for r, c in lower(A))
+            text = "".join(f"{a}, {i}, {b}, {j}, {v:.9e}\n" for a, i, b, j, v in each)
+            keys = ", symmetric: true"
+        else:
+            places = lower(A)
+            counts = np.cumsum([1] + [sum(c == k for _, c in places) for k in range(len(A))])
+
+            def card(numbers, each, width, shown):
+                rows = [numbers[k : k + each] for k in range(0, len(numbers), each)]
+                return "".join("".join(shown(x).rjust(width) for x in row) + "\n" for row in rows)
+
+            parts = [
+                card(list(counts), 8, 10, str),
+                card([r + 1 for r, _ in places], 8, 10, str),
+                card([A[r, c] for r, c in places], 4, 17, lambda x: f"{x:.9E}"),
+            ]
+            count = [part.count("\n") for part in parts]
+            text = f"{'free':72s}{name:8s}\n{sum(count):14d}"
+            text += "".join(f"{k:14d}" for k in count) + f"{0:14d}\n"
+            text += f"{'RSA':14s}{len(A):14d}{len(A):14d}{len(places):14d}{0:14d}\n"
+            text += f"{'(8I10)':16s}{'(8I10)':16s}{'(4E17.9)':20s}\n" + "".join(parts)
+        suffix = {"dmig": "pch", "fields": "bdf", "market": "mtx", "abaqus": "txt", "boeing": "hb"}[
+            form
+        ]
+        (folder / f"{name}.{suffix}").write_text(text)
+        lines.append(f"{name}: {{file: {name}.{suffix}{keys}}}")
+    (folder / "free.yaml").write_text("\n".join(lines) + "\n")
+    return squeal.read_system(folder / "free.yaml")
+
+
+@pytest.mark.parametrize("form", NAMES)
+@pytest.mark.parametrize("name", FREE)
+def test_free_motions_of_ten_digits_neither_grow_nor_decay(tmp_path, name, form):
+    K, M, labels = structure(name)
+    exact = np.sqrt(eigh(K, M, eigvals_only=True)[FREE[name] :])
+    file = write(tmp_path, form, {"M": M, "K": K}, labels)
+    assert {term.digits for term in file.system.terms} == {10}
+    check = squeal.check(file, modes=5)
+    assert (check.free, check.negative, check.hints) == (FREE[name], 0, ())
+    assert 2 * np.pi * np.array(check.frequencies_hz) == pytest.approx(exact[:5], rel=1e-6)
+    answer = squeal.eigenvalues(file)
+    assert answer.verdict is None
+    assert not answer.unstable
+    assert "10 digits of" in answer.criterion
+    flexible = [root for root in answer.eigenvalues if not root.open and root.value.imag > 0.0]
+    assert len(answer.eigenvalues) - 2 * len(flexible) == 2 * FREE[name]
+    for root, omega in zip(flexible, exact, strict=True):
+        assert abs(root.value - 1j * omega) <= 1e-6 * omega
+        assert abs(root.value - 1j * omega) <= root.error + 1e-9 * omega
+
+
+def test_bands_of_large_free_structures(tmp_path):
+    K, M, labels = structure("beam", 210)  # 422 rows
+    exact = np.sqrt(eigh(K, M, eigvals_only=True, subset_by_index=(2, 5)))
+    file = write(tmp_path, "market", {"M": M, "K": K}, labels)
+    check = squeal.check(file, modes=4)
+    assert (check.free, check.negative) == (2, 0)
+    top = 1.1 * exact[-1] / 2 / np.pi
+    answer = squeal.eigenvalues(file, band=(0.5 * exact[0] / 2 / np.pi, top))
+    assert not answer.unstable
+    for root, omega in zip(answer.eigenvalues, exact, strict=True):
+        assert abs(root.value - 1j * omega) <= root.error + 1e-9 * omega
+
+
+def two(tmp_path, b, gap=0.0, number="{:.9e}"):
+    """K = [[a, b], [-b, a + gap]] with 10 digits: lambda^2 = -(a + gap / 2) -+ the root of
+    gap^2 / 4 - b^2."""
+    a = 1.234567891
+    entries = ((1, 1, a), (1, 2, b), (2, 1, -b), (2, 2, a + gap))
+    text = "%%MatrixMarket matrix coordinate real general\n2 2 4\n"
+    text += "".join(f"{i} {j} {number.format(x)}\n" for i, j, x in entries)
+    (tmp_path / "K.mtx").write_text(text)
+    (tmp_path / "two.yaml").write_text("M: [[1, 0], [0, 1]]\nK: {file: K.mtx, factor: 1 + mu}\n")
+    return squeal.read_system(tmp_path / "two.yaml")
+
+
+def test_flutter_above_the_digits_is_flutter_and_below_is_open(tmp_path):
+    found = squeal.eigenvalues(two(tmp_path, 1.234567891e-4))
+    rate = np.sqrt(-1.234567891 + 1.234567891e-4j).real
+    assert found.verdict == "flutter"
+    assert found.unstable[0].growth_rate == pytest.approx(rate, rel=1e-6)
+    # the diagonals differ by one unit of the last digit: so may the sign of gap^2 / 4 - b^2
+    for b in (0.52e-9, 0.48e-9):
+        found = squeal.eigenvalues(two(tmp_path, b, gap=1e-9))
+        assert found.verdict is None
+        assert not found.unstable
+        assert "10 digits of K.mtx" in str(found)
+    assert squeal.thresholds(two(tmp_path, 0.52e-9, gap=1e-9), 0.5).verdict is None
+
+
+@pytest.mark.parametrize("number", ["{:.3g}", "{:.17g}", "{:.16e}"])
+def test_short_and_whole_numbers_are_exact(tmp_path, number):
+    file = two(tmp_path, 0.5, number=number)
+    assert {term.digits for term in file.system.terms} == {None}
+    assert squeal.eigenvalues(file).verdict == "flutter"
+
+
+def test_digits_are_counted():
+    assert written_digits(["0.00123456", "12.3456D+02", "-1.23457-3"]) == 6
+    assert written_digits(["2.0", "-1", "0.5"]) is None
+    assert written_digits(["1000000000.0", "-2.0000000000"]) is None
+    assert written_digits(["1.23456789", "2.5", "-1"]) is None
+    assert written_digits([]) is None
+    # in fields of 16 characters a sign takes the place of a digit
+    assert written_digits(["5.9437106293D+08", "3.9178628851D+07", "-5.943710629D+08"]) == 10
