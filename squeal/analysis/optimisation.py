@@ -17,7 +17,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from squeal.analysis.answers import basis_text
+from squeal.analysis.answers import UNSURE, basis_text
 from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.roots import (
     SystemRoots,
@@ -106,7 +106,7 @@ class Optimum(Answer):
     def parts(self) -> Sequence[str | Table]:
         text = f"{self.name}: largest growth rate{self.extent}\n"
         for words, growth in zip(("before", "after"), self.growth, strict=True):
-            proof = getattr(self, words).completeness
+            proof = "certified by a count" if getattr(self, words).certified else UNSURE
             text += f"  {words}: {number(growth)} 1/s ({proof})\n"
         found = ", ".join(number(growth, 4) for growth in self.starts)
         text += f"searches ended at {found} 1/s (seed {self.seed})"
