@@ -83,10 +83,12 @@ class Eigenvalues(Answer):
     """Eigenvalues of a pad or a system at one value of its parameter.
 
     eigenvalues: by rising frequency, of a region that `extent` names in words ("" for all);
-    verdict: of these, None where they decide nothing; certified: whether a count says that none of
-    the extent is missing; unstable: the modes that grow, the fastest first; shapes: mode shapes as
-    JSON holds them; details: what else the JSON object says, M, C and K among it; notes: lines for
-    people; beside: what grows outside of the extent, in words; source: the analysis behind it.
+    verdict: of these, None where they decide nothing; certified: whether it is proved, or of more
+    than 400 rows counted, that none of the extent is missing; proof: what is known of that, as JSON
+    holds it, and proof_line in words; unstable: the modes that grow, the fastest first; shapes:
+    mode shapes as JSON holds them; details: what else the JSON object says, M, C and K among it;
+    notes: lines for people; beside: what grows outside of the extent, in words; source: the
+    analysis behind it.
     """
 
     name: str
@@ -105,6 +107,8 @@ class Eigenvalues(Answer):
     beside: str = ""
     warnings: tuple[str, ...] = ()
     source: Any = None
+    proof: Mapping[str, Any] | None = None
+    proof_line: str = ""
 
     @property
     def values(self) -> NDArray[np.complex128]:
@@ -166,7 +170,7 @@ class Eigenvalues(Answer):
             known = {
                 "stable": "Stable {}",
                 "marginal": "Marginal {}: nothing grows, not all decays",
-                None: f"No {what} was found {{}}{where}; {self.proof}",
+                None: f"No {what} was found {{}}{where}; {self.completeness}",
             }
             if self.open or self.criterion.startswith(OPEN):
                 reason = self.open or self.criterion.removeprefix(OPEN)
@@ -180,8 +184,10 @@ class Eigenvalues(Answer):
         return f"Unstable {at}{where}: {count} {kind} at {size}"
 
     @property
-    def proof(self) -> str:
-        """Whether a count proves that no root is missing, in words."""
+    def completeness(self) -> str:
+        """How sure it is that no root is missing, in words."""
+        if self.proof_line:
+            return self.proof_line
         of = " of the reduced system" * bool(self.details.get("basis"))
         doubts = self.details.get("doubts")
         unsure = f"not certified: {'; '.join(doubts)}" if doubts else UNSURE
@@ -210,7 +216,7 @@ class Eigenvalues(Answer):
         return Table(table, self.unstable, *words, _growth)
 
     def parts(self) -> Sequence[str | Table]:
-        count = f"{len(self.eigenvalues)} roots, {self.proof}"
+        count = f"{len(self.eigenvalues)} roots, {self.completeness}"
         head = f"{self.name}\n{self.conclusion}\n{self.beside}".rstrip()
         notes = [self.open] * bool(self.open and self.unstable) + [*self.notes[1:]]
         if self.unstable and all(one.onset is None for one in self.unstable):
@@ -225,6 +231,7 @@ class Eigenvalues(Answer):
             | {
                 "eigenvalues": Table(self.columns, self.eigenvalues).records(),
                 **picked(self, "verdict criterion certified count"),
+                **({} if self.proof is None else {"proof": dict(self.proof)}),
                 "unstable": [{"mode": self.mode_of(one)} | asdict(one) for one in self.unstable],
                 "mode_shapes": picked(self, "shapes")["shapes"],
             }

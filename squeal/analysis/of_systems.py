@@ -22,6 +22,7 @@ from squeal.analysis.systems.known import (
     thresholds_as_known,
 )
 from squeal.analysis.systems.matrices import matrix_list, system_checks
+from squeal.analysis.systems.proofs import Statement
 from squeal.analysis.systems.roots import (
     NO_ROOT,
     SystemRoots,
@@ -134,9 +135,11 @@ class Question:
                 f"no matrix depends on {parameter}; the answer is the same at every value of it"
             )
 
-    def eigenvalues(self, at: float | None = None, look: Sweep | None = None) -> Eigenvalues:
+    def eigenvalues(
+        self, at: float | None = None, look: Sweep | None = None, prove: bool = False
+    ) -> Eigenvalues:
         """The roots that are wanted, with what proves them complete, or of a large system from the
-        basis of a first look."""
+        basis of a first look. `prove` asks the referee, see `system_roots`."""
         file, free = self.file, self.system.parameter
         if at is not None:
             self._warn_of_unused_parameter()
@@ -146,7 +149,7 @@ class Question:
             roots = looked_at(look.source[1], self.wanted, {free: system.parameters[free]})
         else:
             bounded = error_bounds(file, system) or tuple
-            roots = system_roots(system, self.wanted, bounded=bounded)
+            roots = system_roots(system, self.wanted, bounded=bounded, prove=prove)
         doubts = [*roots.doubts, *file.assumptions]
         criterion = roots.criterion
         if roots.verdict is None:
@@ -208,7 +211,14 @@ class Question:
         head = system.name, free, value, roots.eigenvalues, roots.verdict, criterion, grow
         more = (shapes, details, tuple(notes), beside)
         certified = roots.certified and not doubts
-        return Eigenvalues(*head, certified, roots.count, words, *more, source=source)
+        statement = roots.statement
+        if doubts and certified != roots.certified:  # nothing is proved of what was guessed
+            statement = Statement("open", statement.by, reason="; ".join(doubts))
+        # of joined components the count is that of the reduced system, as its own words say; what
+        # was guessed has a line of its own
+        line = "" if self.joined or doubts else statement.words
+        proof: dict[str, Any] = {"proof": statement.to_dict(), "proof_line": line} if prove else {}
+        return Eigenvalues(*head, certified, roots.count, words, *more, **proof, source=source)
 
     def sweep(
         self, values: Sequence[float], method: str | None = None, workers: int | None = None

@@ -28,7 +28,7 @@ Workers = Annotated[int, Whole(1, 256)]
 Band = tuple[float, float]
 Region = tuple[float, float, float, float]
 QUESTION = ("band", "region", "modes", "memory", "progress")
-OF_SYSTEMS = (*QUESTION[:-1], "method", "low", "matrices", "workers", "look")
+OF_SYSTEMS = (*QUESTION[:-1], "method", "low", "matrices", "workers", "look", "prove")
 OF_SCENES = ("quantity", "curves")
 PADS: dict[str, Callable[..., Any]] = {
     "eigenvalues": pads.eigenvalues,
@@ -136,6 +136,7 @@ def eigenvalues(
     memory: Positive | None = None,
     progress: Progress | None = None,
     look: Sweep | None = None,
+    prove: bool = False,
 ) -> Eigenvalues:
     """Compute eigenvalues, and the verdict on them.
 
@@ -157,6 +158,10 @@ def eigenvalues(
         Called with a line for each step of long work.
     look : Sweep, optional
         A first look over the value: above 400 rows its basis answers, and nothing is certified.
+    prove : bool
+        Whether the referee judges all roots of a system of up to 400 rows. What it proves is then
+        certified, what hangs on the last digits of the entries has no verdict, and what it refutes
+        is replaced.
 
     Returns
     -------

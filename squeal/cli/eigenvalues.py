@@ -23,6 +23,8 @@ def options(parser: Parser) -> None:
     take(parser, "values workers band")
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
+    words = "let a referee judge all roots of up to 400 rows: proved, open or refuted"
+    parser.add_argument("--prove", action="store_true", help=words)
     words = "what the verdict was held against too"
     parser.add_argument("--verbose", action="store_true", help=words)
     take(parser, "at modes region method memory shape test")
@@ -38,7 +40,7 @@ def run(given: argparse.Namespace) -> Reply:
     subject = source.subject()
     scene = isinstance(subject, Scene)
     if scene:
-        refuse(given, "at method shape shapes test", f"{source.name}, a scene")
+        refuse(given, "at method shape shapes test prove", f"{source.name}, a scene")
     elif given.at is not None and f"parameters.{subject.system.parameter}" in source.changes:
         raise InputError(f"{said(given, 'at')}: --set gives it too; one of both is allowed")
     elif (given.shape or given.shapes) and subject.coordinates is None:
@@ -63,7 +65,7 @@ def run(given: argparse.Namespace) -> Reply:
         sweep = squeal.sweep(swept, given.values, **how, **asked)
     needed = (given.sensitivity, given.change, given.shape, given.shapes, given.test)
     look = sweep if sweep and sweep.looked and not any(needed) else None  # it has no vectors
-    spectrum = squeal.eigenvalues(subject, given.at, look=look, **asked)
+    spectrum = squeal.eigenvalues(subject, given.at, look=look, prove=given.prove, **asked)
     pairs = [squeal.compare(spectrum, given.test)] if given.test else []
     answers: list[Any] = [spectrum]
     if sweep:

@@ -147,7 +147,7 @@ def _sure(report: Report) -> Iterator[str]:
     where = f" on {found.extent}" if found.extent else ""
     if found.details.get("basis"):
         yield f"{basis_text(found.details['basis'], True)}."
-    yield f"{len(found.eigenvalues)} roots{where}: {found.proof}."
+    yield f"{len(found.eigenvalues)} roots{where}: {found.completeness}."
     if found.open:
         yield f"The {found.open}."
     worst = max((root.residual for root in found.eigenvalues), default=math.nan)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from squeal.analysis.answers import OPEN
 from squeal.analysis.systems.matrices import ALL_ROWS
+from squeal.analysis.systems.proofs import Statement, counted, refereed
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.processes import one_thread
 from squeal.io.writing import picked
@@ -140,6 +141,7 @@ class SystemRoots:
     growth_limit: float | None = None  # 1/s: of a band faster growth was not looked for
     outside: tuple[complex, ...] | None = None  # what grows outside the region, if known or seen
     notes: tuple[str, ...] = ()
+    judged_by: Statement | None = None  # what the referee says of all roots, None if not asked
     doubts: tuple[str, ...] = ()  # why a root of the region may be missing, or one too many
 
     @property
@@ -149,11 +151,18 @@ class SystemRoots:
 
     @property
     def certified(self) -> bool:
-        """True if the count proves that no root of the region is missing, and each one solves the
-        equations."""
+        """True if the referee proves the list; where it was not asked, if the count says that no
+        root of the region is missing, and each one solves the equations."""
         if self.doubts:
             return False
+        if self.judged_by is not None:
+            return self.judged_by.status == "proved"
         return self.count == len(self.every) and all(e.residual <= ACCEPTED for e in self.every)
+
+    @property
+    def statement(self) -> Statement:
+        """What is known of the list."""
+        return self.judged_by or counted(self.certified)
 
     def lowest(self, modes: int | None) -> SystemRoots:
         """The first of them, which the count still proves to be the first."""
@@ -165,17 +174,19 @@ def system_roots(
     wanted: Wanted | None = None,
     changes: Changes | None = None,
     bounded: Callable[[Known], Known] = tuple,
+    prove: bool = False,
 ) -> SystemRoots:
     """The roots of a system at its parameters, some of them changed.
 
     Up to 400 rows all roots are computed and the wanted ones picked; of a larger system those of
     the band or region, or the lowest.
     `bounded` gives roots the error of a reduction or of the digits of data; those whose error
-    reaches over an end of the region are listed. Raises InputError and ComputationError.
+    reaches over an end of the region are listed. `prove` asks the referee of all roots, where they
+    have no such error. Raises InputError and ComputationError.
     """
     wanted = wanted or Wanted()
     if is_small(system):
-        roots = _of_all(system.arrays(changes), wanted, bounded)
+        roots = _of_all(system.arrays(changes), wanted, bounded, prove)
         return roots if wanted.modes is None else roots.lowest(wanted.modes)
     if system.follows:
         return _at_own_frequencies(system, wanted, changes or {})
@@ -319,6 +330,7 @@ def _of_all(
     matrices: tuple[Matrix, Matrix | None, Matrix],
     wanted: Wanted,
     bounded: Callable[[Known], Known],
+    prove: bool = False,
 ) -> SystemRoots:
     """All roots of a small system, those of the band or region, or the upper ones."""
     M, C, K = matrices
@@ -339,6 +351,10 @@ def _of_all(
         every = bounded(every)
         sure = tuple(e for e in every if e.rounding < math.inf)
         words = judged(sure, complete=not any(e.open for e in sure))
+    statement: Statement | None = None
+    if prove and problem.real and bounded is tuple:
+        every, words, statement = refereed(matrices, every, words or judged(every))
+    proved = statement is not None and statement.status == "proved"
     known = np.array([e.value for e in every], dtype=complex)
     farthest, region = float(np.max(np.abs(known), initial=0.0)), wanted.rectangle
     upper, _ = _upper(every, None, problem.real)
@@ -348,11 +364,13 @@ def _of_all(
     if region is None:
         sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
         count: int | None = 2 * problem.n  # the degree of det P
-        if rank_of(sizes) < problem.n:
+        if proved:
+            count = len(every)
+        elif rank_of(sizes) < problem.n:
             count = count_roots(problem, Disc(2 * max(farthest, problem.rate)), known)
         if wanted.modes is not None or not problem.real:
             values, count = _upper(every, count, problem.real)
-        return SystemRoots(values, None, count, *words)
+        return SystemRoots(values, None, count, *words, judged_by=statement)
     if wanted.band is not None:  # with all real parts that occur in it
         reals = [abs(z.real) for z in known if region.low_imag < z.imag < region.high_imag]
         wide = max(1.1 * max(reals, default=0.0), region.high_real)
@@ -362,13 +380,21 @@ def _of_all(
     outside = [m.root for m in growing(e for e in values if e not in inside)]
     disc = disc_around(region, known, 2 * farthest)
     # all roots of the disc are in the list, or it is not known where the others are
-    complete = count_roots(problem, disc, known) == int(np.sum(disc.contains(known)))
+    complete = proved or count_roots(problem, disc, known) == int(np.sum(disc.contains(known)))
     count = int(np.sum(region.contains(known))) if complete else None
     # all roots are known: where none of the region grows the verdict is of all, unless one grows
     # elsewhere
     own = judged(inside, complete=False)
     words = own if own[0] is not None or outside else words
-    return SystemRoots(inside, region, count, *words, outside=tuple(outside), doubts=doubts)
+    return SystemRoots(
+        inside,
+        region,
+        count,
+        *words,
+        outside=tuple(outside),
+        judged_by=statement,
+        doubts=doubts,
+    )
 
 
 def _upper(every: Known, count: int | None, real: bool) -> tuple[Known, int | None]:
