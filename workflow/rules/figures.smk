@@ -38,5 +38,4 @@ rule run_times:
     log:
         "logs/run_times.log",
     shell:
-        "python -m workflow.processes "
-        "benchmarks.precision {output.pdf} --quick > {log} 2>&1"
+        "python -m workflow.processes " "benchmarks.precision {output.pdf} --quick > {log} 2>&1"
