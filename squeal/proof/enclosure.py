@@ -18,12 +18,20 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, eig, eigh, lu
-from scipy.sparse.csgraph import connected_components
 
 from squeal.proof.balls import EPS, Balls, Floats, Quadratic, largest, row_sums, size, upper
-from squeal.proof.pieces import INFINITE, Failure, Piece, clusters, distances, pieces_of, touching
+from squeal.proof.pieces import (
+    INFINITE,
+    Failure,
+    Piece,
+    clusters,
+    distances,
+    pieces_of,
+    strong_parts,
+    touching,
+)
 
 LARGEST_CLUSTER = 8  # of which signs of determinants are asked
 LARGEST_E = 0.5  # row sums of |Y B X - 1| up to which the inverse is bounded
@@ -49,8 +57,7 @@ def components(system: Quadratic) -> list[NDArray[np.intp]]:
     pattern = np.zeros((system.n, system.n), dtype=bool)
     for X in system.parts:
         pattern |= (X.mid != 0.0) | (X.rad != 0.0)
-    number, labels = connected_components(pattern, directed=True, connection="strong")
-    return [np.flatnonzero(labels == label) for label in range(number)]
+    return strong_parts(pattern)
 
 
 def enclose(block: Quadratic) -> list[Piece] | Failure:
@@ -103,7 +110,9 @@ def _squares(block: Quadratic) -> Discs | Failure:
     M, K = block.M, block.K
     if block.symmetric:
         try:
-            values, X = eigh(K.mid, M.mid)
+            inverse = np.linalg.inv(np.linalg.cholesky(M.mid))
+            values, X = np.linalg.eigh(inverse @ K.mid @ inverse.T)
+            X = inverse.T @ X
         except LinAlgError:
             pass  # M is not positive definite
         else:
@@ -139,7 +148,7 @@ def _first_order(block: Quadratic) -> Discs | Failure:
 def _diagonalised(A: Balls, B: Balls) -> tuple[NDArray, NDArray, NDArray] | Failure:
     """Approximate eigenvalues of A - s B, right vectors X, and Y, about the inverse of B X."""
     try:
-        values, X = eig(np.linalg.solve(B.mid, A.mid))
+        values, X = np.linalg.eig(np.linalg.solve(B.mid, A.mid))
         if not values.imag.any():
             values, X = values.real, X.real
         Y = np.linalg.inv(B.mid @ X)
@@ -245,6 +254,8 @@ def _determinant_sign(A: Balls) -> int:
     The product of the computed triangles lies in the balls once these are widened to reach it, and
     none of the widened balls is singular if |1 - B A| < 1 for an approximate inverse B.
     """
+    from scipy.linalg import lu  # here, since few systems need it
+
     permutation, lower, triangle = lu(A.mid)
     product = Balls.exact(permutation @ lower) @ Balls.exact(triangle)
     reach = upper(size(A.mid - product.mid) + product.rad + EPS * size(A.mid), 4)

@@ -8,11 +8,10 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from squeal.proof.balls import EPS, Floats
 
-Side = Literal["grows", "decays", "axis", "unknown"]
+Side = Literal["grows", "decays", "axis", "free", "unknown"]
 Means = Literal["enclosure", "exact"]
 INFINITE = "an entry is not finite"
 
@@ -28,8 +27,8 @@ class Piece:
     low, high : float
         Bounds of the real parts of all these roots, 1/s.
     side : str
-        What each of these roots does: `grows`, `decays`, lies on the imaginary `axis`, or
-        `unknown`. It may be known although `low` and `high` do not show it.
+        What each of these roots does: `grows`, `decays`, lies on the imaginary `axis`, is `free`,
+        that is zero within what the data allow, or `unknown`. It may be known although `low` and `high` do not show it.
     real : bool or None
         Whether they are real, None if that is not known.
     by : str
@@ -73,10 +72,28 @@ def touching(a: NDArray, radii_a: Floats, b: NDArray, radii_b: Floats) -> NDArra
     return ~(distances(a, b) > sums)
 
 
+def strong_parts(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """Indices of each strong component of a relation (n, n)."""
+    n = len(joined)
+    others = joined & ~np.eye(n, dtype=bool)
+    linked = np.flatnonzero(others.any(axis=0) & others.any(axis=1))
+    reach = others[np.ix_(linked, linked)] | np.eye(len(linked), dtype=bool)
+    while not reach.all():
+        steps = reach.astype(np.float32)
+        further = steps @ steps > 0.0
+        if np.array_equal(further, reach):
+            break
+        reach = further
+    first = np.arange(n)
+    if len(linked):
+        first[linked] = linked[(reach & reach.T).argmax(axis=1)]
+    order = np.argsort(first, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(first[order])) + 1) if n else []
+
+
 def clusters(centres: NDArray, radii: Floats) -> list[NDArray[np.intp]]:
     """Indices of the discs of each connected part of their union."""
-    number, labels = connected_components(touching(centres, radii, centres, radii), directed=False)
-    return [np.flatnonzero(labels == label) for label in range(number)]
+    return strong_parts(touching(centres, radii, centres, radii))
 
 
 def pieces_of(

@@ -9,12 +9,10 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.csgraph import connected_components
 
 from squeal.proof.balls import AS_GIVEN, HALF_ULP, Floats, Quadratic, half_widths, upper
 from squeal.proof.enclosure import components, enclose
-from squeal.proof.exact import exact_roots
-from squeal.proof.pieces import Failure, Means, Piece, growing_counts, touching
+from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_parts, touching
 
 Status = Literal["proved", "open", "refuted"]
 LAST_DIGITS = "the answer hangs on the last digits of the entries"
@@ -137,6 +135,8 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
     """
     if any(np.any(X.rad > half_widths(X.mid, HALF_ULP)) for X in system.parts):
         return finding
+    from squeal.proof.exact import exact_roots  # here, since few systems need python-flint
+
     parts = list(finding.parts)
     for number, rows in enumerate(components(system)):
         part = parts[number]
@@ -320,8 +320,12 @@ def _compare(
         return "refuted", "a value of the list is not finite", None
     owner = np.repeat(np.arange(len(pieces)), [piece.count for piece in pieces])
     joined = touching(centres, radii, centres, radii) | (owner[:, None] == owner)
-    groups, label = connected_components(joined, directed=False)
-    sizes = np.bincount(label, minlength=groups)
+    parts = strong_parts(joined)
+    groups = len(parts)
+    sizes = np.array([len(part) for part in parts], dtype=int)
+    label = np.empty(len(centres), dtype=int)
+    for group, part in enumerate(parts):
+        label[part] = group
     if len(values) != len(centres):
         # a list of another length is wrong whatever its errors are
         at = None
