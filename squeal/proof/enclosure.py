@@ -66,10 +66,10 @@ def enclose(block: Quadratic) -> list[Piece] | Failure:
         return Failure(INFINITE)
     with np.errstate(all="ignore"):
         try:
-            scaled, rate = _scaled(block)
-            if not scaled.is_finite or not np.isfinite(rate):
+            own, rate = scaled(block)
+            if not own.is_finite or not np.isfinite(rate):
                 return Failure(BEYOND)
-            discs = _squares(scaled) if block.is_undamped else _first_order(scaled)
+            discs = _squares(own) if block.is_undamped else _first_order(own)
         except OverflowError:
             return Failure(BEYOND)
         except (LinAlgError, ValueError):
@@ -87,7 +87,7 @@ def enclose(block: Quadratic) -> list[Piece] | Failure:
         return pieces_of(centres, radii, block.is_hamiltonian, real)
 
 
-def _scaled(block: Quadratic) -> tuple[Quadratic, float]:
+def scaled(block: Quadratic) -> tuple[Quadratic, float]:
     """The block in another unit of time and of its coordinates, by powers of two."""
     mass, damping, stiffness = (float(X.bound().max()) for X in block.parts)
     turn = 0

@@ -28,7 +28,8 @@ class Piece:
         Bounds of the real parts of all these roots, 1/s.
     side : str
         What each of these roots does: `grows`, `decays`, lies on the imaginary `axis`, is `free`,
-        that is zero within what the data allow, or `unknown`. It may be known although `low` and `high` do not show it.
+        that is zero within what the data allow, or `unknown`. It may be known although `low` and
+        `high` do not show it.
     real : bool or None
         Whether they are real, None if that is not known.
     by : str

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.proof.balls import AS_GIVEN, HALF_ULP, Floats, Quadratic, half_widths, upper
-from squeal.proof.enclosure import components, enclose
+from squeal.proof.enclosure import components, enclose, scaled
+from squeal.proof.free import with_free_motions
 from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_parts, touching
 
 Status = Literal["proved", "open", "refuted"]
@@ -128,6 +129,17 @@ def enclosed(system: Quadratic) -> Finding:
     return Finding(parts, system.data)
 
 
+def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
+    """The same with motions marked that are free within the data."""
+    parts = list(finding.parts)
+    for number, rows in enumerate(components(system)):
+        part = parts[number]
+        if not isinstance(part, Failure) and any(piece.side == "unknown" for piece in part):
+            block, _ = scaled(system.block(rows))
+            parts[number] = with_free_motions(block, part)
+    return replace(finding, parts=parts)
+
+
 def _made_exact(system: Quadratic, finding: Finding) -> Finding:
     """The same with exact roots of the components that are not sharp.
 
@@ -140,7 +152,7 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
     parts = list(finding.parts)
     for number, rows in enumerate(components(system)):
         part = parts[number]
-        if not isinstance(part, Failure) and all(piece.is_sharp for piece in part):
+        if not isinstance(part, Failure) and all(p.is_sharp or p.side == "free" for p in part):
             continue
         exact = exact_roots(system.block(rows))
         if not isinstance(exact, Failure):
@@ -166,7 +178,7 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
     answer : RootList
         What is printed of them.
     """
-    finding = enclosed(system)
+    finding = _with_free_motions(system, enclosed(system))
     proof = judge_finding(finding, answer)
     if proof.status != "open":
         return proof
@@ -252,28 +264,29 @@ def _open(finding: Finding, reason: str, where: complex | None, errors: Floats) 
 
 def growth_bound(pieces: Sequence[Piece]) -> float:
     """A rate (1/s), at least 0, that only roots of pieces that grow for sure exceed."""
-    return max([0.0, *(piece.high for piece in pieces if piece.side == "unknown")])
+    return max([0.0, *(piece.high for piece in pieces if piece.side in ("unknown", "free"))])
 
 
-def possible_verdicts(pieces: Sequence[Piece]) -> frozenset[str]:
-    """The verdicts that the roots of pieces allow.
+def possible_verdicts(pieces: Sequence[Piece], free_is_zero: bool = True) -> frozenset[str]:
+    """The verdicts that the roots of pieces allow, free motions taken for zero.
 
     The root of largest real part names it: `flutter` if it is one of a pair, else `divergence`.
     Where none grows it is `marginal` if one lies on the imaginary axis, else `stable`.
     """
+    on_the_axis = ("axis", "free") if free_is_zero else ("axis",)
     verdicts: set[str] = set()
     surely = [piece.low for piece in pieces if piece.side == "grows"]
     leading = max(surely, default=-math.inf)
-    unknown = [piece for piece in pieces if piece.side == "unknown"]
+    unknown = [p for p in pieces if p.side not in ("grows", "decays", *on_the_axis)]
     for piece in pieces:
-        if piece.side in ("axis", "decays") or piece.high < leading:
+        if piece.side in (*on_the_axis, "decays") or piece.high < leading:
             continue
         if piece.real is not True:
             verdicts.add("flutter")
         if piece.real is not False:
             verdicts.add("divergence")
     if not surely:
-        on_axis = any(piece.side == "axis" for piece in pieces)
+        on_axis = any(piece.side in on_the_axis for piece in pieces)
         if on_axis or unknown:
             verdicts.add("marginal")
         if not on_axis:
@@ -292,7 +305,7 @@ def judge_finding(finding: Finding, answer: RootList) -> Proof:
         status, reason, where = _compare(pieces, answer, errors)
     verdicts = possible_verdicts(pieces)
     if status != "refuted" and answer.verdict is not None and verdicts != {answer.verdict}:
-        if answer.verdict not in verdicts:
+        if answer.verdict not in possible_verdicts(pieces, free_is_zero=False):
             status = "refuted"
             reason = f"the verdict is {' or '.join(sorted(verdicts))}, not {answer.verdict}"
             where = None

@@ -31,6 +31,7 @@ from squeal.linear.eigen import (
     growing,
     hidden,
     ordered,
+    roots_of,
     spectrum_of,
 )
 from squeal.linear.matrices import checked, rank_of, reduce, unit_diagonal
@@ -339,9 +340,9 @@ def _of_all(
     if problem.real:
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
             reduced = reduce(M, C, K)
-            if not hidden(reduced, C, K):
-                spectrum = spectrum_of(reduced)
-                every = spectrum.eigenvalues
+            roots = roots_of(reduced)
+            if not hidden(roots, reduced, C, K):
+                every = spectrum_of(reduced, roots).eigenvalues
                 words = judged(every, conservative=form_of([checked(M, C, K)]) != "damped")
     if words is None:
         every = dense_spectrum(M, C, K)
