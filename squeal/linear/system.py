@@ -381,8 +381,7 @@ class Slow:
         self._system, self.growth = system, 1.0
         ((self._M, _, K),) = matrices_of(system, [p])
         size = np.sqrt(np.abs(np.diag(self._M)))
-        if not size.any():
-            raise MatrixError("M: has no mass on its diagonal; a mass is required")
+        _require(size.any())
         masses, vectors = np.linalg.eigh(unit_diagonal(self._M))
         self._turn = vectors / divisor(size)[:, None]
         masses = np.where(masses > 4 * EPS * len(masses) * masses[-1], masses, 0.0)
