@@ -39,14 +39,16 @@ WORDS = {
     "period doubling": "cycle doubles its period",
     "grazing": "an edge grazes",
 }
-HALO = [withStroke(linewidth=2.0, foreground="w")]
+HALO = [withStroke(linewidth=2.4, foreground="w")]
 FINE = 300
-CAPTION = r"""Where a lasting loss of contact coexists with stable sliding in case (d) (orange),
-over modal damping $\zeta$ and contact damping $a$ of Hunt and Crossley's law (top, reference
-friction), and over friction at $a = {}$\val[2]{coexistence.a_over_friction}\,s/m (bottom; dotted:
-reference friction). Grey: sliding is unstable. Numbers: least disturbance found that leads from
-sliding to the loss of contact, in micrometres; crosses: none was found. In (c) the motions outside
-the orange strip are not periodic."""
+CAPTION = r"""Where a stable cycle that loses contact coexists with stable sliding in case (d)
+(orange), over modal damping $\zeta$ and contact damping $a$ of Hunt and Crossley's law (top,
+reference friction), and over friction at $a = {}$\val[2]{coexistence.a_over_friction}\,s/m (bottom;
+dotted: reference friction). White: we found no such cycle; grey: sliding is unstable. Two folds in
+one panel are those of two cycles. Numbers: least disturbance found that leads from sliding to the
+cycle, in micrometres; crosses: none was found. Under the printed law motions without a cycle lose
+contact for long below and left of the strip, some of them faster than the surface; they are not
+counted."""
 
 
 def _interpolated(points: Sequence[Point], over: str, at: np.ndarray) -> np.ndarray:
@@ -80,6 +82,12 @@ def _regions(axes: Axes, one: Motion, over: str, at: np.ndarray, low: float, hig
             axes.plot(place, [point.zeta for point in curve.points], **LOOKS[curve.kind])
 
 
+def _coexist(one: Motion, margin: Margin) -> bool:
+    """Whether a stable cycle is followed at the dampings of a margin."""
+    lower = floor_at(one.boundaries, "a", margin.a)
+    return lower <= margin.zeta <= height_at(one.boundaries, "a", margin.a)
+
+
 def _number(axes: Axes, margin: Margin, record: Coexistence) -> None:
     at_left = margin.a == record.a_range[0]
     at_bottom = margin.zeta == record.zeta_range[0]
@@ -93,7 +101,7 @@ def _number(axes: Axes, margin: Margin, record: Coexistence) -> None:
             f"{margin.micrometres:.2g}",
             ha="left" if at_left else "center",
             va="bottom" if at_bottom else "center",
-            fontsize=7,
+            fontsize=6.5,
             path_effects=HALO,
         )
 
@@ -113,7 +121,8 @@ def draw(record: Coexistence) -> Drawing:
             top, bottom = panels[0, column], panels[1, column]
             _regions(top, one, "a", np.geomspace(*record.a_range, FINE), low, high)
             for margin in one.margins:
-                _number(top, margin, record)
+                if _coexist(one, margin):
+                    _number(top, margin, record)
             top.set_xscale("log")
             top.set_xlim(*record.a_range)
             top.set_title(f"({'abc'[column]}) {words}", loc="left", pad=3.0)
@@ -121,7 +130,7 @@ def draw(record: Coexistence) -> Drawing:
             _regions(bottom, one, "mu", np.linspace(*record.mu_range, FINE), low, high)
             bottom.axvline(one.sliding[0].mu, color="k", lw=0.6, ls=":")
             bottom.set_xlim(*record.mu_range)
-            bottom.set_title(f"({'def'[column]})", loc="left", pad=3.0)
+            bottom.set_title(f"({'def'[column]}) {words}", loc="left", pad=3.0)
             bottom.set_xlabel(r"friction $\mu$")
         for axes in panels[:, 0]:
             axes.set_yscale("log")
