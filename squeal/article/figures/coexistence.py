@@ -44,10 +44,10 @@ FINE = 300
 CAPTION = r"""Where a stable cycle that loses contact coexists with stable sliding in case (d)
 (orange), over modal damping $\zeta$ and contact damping $a$ of Hunt and Crossley's law (top,
 reference friction), and over friction at $a = {}$\val[2]{coexistence.a_over_friction}\,s/m (bottom;
-dotted: reference friction). White: we found no such cycle; grey: sliding is unstable. Two folds in
-one panel are those of two cycles. Numbers: least disturbance found that leads from sliding to the
-cycle, in micrometres; crosses: none was found. Under the printed law motions without a cycle lose
-contact for long below and left of the strip, some of them faster than the surface; they are not
+dotted: reference friction). White: we followed no such cycle; grey: sliding is unstable. Two folds
+in one panel are those of two cycles. Numbers: least disturbance found that leads from sliding to
+the cycle, in micrometres; crosses: none was found. Under the printed law longer cycles and
+irregular motions lose contact at low damping, and some motions outrun the surface; neither are
 counted."""
 
 
