@@ -114,7 +114,7 @@ def draw(record: Coexistence) -> Drawing:
     low, high = record.zeta_range
     kinds = dict.fromkeys(curve.kind for one in record.motions.values() for curve in one.boundaries)
     with style():
-        figure = Figure(figsize=(DOUBLE, 4.8))
+        figure = Figure(figsize=(DOUBLE, 4.55))
         panels = figure.subplots(2, len(TITLES), sharey=True)
         for column, (name, words) in enumerate(TITLES.items()):
             one = record.motions[name]

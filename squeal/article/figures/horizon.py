@@ -81,7 +81,7 @@ def draw(record: Horizon) -> Drawing:
     """The figure, ready to be saved."""
     example = next(run for run in record.with_model("B2") if run.stiffness == record.example)
     with style():
-        figure = Figure(figsize=(DOUBLE, 2.75))
+        figure = Figure(figsize=(DOUBLE, 2.6))
         left, middle, right = figure.subplots(1, 3)
         _curves(left, example)
         _horizons(middle, record.with_model("B1"), "(b) B1")
