@@ -17,6 +17,7 @@ from squeal.article.studies.coexistence import (
     Point,
     floor_at,
     height_at,
+    inside,
 )
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
@@ -45,10 +46,10 @@ CAPTION = r"""Where a stable cycle that loses contact coexists with stable slidi
 (orange), over modal damping $\zeta$ and contact damping $a$ of Hunt and Crossley's law (top,
 reference friction), and over friction at $a = {}$\val[2]{coexistence.a_over_friction}\,s/m (bottom;
 dotted: reference friction). White: we followed no such cycle; grey: sliding is unstable. Two folds
-in one panel are those of two cycles. Numbers: least disturbance found that leads from sliding to
-the cycle, in micrometres; crosses: none was found. Under the printed law longer cycles and
-irregular motions lose contact at low damping, and some motions outrun the surface; neither are
-counted."""
+in one panel are those of two cycles. Numbers: least disturbance found that leads from sliding to a
+lasting loss of contact, in micrometres; crosses: none was found. Under the printed law longer
+cycles and irregular motions lose contact at low damping, and some motions outrun the surface;
+neither are counted."""
 
 
 def _interpolated(points: Sequence[Point], over: str, at: np.ndarray) -> np.ndarray:
@@ -80,12 +81,6 @@ def _regions(axes: Axes, one: Motion, over: str, at: np.ndarray, low: float, hig
         if curve.over == over:
             place = [getattr(point, over) for point in curve.points]
             axes.plot(place, [point.zeta for point in curve.points], **LOOKS[curve.kind])
-
-
-def _coexist(one: Motion, margin: Margin) -> bool:
-    """Whether a stable cycle is followed at the dampings of a margin."""
-    lower = floor_at(one.boundaries, "a", margin.a)
-    return lower <= margin.zeta <= height_at(one.boundaries, "a", margin.a)
 
 
 def _number(axes: Axes, margin: Margin, record: Coexistence) -> None:
@@ -121,7 +116,7 @@ def draw(record: Coexistence) -> Drawing:
             top, bottom = panels[0, column], panels[1, column]
             _regions(top, one, "a", np.geomspace(*record.a_range, FINE), low, high)
             for margin in one.margins:
-                if _coexist(one, margin):
+                if inside(one, margin):
                     _number(top, margin, record)
             top.set_xscale("log")
             top.set_xlim(*record.a_range)
