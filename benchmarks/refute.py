@@ -583,10 +583,10 @@ def main() -> int:
             print(f"{family} {number}, contradiction: {fault}", flush=True)
         if outcome.name == "wrong":
             print(f"{family} {number}, wrong: {outcome.said}", flush=True)
-        if (number + 1) % 1000 == 0:
-            print(f"{number + 1} asked, {faults} contradictions", flush=True)
-    print(f"seed {given.seed}, systems {given.start} to {given.start + given.count - 1}")
-    print(table(counts, mutants, faults))
+        asked = number + 1 - given.start
+        if asked % 1000 == 0 or asked == given.count:
+            print(f"seed {given.seed}, systems {given.start} to {number}")
+            print(table(counts, mutants, faults), flush=True)
     return 1 if faults else 0
 
 
