@@ -70,10 +70,10 @@ def assembled(points, bars, directions):
 
 
 def beam():
-    """An uneven beam along x, of eight nodes."""
-    x = np.linspace(0.0, 1.0, 8) ** 1.1
+    """An uneven beam along x, of seven nodes."""
+    x = np.linspace(0.0, 1.0, 7) ** 1.1
     points = np.outer(x, [1.37, 0.0, 0.0])
-    return assembled(points, [(k, k + 1, 0.0317, 0.0213) for k in range(7)], BEAM[0])
+    return assembled(points, [(k, k + 1, 0.0317, 0.0213) for k in range(6)], BEAM[0])
 
 
 def frame():
