@@ -79,10 +79,10 @@ two-ways: $(ENVIRONMENT)
 any-input: $(ENVIRONMENT)
 	@ANY_INPUT=20000 $(BIN)/pytest tests/cli/test_any_input.py
 
-# COUNT=systems of each family SEED=of their numbers
+# COUNT=systems in all, from number START on, of SEED, of up to ROWS rows; hours
 refute: $(ENVIRONMENT)
-	@$(BIN)/python -m benchmarks.refute --count $(or $(COUNT),1000) --seed $(or $(SEED),0)
-	@$(BIN)/python -m benchmarks.refute_proofs --seed $(or $(SEED),0)
+	@$(BIN)/python -m benchmarks.refute --count $(or $(COUNT),100000) --start $(or $(START),0) \
+		--seed $(or $(SEED),0) --rows $(or $(ROWS),30)
 
 real-files: $(ENVIRONMENT)
 	@$(BIN)/python -m workflow.trials.real_files
