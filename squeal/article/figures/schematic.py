@@ -19,7 +19,8 @@ HALF, HIGH = 0.55, 0.32  # half width and half height of the drawn pad
 CAPTION = r"""Both models of contact, and the result for the reference set, one of four fitted sets,
 in the four cases of spring directions. Filled: yes. Only edges count that touch in steady sliding.
 Rows 1 to 4: undamped, the first three from the reference initial conditions; flutters: a mode about
-steady sliding grows. Row 5: modal damping of \val[p1]{onset.ratio}, some initial conditions."""
+steady sliding grows. Row 5: modal damping of \val[p1]{onset.ratio}, some initial conditions, the
+line with the energy-consistent law."""
 
 
 def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:
