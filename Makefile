@@ -34,6 +34,8 @@ FUZZ := .venv/fuzz.stamp
 DOCS := .venv/docs.stamp
 RELEASE := .venv/archive/stamp
 ARCHIVED := dist/squeal-$(shell sed -n 's/^version = "\(.*\)"/\1/p' pyproject.toml)
+# by name: of a folder snakefmt reads nothing where the path to it holds a folder `build`, say
+RULES := Snakefile $(wildcard workflow/rules/*.smk)
 UV_COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 \
 	--fork-strategy fewest --generate-hashes --no-header
 
@@ -61,6 +63,7 @@ help:
 quick: $(LINTERS)
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
+	@$(BIN)/snakefmt --check $(RULES)
 	@$(BIN)/pytest tests/test_house.py tests/model tests/linear tests/cli/test_cli.py
 
 # as on systems that heyoka is not made for; its tests skip
@@ -91,7 +94,7 @@ lint: $(LINTERS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/snakefmt --check $(RULES)
 
 benchmark: $(PEERS)
 	$(BIN)/python -m benchmarks.precision figures/benchmark.pdf
