@@ -37,5 +37,6 @@ rule run_times:
         text="figures/run_times.txt",
     log:
         "logs/run_times.log",
+    priority: 40  # seconds, as those of the studies
     shell:
         "python -m workflow.processes " "benchmarks.precision {output.pdf} --quick > {log} 2>&1"
