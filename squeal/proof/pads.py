@@ -508,7 +508,9 @@ class PadBranch:
             radii = (2.0 * (np.abs(like.centre - centre) + turned + loose)).tolist()
         image = constant
         for _ in range(ROUNDS):
-            reach = [INFLATED * float(ball.abs_upper()) + r for ball, r in zip(image, radii, strict=True)]
+            reach = [
+                INFLATED * float(ball.abs_upper()) + r for ball, r in zip(image, radii, strict=True)
+            ]
             if not np.isfinite(reach).all():
                 return None
             box = tuple(flint.arb(0, r) for r in reach)
@@ -524,9 +526,7 @@ class PadBranch:
                 image.append(ball)
             shares = [float(ball.abs_upper()) / r for ball, r in zip(image, reach, strict=True)]
             if all(e.contains_interior(ball) for e, ball in zip(box, image, strict=True)):
-                return Cell(
-                    low, high, state, middle, centre, slope, box, tuple(image), max(shares)
-                )
+                return Cell(low, high, state, middle, centre, slope, box, tuple(image), max(shares))
             if not max(shares) < HOPELESS:
                 return None
         return None
