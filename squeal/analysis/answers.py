@@ -562,8 +562,8 @@ class Thresholds(Answer):
     what grows agree with the list, None where nothing is counted. notes: lines for people; details:
     what else the JSON object says, `admissible_to` among it: how far the equilibria of a pad are
     those that the model means; warnings: why not farther, or why a scene's own mu is not on the
-    branch. proof: what the referee says, as JSON holds it, and proof_line in words; None where it is
-    not asked.
+    branch. proof: what the referee says, as JSON holds it, None where it is not asked; proof_line
+    in words.
     """
 
     name: str

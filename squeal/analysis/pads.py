@@ -25,11 +25,11 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.io.writing import number
 from squeal.linear import (
+    GROWING,
     CriticalPoint,
     Crossing,
     Judgement,
     Matrices,
-    GROWING,
     Spectrum,
     System,
     UnstableMode,
@@ -239,8 +239,10 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool = False) -> T
 
     The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
     the last entry. With `prove` the referee judges it up to the first loss of stability; `proof`
-    says up to where, and thresholds there get the intervals in which they are proved. Raises InputError for a friction that is not `MU_MAX`, ComputationError if there
-    is no equilibrium without friction.
+    says up to where, and thresholds there get the intervals in which they are proved.
+
+    Raises InputError for a friction that is not `MU_MAX`, ComputationError if there is no
+    equilibrium without friction.
     """
     high = MU_MAX.read(high, Place("thresholds", "high"))
     system, path = branch_system(scene, high)

@@ -11,7 +11,6 @@ import numpy as np
 from squeal.analysis.answers import OPEN
 from squeal.analysis.systems.proofs import DATA, Statement
 from squeal.errors import InputError
-from squeal.io.writing import number
 from squeal.linear.events import Crossing
 from squeal.linear.system import TermSystem
 from squeal.model.equations import PadModel
