@@ -19,10 +19,10 @@ if TYPE_CHECKING:  # scenes start without the referee
     from squeal.proof.ranges import Provider
     from squeal.proof.referee import Proof
 
-NO_BALLS = "python-flint is not installed (`pip install 'squeal[fast]'` brings it)"
+NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"
 RATE = 1e-6  # growth below which nothing is told apart, of the fastest root
-WIDTHS = (1e-12, 1e-10, 1e-8)  # half widths, of a threshold, in which it may be proved
-BEFORE_FOLD = 1e-6  # of the friction at a fold: what is left out before it
+WIDTHS = (1e-10, 1e-8)  # half widths, of a threshold, in which it may be proved
+BEFORE_FOLD = 1e-4  # of the friction at a fold: what is left out before it
 BEYOND = 1e-3  # of a threshold: how far beyond it what grows is proved, at most
 PROVED_ROWS = 20  # up to which thresholds of systems are always asked for
 WORK = 4e5  # intervals of one gap times the squared rows and a constant
