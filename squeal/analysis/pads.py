@@ -311,11 +311,18 @@ def with_places(
         holding = [(a, b) for a, b in places if a <= one.mu <= b]
         return replace(one, interval=holding[0]) if holding else one
 
+    proved = statement.status == "proved"
+    notes = [words for words in answer.notes if not (proved and words.startswith("windows"))]
+    details = {**answer.details}
+    if "doubts" in details:
+        details["doubts"] = [] if proved else [statement.reason]
     return replace(
         answer,
+        notes=tuple(notes),
+        details=details,
         points=tuple(map(widened, answer.points)),
         crossings=tuple(map(widened, answer.crossings)),
-        certified=statement.status == "proved",
+        certified=proved,
         proof=statement.to_dict(),
         proof_line=statement.words,
     )

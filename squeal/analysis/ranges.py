@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from squeal.analysis.answers import OPEN
 from squeal.analysis.systems.proofs import DATA, Statement
@@ -115,7 +116,7 @@ def _proved(
 
 def pad_statement(
     model: PadModel,
-    start: Sequence[float],
+    start: ArrayLike,
     crossings: Sequence[Crossing],
     high: float,
     first: float | None,
@@ -128,7 +129,7 @@ def pad_statement(
     ----------
     model : PadModel
         The pad.
-    start : (3,)
+    start : array_like (3,)
         Its equilibrium without friction.
     crossings : sequence of Crossing
         All that are listed.
@@ -180,10 +181,11 @@ def system_statement(
 
     extent = (low, high)
     try:
-        parts = []
-        for terms in system.parts:
-            parts.append([Term(_dense(term.matrix), _factor(term, system)) for term in terms])
-        provider = Terms(*parts, data=DATA)
+        M, C, K = (
+            [Term(_dense(term.matrix), _factor(term, system)) for term in terms]
+            for terms in system.parts
+        )
+        provider = Terms(M, C, K, DATA)
     except ImportError:
         return stated(Proof("open", reason=NO_BALLS), system.parameter, extent, high), []
     most = int(WORK / (200.0 + 6.0 * system.n**2))

@@ -26,7 +26,8 @@ def flutter(apart: float) -> squeal.System:
 @pytest.mark.parametrize("apart", [0.0, 1e-7, 1e-3])
 def test_thresholds_of_a_small_system_are_proved(apart):
     answer = squeal.thresholds(flutter(apart))
-    assert answer.proof["status"] == "proved" and answer.certified
+    assert answer.proof["status"] == "proved"
+    assert answer.certified
     assert answer.proof["extent"] == [0.0, 2.0]
     for onset in (0.75, 0.75 * (1.0 + apart)):
         assert any(c.interval[0] <= onset <= c.interval[1] for c in answer.crossings)
@@ -58,9 +59,11 @@ def test_a_pad_whose_loss_is_left_out_is_open():
     model, start, _ = without_friction(scene)
     for crossings in ((), tuple(_moved(one) for one in answer.crossings)):
         said, places = pad_statement(model, start, crossings, 0.4, None, 1e4, None)
-        assert said.status == "open" and "disagrees" in said.reason
+        assert said.status == "open"
+        assert "disagrees" in said.reason
         shown = with_places(answer, said, places)
-        assert not shown.certified and shown.proof["growth_below"] is None
+        assert not shown.certified
+        assert shown.proof["growth_below"] is None
 
 
 def _moved(crossing):
@@ -75,5 +78,6 @@ def test_without_flint_it_is_open(monkeypatch):
         monkeypatch.setattr(importlib.import_module(f"squeal.proof.{module}"), "flint", None)
     for subject in (scene_of("b1-a"), flutter(1e-3)):
         answer = squeal.thresholds(subject)
-        assert answer.proof["status"] == "open" and not answer.certified
+        assert answer.proof["status"] == "open"
+        assert not answer.certified
         assert "python-flint is not installed" in answer.proof_line
