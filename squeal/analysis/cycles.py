@@ -277,8 +277,12 @@ def cycles(
     value = getattr(scene.pad, name)
     scale = 1.0 if name == "mu" or PARAMETERS[name].angle else max(abs(low), abs(high)) or 1.0
 
+    own_model = damped_model(scene)
+
     @lru_cache(maxsize=8)
     def at(scaled: float) -> Any:
+        if name == "mu":  # the damping refers to the pad without friction and is the same at all
+            return units.scaled(own_model.replace(mu=scaled * scale))
         return units.scaled(damped_model(scene.replace(**{name: scaled * scale})))
 
     shooting = Shooting(at, units)
