@@ -11,7 +11,8 @@ import numpy as np
 
 from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds, basis_text, shape_rows
 from squeal.analysis.maps import Axis, Map
-from squeal.analysis.pads import mode_shapes
+from squeal.analysis.pads import mode_shapes, with_places
+from squeal.analysis.ranges import PROVED_ROWS, system_statement
 from squeal.analysis.sensitivity import Sensitivity
 from squeal.analysis.systems.known import (
     accuracy_by_digits,
@@ -241,6 +242,12 @@ class Question:
         """Every threshold of the wanted roots from low to high."""
         self._warn_of_unused_parameter()
         answer = system_thresholds(self.system, high, low, self.wanted, workers or 1)
+        system = self.system
+        if system.n <= PROVED_ROWS and system.real and self.wanted == Wanted():
+            roots = roots_of_all(system, self.wanted, {system.parameter: answer.low})
+            fastest = float(np.max(np.abs(roots), initial=0.0))
+            head = system, answer.crossings, answer.low, answer.high, fastest
+            answer = with_places(answer, *system_statement(*head))
         if self.joined:
             answer = widened(self.system, self.file.assembly, answer)
         return thresholds_as_known(self.file, self.wanted, answer)

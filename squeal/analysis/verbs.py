@@ -33,7 +33,7 @@ OF_SCENES = ("quantity", "curves")
 PADS: dict[str, Callable[..., Any]] = {
     "eigenvalues": pads.eigenvalues,
     "sweep": pads.sweep,
-    "thresholds": pads.critical_friction,
+    "thresholds": pads.proved_friction,
     "map": stability_map,
     "sensitivity": pad_sensitivity,
 }
