@@ -237,13 +237,22 @@ class Question:
         return sweep_as_known(self.file, self.wanted, answer)
 
     def thresholds(
-        self, high: float, low: float | None = None, workers: int | None = None
+        self,
+        high: float,
+        low: float | None = None,
+        workers: int | None = None,
+        prove: bool = False,
     ) -> Thresholds:
-        """Every threshold of the wanted roots from low to high."""
-        self._warn_of_unused_parameter()
-        answer = system_thresholds(self.system, high, low, self.wanted, workers or 1)
+        """Every threshold of the wanted roots from low to high. `prove` asks the referee."""
         system = self.system
-        if system.n <= PROVED_ROWS and system.real and self.wanted == Wanted():
+        if prove and not (system.n <= PROVED_ROWS and system.real and self.wanted == Wanted()):
+            raise InputError(
+                f"prove: all thresholds of real systems of up to {PROVED_ROWS} rows can be proved, "
+                "without a band or a region"
+            )
+        self._warn_of_unused_parameter()
+        answer = system_thresholds(system, high, low, self.wanted, workers or 1)
+        if prove:
             roots = roots_of_all(system, self.wanted, {system.parameter: answer.low})
             fastest = float(np.max(np.abs(roots), initial=0.0))
             head = system, answer.crossings, answer.low, answer.high, fastest

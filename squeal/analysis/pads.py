@@ -279,11 +279,6 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool = False) -> T
     return _proved(answer, M, K, fold) if prove else answer
 
 
-def proved_friction(scene: Scene, high: float = 2.0) -> Thresholds:
-    """The same with what the referee says of it."""
-    return critical_friction(scene, high, prove=True)
-
-
 def _proved(answer: Thresholds, M: np.ndarray, K: np.ndarray, fold: float | None) -> Thresholds:
     """The answer with what the referee says of it up to the first loss of stability."""
     scene, path = answer.source

@@ -14,7 +14,7 @@ from tests.conftest import scene_of
 pytest.importorskip("flint")
 
 
-def flutter(apart: float) -> squeal.System:
+def flutter(apart: float) -> squeal.TermSystem:
     """Two pads that flutter from 0.75 and from 0.75 (1 + apart)."""
     K0 = np.kron(np.eye(2), [[2.0, -1.0], [-1.0, 2.0]])
     K1 = np.zeros((4, 4))
@@ -25,7 +25,7 @@ def flutter(apart: float) -> squeal.System:
 
 @pytest.mark.parametrize("apart", [0.0, 1e-7, 1e-3])
 def test_thresholds_of_a_small_system_are_proved(apart):
-    answer = squeal.thresholds(flutter(apart))
+    answer = squeal.thresholds(flutter(apart), prove=True)
     assert answer.proof["status"] == "proved"
     assert answer.certified
     assert answer.proof["extent"] == [0.0, 2.0]
@@ -37,7 +37,7 @@ def test_thresholds_of_a_small_system_are_proved(apart):
 def test_factors_are_evaluated_over_balls():
     """mu**2/4 + mu/2 - 1/16 in place of mu: the onset moves to a root of the quadratic."""
     K = {"1": [[2, -1], [-1, 2]], "mu**2/4 + mu/2 - 1/16": [[0, 4 / 3], [0, 0]]}
-    answer = squeal.thresholds(squeal.System(np.eye(2), K=K))
+    answer = squeal.thresholds(squeal.System(np.eye(2), K=K), prove=True)
     assert answer.proof["status"] == "proved"
     onset = -1.0 + np.sqrt(1.0 + 4.0 * (0.75 + 1.0 / 16.0))
     (crossing,) = answer.crossings
@@ -46,7 +46,7 @@ def test_factors_are_evaluated_over_balls():
 
 @pytest.mark.parametrize("stem", ["b1-a", "b1-d", "b2-d", "b3"])
 def test_first_loss_of_a_pad_is_proved(stem):
-    answer = squeal.thresholds(scene_of(stem))
+    answer = squeal.thresholds(scene_of(stem), prove=True)
     assert answer.proof["status"] == "proved", answer.proof_line
     first = answer.first
     assert answer.proof["extent"][1] > (first.mu if first else 1.999)
@@ -77,7 +77,7 @@ def test_without_flint_it_is_open(monkeypatch):
     for module in ("pads", "ranges"):
         monkeypatch.setattr(importlib.import_module(f"squeal.proof.{module}"), "flint", None)
     for subject in (scene_of("b1-a"), flutter(1e-3)):
-        answer = squeal.thresholds(subject)
+        answer = squeal.thresholds(subject, prove=True)
         assert answer.proof["status"] == "open"
         assert not answer.certified
         assert "python-flint is not installed" in answer.proof_line
