@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +17,6 @@ from squeal.analysis.answers import (
     numbered,
     shape_rows,
 )
-from squeal.analysis.ranges import RangeStatement, pad_statement
 from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
 from squeal.equilibrium.find import damped_model
 from squeal.equilibrium.statics import excursion
@@ -47,6 +46,9 @@ from squeal.schema import NOT_NEGATIVE, Number, Place, Several
 MU_MAX = Number(low=0.0, high=1000.0)
 MUS = Several(NOT_NEGATIVE, "a sequence of numbers of at least 0")
 SAMPLES = 201  # values of mu at which modes are drawn
+if TYPE_CHECKING:  # pads start without the referee
+    from squeal.analysis.ranges import RangeStatement
+
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
 
@@ -281,6 +283,8 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool = False) -> T
 
 def _proved(answer: Thresholds, M: np.ndarray, K: np.ndarray, fold: float | None) -> Thresholds:
     """The answer with what the referee says of it up to the first loss of stability."""
+    from squeal.analysis.ranges import pad_statement  # here, since few answers need it
+
     scene, path = answer.source
     start = np.zeros(3) if path is None else np.array(path.equilibrium(0.0).q)
     losses = [point.mu for point in answer.points if point.kind in GROWING]
@@ -298,7 +302,7 @@ def _proved(answer: Thresholds, M: np.ndarray, K: np.ndarray, fold: float | None
 
 
 def with_places(
-    answer: Thresholds, statement: RangeStatement, places: Sequence[tuple[float, float]]
+    answer: Thresholds, statement: "RangeStatement", places: Sequence[tuple[float, float]]
 ) -> Thresholds:
     """The answer with what the referee says of it, and the intervals in which it is proved."""
 

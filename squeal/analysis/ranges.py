@@ -49,9 +49,7 @@ class RangeStatement(Statement):
         """In a line below a list."""
         if self.status == "proved":
             given = " (entries as given)" * (self.data != DATA)
-            extent = "between these"
-            if self.until < self.high:
-                extent = f"up to {self.parameter} = {self.until:.9g}"
+            extent = f"up to {self.parameter} = {self.until:.9g}"
             growth = f"{self.growth_below or 0.0:.3g} 1/s"
             return f"proved: no other mode grows by more than {growth} {extent}{given}"
         where = "" if self.where is None else f" (near {self.parameter} = {self.where.real:.9g})"
