@@ -454,10 +454,13 @@ def _physical(T: Array, z: ComplexArray) -> ComplexArray:
     return np.asarray(vectors, dtype=complex)
 
 
-def hidden(roots: Roots, reduced: Reduced, C: Array | None, K: Array) -> bool:
-    """True if rounding leaves one of the roots too few digits, or there are more of zero than K and
-    C leave free: where a mass is light, a spring stiff or a damper strong beside others."""
+def hidden(reduced: Reduced, C: Array | None, K: Array, roots: Roots | None = None) -> bool:
+    """True if rounding leaves a root too few digits, or there are more of zero than K and C leave
+    free: where a mass is light, a spring stiff or a damper strong beside others. `roots` are those
+    of the system, if they are known."""
     zeros = 0
+    if roots is None:
+        roots = roots_of(reduced)
     for rows in components(dependence(reduced)):
         own = np.ix_(rows, rows)
         rank = scaled_rank(K[own])

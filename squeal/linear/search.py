@@ -31,7 +31,7 @@ from squeal.linear.continuation import (
     may_swap,
     near_coalescences,
 )
-from squeal.linear.eigen import UnstableCount, hidden, roots_of
+from squeal.linear.eigen import UnstableCount, hidden
 from squeal.linear.events import Event, certain, guesses_of, located, windows
 from squeal.linear.matrices import Change, dense, norm_of, reduce
 from squeal.linear.system import Slow, System, TermSystem, matrices_of
@@ -490,8 +490,7 @@ def _hides(along: Continuation, p: float) -> bool:
         return False
     ((M, C, K),) = matrices_of(along.system, [p])
     with suppress(InputError):  # M is not symmetric
-        reduced = reduce(M, C, K)
-        return hidden(roots_of(reduced), reduced, C, K)
+        return hidden(reduce(M, C, K), C, K)
     return False
 
 

@@ -341,7 +341,7 @@ def _of_all(
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
             reduced = reduce(M, C, K)
             roots = roots_of(reduced)
-            if not hidden(roots, reduced, C, K):
+            if not hidden(reduced, C, K, roots):
                 every = spectrum_of(reduced, roots).eigenvalues
                 words = judged(every, conservative=form_of([checked(M, C, K)]) != "damped")
     if words is None:
