@@ -22,9 +22,10 @@ from squeal.proof.balls import EPS, TINY, Balls, Floats, Quadratic, row_sums, up
 from squeal.proof.enclosure import enclose
 from squeal.proof.pieces import Failure, Piece
 
+Matrices = tuple[csc_array, csc_array, csc_array]  # M, C, K
 MASS_SHARES = (0.5, 0.1, 0.02, 0.004)  # c of M >= c diag(M), the first that is proved
 SIGMA = 1.25  # sigma over R^2
-DAMPING = 0.05  # what damping that is not Rayleigh's may take of sigma
+DAMPING = 0.01  # what damping that is not Rayleigh's may take of sigma
 ON_DIAGONAL = {"SymmetricMode": True, "Equil": False}  # pivots of SuperLU
 MARGINS = (1e-3, 1e-4, 1e-5, 1e-6)  # of the inertia, shares of sigma
 
@@ -106,7 +107,7 @@ def prove_band(M: Any, C: Any | None, K: Any, radius: float, core: int = 100) ->
             return BandProof(radius, reason=f"a factorisation failed: {error}")
 
 
-def _checked(M: Any, C: Any | None, K: Any) -> tuple[csc_array, csc_array, csc_array]:
+def _checked(M: Any, C: Any | None, K: Any) -> Matrices:
     mass = csc_array(M)
     given = [mass, csc_array(mass.shape) if C is None else csc_array(C), csc_array(K)]
     n = mass.shape[0]
@@ -137,7 +138,8 @@ def _proved(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) 
     sigma = SIGMA * radius**2
     spread = _damping(metric, C, K)
     # C' has a norm of at most DAMPING sigma / radius in this norm
-    wider = csc_array(metric + diags_array(upper(spread.local * (radius / (DAMPING * sigma)), 8)))
+    extra = upper(spread.local * (radius / (DAMPING * sigma)), 8)
+    wider = csc_array(metric + diags_array(extra))
     reason = _singular_values_above(wider, K, MX, MY, sigma)
     if reason:
         return BandProof(radius, reason=reason, core=k)
@@ -148,13 +150,13 @@ def _proved(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) 
     if not inverse > 0.0:
         return BandProof(radius, reason="damping beyond the core is too large", core=k)
 
-    norm = _Norm(weights, share)
+    floor = (share * diagonal + extra) * (1.0 - 8.0 * EPS)
     parts = (M, C, K)
     fitted = [np.linalg.lstsq(MX, A @ X, rcond=None)[0] for A in parts]
-    right = _couplings(parts, X, MX, fitted, norm, radius)
-    turned = tuple(csc_array(A.T) for A in parts)
+    right = _couplings(parts, X, MX, fitted, floor, radius)
+    turned = (csc_array(M.T), csc_array(C.T), csc_array(K.T))
     fitted = [np.linalg.lstsq(MY, A @ Y, rcond=None)[0] for A in turned]
-    left = _couplings(turned, Y, MY, fitted, norm, radius)
+    left = _couplings(turned, Y, MY, fitted, floor, radius)
     added = upper(np.outer(left, right) / inverse, 8)
 
     if not (_is_regular(Y, MX) and _is_regular(X, MY)):
@@ -384,33 +386,21 @@ def _norm_of(sizes: csc_array, weights: Floats, share: float) -> float:
     return float(upper(norm, terms))
 
 
-@dataclass(frozen=True, eq=False)
-class _Norm:
-    """Bounds of |r| in the norm of the inverse of M, for M >= share diag(weights^2)."""
-
-    weights: Floats
-    share: float
-
-    def columns(self, missed: Floats) -> Floats:
-        """Upper bounds (k,) for absolute values (n, k)."""
-        scaled = missed / self.weights[:, None]
-        squares = upper((scaled**2).sum(axis=0), len(scaled) + 8)
-        return upper(np.sqrt(squares / self.share), 8)
-
-
 def _couplings(
-    parts: Any, X: Floats, MX: Floats, fitted: list[Floats], norm: _Norm, radius: float
+    parts: Matrices, X: Floats, MX: Floats, fitted: list[Floats], floor: Floats, radius: float
 ) -> Floats:
-    """Bounds (k,) of u' P(lambda) x_j over all |u| = 1 (norm of M) with u' MX = 0."""
+    """Bounds (k,) of u' P(lambda) x_j over all |u| = 1 (norm of N >= diag(floor)) with u' MX = 0.
+
+    What is a multiple of MX adds nothing; `fitted` (k, k) takes it out.
+    """
     none = csc_array(parts[0].shape)
     total = np.zeros(X.shape[1])
     for A, fit, power in zip(parts, fitted, (2, 1, 0), strict=True):
-        if not A.nnz:
-            continue
         product = _sparse_times(A, none, X)
         known = Balls.exact(MX) @ Balls.exact(fit)
-        gap = product.plus(known.times(-1.0)).bound()
-        total = upper(total + radius**power * norm.columns(gap), 8)
+        missed = product.plus(known.times(-1.0)).bound()
+        squares = upper((missed**2 / floor[:, None]).sum(axis=0), len(floor) + 8)
+        total = upper(total + radius**power * upper(np.sqrt(squares), 8), 8)
     return total
 
 
