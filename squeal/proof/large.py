@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import LinAlgError, eigh, qr
 from scipy.sparse import block_array, csc_array, diags_array
-from scipy.sparse.linalg import ArpackError, eigs, splu
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigs, splu
 
 from squeal.proof.balls import EPS, TINY, Balls, Floats, Quadratic, row_sums, upper
 from squeal.proof.enclosure import enclose
@@ -26,7 +26,6 @@ Matrices = tuple[csc_array, csc_array, csc_array]  # M, C, K
 MASS_SHARES = (0.5, 0.1, 0.02, 0.004)  # c of M >= c diag(M), the first that is proved
 SIGMA = 1.25  # sigma over R^2
 DAMPING = 0.01  # what damping that is not Rayleigh's may take of sigma
-ON_DIAGONAL = {"SymmetricMode": True, "Equil": False}  # pivots of SuperLU
 MARGINS = (1e-3, 1e-4, 1e-5, 1e-6)  # of the inertia, shares of sigma
 
 
@@ -191,19 +190,21 @@ def _within(pieces: list[Piece], radius: float) -> list[Piece]:
 def _bases(M: csc_array, K: csc_array, core: int, radius: float) -> tuple[Floats, Floats]:
     """Real bases (n, k) of right and left vectors of K - s M; nothing is assumed of them.
 
-    The smallest eigenvalues up to the widest relative gap in the upper half of those computed.
+    The smallest eigenvalues up to the widest relative gap in the last quarter of those computed.
     """
     n = M.shape[0]
     count = min(core, n - 2)
     found = []
+    shift = -0.01 * radius**2  # left of zero, where free bodies leave K - s M regular
     start = np.random.default_rng(0).standard_normal(n)
     for A in (K, csc_array(K.T)):
-        # left of zero, where free bodies leave K - s M regular
-        values, vectors = eigs(A, k=count, M=M, sigma=-0.01 * radius**2, v0=start)
+        factors = _on_diagonal(csc_array(A - shift * M))
+        inverse = LinearOperator((n, n), factors.solve, dtype=np.float64)
+        values, vectors = eigs(A, k=count, M=M, sigma=shift, OPinv=inverse, v0=start)
         order = np.argsort(np.abs(values), kind="stable")
         found.append((values[order], vectors[:, order]))
     sizes = np.abs(found[0][0])
-    first = count // 2
+    first = 3 * count // 4
     gaps = sizes[first + 1 :] / sizes[first:-1]
     cut = first + int(np.argmax(gaps)) + 1
     scale = np.sqrt(M.diagonal())[:, None]
@@ -216,6 +217,12 @@ def _bases(M: csc_array, K: csc_array, core: int, radius: float) -> tuple[Floats
         bases.append(qr(real * scale, mode="economic")[0] / scale)
     k = min(X.shape[1] for X in bases)
     return bases[0][:, :k], bases[1][:, :k]
+
+
+def _on_diagonal(A: csc_array) -> Any:
+    """Triangles of A, with pivots on the diagonal unless one is zero."""
+    options = {"SymmetricMode": True, "Equil": False}
+    return splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
 
 
 def _row_product(A: csc_array, x: Floats, terms: int) -> Floats:
@@ -234,7 +241,7 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     order of elimination (Higham, Theorem 9.3; one rounding more for the inverse of the pivot).
     """
     n = A.shape[0]
-    factors = splu(A, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=ON_DIAGONAL)
+    factors = _on_diagonal(A)
     if not np.array_equal(factors.perm_r, factors.perm_c):
         return None
     L = csc_array(factors.L)
@@ -302,16 +309,14 @@ def _singular_values_above(N: csc_array, K: csc_array, MX: Floats, MY: Floats, s
         if above is None or below is None:
             continue
         gap = (shift - max(above.error, below.error)) * (1.0 - 8.0 * EPS)
-        if gap <= 0.0:
-            return f"rounding of the inertia reaches {above.error / sigma:.1e} of sigma"
-        if above.negative == below.negative:
+        if gap > 0.0 and above.negative == below.negative:
             negative = above.negative
             break
     if negative < 0:
-        return "a singular value lies too near to sigma"
+        return "a singular value lies too near to sigma for the rounding of the inertia"
 
     border = np.vstack([np.hstack([MX, MY]), np.hstack([MX, -MY])])
-    factors = splu(T, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=ON_DIAGONAL)
+    factors = _on_diagonal(T)
     Z = factors.solve(border)
     Z += factors.solve(border - T @ Z)
     product = _sparse_times(T, doubt, Z)
