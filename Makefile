@@ -3,6 +3,7 @@
 # make two-ways  20,000 questions asked in two ways, for hours
 # make any-input  20,000 broken and valid inputs of the commands, for an hour
 # make refute   systems whose answer is known by construction, and wrong answers for the referee
+# make real-files  files as CalculiX and Nastran write them, against the frequencies that these print
 # make fuzz     a million changed inputs of the readers, for hours
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
@@ -33,6 +34,8 @@ FUZZ := .venv/fuzz.stamp
 DOCS := .venv/docs.stamp
 RELEASE := .venv/archive/stamp
 ARCHIVED := dist/squeal-$(shell sed -n 's/^version = "\(.*\)"/\1/p' pyproject.toml)
+# by name: of a folder snakefmt reads nothing where the path to it holds a folder `build`, say
+RULES := Snakefile $(wildcard workflow/rules/*.smk)
 UV_COMPILE := $(BIN)/uv pip compile --quiet --upgrade --universal --python-version 3.11 \
 	--fork-strategy fewest --generate-hashes --no-header
 
@@ -44,7 +47,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 # else each of the many processes that start would compile the package anew
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: report test verify manifest dispatches test-without-heyoka two-ways any-input refute fuzz lint benchmark \
+.PHONY: report test verify manifest dispatches test-without-heyoka two-ways any-input refute real-files fuzz lint benchmark \
 	page page-test site dist archive cluster cluster-test machines platforms metadata rescience codecheck cite-check sbom audit lock clean distclean
 
 report: $(ENVIRONMENT)
@@ -60,6 +63,7 @@ help:
 quick: $(LINTERS)
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
+	@$(BIN)/snakefmt --check $(RULES)
 	@$(BIN)/pytest tests/test_house.py tests/model tests/linear tests/cli/test_cli.py
 
 # as on systems that heyoka is not made for; its tests skip
@@ -75,10 +79,13 @@ two-ways: $(ENVIRONMENT)
 any-input: $(ENVIRONMENT)
 	@ANY_INPUT=20000 $(BIN)/pytest tests/cli/test_any_input.py
 
-# COUNT=systems of each family SEED=of their numbers
+# COUNT=systems in all, from number START on, of SEED, of up to ROWS rows; hours
 refute: $(ENVIRONMENT)
-	@$(BIN)/python -m benchmarks.refute --count $(or $(COUNT),1000) --seed $(or $(SEED),0)
-	@$(BIN)/python -m benchmarks.refute_proofs --seed $(or $(SEED),0)
+	@$(BIN)/python -m benchmarks.refute --count $(or $(COUNT),100000) --start $(or $(START),0) \
+		--seed $(or $(SEED),0) --rows $(or $(ROWS),30)
+
+real-files: $(ENVIRONMENT)
+	@$(BIN)/python -m workflow.trials.real_files
 
 fuzz: $(FUZZ)
 	@$(BIN)/python -m benchmarks.fuzz
@@ -87,7 +94,7 @@ lint: $(LINTERS)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	$(BIN)/snakefmt --check Snakefile workflow
+	$(BIN)/snakefmt --check $(RULES)
 
 benchmark: $(PEERS)
 	$(BIN)/python -m benchmarks.precision figures/benchmark.pdf

@@ -8,7 +8,15 @@ from pathlib import Path
 sys.path.insert(0, workflow.basedir)
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.contents import FIGURES, RESULTS, STUDIES, TABLES, scene_file
+from squeal.article.contents import (
+    FIGURES,
+    REPRODUCIBLE,
+    RESULTS,
+    STUDIES,
+    TABLES,
+    figure_files,
+    scene_file,
+)
 from workflow.processes import begin
 from workflow.sources import commit_file, sources_file
 
@@ -36,7 +44,6 @@ rule all:
     input:
         "paper/report.pdf",
         "paper/supplement.pdf",
-        "figures/run_times.pdf",
 
 
 include: "workflow/rules/simulate.smk"

@@ -1,7 +1,8 @@
-"""Stiff contacts over whole support periods: `python -m benchmarks.horizon [--write]`.
+"""Stiff contacts over whole support periods: `python -m benchmarks.horizon [--write] [--sets]`.
 
 Computes the runs of the study `horizon`, in quad precision, in doubles and by a second method, and
 compares them with the stored ones; `--write` stores them. It takes about half an hour of one core.
+`--sets`: the random parameter sets alone, a minute.
 """
 
 from __future__ import annotations
@@ -17,6 +18,9 @@ from typing import Any
 
 import numpy as np
 
+from squeal.article.identify.population import drawn, some
+from squeal.article.identify.population import read as read_rows
+from squeal.article.identify.space import scenes_of
 from squeal.article.records import read_json
 from squeal.article.studies._independent import motion
 from squeal.article.studies._reference import TOLERANCE, quad
@@ -26,19 +30,21 @@ from squeal.article.studies.horizon import (
     START_ERROR,
     Errors,
     Horizon,
+    RandomSets,
     Run,
     first_excess,
 )
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.io.writing import to_json, write_text
-from squeal.model.contact import contact_law
+from squeal.model.contact import CONSISTENT, contact_law
 from squeal.model.pad import Model
 from squeal.simulation.hybrid import integrate
 from squeal.simulation.run import in_natural_units
 from squeal.simulation.taylor import TaylorIntegrator
 
 STORED = Path(__file__).resolve().parent.parent / "workflow/stored/horizon.json"
+ENSEMBLE = STORED.with_name("ensemble.csv")
 # beyond 1e8 rounding of the place, over a depth so small, hides contact changes from doubles
 STIFFNESSES = tuple(10.0**n for n in range(9))
 PERIODS = 10.0  # the longest window
@@ -50,6 +56,8 @@ SHOWN = 40  # of them, stored with their errors
 RENORMALISED = 1e-5  # distance of a neighbour in natural units, those of the contact's depth
 LONG_TOLERANCE = 1e-18  # of long doubles
 LEGS = 300  # of a motion, after each of which it is set back
+SETS, SETS_STIFFNESS, SETS_START_ERROR = 100, 1e3, 1e-14  # random sets beside the pad of the suite
+TIGHT = 1e-15  # tolerance of their motions
 BITS = (0, 1, -1, 2, -2)  # units in the last place by which the double run's start is changed
 ONE_UP_TO, TEN_UP_TO = 1e8, 1e6  # stiffness up to which one and ten periods are run in doubles
 
@@ -193,6 +201,37 @@ def compute(model: Model, stiffness: float, periods: float) -> Run:
     )
 
 
+def is_lost(model: Model, scene: Scene) -> bool:
+    """Whether a scene's pad on stiff contact loses a motion in doubles within ten periods."""
+    k1 = scene.pad.k1
+    law = contact_law(model)
+    level = {"theta0": 0.0, "x0": 0.0} | ({"y0": 0.0} if law.absolute_gap else {})
+    pad = scene.pad.replace(**level, **dict.fromkeys(law.parameters, SETS_STIFFNESS * k1))
+    depth = 2.0 * pad.F_n / (SETS_STIFFNESS * k1 * len(law.parameters))
+    stop = PERIODS * PERIOD * math.sqrt(pad.m / k1)
+    first = (0.0, -depth, 0.0, 0.0, 0.0, 0.0)
+    stiff = dataclasses.replace(scene, pad=pad, initial=first, stop=stop, outputs=())
+    shares = np.linspace(0.0, 1.0, SAMPLES + 1)
+    factors = (1.0, 1.0 + SETS_START_ERROR)
+    one, other = (places(stiff, shares, float, stiff.tolerance, f)[0] for f in factors)
+    size = np.maximum.accumulate(np.abs(one).max(axis=1))
+    apart = np.abs(one - other).max(axis=1) / size
+    return first_excess(shares, apart, LEVELS[0]) is not None
+
+
+def random_sets() -> RandomSets:
+    """How many of the first valid random sets lose their motion."""
+    rows = read_rows(ENSEMBLE)
+    valid = [number for number, row in enumerate(rows) if row.outcome == "valid"][:SETS]
+    numbers = drawn()
+    lost = dict.fromkeys(BOTH, 0)
+    for number in valid:
+        scenes = scenes_of(some(numbers, slice(number, number + 1)), CONSISTENT, TIGHT)
+        for model in BOTH:
+            lost[model] += is_lost(model, scenes[model]["c"])
+    return RandomSets(len(valid), SETS_STIFFNESS, SETS_START_ERROR, dict(lost))
+
+
 def _computed(case: tuple[Model, float]) -> Run:
     model, stiffness = case
     run = compute(model, stiffness, window(model, stiffness))
@@ -204,13 +243,22 @@ def main() -> None:
     """Compute; store, or name the runs that differ."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.horizon", description=__doc__)
     parser.add_argument("--write", action="store_true")
+    parser.add_argument("--sets", action="store_true")
     parser.add_argument("--workers", type=int, default=1)
     given = parser.parse_args()
+    others = random_sets()
+    if given.sets:
+        stored = read_json(Horizon, STORED)
+        if given.write:
+            write_text(STORED, to_json(dataclasses.replace(stored, random=others).to_dict()))
+        elif stored.random != others:
+            print(f"random sets: {others}, stored {stored.random}")
+        return
     cases = [(model, stiffness) for model in BOTH for stiffness in STIFFNESSES]
     with ProcessPoolExecutor(given.workers, mp_context=get_context("spawn")) as pool:
         runs = tuple(pool.map(_computed, cases))
     if given.write:
-        write_text(STORED, to_json(Horizon(runs).to_dict()))
+        write_text(STORED, to_json(Horizon(runs, others).to_dict()))
         return
     stored = read_json(Horizon, STORED)
     for old, new in zip(stored.runs, runs, strict=True):

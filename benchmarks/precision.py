@@ -18,7 +18,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import control
 import mpmath as mp
@@ -31,6 +31,7 @@ from squeal.article.figures.work import panels
 from squeal.article.studies._reference import precision_in_words, reference
 from squeal.article.studies.accuracy import (
     AIM,
+    FIXED,
     OWN,
     PATIENCE,
     SEVERAL,
@@ -41,13 +42,16 @@ from squeal.article.studies.accuracy import (
     Run,
     Way,
     cases_of,
+    functions,
     points_of,
     why_not,
 )
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import Scene, read_scene
 from squeal.linear.matrices import state_matrices
+from squeal.model.contact import STATES
 from squeal.plots.style import Drawing, blank, save, style
+from squeal.simulation.run import in_natural_units
 from tests.exact import Exact, discriminant
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -55,8 +59,13 @@ MORE = ("b1-b", "b2-b")
 EVALUATIONS = 1_000_000
 WIDTHS = tuple(10.0**-n for n in range(3, 14, 2))  # of the bisected interval of friction
 BRACKET = 0.02  # half of the first one
+SHORT, LONG = 0.02, 0.2  # seconds that several short calls take together, and that are enough
+MOST = 50  # calls of one kind
 GROWS = 1e-7  # of the greatest magnitude: a real part above this is no rounding
+Answer = TypeVar("Answer")
 LABEL = "processor time [ms]"
+ALIKE = {name for name in WAYS if name.startswith("SciPy") or name == FIXED}
+"""Integrators of the same compiled equations at all tolerances, see `compiled`."""
 MARKS = {"squeal": "o", "NumPy eigvals": "^", "python-control": "D"}
 COLOURS = {"squeal": "#C8380E", "NumPy eigvals": "#3498DB", "python-control": "#000000"}
 
@@ -79,28 +88,47 @@ def processor() -> str:
     return named[1] if named else platform.processor()
 
 
-def median_ms(call: Callable[[], Any]) -> float:
-    """Median processor time of a call that has been made before."""
+def timed(call: Callable[[], Answer], compiles: bool = True) -> tuple[Answer, float]:
+    """The answer of a call, and its median processor time in ms.
+
+    The first time of one that `compiles` does not count. A call is made three times at least,
+    unless it is a long one.
+    """
     spent: list[float] = []
-    while len(spent) < 50 and (sum(spent) < 0.02 or (len(spent) < 3 and sum(spent) < 0.5)):
-        begun = time.process_time()
+    if compiles:
         call()
+    while True:
+        begun = time.process_time()
+        answer = call()
         spent.append(time.process_time() - begun)
-    return 1e3 * statistics.median(spent)
+        enough = len(spent) >= 3 and sum(spent) >= SHORT
+        if enough or sum(spent) >= LONG or len(spent) == MOST:
+            return answer, 1e3 * statistics.median(spent)
 
 
 @dataclass
 class Clocked:
-    """A way of integration that keeps its median processor time in ms for each tolerance."""
+    """A way of integration that keeps its median processor time in ms for each tolerance.
+
+    anew: it compiles its equations anew for each tolerance.
+    """
 
     way: Way
     share: float
+    anew: bool
     ms: dict[float, float] = field(default_factory=dict)
 
     def __call__(self, scene: Scene, tolerance: float) -> Run:
-        run = self.way(scene, tolerance)  # compiles
-        self.ms[tolerance] = median_ms(lambda: self.way(scene, tolerance)) * self.share
+        run, ms = timed(lambda: self.way(scene, tolerance), self.anew)
+        self.ms[tolerance] = ms * self.share
         return run
+
+
+def compiled(scene: Scene) -> None:
+    """Compile the equations of a scene in each contact state, as `functions` keeps them."""
+    _, model, _, _ = in_natural_units(scene)
+    for contact in STATES:
+        functions(model, contact)
 
 
 def spectra(scene: Scene) -> Iterator[Timed]:
@@ -126,7 +154,8 @@ def spectra(scene: Scene) -> Iterator[Timed]:
         return control.ss(A, B, np.eye(6), np.zeros((6, 3))).poles()
 
     for method, call in zip(COLOURS, (own, by_numpy, by_control), strict=True):
-        yield Timed(method, error(call()), median_ms(call))
+        values, ms = timed(call)
+        yield Timed(method, error(values), ms)
 
 
 def thresholds(scene: Scene) -> Iterator[Timed]:
@@ -169,11 +198,12 @@ def thresholds(scene: Scene) -> Iterator[Timed]:
     def error(mu: float) -> float:
         return max(float(abs(mp.mpf(mu) / truth - 1)), 1e-17)
 
-    yield Timed(OWN, error(first.mu), median_ms(lambda: critical_friction(scene)))
+    own, ms = timed(lambda: critical_friction(scene))
+    yield Timed(OWN, error(own.points[0].mu), ms)
     for method, values in (("NumPy eigvals", by_numpy), ("python-control", by_control)):
         for width in WIDTHS:
-            spent = median_ms(partial(bisected, values, width))
-            yield Timed(method, error(bisected(values, width)), spent)
+            mu, ms = timed(partial(bisected, values, width), compiles=False)
+            yield Timed(method, error(mu), ms)
 
 
 def draw_answers(axes: Axes, answers: list[Timed], title: str) -> None:
@@ -235,10 +265,12 @@ def main() -> None:
     changes: dict[str, int] = {}
     times: dict[tuple[str, str, float], float] = {}
     for case, scene in cases_of(files).items():
+        compiled(scene)
         exact = reference(scene)
         changes[case] = len(exact.times)
         for name, way in ways.items():
-            clocked = Clocked(way, 1.0 / SEVERAL if "batch" in name else 1.0)
+            share = 1.0 / SEVERAL if "batch" in name else 1.0
+            clocked = Clocked(way, share, anew=name not in ALIKE)
             points += points_of(case, scene, exact, name, clocked, patience)
             times |= {(case, name, t): ms for t, ms in clocked.ms.items()}
     record = Accuracy(tuple(points), changes, precision_in_words())

@@ -10,7 +10,7 @@ from sphinx.application import Sphinx
 from page import PAGE, SITE
 from squeal.article.cases import STEMS
 from squeal.article.commands.claims import scene_files
-from squeal.article.contents import FIGURES, STUDIES
+from squeal.article.contents import STUDIES, report_file
 from squeal.article.report.captions import captions, title
 from squeal.article.studies.findings import study
 from squeal.io.provenance import digest
@@ -31,13 +31,9 @@ def findings() -> str:
 
 def contents() -> str:
     """The report's figures, tables and results."""
-    figures = [
-        f"`figures/{name}.pdf`" if name in FIGURES else f"`paper/generated/{name}.tex`"
-        for name in captions()
-    ]
     parts = [
-        f"{file}\n: {_escaped(title(text)) or '...'}\n"
-        for file, text in zip(figures, captions().values(), strict=True)
+        f"`{report_file(name)}`\n: {_escaped(title(text)) or '...'}\n"
+        for name, text in captions().items()
     ]
     parts.append(f"Results: {', '.join(f'`results/{name}.json`' for name in STUDIES)}.\n")
     return "\n".join(parts)

@@ -562,7 +562,8 @@ class Thresholds(Answer):
     what grows agree with the list, None where nothing is counted. notes: lines for people; details:
     what else the JSON object says, `admissible_to` among it: how far the equilibria of a pad are
     those that the model means; warnings: why not farther, or why a scene's own mu is not on the
-    branch.
+    branch. proof: what the referee says, as JSON holds it, None where it is not asked; proof_line
+    in words.
     """
 
     name: str
@@ -578,6 +579,8 @@ class Thresholds(Answer):
     notes: tuple[str, ...] = ()
     details: Mapping[str, Any] = field(default_factory=dict)
     source: Any = None
+    proof: Mapping[str, Any] | None = None
+    proof_line: str = ""
 
     @property
     def first(self) -> CriticalPoint | None:
@@ -616,7 +619,9 @@ class Thresholds(Answer):
 
     def parts(self) -> Sequence[str | Table]:
         proof = "certified: a count of growing roots between the crossings agrees"
-        if not self.certified:
+        if self.proof_line:
+            proof = self.proof_line
+        elif not self.certified:
             doubts = self.details.get("doubts") or ["nothing was counted"]
             proof = f"not certified: {'; '.join(doubts)}"
         end = f"followed up to {self.parameter} = {self.high:.9g}: {self.end}"
@@ -636,4 +641,5 @@ class Thresholds(Answer):
             "mu_start": self.low,
             "mu_end": self.high,
         }
+        answer |= {} if self.proof is None else {"proof": dict(self.proof)}
         return answer | picked(self, "details")["details"]

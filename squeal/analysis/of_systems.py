@@ -11,7 +11,8 @@ import numpy as np
 
 from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds, basis_text, shape_rows
 from squeal.analysis.maps import Axis, Map
-from squeal.analysis.pads import mode_shapes
+from squeal.analysis.pads import mode_shapes, with_places
+from squeal.analysis.ranges import PROVED_ROWS, system_statement
 from squeal.analysis.sensitivity import Sensitivity
 from squeal.analysis.systems.known import (
     accuracy_by_digits,
@@ -236,11 +237,26 @@ class Question:
         return sweep_as_known(self.file, self.wanted, answer)
 
     def thresholds(
-        self, high: float, low: float | None = None, workers: int | None = None
+        self,
+        high: float,
+        low: float | None = None,
+        workers: int | None = None,
+        prove: bool = False,
     ) -> Thresholds:
-        """Every threshold of the wanted roots from low to high."""
+        """Every threshold of the wanted roots from low to high. `prove` asks the referee."""
+        system = self.system
+        if prove and not (system.n <= PROVED_ROWS and system.real and self.wanted == Wanted()):
+            raise InputError(
+                f"prove: all thresholds of real systems of up to {PROVED_ROWS} rows can be proved, "
+                "without a band or a region"
+            )
         self._warn_of_unused_parameter()
-        answer = system_thresholds(self.system, high, low, self.wanted, workers or 1)
+        answer = system_thresholds(system, high, low, self.wanted, workers or 1)
+        if prove:
+            roots = roots_of_all(system, self.wanted, {system.parameter: answer.low})
+            fastest = float(np.max(np.abs(roots), initial=0.0))
+            head = system, answer.crossings, answer.low, answer.high, fastest
+            answer = with_places(answer, *system_statement(*head))
         if self.joined:
             answer = widened(self.system, self.file.assembly, answer)
         return thresholds_as_known(self.file, self.wanted, answer)

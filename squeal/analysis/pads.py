@@ -1,8 +1,9 @@
 """One pad: the eigenvalues about its equilibrium, its modes over the friction, its thresholds."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -23,6 +24,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.io.writing import number
 from squeal.linear import (
+    GROWING,
     CriticalPoint,
     Crossing,
     Judgement,
@@ -44,6 +46,9 @@ from squeal.schema import NOT_NEGATIVE, Number, Place, Several
 MU_MAX = Number(low=0.0, high=1000.0)
 MUS = Several(NOT_NEGATIVE, "a sequence of numbers of at least 0")
 SAMPLES = 201  # values of mu at which modes are drawn
+if TYPE_CHECKING:  # pads start without the referee
+    from squeal.analysis.ranges import RangeStatement
+
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
 
@@ -231,12 +236,15 @@ def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
     return Sweep(scene.model, "mu", tuple(steps), losses, own, source=scene)
 
 
-def critical_friction(scene: Scene, high: float = 2.0) -> Thresholds:
+def critical_friction(scene: Scene, high: float = 2.0, prove: bool = False) -> Thresholds:
     """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
 
     The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
-    the last entry. Raises InputError for a friction that is not `MU_MAX`, ComputationError if there
-    is no equilibrium without friction.
+    the last entry. With `prove` the referee judges it up to the first loss of stability; `proof`
+    says up to where, and thresholds there get the intervals in which they are proved.
+
+    Raises InputError for a friction that is not `MU_MAX`, ComputationError if there is no
+    equilibrium without friction.
     """
     high = MU_MAX.read(high, Place("thresholds", "high"))
     system, path = branch_system(scene, high)
@@ -269,7 +277,54 @@ def critical_friction(scene: Scene, high: float = 2.0) -> Thresholds:
     events = tuple(points), tuple(crossings), words, located.certified, tuple(warnings)
     details = {"admissible_to": min(admissible_to, end)}
     head = scene.model, "mu", 0.0, end, at_zero
-    return Thresholds(*head, *events, details=details, source=(scene, path))
+    answer = Thresholds(*head, *events, details=details, source=(scene, path))
+    return _proved(answer, M, K, fold) if prove else answer
+
+
+def _proved(answer: Thresholds, M: np.ndarray, K: np.ndarray, fold: float | None) -> Thresholds:
+    """The answer with what the referee says of it up to the first loss of stability."""
+    from squeal.analysis.ranges import pad_statement  # here, since few answers need it
+
+    scene, path = answer.source
+    start = np.zeros(3) if path is None else np.array(path.equilibrium(0.0).q)
+    losses = [point.mu for point in answer.points if point.kind in GROWING]
+    fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))
+    statement, places = pad_statement(
+        damped_model(scene),
+        start,
+        answer.crossings,
+        answer.high,
+        losses[0] if losses else None,
+        fastest,
+        fold,
+    )
+    return with_places(answer, statement, places)
+
+
+def with_places(
+    answer: Thresholds, statement: "RangeStatement", places: Sequence[tuple[float, float]]
+) -> Thresholds:
+    """The answer with what the referee says of it, and the intervals in which it is proved."""
+
+    def widened(one: Located) -> Located:
+        holding = [(a, b) for a, b in places if a <= one.mu <= b]
+        return replace(one, interval=holding[0]) if holding else one
+
+    proved = statement.status == "proved"
+    notes = [words for words in answer.notes if not (proved and words.startswith("windows"))]
+    details = {**answer.details}
+    if "doubts" in details:
+        details["doubts"] = [] if proved else [statement.reason]
+    return replace(
+        answer,
+        notes=tuple(notes),
+        details=details,
+        points=tuple(map(widened, answer.points)),
+        crossings=tuple(map(widened, answer.crossings)),
+        certified=proved,
+        proof=statement.to_dict(),
+        proof_line=statement.words,
+    )
 
 
 def _widened(at: Located, path: Path) -> Located:

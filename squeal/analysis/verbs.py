@@ -46,6 +46,8 @@ def _answer(verb: str, subject: object, **options: Any) -> Any:
     """
     scene = isinstance(subject, Scene)
     for name in OF_SYSTEMS if scene else OF_SCENES:
+        if name == "prove" and verb == "thresholds":
+            continue
         value = options.pop(name, None)
         if value is not None and value is not False:
             kind, other = ("a scene", "a system") if scene else ("a system", "a scene")
@@ -239,6 +241,7 @@ def thresholds(
     memory: Positive | None = None,
     progress: Progress | None = None,
     workers: Workers | None = None,
+    prove: bool = False,
 ) -> Thresholds:
     """Find every change of stability over a range of the friction or of the free parameter.
 
@@ -251,6 +254,9 @@ def thresholds(
     low : float, optional
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
+    prove : bool
+        Let the referee judge a pad up to its first loss of stability, or a system of up to 20 rows
+        over the whole range: `proof` of the answer says what is proved, and of which extent.
 
     Returns
     -------

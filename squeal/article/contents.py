@@ -30,11 +30,14 @@ def _stored(*names: str) -> tuple[str, ...]:
 class Figure(NamedTuple):
     """figures/NAME.pdf and its text, drawn by `squeal.article.figures.MODULE` from its arguments.
 
-    Arguments that hold a slash are files, which the figure depends on; others are plain words.
+    Arguments that hold a slash are files, which the figure depends on; others are plain words. What
+    is `measured` on the machine that builds differs from build to build; `benchmarks.precision`
+    draws it, and the module holds its caption.
     """
 
     module: str
     arguments: tuple[str, ...]
+    measured: bool = False
 
     @property
     def reads(self) -> tuple[str, ...]:
@@ -102,10 +105,11 @@ FIGURES: dict[str, Figure] = {
     },
     "fig13": Figure("quasi_static", (result_file("quasi_static"), result_file("angles"))),
     **{name: Figure(name, tuple(map(result_file, some))) for name, some in _DRAWN_FROM.items()},
+    "run_times": Figure("work", (), measured=True),
 }
-RUN_TIMES = "run_times"
-"""figures/run_times.pdf, which `benchmarks.precision` draws; its caption stands in `figures.work`.
-It differs with each machine and each run, so that no check compares it."""
+"""All figures of the report."""
+REPRODUCIBLE = {name: figure for name, figure in FIGURES.items() if not figure.measured}
+"""Those that are drawn from results and compared with other builds."""
 RESULTS = tuple(map(result_file, (*HISTORY_FIGURES, *STUDIES)))
 """All result files that the report rests on."""
 TABLES = (
@@ -130,3 +134,13 @@ TABLES = (
     "works",
 )
 """paper/generated/NAME.tex is written by `squeal.article.report.tables.NAME`."""
+
+
+def figure_files(name: str) -> tuple[str, str]:
+    """The picture of a figure and its alternative text."""
+    return f"figures/{name}.pdf", f"figures/{name}.txt"
+
+
+def report_file(name: str) -> str:
+    """The file that holds a figure or a table of the report."""
+    return figure_files(name)[0] if name in FIGURES else f"paper/generated/{name}.tex"

@@ -21,6 +21,8 @@ def options(parser: Parser) -> None:
     take(parser, "high", high=2.0)
     words = "how the first loss of stability moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
+    words = "let a referee judge a pad up to its first loss, or all thresholds of up to 20 rows"
+    parser.add_argument("--prove", action="store_true", help=words)
     take(parser, "workers low band region memory")
     take_changes(parser)
     take_files(parser, table="the thresholds", figure="a picture of the way to them")
@@ -30,7 +32,7 @@ def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and answer."""
     subject = given.source.subject()
     scene = isinstance(subject, Scene)
-    asked = picked(given, "high low band region memory workers") | {"progress": steps()}
+    asked = picked(given, "high low band region memory workers prove") | {"progress": steps()}
     thresholds = squeal.thresholds(subject, **asked)
     answers: list[Any] = [thresholds]
     if given.sensitivity or given.change:

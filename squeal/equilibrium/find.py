@@ -7,7 +7,7 @@ import dataclasses
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -415,11 +415,19 @@ def damped_model(scene: Scene) -> PadModel:
 def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
     """What ratios and Rayleigh damping refer to: the pad without friction, its place q (3,) (SI),
     its contact. Raises ComputationError where there is no such place."""
-    model = scene.pad_model.replace(mu=0.0)
+    numbers = {name: float(value) for name, value in scene.pad.given().items()}
+    model = scene.pad_model.replace(**(numbers | {"mu": 0.0}))
+    q, state = _rest_without_friction(model)
+    return model, q.copy(), state
+
+
+@lru_cache  # of a continuation over friction or damping all scenes refer to the same place
+def _rest_without_friction(model: PadModel) -> tuple[np.ndarray, State]:
+    """The place q (3,) (SI) of a pad whose friction is zero, and its contact there."""
     if model.linear:
-        return model, np.zeros(3), model.full
+        return np.zeros(3), model.full
     path = Path(model, branch_of(model, 0.0))
     if not path.branch.z.size:
         raise ComputationError(f"ratios and rayleigh refer to the pad without friction: {NO_START}")
     z, state = path.at(0.0)
-    return model, path.statics.to_si(z), state
+    return path.statics.to_si(z), state

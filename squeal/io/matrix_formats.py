@@ -39,7 +39,9 @@ MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the fi
 MOST_FULL = 10_000_000  # numbers of full arrays, for each 1e6 bytes of a file
 FULL_MEMORY = 800_000_000  # bytes to read a .full, for each 1e6 of its own
 SYMMETRIES = ("general", "symmetric", "skew-symmetric")
-MATRIX, COMPRESSED, SPARSE = 14, 15, 5  # data elements, and a class, of MATLAB's version 5
+MATRIX, COMPRESSED = 14, 15  # data elements of MATLAB's version 5
+STRUCT, SPARSE = 2, 5  # classes of its arrays
+NESTED = 8  # structs within structs that are looked into
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 # Ansys' names of degrees of freedom, with the numbers of the other programs
 FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6, "PRES": 8, "TEMP": 11}
@@ -467,27 +469,58 @@ def _variables(data: bytes, order: str) -> Iterator[tuple[str, Any]]:
         elif kind != MATRIX:
             raise ValueError
         elif inside:
-            (_, flags), (_, sizes), (_, name), *parts = _elements(inside, order)
-            flag, _ = np.frombuffer(flags, f"{order}u4").tolist()
-            shape = np.frombuffer(sizes, f"{order}i4").tolist()
-            form, imaginary = flag & 0xFF, flag >> 11 & 1
-            if not (SPARSE <= form <= 15 and name and len(shape) == 2):
-                continue
-            arrays = [np.frombuffer(part, order + TYPES[kind]) for kind, part in parts]
-            *index, values = arrays[: len(arrays) - imaginary]
-            if imaginary:
-                values = values + 1j * arrays[-1].reshape(values.shape)
-            if min(shape) < 0 or len(index) != (2 if form == SPARSE else 0):
-                raise ValueError
-            if form == SPARSE:
-                rows, starts = index
-                count = starts[-1]
-                if not 0 <= count <= min(len(rows), len(values)):
-                    raise ValueError
-                made = csc_array((values[:count], rows[:count], starts), shape=shape)
-            else:
-                made = values.reshape(shape, order="F")
-            yield name.decode("latin-1"), made
+            yield from _array(inside, order, "")
+
+
+def _array(inside: bytes, order: str, owner: str) -> Iterator[tuple[str, Any]]:
+    """The name and the matrix of an array of MATLAB's version 5, of a struct those of its fields.
+
+    owner: what stands before the name, as `model.` does before a field of the struct `model`.
+    Raises ValueError, LookupError.
+    """
+    (_, flags), (_, sizes), (_, name), *parts = _elements(inside, order)
+    flag, _ = np.frombuffer(flags, f"{order}u4").tolist()
+    shape = np.frombuffer(sizes, f"{order}i4").tolist()
+    form, imaginary = flag & 0xFF, flag >> 11 & 1
+    full_name = owner + name.decode("latin-1")
+    if not full_name or len(shape) != 2:
+        return
+    if min(shape) < 0:
+        raise ValueError
+    if form == STRUCT:
+        (_, width), (_, names), *fields = parts
+        size = int(np.frombuffer(width, f"{order}i4")[0])
+        if size < 1 or len(names) % size:
+            raise ValueError
+        padded = [names[at : at + size] for at in range(0, len(names), size)]
+        keys = [one.split(b"\0")[0].decode("latin-1") for one in padded]
+        count = math.prod(shape)
+        if len(fields) != len(keys) * count:
+            raise ValueError
+        if full_name.count(".") >= NESTED:
+            return
+        for place, (kind, part) in enumerate(fields):
+            member, of_key = divmod(place, len(keys))
+            which = f"({member + 1})" if count > 1 else ""
+            if kind == MATRIX and part:
+                yield from _array(part, order, f"{full_name}{which}.{keys[of_key]}")
+        return
+    if not SPARSE <= form <= 15:
+        return
+    arrays = [np.frombuffer(part, order + TYPES[kind]) for kind, part in parts]
+    *index, values = arrays[: len(arrays) - imaginary]
+    if imaginary:
+        values = values + 1j * arrays[-1].reshape(values.shape)
+    if len(index) != (2 if form == SPARSE else 0):
+        raise ValueError
+    if form == SPARSE:
+        rows, starts = index
+        count = starts[-1]
+        if not 0 <= count <= min(len(rows), len(values)):
+            raise ValueError
+        yield full_name, csc_array((values[:count], rows[:count], starts), shape=shape)
+    else:
+        yield full_name, values.reshape(shape, order="F")
 
 
 def _elements(data: bytes, order: str) -> list[tuple[int, bytes]]:
@@ -509,7 +542,7 @@ def _elements(data: bytes, order: str) -> list[tuple[int, bytes]]:
 
 
 def _read_hdf5(path: Path) -> dict[str, Any]:
-    """MATLAB's -v7.3: transposed arrays, sparse ones as groups data, ir, jc."""
+    """MATLAB's -v7.3: transposed arrays, sparse ones as groups data, ir, jc, structs as groups."""
     import h5py
 
     def numbers(data: Any) -> Any:
@@ -518,17 +551,31 @@ def _read_hdf5(path: Path) -> dict[str, Any]:
         return value["real"] + 1j * value["imag"] if value.dtype.names else value
 
     found: dict[str, Any] = {}
-    with h5py.File(path) as file:
-        for name, item in file.items():
+
+    def collect(group: Any, owner: str) -> None:
+        for name, item in group.items():
+            if name.startswith("#"):  # MATLAB's own, as what references point to
+                continue
             if "MATLAB_sparse" in item.attrs:
                 columns = numbers(item["jc"]).astype(np.int64)
                 rows = numbers(item["ir"]).astype(np.int64) if "ir" in item else columns[:0]
                 values = numbers(item["data"]) if "data" in item else columns[:0].astype(float)
                 shape = (int(item.attrs["MATLAB_sparse"]), len(columns) - 1)
-                found[name] = csc_array((values, rows, columns), shape=shape)
-            elif getattr(item, "ndim", 0) == 2 and item.attrs.get("MATLAB_class") != b"char":
-                found[name] = numbers(item).T
+                found[owner + name] = csc_array((values, rows, columns), shape=shape)
+            elif isinstance(item, h5py.Group):  # a struct
+                if owner.count(".") < NESTED:
+                    collect(item, f"{owner}{name}.")
+            elif getattr(item, "ndim", 0) == 2 and _is_numeric(item):
+                found[owner + name] = numbers(item).T
+
+    with h5py.File(path) as file:
+        collect(file, "")
     return found
+
+
+def _is_numeric(item: Any) -> bool:
+    """Whether a dataset of HDF5 holds numbers, neither references nor text."""
+    return item.dtype.kind in "biufcV" and item.attrs.get("MATLAB_class") != b"char"
 
 
 def _read_npz(path: Path) -> MatrixFile | dict[str, Any]:

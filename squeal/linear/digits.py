@@ -110,7 +110,9 @@ def known_to_digits(
     if system.real and not norm_of(C):
         symmetric = all(abs(X - X.T).max() == 0.0 for X in (M, K))
         leaves = _off_the_axis(z, bounds, symmetric)
-    return tuple(
-        replace(root, error=bound, rounding=max(root.rounding, bound) if moves else root.rounding)
-        for root, bound, moves in zip(roots, bounds.tolist(), leaves.tolist(), strict=True)
-    )
+    found = []
+    for root, bound, moves in zip(roots, bounds.tolist(), leaves.tolist(), strict=True):
+        unknown_sign = moves and abs(root.value.real) <= bound
+        rounding = max(root.rounding, bound) if moves else root.rounding
+        found.append(replace(root, error=bound, rounding=rounding, open=unknown_sign))
+    return tuple(found)

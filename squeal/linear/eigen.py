@@ -69,7 +69,7 @@ class Eigenvalue:
     error |P(value) x| / (|v|^2 |M| + |v| |C| + |K|), mass-normalised; condition 1/|y^H x| of the
     standard problem solved (in value^2 if undamped), or inf; rounding (rad/s) how far rounding, and
     error how far a reduction or what digits of data leave open may move it, None where that is not
-    known.
+    known; open is true if this error leaves open whether it grows.
     """
 
     value: complex
@@ -79,17 +79,12 @@ class Eigenvalue:
     condition: float = field(repr=False)
     rounding: float = field(default=0.0, repr=False)
     error: float | None = field(default=None, repr=False)
+    open: bool = field(default=False, repr=False)
 
     @property
     def kind(self) -> str:
         """The verdict on it alone."""
         return VERDICTS[kinds(self.value, self.rounding)]
-
-    @property
-    def open(self) -> bool:
-        """True if the error of a reduction or of the data leaves open whether it grows."""
-        known_to = self.error or 0.0  # what stays on the axis has a smaller rounding
-        return 0.0 < known_to <= self.rounding and abs(self.value.real) <= known_to
 
     @property
     def frequency_hz(self) -> float:

@@ -381,8 +381,7 @@ class Slow:
         self._system, self.growth = system, 1.0
         ((self._M, _, K),) = matrices_of(system, [p])
         size = np.sqrt(np.abs(np.diag(self._M)))
-        if not size.any():
-            raise MatrixError("M: has no mass on its diagonal; a mass is required")
+        _require(size.any())
         masses, vectors = np.linalg.eigh(unit_diagonal(self._M))
         self._turn = vectors / divisor(size)[:, None]
         masses = np.where(masses > 4 * EPS * len(masses) * masses[-1], masses, 0.0)
@@ -526,7 +525,10 @@ def _with_modal_damping(
             words = f"{count} ratios of {n} rows are not allowed; a list of one for each of the"
             raise InputError(f"damping.ratios: {words} first modes is, or a table of frequencies")
     omega, modes = _real_modes(K, M, count, ratios if callable(ratios) and n > most else None)
-    zeta = ratios(omega / math.tau) if callable(ratios) else np.broadcast_to(ratios, count)
+    if np.ndim(ratios) and len(omega) < count:
+        words = f"{count} ratios of {len(omega)} modes are not allowed; the other rows have no mass"
+        raise InputError(f"damping.ratios: {words}")
+    zeta = ratios(omega / math.tau) if callable(ratios) else np.broadcast_to(ratios, len(omega))
     held = np.isfinite(zeta)
     if not held.any():
         raise InputError("damping.ratios: no mode of the structure lies in the table's range")
@@ -542,13 +544,12 @@ def _real_modes(
     K: Matrix, M: Matrix, count: int, ratios: Callable[[Array], Array] | None
 ) -> tuple[Array, Array]:
     """The lowest real modes, or all that `ratios` know of: rad/s (k,) and vectors (n, k), of a
-    large sparse system by Lanczos' method."""
-    from scipy.linalg import eigh
+    large sparse system by Lanczos' method. Rows without mass follow the others at rest."""
     from scipy.sparse.linalg import ArpackError, eigsh
 
     try:
         if (count == len(M.diagonal()) and ratios is None) or not is_sparse(K):
-            squares, modes = eigh(dense(K), dense(M), subset_by_index=(0, count - 1))
+            squares, modes = _dense_modes(dense(K), dense(M), count)
         else:
             shift = -1e-9 * norm_of(K) / norm_of(M)  # below all squares: rigid bodies pass
             k, squares = 32 if ratios else count, np.zeros(1)
@@ -559,9 +560,34 @@ def _real_modes(
                     break
                 k *= 2
     except (np.linalg.LinAlgError, ArpackError, RuntimeError):
-        raise InputError("damping.ratios: M must be symmetric and positive definite") from None
+        words = "M must be symmetric and positive semidefinite, and K hold the rows without mass"
+        raise InputError(f"damping.ratios: {words}") from None
     order = np.argsort(squares)
     return np.sqrt(np.maximum(squares[order], 0.0)), modes[:, order]
+
+
+def _dense_modes(K: Array, M: Array, count: int) -> tuple[Array, Array]:
+    """The lowest eigenvalues (k,) of K x = s M x, k <= count, and vectors (n, k) with x' M x = 1.
+
+    Where M is singular, M x = r (K + shift M) x with r = 1/(s + shift) is solved instead, and the
+    motions of rows without mass, r = 0, are left out. Raises LinAlgError if that is no definite
+    pair either.
+    """
+    from scipy.linalg import eigh
+
+    try:
+        squares, modes = eigh(K, M, subset_by_index=(0, count - 1))
+    except np.linalg.LinAlgError:
+        shift = float(norm_of(K) / norm_of(M))
+        inverse, modes = eigh(M, K + shift * M)
+        rounding = 4 * len(M) * EPS * abs(inverse[-1])
+        heavy = inverse > rounding
+        if inverse[0] < -rounding or not heavy.any():
+            raise
+        inverse, modes = inverse[heavy][::-1], modes[:, heavy][:, ::-1]
+        squares = 1.0 / inverse - shift
+        modes = modes / np.sqrt(inverse)
+    return squares[:count], modes[:, :count]
 
 
 def _bordered(system: TermSystem, U: Array) -> TermSystem:

@@ -137,6 +137,11 @@ class Formula:
         """The formula's value. Raises InputError where it is not a finite number."""
         return self._finite(parameters, "", "finite number")
 
+    def over(self, parameters: Mapping[str, Any], number: Callable[[Any], Any]) -> Any:
+        """The value in another arithmetic, in which `number` makes a constant of a double."""
+        at = {name: number(parameters[name]) for name in self.names}
+        return _walked(self._tree, at, number)
+
     def slope(self, parameters: Mapping[str, float], name: str) -> float:
         """The derivative by one parameter; 0 if the formula does not depend on it.
 
@@ -203,18 +208,20 @@ def _names(node: ast.expr) -> set[str]:
     raise ValueError
 
 
-def _walked(node: ast.expr, at: Mapping[str, Any]) -> Any:
+def _walked(node: ast.expr, at: Mapping[str, Any], constant: Callable[[Any], Any] = float) -> Any:
     """The value of a checked tree in the arithmetic of the numbers in `at`."""
     match node:
         case ast.Constant(value=number):
-            return float(number)  # type: ignore[arg-type]
+            return constant(float(number))  # type: ignore[arg-type]
         case ast.Name(id=name):
             return at[name]
         case ast.UnaryOp(op=op, operand=operand):
-            value = _walked(operand, at)
+            value = _walked(operand, at, constant)
             return -value if isinstance(op, ast.USub) else value
     assert isinstance(node, ast.BinOp)
-    return _OPERATIONS[type(node.op)](_walked(node.left, at), _walked(node.right, at))
+    left = _walked(node.left, at, constant)
+    right = _walked(node.right, at, constant)
+    return _OPERATIONS[type(node.op)](left, right)
 
 
 @dataclass(frozen=True)

@@ -146,6 +146,20 @@ def half_widths(X: Floats, data: str) -> Floats:
     return np.where(X == 0.0, 0.0, upper(0.5 * 10.0**places, 100))
 
 
+def doubles(X: NDArray[Any]) -> Floats:
+    """The same real numbers as doubles.
+
+    Raises ValueError where one is none: an integer beyond 2^53, or a longer float.
+    """
+    floats = X.astype(float)
+    # as objects the comparison is of the numbers themselves
+    if X.dtype.itemsize > 4 and X.dtype != floats.dtype:
+        finite = np.isfinite(X)
+        if not np.array_equal(X[finite].astype(object), floats[finite].astype(object)):
+            raise ValueError(f"matrices: an entry of {X.dtype} has more digits than a double")
+    return floats
+
+
 @dataclass(frozen=True, eq=False)
 class Quadratic:
     """All real systems M q'' + C q' + K q = 0 with matrices in balls (n, n).
@@ -172,14 +186,15 @@ class Quadratic:
     def of(M: ArrayLike, C: ArrayLike | None, K: ArrayLike, data: str = AS_GIVEN) -> Quadratic:
         """The system of float matrices (n, n), C None without damping, known as `data` says.
 
-        Raises ValueError unless the matrices are real and square, of one size.
+        Raises ValueError unless the matrices are real and square, of one size, of entries that
+        doubles hold.
         """
         first = np.asarray(M)
         given = [first, np.zeros(first.shape) if C is None else np.asarray(C), np.asarray(K)]
         for X in given:
             if X.ndim != 2 or X.shape != (len(first), len(first)) or X.dtype.kind not in "biuf":
                 raise ValueError(f"matrices: shape {X.shape}, {X.dtype}; real (n, n) are required")
-        floats = [X.astype(float) for X in given]
+        floats = [doubles(X) for X in given]
         with np.errstate(all="ignore"):
             mass, damping, stiffness = (Balls(X, half_widths(X, data)) for X in floats)
         symmetric = all(np.array_equal(X.mid, X.mid.T) for X in (mass, stiffness))

@@ -16,6 +16,7 @@ python-flint.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
@@ -38,9 +39,12 @@ except ImportError:  # an extra
 
 Ball = Any
 """A `flint.arb`."""
+UNITS = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0))  # slopes of x, y and theta themselves
 UNKNOWNS = 3  # x, y, theta; the fourth slope is that by friction
 INFLATED = 2.0  # boxes are so much wider than the first image of a point
 ROUNDS = 8  # of inflation
+HOPELESS = 1.3  # an image by so much wider than its box: the cell is too wide
+CONTRACTION = 0.33  # of boxes that widths aim at
 NARROWEST = 1e-12  # of the range: a cell that is not halved
 SHORT = 1e-10  # of the range: a cell in which the contact may change
 TIGHT = 0.05  # share of the way of the equilibrium that its enclosure may be off
@@ -142,11 +146,11 @@ class Jet:
     def __add__(self, other: Any) -> Jet:
         if not isinstance(other, Jet):
             return Jet(self.value + other, self.slopes)
-        slopes = tuple(a + b for a, b in zip(self.slopes, other.slopes, strict=True))
-        return Jet(self.value + other.value, slopes)
+        pairs = zip(self.slopes, other.slopes, strict=True)
+        return Jet(self.value + other.value, tuple([_sum(a, b) for a, b in pairs]))
 
     def __neg__(self) -> Jet:
-        return Jet(-self.value, tuple(-a for a in self.slopes))
+        return Jet(-self.value, tuple([-a for a in self.slopes]))
 
     def __sub__(self, other: Any) -> Jet:
         return self + (-other)
@@ -156,26 +160,47 @@ class Jet:
 
     def __mul__(self, other: Any) -> Jet:
         if not isinstance(other, Jet):
-            return Jet(self.value * other, tuple(a * other for a in self.slopes))
-        pairs = zip(self.slopes, other.slopes, strict=True)
-        slopes = tuple(a * other.value + self.value * b for a, b in pairs)
-        return Jet(self.value * other.value, slopes)
+            return Jet(self.value * other, tuple([_product(a, other) for a in self.slopes]))
+        slopes = []
+        for a, b in zip(self.slopes, other.slopes, strict=True):
+            slopes.append(_sum(_product(a, other.value), _product(b, self.value)))
+        return Jet(self.value * other.value, tuple(slopes))
 
     def __truediv__(self, other: Any) -> Jet:
-        other = Jet.of(other)
-        value = self.value / other.value
-        pairs = zip(self.slopes, other.slopes, strict=True)
-        return Jet(value, tuple((a - value * b) / other.value for a, b in pairs))
+        if not isinstance(other, Jet):
+            return self * (1 / other)
+        return self * other._inverse()
 
     def __rtruediv__(self, other: Any) -> Jet:
-        return Jet.of(other) / self
+        return self._inverse() * other
 
     __radd__ = __add__
     __rmul__ = __mul__
 
+    def _inverse(self) -> Jet:
+        """One over it."""
+        value = 1 / self.value
+        return self.applied(value, -(value * value))
+
     def applied(self, value: Any, slope: Any) -> Jet:
         """A function of it, from its value and its slope there."""
-        return Jet(value, tuple(slope * a for a in self.slopes))
+        return Jet(value, tuple([_product(a, slope) for a in self.slopes]))
+
+
+def _sum(a: Any, b: Any) -> Any:
+    """a + b, for free where one is the whole number 0: most slopes are."""
+    if type(a) is int and a == 0:
+        return b
+    if type(b) is int and b == 0:
+        return a
+    return a + b
+
+
+def _product(slope: Any, factor: Any) -> Any:
+    """slope factor, for free where the slope is the whole number 0 or 1: most are."""
+    if type(slope) is int:
+        return slope if slope == 0 else factor if slope == 1 else factor * slope
+    return slope * factor
 
 
 class Functions:
@@ -204,6 +229,26 @@ class Functions:
         return x.sqrt() if isinstance(x, Line) else _ball(x).sqrt()
 
 
+class Doubles:
+    """The same of jets of doubles: approximate, for Newton's method alone."""
+
+    @staticmethod
+    def sin(x: Jet) -> Jet:
+        """The sine."""
+        return x.applied(math.sin(x.value), math.cos(x.value))
+
+    @staticmethod
+    def cos(x: Jet) -> Jet:
+        """The cosine."""
+        return x.applied(math.cos(x.value), -math.sin(x.value))
+
+    @staticmethod
+    def sqrt(x: Jet) -> Jet:
+        """The square root."""
+        root = math.sqrt(x.value)
+        return x.applied(root, 0.5 / root)
+
+
 def _ball(x: Any) -> Ball:
     return flint.arb(x)
 
@@ -222,7 +267,7 @@ class Cell:
 
     low, high: of friction; state: which contact points touch; centre (3,): c, at `middle`; slope
     (3,): t; box: deviations from the line, three balls, that hold one equilibrium; image: narrower
-    ones that hold it too.
+    ones that hold it too; share: how much of the box these take, at most.
     """
 
     low: float
@@ -233,6 +278,7 @@ class Cell:
     slope: Floats
     box: tuple[Ball, ...]
     image: tuple[Ball, ...]
+    share: float = 0.0
 
     def within(self, other: Cell) -> bool:
         """Whether it is a part of another one."""
@@ -339,6 +385,9 @@ class PadBranch:
         whole = self.high - self.low
         width = whole
         while mu < self.high:
+            if width < NARROWEST * whole:
+                self.reason = f"{LOST} beyond {mu:.9g}"
+                return
             width = min(width, self.high - mu)
             cell = self._cell(mu, mu + width, guess, state)
             joined = cell is not None and self._is_joined(cell)
@@ -353,15 +402,21 @@ class PadBranch:
                 self.cells += pair
                 cell = pair[1]
                 state = cell.state
+            elif cell is not None and len(open_points) == 1:
+                ahead = self._change_ahead(cell, open_points[0])
+                if ahead < 0.5 * SHORT * whole:
+                    width = SHORT * whole
+                else:
+                    width = min(max(ahead - 0.3 * SHORT * whole, SHORT * whole), width / 2.0)
+                continue
             else:
                 width /= 2.0
-                if width < NARROWEST * whole:
-                    self.reason = f"{LOST} beyond {mu:.9g}"
-                    return
                 continue
             mu = cell.high
             guess = cell.centre + cell.slope * (mu - cell.middle)
-            width *= 2.0
+            # the image of a box is half of it and what the slopes change, which goes as the width
+            contraction = max(cell.share - 1.0 / INFLATED, 1e-3)
+            width *= min(max(CONTRACTION / contraction, 0.6), 4.0)
 
     def _is_joined(self, cell: Cell) -> bool:
         """Whether the cell holds the equilibrium that the last one has at its end."""
@@ -389,6 +444,16 @@ class PadBranch:
             if not settled:
                 points.append(point)
         return points
+
+    def _change_ahead(self, cell: Cell, point: int) -> float:
+        """About how far beyond the start of a cell the gap of a point vanishes; half of it if not
+        within."""
+        x, y, theta = cell.places(cell.low, cell.high)
+        gap = self.model.law.gaps(self._c, pose(Functions, (x, y, theta)))[point]
+        width = cell.high - cell.low
+        slope = float(gap.slope.mid())
+        ahead = width / 2.0 - float(gap.centre.mid()) / slope if slope else width / 2.0
+        return ahead if abs(ahead - width / 2.0) <= 0.6 * width else width / 2.0
 
     def _changed(self, cell: Cell, point: int) -> list[Cell] | None:
         """Cells before and beyond a change of contact at one point, over the same short interval.
@@ -432,32 +497,38 @@ class PadBranch:
         friction = _friction(low, high)
         nothing = (flint.arb(0),) * UNKNOWNS
         line = Cell(low, high, state, middle, centre, slope, nothing, nothing)
-        misses, _ = self._loads(line.places(low, high), friction, state)
+        misses = self._values(line.places(low, high), friction, state)
+        constant = []
+        for row in inverse.tolist():
+            constant.append(-sum((m * y for m, y in zip(misses, row, strict=True)), flint.arb(0)))
         radii = [1e-18 * float(np.max(np.abs(centre))) + 1e-300] * UNKNOWNS
         if like is not None:
             turned = np.abs(like.slope - slope) * (high - low)
             loose = [float(ball.abs_upper()) for ball in like.image]
             radii = (2.0 * (np.abs(like.centre - centre) + turned + loose)).tolist()
-        image = list(nothing)
+        image = constant
         for _ in range(ROUNDS):
-            reach = [INFLATED * float(ball.abs_upper()) for ball in image]
-            box = tuple(flint.arb(0, r + more) for r, more in zip(reach, radii, strict=True))
+            reach = [
+                INFLATED * float(ball.abs_upper()) + r for ball, r in zip(image, radii, strict=True)
+            ]
+            if not np.isfinite(reach).all():
+                return None
+            box = tuple(flint.arb(0, r) for r in reach)
             _, slopes = self._loads(replace(line, box=box).widest(), friction, state)
             image = []
             for i, row in enumerate(inverse.tolist()):
-                ball = flint.arb(0)
-                for k, y in enumerate(row):
-                    ball -= y * misses[k]
+                ball = constant[i]
                 for j, e in enumerate(box):
                     rest = flint.arb(int(i == j))
                     for k, y in enumerate(row):
-                        rest -= y * slopes[k][j]
+                        rest -= slopes[k][j] * y
                     ball += rest * e
                 image.append(ball)
-            if not all(ball.is_finite() for ball in image):
-                return None
+            shares = [float(ball.abs_upper()) / r for ball, r in zip(image, reach, strict=True)]
             if all(e.contains_interior(ball) for e, ball in zip(box, image, strict=True)):
-                return Cell(low, high, state, middle, centre, slope, box, tuple(image))
+                return Cell(low, high, state, middle, centre, slope, box, tuple(image), max(shares))
+            if not max(shares) < HOPELESS:
+                return None
         return None
 
     def _newton(
@@ -465,11 +536,17 @@ class PadBranch:
     ) -> tuple[Floats, Floats, Floats] | None:
         """An approximate equilibrium, its slope by friction and the inverse of J there."""
         q = guess
-        friction = flint.arb(mu)
+        on = tuple(int(touches) for touches in state)
+        friction = Jet(mu, (0, 0, 0, 1))
+        c = self.model.c._replace(mu=friction)
         for _ in range(12):
-            values, slopes = self._loads(list(map(flint.arb, q.tolist())), friction, state)
-            F = np.array([float(v.mid()) for v in values])
-            J = np.array([[float(v.mid()) for v in row] for row in slopes])
+            jets = [Jet(v, unit) for v, unit in zip(q.tolist(), UNITS, strict=True)]
+            try:
+                loads = net_loads(Doubles, c, self.model.law, tuple(jets), on)
+            except (ArithmeticError, ValueError):
+                return None
+            F = np.array([Jet.of(v).value for v in loads], dtype=float)
+            J = np.array([Jet.of(v).slopes for v in loads], dtype=float)
             if not (np.isfinite(F).all() and np.isfinite(J).all()):
                 return None
             try:
@@ -482,12 +559,18 @@ class PadBranch:
                 break
         return q, -inverse @ J[:, UNKNOWNS], inverse
 
+    def _values(self, places: Sequence[Line], friction: Line, state: State) -> list[Ball]:
+        """Loads (3) in one contact state."""
+        on = tuple(int(touches) for touches in state)
+        c = self._c._replace(mu=friction)
+        loads = net_loads(Functions, c, self.model.law, tuple(places), on)
+        return [_range(v) for v in loads]
+
     def _loads(
         self, places: Sequence[Any], friction: Any, state: State
     ) -> tuple[list[Ball], list[list[Ball]]]:
         """Loads (3) and their slopes (3, 4) by x, y, theta and mu in one contact state."""
-        unit = [tuple(flint.arb(int(i == j)) for j in range(4)) for i in range(4)]
-        x, y, theta, mu = map(Jet, (*places, friction), unit)
+        x, y, theta, mu = map(Jet, (*places, friction), (*UNITS, (0, 0, 0, 1)))
         c = self._c._replace(mu=mu)
         on = tuple(int(touches) for touches in state)
         loads = [Jet.of(v) for v in net_loads(Functions, c, self.model.law, (x, y, theta), on)]

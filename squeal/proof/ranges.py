@@ -98,7 +98,13 @@ def middle_and_radius(ball: Any) -> tuple[float, float]:
 
 
 def prove_gap(
-    provider: Provider, low: float, high: float, unstable: int, growth_below: float
+    provider: Provider,
+    low: float,
+    high: float,
+    unstable: int,
+    growth_below: float,
+    cuts: Sequence[float] = (),
+    most: int = MOST_INTERVALS,
 ) -> Proof:
     """Whether `unstable` roots grow at every value between two, and others by no more than a rate.
 
@@ -116,6 +122,10 @@ def prove_gap(
         How many roots are said to grow.
     growth_below : float
         A rate, 1/s, above 0.
+    cuts : sequence of float
+        Ascending values at which the gap is cut before it is halved.
+    most : int
+        How many intervals are looked at before the answer stays open.
     """
     for end in (low, high):
         systems = provider(end, end)
@@ -124,7 +134,9 @@ def prove_gap(
             if not bounds.least <= unstable <= bounds.most:
                 return _refuted(bounds, unstable, systems[0].data, end)
     narrowest = NARROWEST * max(high - low, abs(low), abs(high))
-    waiting = [(low, high)]
+    edges = [low, *(cut for cut in cuts if low < cut < high), high]
+    waiting = list(itertools.pairwise(edges))[::-1]
+    most += len(waiting)
     looked = 0
     while waiting:
         a, b = waiting.pop()
@@ -141,7 +153,7 @@ def prove_gap(
             if bounds.fast <= unstable <= bounds.not_decaying:
                 continue
             reason = bounds.reason
-        if b - a <= narrowest or looked + len(waiting) >= MOST_INTERVALS:
+        if b - a <= narrowest or looked + len(waiting) >= most:
             return Proof("open", "enclosure", reason=reason, where=middle)
         waiting += [(middle, b), (a, middle)]
     return Proof("proved", "enclosure", growth_below, data)
@@ -199,6 +211,8 @@ def prove_thresholds(
     intervals: Sequence[tuple[float, float]],
     growth_below: float,
     counts: Sequence[int] | None = None,
+    cuts: Sequence[float] = (),
+    most: int = MOST_INTERVALS,
 ) -> Proof:
     """Whether the number of growing roots changes in the printed intervals and nowhere else.
 
@@ -217,6 +231,8 @@ def prove_thresholds(
         A rate, 1/s, above 0.
     counts : sequence of int, optional
         The printed numbers of growing roots in the gaps, one more than there are intervals.
+    cuts, most
+        As `prove_gap` takes them.
     """
     edges = [low, *(end for interval in intervals for end in interval), high]
     if any(b < a for a, b in itertools.pairwise(edges)):
@@ -244,7 +260,7 @@ def prove_thresholds(
         if counts is not None and counts[number] != found[number]:
             words = f"{found[number]} roots grow, not {counts[number]}"
             return Proof("refuted", "enclosure", data=data, reason=words, where=(a + b) / 2.0)
-        proof = prove_gap(provider, a, b, found[number], growth_below)
+        proof = prove_gap(provider, a, b, found[number], growth_below, cuts, most)
         if proof.status != "proved":
             return proof
     return Proof("proved", "enclosure", growth_below, data)

@@ -427,8 +427,13 @@ class Assembly:
             errors = zip(far.tolist(), np.where(steady, 0.0, moved).tolist(), strict=True)
             known = dict(zip(z.tolist(), errors, strict=True))
         known |= {z.conjugate(): error for z, error in known.items()}
-        each = ((e, *known.get(e.value, (None, np.inf))) for e in roots)
-        return tuple(replace(e, error=a, rounding=max(e.rounding, b)) for e, a, b in each)
+        found = []
+        for root in roots:
+            error, moved_by = known.get(root.value, (None, np.inf))
+            unknown_sign = error is not None and moved_by > 0.0 and abs(root.value.real) <= error
+            rounding = max(root.rounding, moved_by)
+            found.append(replace(root, error=error, rounding=rounding, open=unknown_sign))
+        return tuple(found)
 
     def lack(
         self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, at: Mapping[str, float]

@@ -95,7 +95,10 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     U, masses, Wh = np.linalg.svd(M)
     n, r = len(M), rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
     size = divisor(norm_of(K))
-    rate = 2.0 ** np.round(np.log2(size / divisor(masses[0])) / 2)
+    if r == 0 and C is not None:  # the system is of the first order
+        rate = 2.0 ** np.round(np.log2(size / norm_of(C)))
+    else:
+        rate = 2.0 ** np.round(np.log2(size / divisor(masses[0])) / 2)
     M = np.diag(np.where(np.arange(n) < r, masses, 0.0) * (rate**2 / size))
     K, infinite = U.conj().T @ (K / size) @ Wh.conj().T, n - r
     E, F = M, K

@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import importlib.metadata
 import itertools
+import math
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
@@ -62,7 +63,8 @@ class Quadratic:
     @property
     def rate(self) -> float:
         """sqrt(|K| / |M|), an upper scale of the frequencies, rad/s."""
-        return float(np.sqrt(self.norms[2] / self.norms[0]))
+        mass, damping, stiffness = self.norms
+        return stiffness / damping if mass == 0.0 else math.sqrt(stiffness / mass)
 
     def at(self, value: complex) -> Any:
         """P(value), a CSC array; real where both are."""
@@ -124,8 +126,8 @@ class ScaledSystem:
         p = self.system.values(changes)
         M, C, K = self._sums(lambda factor: factor.value(p))
         norms = norm_of(M), norm_of(C), norm_of(K)
-        if not norms[0]:
-            raise MatrixError("M: is zero beside C and K in double precision; a mass is required")
+        if not norms[0] and not norms[1]:
+            raise MatrixError("M: is zero beside K in double precision; M or C must not be")
         if not np.isfinite(norms).all():
             raise MatrixError("M, C and K: all entries must be finite")
         return Quadratic(M, C, K, self.scale, norms)
@@ -164,12 +166,19 @@ def _scale(system: TermSystem, matrices: list[list[Any]]) -> Array:
     mass, damping, stiffness = sizes
     ratio = stiffness / np.where(mass > 0, mass, np.inf)
     ratio = np.sort(ratio[ratio > 0])  # those of a mass that is rounding are the greatest
-    square = float(ratio[(len(ratio) - 1) // 2]) if len(ratio) else 1.0
+    square = float(ratio[(len(ratio) - 1) // 2]) if len(ratio) else _first_order_rate(sizes) ** 2
     diagonal = square * mass + stiffness + np.sqrt(square) * damping
     if not np.all(diagonal > 0):
         row = int(np.argmin(diagonal > 0)) + 1
         raise MatrixError(f"row {row} of M, C and K is empty; every row needs mass or stiffness")
     return np.asarray(2.0 ** -np.round(np.log2(diagonal) / 2))
+
+
+def _first_order_rate(sizes: Array) -> float:
+    """The rate of C q' + K q = 0, from the sizes (3, n) of the diagonals of M, C and K."""
+    _, damping, stiffness = sizes
+    rates = stiffness[damping > 0.0] / damping[damping > 0.0]
+    return float(np.median(rates[rates > 0.0])) if np.any(rates > 0.0) else 1.0
 
 
 @dataclass(frozen=True, eq=False)

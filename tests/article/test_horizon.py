@@ -13,7 +13,7 @@ from squeal.article.figures import horizon as horizon_figure
 from squeal.article.report.tables import horizons as horizon_table
 from squeal.article.studies import _independent
 from squeal.article.studies.extreme import UPRIGHT, bounce_times
-from squeal.article.studies.horizon import Horizon, first_excess, sentences, study
+from squeal.article.studies.horizon import first_excess, sentences, study
 from squeal.io.scene import read_scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.pad import Pad
@@ -117,4 +117,4 @@ def test_a_sentence_falls_where_the_second_method_disagrees(stored):
         dataclasses.replace(run, independent=(0.1 * run.horizon[0], None)) if run.horizon else run
         for run in stored.runs
     )
-    assert not sentences(Horizon(runs))["the-motion-amplifies-the-errors"]
+    assert not sentences(dataclasses.replace(stored, runs=runs))["the-motion-amplifies-the-errors"]

@@ -38,7 +38,7 @@ def test_energy_comes_from_somewhere(energy):
         law = pytest.approx(motion.law, abs=1e-12 * motion.kinetic)
         assert sum(s.fed for s in motion.episodes) == law
     text = energy_figure.draw(energy).alternative
-    assert all(words in text for words in ("B1 (c)", "B2 (c), printed law", "integral law"))
+    assert all(words in text for words in ("B1 (c)", "B2 (c), printed law", "consistent law"))
 
 
 def test_a_law_with_a_potential_that_feeds_energy_in_stops_the_build(energy):

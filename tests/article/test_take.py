@@ -119,6 +119,17 @@ def test_what_is_missing_is_reported_with_what_builds_it(build, tmp_path, capsys
     assert "holds no paper/report.tex" in capsys.readouterr().err
 
 
+def test_what_was_measured_is_taken_as_the_build_drew_it(tmp_path):
+    (tmp_path / "figures").mkdir()
+    (tmp_path / "figures" / "run_times.pdf").write_bytes(b"%PDF of this machine")
+    (tmp_path / "figures" / "run_times.txt").write_text("Times of this machine.\n")
+    taken = take("run_times", tmp_path, tmp_path / "taken")
+    assert {*taken.files} == ALWAYS | {"run_times.pdf", "alternative.txt", "caption.txt"}
+    assert (tmp_path / "taken" / "run_times.pdf").read_bytes() == b"%PDF of this machine"
+    assert (tmp_path / "taken" / "alternative.txt").read_text() == "Times of this machine.\n"
+    assert (tmp_path / "taken" / "command.txt").read_text() == "snakemake figures/run_times.pdf\n"
+
+
 def test_a_damaged_build_is_refused(tmp_path, capsys):
     for name in ("paper/report.tex", "results/b2-c.json", "results/b2-c.csv"):
         (tmp_path / name).parent.mkdir(exist_ok=True)

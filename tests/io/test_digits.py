@@ -5,6 +5,7 @@ Analysis, 1968, sections 5.6 and 11.5), and their frequencies are those of SciPy
 """
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,9 @@ from scipy.linalg import eigh
 
 import squeal
 from squeal.io.digits import written_digits
+from tests.data import free_structures
+
+DATA = Path(free_structures.__file__).parent
 
 NAMES = ("dmig", "fields", "market", "abaqus", "boeing")
 
@@ -141,6 +145,27 @@ def test_free_motions_of_ten_digits_neither_grow_nor_decay(tmp_path, name, form)
     for root, omega in zip(flexible, exact, strict=True):
         assert abs(root.value - 1j * omega) <= 1e-6 * omega
         assert abs(root.value - 1j * omega) <= root.error + 1e-9 * omega
+
+
+@pytest.mark.parametrize("name", free_structures.STRUCTURES)
+def test_free_motions_in_files_that_pynastran_writes(tmp_path, name):
+    make, free = free_structures.STRUCTURES[name]
+    K, M, _ = make()
+    exact = np.sqrt(eigh(K, M, eigvals_only=True, subset_by_index=(free, free + 4)))
+    text = (DATA / f"{name}.bdf").read_text()
+    (tmp_path / "free.bdf").write_text(text)
+    (tmp_path / "free.yaml").write_text(
+        "M: {file: free.bdf, key: MAAX}\nK: {file: free.bdf, key: KAAX}\n"
+    )
+    file = squeal.read_system(tmp_path / "free.yaml")
+    assert {term.digits for term in file.system.terms} == {10}
+    check = squeal.check(file, modes=5)
+    assert (check.free, check.negative) == (free, 0)
+    assert 2 * np.pi * np.array(check.frequencies_hz) == pytest.approx(exact, rel=1e-6)
+    for prove in (False, True):
+        answer = squeal.eigenvalues(file, prove=prove)
+        assert answer.verdict is None
+        assert not answer.unstable
 
 
 def test_bands_of_large_free_structures(tmp_path):

@@ -401,6 +401,39 @@ def test_op2_laid_out_by_hand(tmp_path):
     assert found[1].matrix.toarray().tolist() == [[1 + 0.5j, 0, 2], [0, 0, 0], [0, 0, -1j]]
 
 
+def test_fields_of_structs_of_matlab_have_the_names_that_matlab_gives_them(tmp_path, matrix):
+    K = np.array([[2.0, -1.0], [-1.0, 3.0]])
+    inner = {"C": 1j * K, "note": "text", "parts": np.array([1, "a"], dtype=object)}
+    several = np.zeros((1, 2), dtype=[("K", object)])
+    several[0, 0], several[0, 1] = (K,), (3 * K,)
+    for compressed in (False, True):
+        path = tmp_path / f"{compressed}.mat"
+        model = {"model": {"K": matrix, "in": inner}, "runs": several, "K": 2 * K}
+        savemat(path, model, do_compression=compressed)
+        assert fingerprint(read_matrix(path, "model.K").matrix) == fingerprint(matrix)
+        for key, value in {"model.in.C": 1j * K, "runs(2).K": 3 * K, "K": 2 * K}.items():
+            assert np.array_equal(read_matrix(path, key).matrix.toarray(), value)
+        with pytest.raises(InputError, match=r"holds K, model.K, model.in.C, runs\(1\).K"):
+            read_matrix(path, "M")
+
+
+def test_fields_of_structs_of_matlab_7_3(tmp_path):
+    h5py = pytest.importorskip("h5py")
+    K = np.array([[2.0, -1.0], [-3.0, 3.0]])
+    with h5py.File(tmp_path / "s.mat", "w", userblock_size=512) as file:
+        model = file.create_group("model")
+        model.attrs["MATLAB_class"] = np.bytes_("struct")
+        model["K"] = K.T
+        model.create_dataset("parts", (1, 2), dtype=h5py.ref_dtype)
+        file.create_group("#refs#")["a"] = K
+        model["itself"] = model
+    with (tmp_path / "s.mat").open("r+b") as stream:
+        stream.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+    assert np.array_equal(read_matrix(tmp_path / "s.mat", "model.K").matrix.toarray(), K)
+    with pytest.raises(InputError, match="holds no matrix a"):
+        read_matrix(tmp_path / "s.mat", "a")
+
+
 def test_sparse_matrices_of_matlab_7_3(tmp_path, matrix):
     h5py = pytest.importorskip("h5py")
     with h5py.File(tmp_path / "K.mat", "w", userblock_size=512) as file:

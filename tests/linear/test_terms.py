@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
+import squeal
 from squeal.errors import InputError
 from squeal.linear import complex_eigenvalues, thresholds
 from squeal.linear.matrices import dense, is_sparse
@@ -89,6 +90,35 @@ def test_friction_of_another_name_is_known_by_its_unsymmetric_matrices():
         K = (Term(K0), Term(matrix, Formula(name)))
         system = TermSystem((Term(M),), (), K, {name: 0.5}, name)
         assert structure_stiffness(system)[1] == terms
+
+
+def _condensed(K, count):
+    """The stiffness of the first rows where the others have no mass."""
+    inner = np.linalg.solve(K[count:, count:], K[count:, :count])
+    return K[:count, :count] - K[:count, count:] @ inner
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("heavy", [1, 2, 4])
+@pytest.mark.parametrize("free", [False, True])
+def test_modal_ratios_where_some_rows_have_no_mass(heavy, turned, free):
+    random = np.random.default_rng(heavy)
+    A = random.normal(size=(5, 5))
+    if free:  # a free motion, of all rows together
+        A = A - A.mean(axis=1, keepdims=True)
+    K, M = A.T @ A, np.diag([*np.arange(1.0, heavy + 1), *[0.0] * (5 - heavy)])
+    squares = np.linalg.eigvals(np.linalg.solve(M[:heavy, :heavy], _condensed(K, heavy))).real
+    omega = np.sqrt(np.maximum(np.sort(squares), 0.0))
+    Q = np.linalg.qr(random.normal(size=(5, 5)))[0] if turned else np.eye(5)
+    system = TermSystem((Term(Q.T @ M @ Q),), (), (Term(Q.T @ K @ Q),))
+    M_turned, C, K_turned = damped(system, ratios=0.1)[0].at()
+    values = squeal.eigenvalues(squeal.System(M_turned, C=C, K=K_turned)).values
+    wanted = [w * complex(-0.1, 0.99**0.5) for w in omega if w > 1e-6]
+    assert np.count_nonzero(abs(values) > 1e-6) == 2 * len(wanted)
+    for z in wanted:
+        assert min(abs(values - z)) < 1e-9 * abs(z)
+    with pytest.raises(InputError, match=f"of {heavy} modes are not allowed"):
+        damped(system, ratios=[0.1] * (heavy + 1))
 
 
 def test_modal_ratios_are_the_damping_ratios():

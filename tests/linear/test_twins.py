@@ -1,10 +1,9 @@
-"""Thresholds of nearly equal parts are told apart; families of known answers contradict none."""
+"""Thresholds of nearly equal parts are told apart."""
 
 import numpy as np
 import pytest
 
 import squeal
-from benchmarks.refute import FAMILIES, judged
 
 
 def beside(pads, apart, rest):
@@ -71,12 +70,3 @@ def test_a_dip_within_a_step_is_seen_or_nothing_is_certified(part):
     found = squeal.thresholds(system, 2.0)
     exact = [0.7312 - half, 0.7312 + half]
     assert [c.mu for c in found.crossings] == pytest.approx(exact, rel=1e-9)
-
-
-@pytest.mark.parametrize("family", FAMILIES)
-def test_no_answer_contradicts_what_is_known_by_construction(family):
-    number = list(FAMILIES).index(family)
-    for k in range(6):
-        case = FAMILIES[family](np.random.default_rng([7, number, k]), 12)
-        outcome, said = judged(case)
-        assert outcome in ("right", "open"), said

@@ -154,10 +154,48 @@ def gyroscopic(n: int, rng: np.random.Generator) -> Known:
     return Known("gyroscopic", M, C, K, np.array(roots), growing, True)
 
 
+def cascade(n: int, rng: np.random.Generator) -> Known:
+    """Friction contacts in pairs of rows, each of which acts on the next ones alone.
+
+    A pair has the squares a +- i b of s^2 + c s and grows for b^2 > c^2 a; b is 0.9 or 1.1 of that
+    limit, or less.
+    """
+    n += n % 2
+    c = int(UNIT * 10 ** rng.uniform(-4, -1))
+    stiff = [[0] * n for _ in range(n)]
+    roots: list[complex] = []
+    growing = 0
+    for i in range(0, n, 2):
+        k, h = (int(v) for v in rng.integers(UNIT - UNIT // 100, UNIT + UNIT // 100, 2))
+        limit = c / UNIT * math.sqrt((k + h) / UNIT / 2)
+        share = 1.1 if rng.random() < 0.6 / n else rng.choice([0.9, rng.uniform(0.0, 0.9)])
+        m = max(int(UNIT * math.hypot((k - h) / UNIT / 2, share * limit)), 1)
+        stiff[i][i : i + 2] = [k, m]
+        stiff[i + 1][i : i + 2] = [-m, h]
+        for j in range(i):
+            stiff[j][i : i + 2] = [int(v) for v in rng.integers(-UNIT, UNIT, 2)]
+        a = Fraction(k + h, 2 * UNIT)
+        square = Fraction(m, UNIT) ** 2 - Fraction(k - h, 2 * UNIT) ** 2  # of b
+        if square <= 0:
+            raise ValueError("two roots meet")
+        growing += 2 if square > Fraction(c, UNIT) ** 2 * a else 0
+        width = math.sqrt(square)
+        for sign in (1.0, -1.0):
+            far = np.sqrt(complex(float(Fraction(c, UNIT) ** 2 / 4 - a), sign * width))
+            roots += [complex(-c / UNIT / 2.0) + far, complex(-c / UNIT / 2.0) - far]
+    one = [[UNIT * int(i == j) for j in range(n)] for i in range(n)]
+    damping = [[c * int(i == j) for j in range(n)] for i in range(n)]
+    order = rng.permutation(n)
+    M, C, K = (doubles(X)[np.ix_(order, order)] for X in (one, damping, stiff))
+    return Known("cascade", M, C, K, np.array(roots), growing, False)
+
+
 def sample(family: str, n: int, damped: bool, rng: np.random.Generator) -> Known:
     """A random system of a family, n rows."""
     if family == "gyroscopic":
         return gyroscopic(n, rng)
+    if family == "cascade":
+        return cascade(n, rng)
     stiffness = [int(v) for v in rng.integers(UNIT // 2, 8 * UNIT, n)]
     coupling = []
     steps = 2 * n
@@ -206,5 +244,5 @@ def sample(family: str, n: int, damped: bool, rng: np.random.Generator) -> Known
 
 FAMILIES = (
     "plain", "twins", "jordan", "triangle", "bidiagonal", "decades", "free", "divergent",
-    "modal", "gyroscopic",
+    "modal", "gyroscopic", "cascade",
 )  # fmt: skip

@@ -240,3 +240,27 @@ def test_enclosures_of_many_rows_are_sharp():
     assert isinstance(pieces, list)
     assert sum(piece.count for piece in pieces) == 2 * n
     assert max(radius for piece in pieces for radius in piece.radii) < 1e-9
+
+
+@pytest.mark.parametrize(
+    "K",
+    [
+        np.array([[2**53 + 1, 2**53], [2**53 + 2, 2**53 + 1]]),  # determinant 1, of doubles < 0
+        np.array([[1.0 - np.longdouble(2) ** -60, 1.0], [1.0, 1.0]]),  # determinant < 0, 0
+        np.array([[2**64 - 1, 0], [0, 1]], dtype=np.uint64),
+    ],
+)
+def test_entries_that_no_double_holds_are_refused(K):
+    if K.dtype.kind == "f" and K.dtype.itemsize == 8:
+        pytest.skip("the longest float is a double here")
+    with pytest.raises(ValueError, match="more digits than a double"):
+        Quadratic.of(np.eye(2), None, K)
+
+
+@pytest.mark.parametrize("kind", [bool, np.int8, np.int64, np.uint64, np.float16, np.float32])
+def test_entries_of_any_type_and_order_are_the_same_numbers(kind):
+    A = np.array([[3, 1, 0], [0, 2, 1], [1, 0, 4]]).astype(kind)
+    same = Quadratic.of(np.eye(3), None, A.astype(float))
+    strided = A.repeat(2, 0).repeat(2, 1)[::2, ::2]
+    for X in (A, np.asfortranarray(A), strided, A[::-1, ::-1]):
+        assert unstable_count(Quadratic.of(np.eye(3), None, X)) == unstable_count(same)

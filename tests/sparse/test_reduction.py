@@ -75,9 +75,9 @@ def test_a_region_without_roots_has_the_basis_of_those_around(scaled):
     assert np.allclose(np.sort_complex(near), np.sort_complex(exact), rtol=1e-8)
 
 
-def test_a_mass_that_a_parameter_takes_away_is_refused():
+def test_a_mass_that_a_parameter_takes_away_is_refused_where_nothing_damps():
     mass = (Term(BRAKE.M[0].matrix, Formula("share")),)
-    scaled = ScaledSystem(TermSystem(mass, BRAKE.C, BRAKE.K, {"mu": 0.3, "share": 1.0}))
+    scaled = ScaledSystem(TermSystem(mass, (), BRAKE.K, {"mu": 0.3, "share": 1.0}))
     assert scaled.at({"share": 0.5}).n == BRAKE.n
     with pytest.raises(InputError, match="M: is zero"):
         scaled.at({"share": 0.0})

@@ -8,7 +8,7 @@ import zipfile
 
 import pytest
 
-from squeal.article.contents import FIGURES, RESULTS
+from squeal.article.contents import FIGURES, RESULTS, figure_files
 from tests.conftest import ROOT
 from workflow.release import codecheck, gather, pack, verify
 
@@ -62,6 +62,7 @@ def outputs(tmp_path, monkeypatch):
     """A repository in which everything is built, by name only."""
     monkeypatch.setattr(gather, "ROOT", tmp_path)
     names = [*verify.built(), *codecheck.manifest(), "docs/_build/html/index.html"]
+    names += [file for name in FIGURES for file in figure_files(name)]
     names += ["dist/squeal-0-py3-none-any.whl", "dist/squeal-0.tar.gz"]
     fill(tmp_path, [*names, "docs/_build/html/.doctrees/index.doctree"])
     return tmp_path

@@ -11,8 +11,12 @@ from collections import Counter
 import pytest
 
 from squeal.article.cases import CASES, HISTORY_FIGURES
-from squeal.article.contents import FIGURES, RESULTS, STUDIES, TABLES
+from squeal.article.contents import FIGURES, REPRODUCIBLE, RESULTS, STUDIES, TABLES, figure_files
+from squeal.article.report.captions import captions
+from squeal.article.report.taking import names, take
+from squeal.errors import InputError
 from tests.conftest import ROOT
+from workflow.release import codecheck
 
 RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
 
@@ -26,13 +30,18 @@ def snakemake(folder, *arguments):
 
 def jobs(folder, *arguments):
     """Rules of the jobs of a dry run with their first output files."""
+    return [(rule, outputs[0] if outputs else "") for rule, outputs in planned(folder, *arguments)]
+
+
+def planned(folder, *arguments):
+    """Rules of the jobs of a dry run with all their output files."""
     text = snakemake(folder, "--dry-run", *arguments)
     assert "Building DAG" in text, text
     pairs = re.findall(r"^(?:local)?rule (\w+):\n(.*?)\n\n?(?=\[|Job|\Z)", text, re.M | re.S)
     found = []
     for rule, body in pairs:
         output = re.search(r"^    output: (.*)$", body, re.M)
-        found.append((rule, output[1].split(", ")[0] if output else ""))
+        found.append((rule, output[1].split(", ") if output else []))
     assert found or "Nothing to be done" in text, text
     return found
 
@@ -52,9 +61,8 @@ def built(tmp_path_factory):
     for file in folder.rglob("*"):
         os.utime(file, (past, past))
     outputs = [*RESULTS, *(f"results/{stem}.csv" for stem in HISTORY_FIGURES)]
-    outputs += [f"figures/{figure}.{kind}" for figure in FIGURES for kind in ("pdf", "txt")]
+    outputs += [file for name in FIGURES for file in figure_files(name)]
     outputs += [f"paper/generated/{name}.tex" for name in ("values", "captions", *TABLES)]
-    outputs += ["figures/run_times.pdf", "figures/run_times.txt"]
     for name in outputs:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / name).touch()
@@ -87,7 +95,35 @@ def test_everything_runs_once():
     found = Counter(rule for rule, _ in jobs(ROOT, "--forceall", "everything_but_pdf", "shown"))
     assert found["simulate"] == len(HISTORY_FIGURES) == 2 * len(CASES)
     assert found["study"] == len(STUDIES)
-    assert found["figure"] == found["picture"] == len(FIGURES)
+    assert found["figure"] == found["picture"] == len(REPRODUCIBLE)
+
+
+@pytest.fixture(scope="module")
+def outputs():
+    """All files that a whole build makes."""
+    return {file for _, files in planned(ROOT, "--forceall", "all") for file in files}
+
+
+def test_a_build_makes_what_codecheck_names(outputs):
+    named = codecheck.manifest()
+    assert len(named) == len(set(named)) == len(captions()) + 2
+    assert set(named) <= outputs
+
+
+def test_whatever_take_lists_is_taken_from_what_a_build_makes(outputs, tmp_path):
+    """From an empty build it asks for the files that it reads, by name."""
+    for file in (ROOT / "workflow/scenes").glob("*.yaml"):  # of which there is no build
+        (tmp_path / "workflow/scenes").mkdir(parents=True, exist_ok=True)
+        shutil.copy(file, tmp_path / "workflow/scenes")
+    alone = set()
+    for name in names():
+        try:
+            take(name, tmp_path, tmp_path / f"taken-{name}")
+            alone.add(name)
+        except InputError as error:
+            lacking, _, _ = str(error).partition(": not built yet")
+            assert set(lacking.split(", ")) <= outputs, name
+    assert alone == {"fig01", "fig02", "fig03", "fig08"}  # from scenes and charts
 
 
 def test_one_figure_runs_one_scene():
@@ -114,6 +150,7 @@ def pdf(*names):
         ),
         ("workflow/scenes/b3.yaml", {"results/quasi_static.json", *pdf("fig13")}, pdf("fig04")),
         ("requirements/environment.txt", {*RESULTS, *pdf(*FIGURES)}, set()),
+        ("benchmarks/precision.py", pdf("run_times"), {*RESULTS, *pdf(*REPRODUCIBLE)}),
     ],
 )
 def test_a_change_reruns_what_depends_on_it_and_nothing_else(rerun, changed, made, left):

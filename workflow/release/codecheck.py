@@ -12,7 +12,7 @@ from typing import Any
 
 import yaml
 
-from squeal.article.contents import FIGURES, RUN_TIMES
+from squeal.article.contents import FIGURES, report_file
 from squeal.article.report.captions import captions, title
 from squeal.article.report.numbering import PREFIXES, numbers
 from squeal.article.report.source import ANNOUNCED
@@ -37,11 +37,9 @@ def text() -> str:
     texts = {name: (ROOT / "paper" / name).read_text(encoding="utf-8") for name in PREFIXES}
     known = numbers(texts)
     for name, text in captions().items():
-        drawn = name in FIGURES or name == RUN_TIMES
-        file = f"figures/{name}.pdf" if drawn else f"paper/generated/{name}.tex"
-        kind = "Figure" if drawn else "Table"
+        kind = "Figure" if name in FIGURES else "Table"
         number = f"{kind} {known[name]}. " if name in known else ""
-        entries.append({"file": file, "comment": f"{number}{title(text)}"})
+        entries.append({"file": report_file(name), "comment": f"{number}{title(text)}"})
     found = {
         "version": "https://codecheck.org.uk/spec/config/1.0/",
         "paper": {

@@ -12,6 +12,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from squeal.article.contents import FIGURES, figure_files
 from workflow.release import verify
 from workflow.release.pack import repack
 
@@ -35,7 +36,8 @@ def built() -> Iterator[tuple[Path, Path]]:
 
     Raises FileNotFoundError with the target that builds what is missing.
     """
-    for file in map(Path, verify.built()):
+    drawn = [file for name in FIGURES for file in figure_files(name)]
+    for file in map(Path, dict.fromkeys([*verify.built(), *drawn])):
         if not (ROOT / file).is_file():
             raise FileNotFoundError(f"{file} is missing: make report")
         yield file, file

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from squeal.article.cases import HISTORY_FIGURES
-from squeal.article.contents import FIGURES, RESULTS, TABLES
+from squeal.article.contents import REPRODUCIBLE, RESULTS, TABLES, figure_files
 from squeal.article.report import printed
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -42,11 +42,11 @@ ROUNDING = 1e-9  # magnitudes below are errors and residuals, which each machine
 
 
 def built() -> list[str]:
-    """The files that a whole build leaves."""
+    """The files of a whole build that each build makes alike."""
     return [
         *RESULTS,
         *(f"results/{scene}.csv" for scene in HISTORY_FIGURES),
-        *(f"figures/{name}.{kind}" for name in FIGURES for kind in ("pdf", "txt")),
+        *(file for name in REPRODUCIBLE for file in figure_files(name)),
         *(f"paper/generated/{name}.tex" for name in ("values", "captions", *TABLES)),
         *PDFS,
     ]

@@ -1,13 +1,13 @@
 # written before Snakemake looks which files there are
 FIGURE_SOURCES = {
     name: sources_file("squeal.article.figures.__main__", f"squeal.article.figures.{figure.module}")
-    for name, figure in FIGURES.items()
+    for name, figure in REPRODUCIBLE.items()
 }
 
 
 rule figure:
     input:
-        files=lambda wildcards: FIGURES[wildcards.figure].reads,
+        files=lambda wildcards: REPRODUCIBLE[wildcards.figure].reads,
         lock=LOCK,
         package=lambda wildcards: FIGURE_SOURCES[wildcards.figure],
     output:
@@ -16,10 +16,10 @@ rule figure:
     log:
         "logs/figure/{figure}.log",
     wildcard_constraints:
-        figure="|".join(FIGURES),
+        figure="|".join(REPRODUCIBLE),
     params:
-        module=lambda wildcards: FIGURES[wildcards.figure].module,
-        arguments=lambda wildcards: FIGURES[wildcards.figure].arguments,
+        module=lambda wildcards: REPRODUCIBLE[wildcards.figure].module,
+        arguments=lambda wildcards: REPRODUCIBLE[wildcards.figure].arguments,
     shell:
         "python -m workflow.processes "
         "squeal.article.figures {params.module} {params.arguments} "
@@ -37,5 +37,6 @@ rule run_times:
         text="figures/run_times.txt",
     log:
         "logs/run_times.log",
+    priority: 40  # seconds, as those of the studies
     shell:
         "python -m workflow.processes " "benchmarks.precision {output.pdf} --quick > {log} 2>&1"

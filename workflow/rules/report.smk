@@ -1,4 +1,4 @@
-DRAWN = expand("figures/{figure}.{kind}", figure=FIGURES, kind=["pdf", "txt"])
+DRAWN = [file for name in FIGURES for file in figure_files(name)]
 GENERATED = "paper/generated"
 TEXTS = ["report", "supplement"]
 OWN = [
@@ -27,7 +27,6 @@ rule text:
 rule everything_but_pdf:
     input:
         DRAWN,
-        "figures/run_times.pdf",
         rules.text.output,
 
 
@@ -35,7 +34,6 @@ rule paper:
     input:
         "squeal/article/report/references.bib",
         "paper/preamble.tex",
-        "figures/run_times.pdf",
         DRAWN,
         rules.text.output,
         text="paper/{text}.tex",

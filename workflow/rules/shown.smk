@@ -8,7 +8,7 @@ if "--report" in sys.argv:
 
 rule picture:
     input:
-        files=lambda wildcards: FIGURES[wildcards.name].reads,
+        files=lambda wildcards: REPRODUCIBLE[wildcards.name].reads,
         lock=LOCK,
         package=lambda wildcards: FIGURE_SOURCES[wildcards.name],
     output:
@@ -21,10 +21,10 @@ rule picture:
     log:
         "logs/picture/{name}.log",
     wildcard_constraints:
-        name="|".join(FIGURES),
+        name="|".join(REPRODUCIBLE),
     params:
-        module=lambda wildcards: FIGURES[wildcards.name].module,
-        arguments=lambda wildcards: FIGURES[wildcards.name].arguments,
+        module=lambda wildcards: REPRODUCIBLE[wildcards.name].module,
+        arguments=lambda wildcards: REPRODUCIBLE[wildcards.name].arguments,
     shell:
         "python -m workflow.processes "
         "squeal.article.figures {params.module} {params.arguments} --out {output} 2> {log}"
@@ -32,4 +32,4 @@ rule picture:
 
 rule shown:
     input:
-        expand("figures/{name}.svg", name=FIGURES),
+        expand("figures/{name}.svg", name=REPRODUCIBLE),

@@ -99,7 +99,10 @@ def computed(study: str, there: Surroundings, folder: Path) -> Path:
     if there.compiled:
         program = ["-m", __spec__.name, "--compiled-otherwise"]
     base = changed_scenes(folder) if there.changed else ROOT
-    files = [str(base / file) for file in STUDIES[study]]
+    files = []
+    for name in STUDIES[study]:
+        of_scene = SCENES in Path(name).parents  # stored computations are read as they are
+        files.append(str((base if of_scene else ROOT) / name))
     result = folder / f"{study}.json"
     with result.open("w", encoding="utf-8") as stream:
         subprocess.run(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from squeal.analysis.answers import OPEN, Sweep, Thresholds
 from squeal.analysis.systems.roots import Known, Wanted, is_small, system_roots
@@ -73,7 +74,17 @@ def thresholds_as_known(file: SystemFile, wanted: Wanted, answer: Thresholds) ->
         return answer
     details = {**answer.details, "doubts": [*(answer.details.get("doubts") or []), *doubts]}
     verdict = None if reason else answer.verdict
-    return replace(answer, certified=False, verdict=verdict, details=details)
+    proof = None
+    if answer.proof is not None:
+        proof = {
+            **answer.proof,
+            "status": "open",
+            "growth_below": None,
+            "reason": "; ".join(doubts),
+        }
+    line = f"{OPEN}{'; '.join(doubts)}" if proof else ""
+    more: Any = {"details": details, "proof": proof, "proof_line": line}
+    return replace(answer, certified=False, verdict=verdict, **more)
 
 
 def sweep_as_known(file: SystemFile, wanted: Wanted, answer: Sweep) -> Sweep:

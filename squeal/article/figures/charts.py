@@ -113,5 +113,6 @@ def draw(model: str) -> Drawing:
 
 CAPTIONS = {
     "fig03": "Model B1: contact states and their transitions. Dashed: two conditions at once.",
-    "fig08": "Model B2: contact states. FC, full contact; PC, partial contact; SS, separation.",
+    "fig08": r"Model B2: contact states. FC, full contact; PC, partial contact, of the leading "
+    r"(PC$_l$) or the trailing edge (PC$_t$); SS, separation.",
 }

@@ -17,6 +17,7 @@ from squeal.article.studies.coexistence import (
     Point,
     floor_at,
     height_at,
+    inside,
 )
 from squeal.plots.style import DOUBLE, Drawing, blank, origin, style
 
@@ -39,14 +40,15 @@ WORDS = {
     "period doubling": "cycle doubles its period",
     "grazing": "an edge grazes",
 }
-HALO = [withStroke(linewidth=2.0, foreground="w")]
+HALO = [withStroke(linewidth=2.4, foreground="w")]
 FINE = 300
-CAPTION = r"""Where a lasting loss of contact coexists with stable sliding in case (d) (orange),
-over modal damping $\zeta$ and contact damping $a$ of Hunt and Crossley's law (top, reference
-friction), and over friction at $a = {}$\val[2]{coexistence.a_over_friction}\,s/m (bottom; dotted:
-reference friction). Grey: sliding is unstable. Numbers: least disturbance found that leads from
-sliding to the loss of contact, in micrometres; crosses: none was found. In (c) the motions outside
-the orange strip are not periodic."""
+CAPTION = r"""Where a stable cycle that loses contact coexists with stable sliding in case (d)
+(orange), over modal damping $\zeta$ and contact damping $a$ of Hunt and Crossley's law (top,
+reference friction), and over friction at $a = {}$\val[2]{coexistence.a_over_friction}\,s/m (bottom;
+dotted: reference friction). White: we followed no such cycle; grey: sliding is unstable. Two folds
+in one panel are those of two cycles. Numbers: least disturbance found that leads from sliding to a
+lasting loss of contact, in micrometres. Under the printed law longer cycles and irregular motions
+lose contact at low damping, and some motions outrun the surface; neither are counted."""
 
 
 def _interpolated(points: Sequence[Point], over: str, at: np.ndarray) -> np.ndarray:
@@ -84,18 +86,15 @@ def _number(axes: Axes, margin: Margin, record: Coexistence) -> None:
     at_left = margin.a == record.a_range[0]
     at_bottom = margin.zeta == record.zeta_range[0]
     place = 1.07 * margin.a if at_left else margin.a
-    if margin.micrometres is None:
-        axes.plot(place, margin.zeta, "x", color="k", ms=2.5, mew=0.6)
-    else:
-        axes.text(
-            place,
-            1.05 * margin.zeta if at_bottom else margin.zeta,
-            f"{margin.micrometres:.2g}",
-            ha="left" if at_left else "center",
-            va="bottom" if at_bottom else "center",
-            fontsize=7,
-            path_effects=HALO,
-        )
+    axes.text(
+        place,
+        1.05 * margin.zeta if at_bottom else margin.zeta,
+        f"{margin.micrometres:.2g}",
+        ha="left" if at_left else "center",
+        va="bottom" if at_bottom else "center",
+        fontsize=6.5,
+        path_effects=HALO,
+    )
 
 
 def draw(record: Coexistence) -> Drawing:
@@ -106,14 +105,15 @@ def draw(record: Coexistence) -> Drawing:
     low, high = record.zeta_range
     kinds = dict.fromkeys(curve.kind for one in record.motions.values() for curve in one.boundaries)
     with style():
-        figure = Figure(figsize=(DOUBLE, 4.8))
+        figure = Figure(figsize=(DOUBLE, 4.4))
         panels = figure.subplots(2, len(TITLES), sharey=True)
         for column, (name, words) in enumerate(TITLES.items()):
             one = record.motions[name]
             top, bottom = panels[0, column], panels[1, column]
             _regions(top, one, "a", np.geomspace(*record.a_range, FINE), low, high)
             for margin in one.margins:
-                _number(top, margin, record)
+                if inside(one, margin) and margin.micrometres is not None:
+                    _number(top, margin, record)
             top.set_xscale("log")
             top.set_xlim(*record.a_range)
             top.set_title(f"({'abc'[column]}) {words}", loc="left", pad=3.0)
@@ -121,7 +121,7 @@ def draw(record: Coexistence) -> Drawing:
             _regions(bottom, one, "mu", np.linspace(*record.mu_range, FINE), low, high)
             bottom.axvline(one.sliding[0].mu, color="k", lw=0.6, ls=":")
             bottom.set_xlim(*record.mu_range)
-            bottom.set_title(f"({'def'[column]})", loc="left", pad=3.0)
+            bottom.set_title(f"({'def'[column]}) {words}", loc="left", pad=3.0)
             bottom.set_xlabel(r"friction $\mu$")
         for axes in panels[:, 0]:
             axes.set_yscale("log")

@@ -22,10 +22,11 @@ EDGES: dict[str, dict[str, Any]] = {
 }
 """Forces at the edges of B1, beside their sum."""
 SHIFTS = {"trailing": 2.0, "leading": -27.0}  # of their labels, clear of the other curves
-CAPTION = r"""Periodic motions over friction under modal damping: peak of the whole contact
-force, the sum of both edges. The damping ratio is \val[p1]{onset.ratio}. Solid: stable; dashed:
-unstable. On points: peaks of the force at the trailing (thin) and at the leading edge (dotted) too,
-which do not occur at once. Bar below: the sliding equilibrium is stable (grey) or flutters (black).
+CAPTION = r"""Periodic motions over friction under modal damping: peak of the whole contact force,
+the sum of both edges. The damping ratio is \val[p1]{onset.ratio}. Solid: stable; dashed: unstable.
+On points: peaks of the force at the trailing (thin) and at the leading edge (dotted) too, which do
+not occur at once; on the unstable branch of (a) the sum is greatest when the trailing edge is, and
+the two curves coincide. Bar below: the sliding equilibrium is stable (grey) or flutters (black).
 Ring: the friction of the reference set. The curve of (c) begins where contact begins to change, and
 ends where the lower face becomes as fast as the surface."""
 

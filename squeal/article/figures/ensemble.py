@@ -11,7 +11,7 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 SHOWN = {
     "restless": "no motion settles",
-    "permanent_some": "small release: points stay in contact",
+    "permanent_some": "small release: points stay on in some case",
     "two_alike": "two like points lose it as long as the line",
     "points_longer": "points lose contact longer",
     "line_longer_all_edges": "the line longer, counting all edges",
@@ -80,7 +80,8 @@ def _statements(axes: Axes, record: Ensemble) -> None:
     axes.set_xticks([0, 4, 8, 12, 16])
     axes.set_xlabel("statements satisfied")
     axes.set_ylabel("share of sets")
-    axes.legend(loc="upper left", handlelength=1.2)
+    axes.set_ylim(0.0, 0.42)
+    axes.legend(loc="upper right", handlelength=1.2)
 
 
 def ensemble_figure(record: Ensemble, reference: ParameterSet) -> Figure:

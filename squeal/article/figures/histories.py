@@ -42,7 +42,7 @@ def drawing(run: Run) -> Drawing:
 _FORCES = {
     "B1": "contact force over the brake force $F_n$ at (a) the leading and (b) the trailing edge",
     "B2": "(a) normal reaction over the brake force $F_n$ and (b) its position over the half "
-    "length, negative towards the leading edge",
+    "width, negative towards the leading edge",
 }
 
 

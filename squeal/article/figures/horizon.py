@@ -9,9 +9,9 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 CAPTION = r"""How far ahead stiff contact can be computed. (a) Relative error against quad
 precision, line contact \val[n]{horizon.example} times as stiff as a support: the default path in
 doubles, the second method in doubles, and quad precision from a start that is off by $10^{-15}$;
-the dotted line grows by the Lyapunov exponent. (b) Points, (c) line: time at which the error
-passes $10^{-9}$, in support periods, over the contact stiffness; dashed: the time in which the
-exponent takes $10^{-16}$ to $10^{-9}$. Arrows: no such error within ten periods."""
+the dotted line grows by the Lyapunov exponent. (b) Points, (c) line: time at which the error passes
+$10^{-9}$, in support periods, over the contact stiffness; dashed: the time in which the exponent
+takes $10^{-16}$ to $10^{-9}$. Arrows from ten periods upwards: no such error until then."""
 KINDS = {
     "double": ("#C8380E", "o", "-", "doubles"),
     "independent": ("#3498DB", "^", "--", "second method, doubles"),
@@ -62,7 +62,12 @@ def _horizons(axes: Axes, runs: tuple[Run, ...], title: str) -> None:
             if at is not None:
                 axes.plot(run.stiffness, at, mark, color=colour, mfc="white", ms=4, mew=0.9)
             elif kind == "double" and run.window >= TOP:
-                axes.plot(run.stiffness, TOP, "^", color="k", ms=3.5, mew=0.0)
+                axes.annotate(
+                    "",
+                    (run.stiffness, 2.2 * TOP),
+                    (run.stiffness, TOP),
+                    arrowprops={"arrowstyle": "->", "lw": 0.8, "shrinkA": 0, "shrinkB": 0},
+                )
         axes.plot([], [], mark, color=colour, mfc="white", ms=4, mew=0.9, label=label)
     axes.set(xscale="log", yscale="log", xlim=(0.3, 3e8), ylim=(1e-2, 40.0))
     axes.set_xticks([10.0**n for n in range(0, 9, 2)])
@@ -76,7 +81,7 @@ def draw(record: Horizon) -> Drawing:
     """The figure, ready to be saved."""
     example = next(run for run in record.with_model("B2") if run.stiffness == record.example)
     with style():
-        figure = Figure(figsize=(DOUBLE, 2.75))
+        figure = Figure(figsize=(DOUBLE, 2.6))
         left, middle, right = figure.subplots(1, 3)
         _curves(left, example)
         _horizons(middle, record.with_model("B1"), "(b) B1")

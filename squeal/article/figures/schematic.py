@@ -16,10 +16,11 @@ from squeal.plots.style import DOUBLE, Drawing, origin, style
 
 ON, OFF = "#C8380E", "white"
 HALF, HIGH = 0.55, 0.32  # half width and half height of the drawn pad
-CAPTION = r"""Both models of contact, and the result for the reference set in the four cases of
-spring directions, each on points (left) and on the line (right). Filled: yes. Only edges count that
-touch in steady sliding. Rows 1 to 4: undamped, the first three from the reference initial
-conditions. Row 5: under modal damping of \val[p1]{onset.ratio}, from some initial conditions."""
+CAPTION = r"""Both models of contact, and the result for the reference set, one of four fitted sets,
+in the four cases of spring directions. Filled: yes. Only edges count that touch in steady sliding.
+Rows 1 to 4: undamped, the first three from the reference initial conditions; flutters: a mode about
+steady sliding grows. Row 5: modal damping of \val[p1]{onset.ratio}, some initial conditions, the
+line with the energy-consistent law."""
 
 
 def _pad(axes: Axes, alpha1: float, alpha2: float) -> None:

@@ -118,7 +118,7 @@ def partial_contact_energy(pad: Pad) -> Measured:
     return Measured(
         {"mean": mean / energy, "integral": integral / energy},
         f"On one closed path in partial contact with mu = 0 the printed law does the work "
-        f"{mean / energy:+.3g} times the greatest contact energy of the path, the integral law "
+        f"{mean / energy:+.3g} times the greatest contact energy of the path, the consistent law "
         f"less than {bound(integral / energy)}.",
     )
 

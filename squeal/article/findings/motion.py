@@ -122,7 +122,7 @@ def fed_by_the_law(study: Study) -> Measured:
     scene = study.b2["c"]
     path = partial_contact_energy(scene.pad)
     numbers, text = dict(path.numbers), path.outcome
-    laws: dict[LineForce, str] = {"mean": "the printed law", "integral": "the integral law"}
+    laws: dict[LineForce, str] = {"mean": "the printed law", "integral": "the consistent law"}
     for law, words in laws.items():
         varied = dataclasses.replace(scene.formulation, line_force=law)
         try:

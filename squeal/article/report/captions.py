@@ -10,7 +10,7 @@ from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 
-from squeal.article.contents import FIGURES, RUN_TIMES
+from squeal.article.contents import FIGURES
 from squeal.article.report.plain import plain
 from squeal.article.report.values import filled, read
 
@@ -30,7 +30,6 @@ def captions() -> dict[str, str]:
         module = drawing[figure.module]
         several = getattr(module, "CAPTIONS", {})
         texts[name] = several.get(name, getattr(module, "CAPTION", ""))
-    texts[RUN_TIMES] = drawing["work"].CAPTIONS[RUN_TIMES]
     for name, module in modules("squeal.article.report.tables").items():
         if name in texts:
             raise ValueError(f"{name}: a figure and a table; each needs a name of its own")

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from squeal import __version__
-from squeal.article.contents import FIGURES, RESULTS, result_file
+from squeal.article.contents import FIGURES, RESULTS, figure_files, report_file, result_file
 from squeal.article.records import call, from_dict
 from squeal.article.report.bibliography import behind, references
 from squeal.article.report.captions import captions, title
@@ -25,6 +25,8 @@ from squeal.io.writing import to_json, write_csv, write_text, write_whole
 
 ORIGIN = "origin.json"
 """The file that marks a folder as one of ours."""
+DRAWN_WITH = ("numpy", "matplotlib")
+"""Packages that a figure is drawn with."""
 _LICENCE = """\
 This {kind} and its data are under CC BY 4.0, Creative Commons Attribution 4.0 International,
 https://creativecommons.org/licenses/by/4.0/: use and change them, name their source, and say what
@@ -105,7 +107,9 @@ def take(name: str, build: Path, to: Path | None = None) -> Taken:
         if name not in listed:
             _number(name, build, Path(made))
         else:
-            fill = _figure if name in FIGURES else _table
+            fill = _table
+            if name in FIGURES:
+                fill = _measured if FIGURES[name].measured else _figure
             reads = fill(name, build, Path(made))
             known = read(file for file in reads if file.suffix == ".json")
             text = plain(filled(listed[name], known))
@@ -192,9 +196,20 @@ def _figure(name: str, build: Path, made: Path) -> tuple[Path, ...]:
         _copy(file, made / "data" / file.name)
     if any(word.startswith("results/") for word in figure.reads):
         write_csv(made / "data" / "curves.csv", HEAD, rows(drawing.figure))
-    origin = Origin(name, f"snakemake figures/{name}.pdf", reads, module)
-    _belongings(origin, "figure", made, {name: version(name) for name in ("numpy", "matplotlib")})
+    origin = Origin(name, f"snakemake {report_file(name)}", reads, module)
+    _belongings(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
     return reads
+
+
+def _measured(name: str, build: Path, made: Path) -> tuple[Path, ...]:
+    """The figure as the build drew it while it measured; another run would draw other numbers."""
+    drawn = _built(build, figure_files(name))
+    for built, to in zip(drawn, (f"{name}.pdf", "alternative.txt"), strict=True):
+        _copy(built, made / to)
+    module = f"squeal.article.figures.{FIGURES[name].module}"
+    origin = Origin(name, f"snakemake {report_file(name)}", drawn, module)
+    _belongings(origin, "figure", made, {name: version(name) for name in DRAWN_WITH})
+    return drawn
 
 
 def _copy(file: Path, to: Path) -> None:
@@ -206,7 +221,7 @@ def _table(name: str, build: Path, made: Path) -> tuple[Path, ...]:
     module = f"squeal.article.report.tables.{name}"
     wanted = inspect.signature(import_module(module).table).parameters
     reads = _built(build, map(result_file, wanted))
-    (tex,) = _built(build, [f"paper/generated/{name}.tex"])
+    (tex,) = _built(build, [report_file(name)])
     text = tex.read_text(encoding="utf-8")
     write_text(made / f"{name}.tex", text)
     head, *body = table_rows(text)

@@ -4,6 +4,7 @@ FILEs are the scenes that the study reads.
 """
 
 import argparse
+import gc
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -28,6 +29,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _run(name: str, files: Sequence[Path]) -> int:
     module = import_module(f"squeal.article.studies.{name}")
+    # what is imported stays: else the garbage collector searches it again with each long motion
+    gc.freeze()
     result = module.study(files)
     made = provenance(files, module.__name__)
     code = printed(to_json(replace(result, provenance=made).to_dict()))

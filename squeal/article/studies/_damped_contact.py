@@ -402,7 +402,7 @@ class Fate(NamedTuple):
     """What becomes of many motions of a pad.
 
     ends (n, 6): states at the end; lasts (n,): contact still changes; invalid (n,): on the way the
-    law asked for invalid, or the lower face became as fast as the surface.
+    law asked for tension, or the lower face became as fast as the surface.
     """
 
     ends: np.ndarray

@@ -129,10 +129,15 @@ class Checked(Record):
 
 
 class Coexistence(Result):
-    """The motions by name (b1-d, b2-d-integral, b2-d-mean), and the check of what was stored."""
+    """The motions by name (b1-d, b2-d-integral, b2-d-mean), and the check of what was stored.
+
+    searches_differ: the greatest spread of searches for a least disturbance, relative to the least,
+    of the cycles that the figure gives numbers for.
+    """
 
     motions: dict[str, Motion]
     checked: Checked | None
+    searches_differ: float
     a_range: tuple[float, float] = A_RANGE
     zeta_range: tuple[float, float] = ZETA_RANGE
     mu_range: tuple[float, float] = MU_RANGE
@@ -341,7 +346,7 @@ def study(files: Sequence[Path]) -> Coexistence:
     """The three motions of case (d), from their scenes and the stored files."""
     if version("heyoka") == NOT_INSTALLED:
         why = f"{WITHOUT_HEYOKA} nothing else follows these cycles."
-        return Coexistence(motions={}, checked=None, left_out=why)
+        return Coexistence(motions={}, checked=None, searches_differ=0.0, left_out=why)
     scenes = read_scenes([f for f in files if f.suffix != ".json"], set(MOTIONS.values()))
     read = [read_json(Stored, file) for file in files if file.suffix == ".json"]
     stored = {one.motion: one for one in read}
@@ -359,7 +364,9 @@ def study(files: Sequence[Path]) -> Coexistence:
         held += held_again
     count = sum(len(curve.points) for one in stored.values() for curve in one.boundaries)
     checked = Checked(count, max(closures), max(criticals), repeated, held)
-    return Coexistence(motions=motions, checked=checked)
+    shown = [m for one in motions.values() for m in one.margins if inside(one, m)]
+    differ = max(margin.spread for margin in shown)
+    return Coexistence(motions=motions, checked=checked, searches_differ=differ)
 
 
 def inside(motion: Motion, margin: Margin) -> bool:

@@ -157,7 +157,8 @@ def poles(system: Linearisation) -> tuple[Pole, ...]:
                 damping_ratio=0.0 if still else float(ratio) if math.isfinite(ratio) else None,
             )
         )
-    return tuple(sorted(rows, key=lambda p: (p.imag, p.real)))
+    # two modes that have met share a frequency but for rounding: the one that grows comes first
+    return tuple(sorted(rows, key=lambda p: (float(f"{p.imag:.9g}"), -p.real)))
 
 
 def distance(values: np.ndarray, own: np.ndarray) -> float:

@@ -1,6 +1,6 @@
 """Works of friction, brake force and contact law along the article's motions.
 
-Those of line contact run under both laws, the printed one and the integral one.
+Those of line contact run under both laws, the printed one and the energy-consistent one.
 """
 
 import dataclasses
@@ -23,7 +23,7 @@ MOST = 800  # points of a curve
 
 LineForce = Literal["integral", "mean"]
 ROUNDING = 1e-9  # of the greatest kinetic energy: less than that is no work
-LAWS: dict[LineForce, str] = {"mean": "printed law", "integral": "integral law"}
+LAWS: dict[LineForce, str] = {"mean": "printed law", "integral": "consistent law"}
 """The two laws of line contact and what the report calls them."""
 
 

@@ -352,6 +352,10 @@ def sentences(record: Ensemble) -> Mapping[str, bool]:
         "c-alone-hammers-in-few-random-sets": high("c_only") < 0.1,
         "directions-matter-in-most-sets-that-hammer": low("differ_where_hammering") > 0.6,
         "separation-in-c-goes-with-flutter": low("separates_fluttering") > high("separates_stable"),
+        "most-lines-that-separate-in-c-do-not-flutter": (
+            record.shares["separates_stable"]["all"].holds
+            > record.shares["separates_fluttering"]["all"].holds
+        ),
         "locked-rotation-stops-the-line-in-some-sets-only": low("locked_line") > 0.3
         and high("locked_line") < 0.8,
         "contact-is-lost-beside-stable-sliding-in-some-random-sets": either.interval[0] > 0.05,

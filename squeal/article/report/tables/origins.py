@@ -3,13 +3,13 @@
 import inspect
 from importlib import import_module
 
-from squeal.article.contents import FIGURES, TABLES, result_file
+from squeal.article.contents import FIGURES, TABLES, report_file, result_file
 from squeal.article.report.latex import escape, long_table
 
 CAPTION = r"""What makes each figure and table: its script, the results that it shows, and the
-command that makes it anew with all that it needs. Scripts are in \texttt{squeal/article}. The
-result NAME is \texttt{results/NAME.json}, which \texttt{studies/NAME.py} computes; those of a
-motion (b1-a) come from \texttt{squeal simulate}."""
+command that makes it anew with all that it needs. Scripts are in \texttt{squeal/article}, but that
+of the run times is in \texttt{benchmarks}. The result NAME is \texttt{results/NAME.json}, which
+\texttt{studies/NAME.py} computes; those of a motion (b1-a) come from \texttt{squeal simulate}."""
 
 
 def _row(kind: str, name: str, script: str, results: list[str], target: str) -> list[str]:
@@ -27,8 +27,8 @@ def table() -> str:
     rows = []
     for name, figure in FIGURES.items():
         results = [_stem(file) for file in figure.reads]
-        script = f"figures/{figure.module}.py"
-        rows.append(_row("Fig.", name, script, results, f"snakemake figures/{name}.pdf"))
+        script = "precision.py" if figure.measured else f"figures/{figure.module}.py"
+        rows.append(_row("Fig.", name, script, results, f"snakemake {report_file(name)}"))
     for name in TABLES:
         if name == __name__.rpartition(".")[2]:
             continue

@@ -6,7 +6,7 @@ from squeal.article.studies.sets import Sets
 CAPTION = r"""Parameter sets in SI units. Tilt and all velocities are zero at the start."""
 ROWS = {
     "m": ("$m$", "mass", "kg"),
-    "w": ("$w$", "half length", "m"),
+    "w": ("$w$", "half width", "m"),
     "h": ("$h$", "half height", "m"),
     "I": ("$I$", "moment of inertia", r"kg\,m$^2$"),
     "k1": ("$k_1$", "leading spring", "N/m"),

@@ -9,9 +9,10 @@ friction of their loops. Frequencies and damping ratios of the three modes, with
 \val[p1]{eigenvalues.ratio} in each mode at zero friction; negative: it grows. Critical: the
 friction up to \val[2]{eigenvalues.greatest} at which a mode begins to grow, about the equilibrium
 frozen at the reference friction (gain margin of the friction loop) and about the one that follows
-friction. To $-1$: least distance of the Nyquist curve of a stable loop of one input. At every
-friction the poles lie within \val[1]{eigenvalues.agrees} of squeal's own eigenvalues, over the
-greatest magnitude."""
+friction. To $-1$: least distance of the Nyquist curve from there, for a stable loop that closes
+through one reaction; it does not rank the cases by their margin in friction. At every friction the
+poles lie within \val[1]{eigenvalues.agrees} of squeal's own eigenvalues, over the greatest
+magnitude."""
 
 
 def _row(name: str, loop: Loop) -> list[str]:

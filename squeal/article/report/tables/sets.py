@@ -8,13 +8,15 @@ from squeal.article.studies.sets import TWO, ParameterSet, Sets
 
 CAPTION = r"""Parameter sets (ratios; $\alpha_1$, $\alpha_2$ by case as printed; level, at rest, the
 same in all cases) and verdicts under each. Ratios on an edge of the searched range are marked
-$\dagger$. Contact lost: share of time in which an edge is separated that touches in the sliding
-equilibrium (from equilibrium), or any edge (from full contact), mean over the cases in which both
-models have an equilibrium; two points: edges of a pad on two springs for the line. Lasting beside
-stable sliding: cases in which contact goes on changing although no mode of the equilibrium grows,
-with the share of initial conditions from which it does, at $\zeta = {}$\val[p1]{onset.ratio}.
-Fastest face: greatest speed of the lower face while it touches. Where it reaches the speed $V$ of
-the surface ($\ddagger$), friction would reverse and the equations no longer hold."""
+$\dagger$: the ranges of Table~\numberof{bounds}, but $\mu$ up to 0.6, $F_n/(k_1w)$ from $10^{-4}$
+or $2\times10^{-4}$ to 0.03, and $L/w$ from 0.5 or 1. Contact lost: share of time in which an edge
+is separated that touches in the sliding equilibrium (from equilibrium), or any edge (from full
+contact), mean over the cases in which both models have an equilibrium; two points: edges of a pad
+on two springs for the line. Lasting beside stable sliding: cases in which contact goes on changing
+although no mode of the equilibrium grows, with the share of initial conditions from which it does,
+at $\zeta = {}$\val[p1]{onset.ratio}. Fastest face: greatest speed of the lower face while it
+touches. Where it reaches the speed $V$ of the surface ($\ddagger$), friction would reverse and the
+equations no longer hold."""
 # fmt: off
 NAMES = {
     "h": "$h/w$", "I": "$I$ over a uniform rectangle's", "k2": "$k_2/k_1$", "k3": "$k_3/k_1$",

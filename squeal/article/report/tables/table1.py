@@ -5,7 +5,9 @@ from squeal.article.transitions import EDGE_NAMES, Condition, conditions
 from squeal.model.contact import State, contact_law
 
 CAPTION = r"""Model B1: conditions for a change of contact state, as the article's Table 1.
-Conditions \name{1--2} and \name{2--1} need both edges at once (E13)."""
+Conditions \name{1--2} and \name{2--1} need both edges at once (E13). $|\vec r_i - \vec r_{f,i}|$ is
+the length of contact spring $i$, from the edge at $\vec r_i$ to its foot at $\vec r_{f,i}$, and
+$L_i$ its free length. Slope: sign of the rate of change of this length."""
 SPRINGS = ("3", "4")  # of the leading and of the trailing edge
 
 

@@ -4,7 +4,8 @@ from squeal.article.report.latex import tabular
 from squeal.model.contact import FACE_STATES, FULL, LEAD, NONE, TRAIL, face_state
 
 CAPTION = r"""Model B2: contact states, as the article's Table 2, and the equivalent penetrations
-$p_l$, $p_t$ of the edges, which we use (E11)."""
+$p_l$, $p_t$ of the edges, which we use (E11). Leading and trailing edge are at $x_l$ and $x_t$; at
+$x_{cl}$ the line of the lower face meets the surface."""
 PRINTED = {  # (sign of the tilt, state) in the words of the table
     (1, NONE): r"$x_{cl} \le x_l$",
     (1, LEAD): r"$x_l < x_{cl} < x_t$",

@@ -5,7 +5,8 @@ from squeal.article.studies.accuracy import OWN, Accuracy
 
 CAPTION = r"""Evaluations of the right-hand side for a relative error of the final place of at most
 $10^{-10}$ with every contact change found, and in brackets the multiple of squeal's. A dash: not
-reached before the integrator takes \val[n]{accuracy.patience} evaluations."""
+reached before the integrator takes \val[n]{accuracy.patience} evaluations. LSODA's numbers vary by
+some per cent with the processor."""
 
 
 def table(accuracy: Accuracy) -> str:

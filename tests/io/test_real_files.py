@@ -1,0 +1,47 @@
+"""Files that other programs wrote give the frequencies that these programs printed."""
+
+import shutil
+
+import pytest
+
+from workflow.trials.real_files import beams, calculix, deck, decks, nastran, shells, solids
+
+needs_ccx = pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX (ccx) is not installed")
+QUICK = ("C3D8I", "S4", "B31", "C3D8, spring and mass")
+
+
+def test_matrices_of_nastran_have_its_own_frequencies(tmp_path):
+    pytest.importorskip("pyyeti")
+    found = list(nastran(tmp_path))
+    assert len(found) == 5
+    assert all(one.good for one in found), found
+
+
+@needs_ccx
+def test_matrices_of_calculix_have_its_own_frequencies(tmp_path, monkeypatch):
+    chosen = [one for one in decks() if one[0] in QUICK]
+    monkeypatch.setattr("workflow.trials.real_files.decks", lambda: iter(chosen))
+    found = list(calculix(tmp_path))
+    assert [one.holds for one in found] == list(QUICK)
+    assert all(one.good for one in found), found
+
+
+@pytest.mark.parametrize(
+    ("mesh", "nodes", "elements"),
+    [
+        (solids("C3D8"), 7 * 3 * 3, 24),
+        (solids("C3D20"), 7 * 9 + 6 * 9 + 7 * 2 * 3 * 2, 24),
+        (solids("C3D4"), 7 * 3 * 3, 144),
+        (shells("S8"), 7 * 4 + 6 * 4 + 7 * 3, 18),
+        (beams("B32"), 21, 10),
+    ],
+)
+def test_meshes_have_the_nodes_of_their_elements(mesh, nodes, elements):
+    assert len(mesh.nodes) == nodes
+    assert len(mesh.elements) == elements
+
+
+def test_a_deck_clamps_one_end():
+    text = deck("C3D8")
+    clamped = text.split("*NSET,NSET=CLAMPED")[1].split("*NSET")[0]
+    assert len(clamped.split()) == 9

@@ -1,0 +1,306 @@
+"""`python -m workflow.trials.real_files [FOLDER]`: files as real programs write them.
+
+CalculiX (`ccx`) writes the matrices of small structures of each of its element types, and prints
+their frequencies for the same decks; the package pyyeti brings OP4 files that MSC and NX Nastran
+have written with the eigenvalues that these found. Each file is read as the program wrote it, and
+the frequencies of squeal are compared with those that the program itself printed. One line a file;
+1 if one differs by more than `CLOSE`, is refused, or may grow as squeal says.
+"""
+
+from __future__ import annotations
+
+import itertools
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+import squeal
+from squeal.errors import InputError, InputWarning
+
+CLOSE = 2e-6  # relative difference of frequencies: CalculiX prints seven digits
+MODES = 6
+NASTRAN = (
+    ("nas2cam_csuper/nas2cam.op4", "MSC, superelements"),
+    ("nas2cam_extseout/nas2cam.op4", "MSC, external superelements"),
+    ("nas2cam_extseout/nas2cam_notall6_msc2017.op4", "MSC 2017"),
+    ("nas2cam_extseout/nas2cam_notall6_msc2017_b.op4", "MSC 2017, other boundary"),
+    ("nas2cam_extseout/nas2cam_notall6_nx2021.op4", "NX 2021"),
+)
+FREE = 1e-3  # of the lowest elastic frequency: slower modes of a free structure are rounding
+Place = tuple[float, float, float]
+
+
+@dataclass(frozen=True)
+class Compared:
+    """A file that was read: the program and what it holds, rows, and the worst relative difference
+    of a frequency, None if it was refused; words: the verdict, or why it was refused."""
+
+    program: str
+    holds: str
+    rows: int
+    worst: float | None
+    words: str = ""
+
+    @property
+    def good(self) -> bool:
+        quiet = self.words == "marginal"  # of a structure without damping and friction
+        return quiet and self.worst is not None and self.worst <= CLOSE
+
+
+class Mesh:
+    """Nodes of a regular grid, made as they are asked for, and elements over them."""
+
+    def __init__(self, cells: tuple[int, int, int], size: Place) -> None:
+        self.cells, self.size = cells, size
+        self.nodes: dict[Place, int] = {}
+        self.elements: list[list[int]] = []
+
+    def node(self, i: float, j: float, k: float) -> int:
+        """The number of the node at a place counted in cells."""
+        return self.nodes.setdefault((i, j, k), len(self.nodes) + 1)
+
+    def places(self) -> Iterator[tuple[int, Place]]:
+        for at, number in self.nodes.items():
+            x, y, z = (
+                place * side / max(count, 1)
+                for place, side, count in zip(at, self.size, self.cells, strict=True)
+            )
+            yield number, (x, y, z)
+
+    def boxes(self) -> Iterator[tuple[int, int, int]]:
+        columns, rows, layers = (range(max(count, 1)) for count in self.cells)
+        return itertools.product(columns, rows, layers)
+
+
+CORNERS = ((0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1))
+EDGES = (
+    *((0, 1), (1, 2), (2, 3), (3, 0)),
+    *((4, 5), (5, 6), (6, 7), (7, 4)),
+    *((0, 4), (1, 5), (2, 6), (3, 7)),
+)
+TETRAHEDRA = ((0, 1, 3, 7), (0, 1, 7, 5), (0, 5, 7, 4), (1, 2, 3, 7), (1, 2, 7, 6), (1, 6, 7, 5))
+TETRAHEDRON_EDGES = ((0, 1), (1, 2), (2, 0), (0, 3), (1, 3), (2, 3))
+WEDGES = ((0, 1, 3, 4, 5, 7), (1, 2, 3, 5, 6, 7))
+QUAD_EDGES = ((0, 1), (1, 2), (2, 3), (3, 0))
+
+
+def _middle(a: Sequence[float], b: Sequence[float]) -> Place:
+    x, y, z = ((one + other) / 2 for one, other in zip(a, b, strict=True))
+    return x, y, z
+
+
+def _element(
+    mesh: Mesh, corners: Sequence[Sequence[float]], edges: Sequence[tuple[int, int]] = ()
+) -> None:
+    """An element over its corners, and the middles of its edges."""
+    middles = [_middle(corners[a], corners[b]) for a, b in edges]
+    mesh.elements.append([mesh.node(*place) for place in (*corners, *middles)])
+
+
+def solids(kind: str) -> Mesh:
+    """A clamped block of solids."""
+    mesh = Mesh((6, 2, 2), (0.1, 0.02, 0.015))
+    for i, j, k in mesh.boxes():
+        corners = [(i + a, j + b, k + c) for a, b, c in CORNERS]
+        if kind in ("C3D4", "C3D10"):
+            edges = TETRAHEDRON_EDGES if kind == "C3D10" else ()
+            for four in TETRAHEDRA:
+                _element(mesh, [corners[n] for n in four], edges)
+        elif kind == "C3D6":
+            for six in WEDGES:
+                _element(mesh, [corners[n] for n in six])
+        else:
+            _element(mesh, corners, EDGES if kind.startswith("C3D20") else ())
+    return mesh
+
+
+def shells(kind: str) -> Mesh:
+    """A clamped plate."""
+    mesh = Mesh((6, 3, 0), (0.12, 0.05, 0.0))
+    for i, j, _ in mesh.boxes():
+        corners = [(i + a, j + b, 0) for a, b, c in CORNERS[:4]]
+        if kind.startswith("S3"):
+            _element(mesh, [corners[n] for n in (0, 1, 2)])
+            _element(mesh, [corners[n] for n in (0, 2, 3)])
+        else:
+            _element(mesh, corners, QUAD_EDGES if kind.startswith("S8") else ())
+    return mesh
+
+
+def beams(kind: str) -> Mesh:
+    """A clamped beam."""
+    mesh = Mesh((10, 0, 0), (1.0, 0.0, 0.0))
+    for i in range(10):
+        places: list[Place] = [(i, 0, 0), (i + 1, 0, 0)]
+        if kind.startswith("B32"):
+            places.insert(1, (i + 0.5, 0, 0))
+        _element(mesh, places)
+    return mesh
+
+
+SECTIONS = {
+    "C": "*SOLID SECTION,ELSET=E,MATERIAL=S\n",
+    "S": "*SHELL SECTION,ELSET=E,MATERIAL=S\n0.004\n",
+    "B": "*BEAM SECTION,ELSET=E,MATERIAL=S,SECTION=RECT\n0.02,0.03\n0.,1.,0.\n",
+}
+MESHES: dict[str, Callable[[str], Mesh]] = {"C": solids, "S": shells, "B": beams}
+
+
+def deck(kind: str, extra: str = "", before: str = "") -> str:
+    """A deck of an element type, clamped at x = 0, up to the step that finds the frequencies.
+
+    extra: cards of the model; before: steps before that one.
+    """
+    mesh = MESHES[kind[0]](kind)
+    lines = ["*NODE,NSET=NALL"]
+    lines += [f"{number},{x:.9g},{y:.9g},{z:.9g}" for number, (x, y, z) in mesh.places()]
+    lines.append(f"*ELEMENT,TYPE={kind},ELSET=E")
+    for number, nodes in enumerate(mesh.elements, start=1):
+        words = ",".join(map(str, (number, *nodes[:15])))
+        rest = ",".join(map(str, nodes[15:]))
+        lines.append(f"{words},\n{rest}" if rest else words)
+    clamped = [number for number, (x, _, _) in mesh.places() if x == 0.0]
+    last = 3 if kind[0] == "C" else 6
+    tip = max(mesh.places(), key=lambda one: one[1])[0]
+    lines += ["*NSET,NSET=CLAMPED", *(f"{number}," for number in clamped)]
+    lines += ["*NSET,NSET=TIP", f"{tip},"]
+    lines += ["*BOUNDARY", f"CLAMPED,1,{last}"]
+    lines += ["*MATERIAL,NAME=S", "*ELASTIC", "210.e9,.3", "*DENSITY", "7800."]
+    return "\n".join(lines) + f"\n{SECTIONS[kind[0]]}{extra}{before}"
+
+
+def step(storage: bool, perturbed: bool = False) -> str:
+    """The step that finds frequencies, or writes the matrices."""
+    how = ",SOLVER=MATRIXSTORAGE" if storage else ""
+    about = ",PERTURBATION" if perturbed else ""
+    return f"*STEP{about}\n*FREQUENCY{how}\n{MODES}\n*END STEP\n"
+
+
+SPRING = """*ELEMENT,TYPE=SPRING1,ELSET=HELD
+9001,{tip}
+*SPRING,ELSET=HELD
+2
+1.e5
+*ELEMENT,TYPE=MASS,ELSET=HEAVY
+9002,{tip}
+*MASS,ELSET=HEAVY
+0.05
+"""
+PULLED = "*STEP,NLGEOM\n*STATIC\n*CLOAD\nTIP,1,2.e4\n*END STEP\n"
+SPUN = "*STEP,NLGEOM\n*STATIC\n*DLOAD\nE,CENTRIF,1.e5,0.,0.,0.,0.,0.,1.\n*END STEP\n"
+
+
+def decks() -> Iterator[tuple[str, str, bool]]:
+    """What each deck holds, its text up to the last step, and whether that one is about a load."""
+    for kind in (
+        *("C3D4", "C3D6", "C3D8", "C3D8I", "C3D8R", "C3D10", "C3D20", "C3D20R"),
+        *("S3", "S4", "S4R", "S8", "S8R"),
+        *("B31", "B31R", "B32", "B32R"),
+    ):
+        yield kind, deck(kind), False
+    tip = len(list(solids("C3D8").places()))
+    yield "C3D8, spring and mass", deck("C3D8", SPRING.format(tip=tip)), False
+    yield "C3D20R, pulled", deck("C3D20R", before=PULLED), True
+    yield "C3D8I, spun", deck("C3D8I", before=SPUN), True
+    yield "S8R, spun", deck("S8R", before=SPUN), True
+
+
+def run_ccx(folder: Path, name: str, text: str) -> None:
+    """Run a deck in a folder. Raises CalledProcessError."""
+    (folder / f"{name}.inp").write_text(text, encoding="utf-8")
+    subprocess.run(["ccx", name], cwd=folder, check=True, stdout=subprocess.DEVNULL, timeout=300)
+
+
+def printed(folder: Path, name: str) -> np.ndarray:
+    """The frequencies (k,) in Hz that CalculiX prints."""
+    text = (folder / f"{name}.dat").read_text(encoding="utf-8")
+    table = text.split("E I G E N V A L U E   O U T P U T")[-1]
+    rows = re.findall(r"^ +\d+ +(\S+) +(\S+) +(\S+) +(\S+) *$", table, re.MULTILINE)
+    return np.array([float(row[2]) for row in rows])
+
+
+def _difference(found: np.ndarray, wanted: np.ndarray) -> float:
+    """The worst relative distance of a wanted frequency from the nearest one that was found."""
+    nearest = np.abs(found[:, None] - wanted).min(axis=0)
+    return float(np.max(nearest / np.abs(wanted)))
+
+
+FILES = (("M", "mas"), ("K", "sti"))  # how CalculiX names them
+
+
+def calculix(folder: Path) -> Iterator[Compared]:
+    """Each deck, written by CalculiX and read."""
+    for number, (holds, text, perturbed) in enumerate(decks(), start=1):
+        name = f"deck{number}"
+        run_ccx(folder, name, text + step(storage=False, perturbed=perturbed))
+        wanted = printed(folder, name)
+        run_ccx(folder, f"{name}m", text + step(storage=True, perturbed=perturbed))
+        system = folder / f"{name}.yaml"
+        parts = (f"{part}: {{file: {name}m.{end}, symmetric: true}}\n" for part, end in FILES)
+        system.write_text("".join(parts), encoding="utf-8")
+        yield _compared("CalculiX", holds, system, wanted)
+
+
+def nastran(folder: Path) -> Iterator[Compared]:
+    """Each OP4 file of Nastran that pyyeti brings."""
+    with np.printoptions():  # it takes digits from all that NumPy prints
+        from pyyeti.nastran import op4
+
+    spec = find_spec("pyyeti")
+    if spec is None or spec.submodule_search_locations is None:
+        return
+    shipped = Path(spec.submodule_search_locations[0]) / "tests"
+    for name, holds in NASTRAN:
+        squares = np.asarray(op4.read(str(shipped / name), into="dct")["lambda"]).ravel()
+        wanted = np.sqrt(np.maximum(squares, 0.0)) / (2.0 * np.pi)
+        wanted = wanted[wanted > FREE * np.min(wanted[wanted > 1e-2])]
+        system = folder / "nastran.yaml"
+        files = (f"{part}: {{file: {shipped / name}, key: {part}AA}}\n" for part in "MK")
+        system.write_text("".join(files), encoding="utf-8")
+        yield _compared("Nastran", holds, system, wanted)
+
+
+def _compared(program: str, holds: str, system: Path, wanted: np.ndarray) -> Compared:
+    with warnings.catch_warnings():  # of labels that repeat, and of triangles that are mirrored
+        warnings.simplefilter("ignore", InputWarning)
+        try:
+            read = squeal.read_system(str(system))
+            answer = squeal.eigenvalues(read)
+        except InputError as error:
+            return Compared(program, holds, 0, None, str(error))
+    frequencies = answer.values.imag / (2.0 * np.pi)
+    worst = _difference(frequencies[frequencies >= 0.0], wanted)
+    return Compared(program, holds, read.system.n, worst, str(answer.verdict))
+
+
+def main() -> int:
+    """Compare all; one line a file."""
+    with tempfile.TemporaryDirectory() as made:
+        folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(made)
+        folder.mkdir(parents=True, exist_ok=True)
+        parts = [nastran(folder)]
+        if shutil.which("ccx"):
+            parts.insert(0, calculix(folder))
+        else:
+            print("CalculiX is not installed (ccx): its decks are left out")
+        found = []
+        for one in itertools.chain(*parts):
+            found.append(one)
+            worst = "-" if one.worst is None else f"{one.worst:.1e}"
+            print(f"{one.program:9} {one.holds:28} {one.rows:6} {worst:>8} {one.words}", flush=True)
+    bad = sum(not one.good for one in found)
+    print(f"{len(found)} files, {bad} not as the program says")
+    return bad > 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
