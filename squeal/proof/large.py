@@ -145,11 +145,12 @@ def _proved(M: csc_array, C: csc_array, K: csc_array, radius: float, core: int) 
     skewed = _norm_of(csc_array(abs(M - metric) + EPS * abs(M)), weights, share)
     inverse = sigma * (1.0 - DAMPING - radius * abs(spread.beta))
     inverse -= radius * (radius * (1.0 + skewed) + abs(spread.alpha))
-    inverse -= 32.0 * EPS * (sigma + radius * abs(spread.alpha))
+    # N is a sum in floating point; it misses by no more than EPS / share of itself
+    inverse -= 32.0 * (EPS / share) * (sigma + radius * abs(spread.alpha))
     if not inverse > 0.0:
         return BandProof(radius, reason="damping beyond the core is too large", core=k)
 
-    floor = (share * diagonal + extra) * (1.0 - 8.0 * EPS)
+    floor = ((share - 4.0 * EPS) * diagonal + extra) * (1.0 - 8.0 * EPS)
     parts = (M, C, K)
     fitted = [np.linalg.lstsq(MX, A @ X, rcond=None)[0] for A in parts]
     right = _couplings(parts, X, MX, fitted, floor, radius)
@@ -264,7 +265,8 @@ def _inertia(A: csc_array, doubt: csc_array, weights: Floats) -> _Inertia | None
     # a symmetric matrix has the norm of its scaled row sums; the mean with its transpose has less
     sums = 0.5 * (rows + columns) * inverse
     own = _row_product(doubt, 1.0 / weights, _most_in_a_row(doubt) + 1) / weights
-    error = float(upper(np.max(sums) + np.max(own), terms + 8))
+    lost = n * terms * TINY * (1.0 + np.max(np.abs(pivots))) / np.min(weights) ** 2  # underflow
+    error = float(upper(np.max(sums) + np.max(own) + lost, terms + 8))
     return _Inertia(int(np.sum(pivots < 0.0)), error) if np.isfinite(error) else None
 
 
@@ -404,7 +406,8 @@ def _couplings(
         product = _sparse_times(A, none, X)
         known = Balls.exact(MX) @ Balls.exact(fit)
         missed = product.plus(known.times(-1.0)).bound()
-        squares = upper((missed**2 / floor[:, None]).sum(axis=0), len(floor) + 8)
+        scaled = missed / np.sqrt(floor)[:, None]
+        squares = upper((scaled**2).sum(axis=0), len(floor) + 8)
         total = upper(total + radius**power * upper(np.sqrt(squares), 8), 8)
     return total
 
