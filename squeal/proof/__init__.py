@@ -4,6 +4,7 @@ It says `proved`, `open` or `refuted`. `docs/proof.md` derives the bounds.
 """
 
 from squeal.proof.balls import AS_GIVEN, HALF_ULP, Balls, Quadratic
+from squeal.proof.large import BandProof, prove_band
 from squeal.proof.pieces import Piece
 from squeal.proof.ranges import Term, Terms, prove_gap, prove_thresholds
 from squeal.proof.referee import Count, Proof, RootList, judge, prove_roots, unstable_count
@@ -12,6 +13,7 @@ __all__ = [
     "AS_GIVEN",
     "HALF_ULP",
     "Balls",
+    "BandProof",
     "Count",
     "Piece",
     "Proof",
@@ -20,6 +22,7 @@ __all__ = [
     "Term",
     "Terms",
     "judge",
+    "prove_band",
     "prove_gap",
     "prove_roots",
     "prove_thresholds",
