@@ -23,8 +23,8 @@ def options(parser: Parser) -> None:
     take(parser, "values workers band")
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
-    words = "let a referee judge all roots of up to 400 rows: proved, open or refuted"
-    parser.add_argument("--prove", action="store_true", help=words)
+    words = "leave out the referee, which judges all roots of systems of up to 400 rows"
+    parser.add_argument("--no-prove", dest="prove", action="store_false", default=None, help=words)
     words = "what the verdict was held against too"
     parser.add_argument("--verbose", action="store_true", help=words)
     take(parser, "at modes region method memory shape test")
