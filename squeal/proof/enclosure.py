@@ -14,6 +14,7 @@ other rows, wider by N_ji/a, do not meet it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -22,6 +23,7 @@ from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 
 from squeal.proof.balls import EPS, Balls, Floats, Quadratic, largest, row_sums, size, upper
+from squeal.proof.chains import Chain, find_chains
 from squeal.proof.pieces import (
     INFINITE,
     Failure,
@@ -120,10 +122,7 @@ def _squares(block: Quadratic) -> Discs | Failure:
             if isinstance(discs, Discs):
                 # X' M X is close to 1, so that M is positive definite and all s are real
                 return discs._replace(real=np.ones(block.n, dtype=bool))
-    solution = _diagonalised(K, M)
-    if isinstance(solution, Failure):
-        return solution
-    discs = _gershgorin(K, M, *solution)
+    discs = _of_pencil(K, M)
     if isinstance(discs, Failure):
         return discs
     return discs._replace(real=_real_by_signs(K, M, discs))
@@ -139,10 +138,33 @@ def _first_order(block: Quadratic) -> Discs | Failure:
     A.mid[n:, n:], A.rad[n:, n:] = -block.C.mid, block.C.rad
     B.mid[:n, :n] = np.eye(n)
     B.mid[n:, n:], B.rad[n:, n:] = block.M.mid, block.M.rad
+    return _of_pencil(A, B)
+
+
+def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
+    """Discs of the eigenvalues of A - s B, of those that (nearly) lack vectors by chains."""
     solution = _diagonalised(A, B)
     if isinstance(solution, Failure):
         return solution
-    return _gershgorin(A, B, *solution)
+    discs = _gershgorin(A, B, *solution)
+    if isinstance(discs, Discs) and len(clusters(discs.centres, discs.radii)) == len(discs.radii):
+        return discs
+    values, X, _ = solution
+    chains = find_chains(A.mid, B.mid, values, X)
+    if not chains:
+        return discs
+    for chain in chains:
+        X = chain.put_into(X)
+    try:
+        Y = np.linalg.inv(B.mid @ X)
+    except LinAlgError:
+        return discs
+    second = _gershgorin(A, B, values, X, Y, chains)
+    if isinstance(second, Failure):
+        return discs
+    if isinstance(discs, Failure) or np.sum(second.radii) < np.sum(discs.radii):
+        return second
+    return discs
 
 
 def _diagonalised(A: Balls, B: Balls) -> tuple[NDArray, NDArray, NDArray] | Failure:
@@ -157,7 +179,14 @@ def _diagonalised(A: Balls, B: Balls) -> tuple[NDArray, NDArray, NDArray] | Fail
     return values, X, Y
 
 
-def _gershgorin(A: Balls, B: Balls, values: NDArray, X: NDArray, Y: NDArray) -> Discs | Failure:
+def _gershgorin(
+    A: Balls,
+    B: Balls,
+    values: NDArray,
+    X: NDArray,
+    Y: NDArray,
+    chains: Sequence[Chain] = (),
+) -> Discs | Failure:
     """Discs with all eigenvalues of A - s B, see the module."""
     left, right = Balls.exact(Y), Balls.exact(X)
     G = left @ (B @ right)
@@ -173,6 +202,8 @@ def _gershgorin(A: Balls, B: Balls, values: NDArray, X: NDArray, Y: NDArray) -> 
     N = upper(T + inverse @ T, len(D) + 2)
     if not np.isfinite(N).all():
         return Failure(BEYOND)
+    for chain in chains:
+        N = chain.graded(N)
     return Discs(D, _shrunk(D, N), np.zeros(len(D), dtype=bool))
 
 

@@ -34,31 +34,47 @@ def with_free_motions(block: Quadratic, pieces: list[Piece]) -> list[Piece]:
 
 def _allow_zeros(block: Quadratic, count: int) -> bool:
     """True if zero is a root so many times within the data, to first order."""
-    left, _, right = np.linalg.svd(block.K.mid)
+    left, sizes, right = np.linalg.svd(block.K.mid)
     fewest = (count + 1) // 2
     most = fewest if block.is_undamped else min(count, block.n)
     for motions in range(fewest, most + 1):
-        y = left[:, block.n - motions :]
-        x = right[block.n - motions :].T
-        if not _is_zero(block.K, y, x):
+        flexible = block.n - motions
+        if flexible and sizes[flexible - 1] == 0.0:
+            continue
+        inverse = (right[:flexible].T / sizes[:flexible]) @ left[:, :flexible].T
+        x = right[flexible:].T
+        y = left[:, flexible:]
+        x = x - inverse @ _times(block.K.mid, x).astype(float)
+        y = y - inverse.T @ _times(block.K.mid.T, y).astype(float)
+        stiffness = _allowed(block.K, y, x)
+        if not _is_zero(block.K, y, x, stiffness):
             continue
         # the damping leaves as many of them at zero twice as are missing from the count
         twice = count - motions
+        if not twice or block.is_undamped:
+            return True
         turn, _, other = np.linalg.svd(y.T @ block.C.mid @ x)
         y = y @ turn[:, motions - twice :]
         x = x @ other[motions - twice :].T
-        if _is_zero(block.C, y, x):
+        # the data of K move the free motions, too
+        x_moves = np.abs(inverse) @ block.K.rad @ np.abs(x)
+        y_moves = np.abs(y).T @ block.K.rad @ np.abs(inverse)
+        damping = _allowed(block.C, y, x)
+        damping += np.abs(y.T @ block.C.mid) @ x_moves
+        damping += y_moves @ np.abs(block.C.mid @ x)
+        if _is_zero(block.C, y, x, damping):
             return True
     return False
 
 
-def _is_zero(X: Balls, y: NDArray, x: NDArray) -> bool:
-    """True if y' X x, turned to be diagonal, is zero within the radii of X, entry by entry."""
-    turn, _, other = np.linalg.svd(y.T.astype(Long).dot(_times(X.mid, x)).astype(float))
-    y = y @ turn
-    x = x @ other.T
+def _allowed(X: Balls, y: NDArray, x: NDArray) -> NDArray:
+    """How far the data of X move each entry of y' X x."""
+    return np.abs(y).T @ X.rad @ np.abs(x)
+
+
+def _is_zero(X: Balls, y: NDArray, x: NDArray, allowed: NDArray) -> bool:
+    """True if no entry of y' X x is larger than allowed, its rounding included."""
     found = np.abs(y.T.astype(Long).dot(_times(X.mid, x)))
-    allowed = np.abs(y).T @ X.rad @ np.abs(x)
     terms = np.abs(y).T @ np.abs(X.mid) @ np.abs(x)
     missed = 2 * (len(X.mid) + 4) * float(np.finfo(Long).eps) * terms
     return bool(np.all(found + missed <= allowed * (1.0 + 1e-12) + TINY * (allowed > 0.0)))
