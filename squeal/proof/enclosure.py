@@ -15,7 +15,7 @@ other rows, wider by N_ji/a, do not meet it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -62,16 +62,35 @@ def components(system: Quadratic) -> list[NDArray[np.intp]]:
     return strong_parts(pattern)
 
 
-def enclose(block: Quadratic) -> list[Piece] | Failure:
-    """Pieces with all roots of one component, for every matrix in its balls."""
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Roots (m,), rad/s, and mode shapes (n, m) that somebody computed.
+
+    A proof may be built on them, whatever they are: what is wrong with them widens its discs.
+    """
+
+    values: NDArray[np.complex128]
+    shapes: NDArray[np.complex128]
+
+
+def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failure:
+    """Pieces with all roots of one component, for every matrix in its balls.
+
+    Of a damped one they are built on a guess if that proves each root by itself.
+    """
     if not block.is_finite:
         return Failure(INFINITE)
     with np.errstate(all="ignore"):
         try:
-            own, rate = scaled(block)
+            own, rate, sizes = scaled(block)
             if not own.is_finite or not np.isfinite(rate):
                 return Failure(BEYOND)
-            discs = _squares(own) if block.is_undamped else _first_order(own)
+            if block.is_undamped:
+                discs = _squares(own)
+            else:
+                if guess is not None:
+                    guess = Guess(guess.values / rate, guess.shapes / sizes[:, None])
+                discs = _first_order(own, guess)
         except OverflowError:
             return Failure(BEYOND)
         except (LinAlgError, ValueError):
@@ -89,8 +108,11 @@ def enclose(block: Quadratic) -> list[Piece] | Failure:
         return pieces_of(centres, radii, block.is_hamiltonian, real)
 
 
-def scaled(block: Quadratic) -> tuple[Quadratic, float]:
-    """The block in another unit of time and of its coordinates, by powers of two."""
+def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
+    """The block in another unit of time and of its coordinates, by powers of two.
+
+    Returns it with the rate (rad/s) that it counts as one, and the units (n,) of its coordinates.
+    """
     mass, damping, stiffness = (float(X.bound().max()) for X in block.parts)
     turn = 0
     if mass and stiffness:
@@ -104,7 +126,7 @@ def scaled(block: Quadratic) -> tuple[Quadratic, float]:
     own = -np.rint(np.log2(np.where(sizes > 0.0, sizes, 1.0)) / 2.0).astype(int)
     exponents = own[:, None] + own
     M, C, K = (X.scaled(exponents) for X in in_time.parts)
-    return replace(block, M=M, C=C, K=K), float(np.ldexp(1.0, turn))
+    return replace(block, M=M, C=C, K=K), float(np.ldexp(1.0, turn)), np.ldexp(1.0, own)
 
 
 def _squares(block: Quadratic) -> Discs | Failure:
@@ -128,7 +150,7 @@ def _squares(block: Quadratic) -> Discs | Failure:
     return discs._replace(real=_real_by_signs(K, M, discs))
 
 
-def _first_order(block: Quadratic) -> Discs | Failure:
+def _first_order(block: Quadratic, guess: Guess | None) -> Discs | Failure:
     """Discs of lambda of a damped block, in the states (q, q')."""
     n = block.n
     A = Balls(np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n)))
@@ -138,7 +160,27 @@ def _first_order(block: Quadratic) -> Discs | Failure:
     A.mid[n:, n:], A.rad[n:, n:] = -block.C.mid, block.C.rad
     B.mid[:n, :n] = np.eye(n)
     B.mid[n:, n:], B.rad[n:, n:] = block.M.mid, block.M.rad
+    if guess is not None and len(guess.values) == 2 * n:
+        discs = _of_guess(A, B, guess)
+        if isinstance(discs, Discs) and _are_apart(discs):
+            return discs
     return _of_pencil(A, B)
+
+
+def _of_guess(A: Balls, B: Balls, guess: Guess) -> Discs | Failure:
+    """Discs of the eigenvalues of A - s B from guessed ones."""
+    X = np.vstack([guess.shapes, guess.shapes * guess.values])
+    X = X / np.linalg.norm(X, axis=0)
+    try:
+        Y = np.linalg.inv(B.mid @ X)
+    except LinAlgError:
+        return Failure(UNSOLVED)
+    return _gershgorin(A, B, guess.values, X, Y)
+
+
+def _are_apart(discs: Discs) -> bool:
+    """True if no two discs meet."""
+    return len(clusters(discs.centres, discs.radii)) == len(discs.radii)
 
 
 def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
@@ -147,7 +189,7 @@ def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
     if isinstance(solution, Failure):
         return solution
     discs = _gershgorin(A, B, *solution)
-    if isinstance(discs, Discs) and len(clusters(discs.centres, discs.radii)) == len(discs.radii):
+    if isinstance(discs, Discs) and _are_apart(discs):
         return discs
     values, X, _ = solution
     chains = find_chains(A.mid, B.mid, values, X)

@@ -114,44 +114,46 @@ def pieces_of(
     for number, part in enumerate(parts):
         label[part] = number
 
-    def own_images(images: NDArray[np.complex128]) -> NDArray[np.bool_]:
-        """For each part whether it holds one root that equals its image."""
+    alone = np.bincount(label, minlength=len(parts))[label] == 1
+
+    def are_own_images(images: NDArray[np.complex128]) -> NDArray[np.bool_]:
+        """For each disc whether it alone holds one root, which equals its image."""
         meets = touching(images, radii, centres, radii)
-        alone = np.zeros(len(parts), dtype=bool)
-        for number, part in enumerate(parts):
-            others = meets[part][:, label != number]
-            alone[number] = len(part) == 1 and not others.any()
-        return alone
+        meets_others = meets & (label[:, None] != label)
+        return alone & ~meets_others.any(axis=1)
 
-    on_real_axis = own_images(centres.conj())
-    on_imaginary_axis = np.zeros(len(parts), dtype=bool)
+    on_real_axis = are_own_images(centres.conj())
+    on_imaginary_axis = np.zeros(len(centres), dtype=bool)
     if hamiltonian:
-        on_imaginary_axis = own_images(-centres.conj())
+        on_imaginary_axis = are_own_images(-centres.conj())
+    off_real = np.abs(centres.imag) > radii
+    off_imaginary = np.abs(centres.real) > radii
+    lows = np.nextafter(centres.real - radii, -np.inf)
+    highs = np.nextafter(centres.real + radii, np.inf)
     pieces = []
-    for number, part in enumerate(parts):
-        c, r = centres[part], radii[part]
-        off_real = bool(np.all(np.abs(c.imag) > r))
-        off_imaginary = bool(np.all(np.abs(c.real) > r))
+    for part in parts:
+        first = part[0]
         squares = bool(real_squares[part].all())
-        axis = bool(on_imaginary_axis[number]) or (squares and off_real)
-        on_real = bool(on_real_axis[number]) or (squares and off_imaginary)
-        real = True if on_real else False if off_real else None
-        pieces.append(_piece(c, r, axis, real))
+        is_off_real = bool(off_real[part].all())
+        is_off_imaginary = bool(off_imaginary[part].all())
+        real: bool | None = None
+        if on_real_axis[first] or (squares and is_off_imaginary):
+            real = True
+        elif is_off_real:
+            real = False
+        low = float(lows[part].min())
+        high = float(highs[part].max())
+        side: Side = "unknown"
+        if on_imaginary_axis[first] or (squares and is_off_real):
+            side = "axis"
+            low = 0.0
+            high = 0.0
+        elif low > 0.0:
+            side = "grows"
+        elif high < 0.0:
+            side = "decays"
+        pieces.append(Piece(centres[part], radii[part], low, high, side, real))
     return pieces
-
-
-def _piece(centres: NDArray, radii: Floats, axis: bool, real: bool | None) -> Piece:
-    """A piece, its side from where it lies or from what else is known."""
-    if axis:
-        return Piece(centres, radii, 0.0, 0.0, "axis", real)
-    low = float(np.min(np.nextafter(centres.real - radii, -np.inf)))
-    high = float(np.max(np.nextafter(centres.real + radii, np.inf)))
-    side: Side = "unknown"
-    if low > 0.0:
-        side = "grows"
-    elif high < 0.0:
-        side = "decays"
-    return Piece(centres, radii, low, high, side, real)
 
 
 def growing_counts(pieces: Sequence[Piece], rate: float = 0.0) -> tuple[int, int]:

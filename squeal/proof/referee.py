@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.proof.balls import AS_GIVEN, HALF_ULP, Floats, Quadratic, half_widths, upper
-from squeal.proof.enclosure import components, enclose, scaled
+from squeal.proof.enclosure import Guess, components, enclose, scaled
 from squeal.proof.free import with_free_motions
 from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_parts, touching
 
@@ -31,17 +31,36 @@ class RootList:
         How far each may lie from a root of the system, rad/s.
     verdict : str or None
         `stable`, `marginal`, `flutter` or `divergence`; None if none is given.
+    shapes : ndarray (n, m), optional
+        Their mode shapes, if they are printed: a proof that is built on them costs less.
     """
 
     values: NDArray[np.complex128]
     errors: Floats
     verdict: str | None = None
+    shapes: NDArray[np.complex128] | None = None
 
     @staticmethod
-    def of(values: ArrayLike, errors: ArrayLike, verdict: str | None = None) -> RootList:
+    def of(
+        values: ArrayLike,
+        errors: ArrayLike,
+        verdict: str | None = None,
+        shapes: ArrayLike | None = None,
+    ) -> RootList:
         """The list of array-likes (m,). Raises ValueError if they differ in length."""
         roots = np.asarray(values, dtype=complex).reshape(-1)
-        return RootList(roots, np.broadcast_to(np.asarray(errors, float), roots.shape), verdict)
+        distances = np.broadcast_to(np.asarray(errors, float), roots.shape)
+        if shapes is None:
+            return RootList(roots, distances, verdict)
+        return RootList(roots, distances, verdict, np.asarray(shapes, dtype=complex))
+
+    def guess(self, rows: NDArray[np.intp]) -> Guess | None:
+        """The roots and shapes for a component; None unless it has all rows of the system."""
+        if self.shapes is None or self.shapes.shape != (len(rows), len(self.values)):
+            return None
+        if not (np.isfinite(self.values).all() and np.isfinite(self.shapes).all()):
+            return None
+        return Guess(self.values, self.shapes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,9 +142,12 @@ class Finding:
         return "exact" if any(piece.by == "exact" for piece in self.pieces) else "enclosure"
 
 
-def enclosed(system: Quadratic) -> Finding:
-    """Enclosures of the roots of each strong component."""
-    parts = [enclose(system.block(rows)) for rows in components(system)]
+def enclosed(system: Quadratic, answer: RootList | None = None) -> Finding:
+    """Enclosures of the roots of each strong component, built on those of an answer if possible."""
+    parts: list[list[Piece] | Failure] = []
+    for rows in components(system):
+        guess = None if answer is None else answer.guess(rows)
+        parts.append(enclose(system.block(rows), guess))
     return Finding(parts, system.data)
 
 
@@ -135,7 +157,7 @@ def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
     for number, rows in enumerate(components(system)):
         part = parts[number]
         if not isinstance(part, Failure) and any(piece.side == "unknown" for piece in part):
-            block, _ = scaled(system.block(rows))
+            block, _, _ = scaled(system.block(rows))
             parts[number] = with_free_motions(block, part)
     return replace(finding, parts=parts)
 
@@ -178,9 +200,10 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
     answer : RootList
         What is printed of them.
     """
-    finding = _with_free_motions(system, enclosed(system))
+    finding = _with_free_motions(system, enclosed(system, answer))
     proof = judge_finding(finding, answer)
-    if proof.status != "open":
+    # a list without a verdict is asked for what its verdict may be
+    if proof.status == "refuted" or (proof.status == "proved" and len(proof.verdicts) == 1):
         return proof
     exact = _made_exact(system, finding)
     second = judge_finding(exact, answer)
@@ -198,6 +221,7 @@ def judge(
     errors: ArrayLike | None = None,
     verdict: str | None = None,
     data: str = HALF_ULP,
+    shapes: ArrayLike | None = None,
 ) -> Proof:
     """Whether all roots of a dense system, and the verdict on them, are printed right.
 
@@ -213,6 +237,8 @@ def judge(
         `stable`, `marginal`, `flutter` or `divergence`.
     data : str
         `as given`, `half an ulp`, or a number of digits such as `10 digits`.
+    shapes : array_like (n, m), optional
+        The mode shapes, however they were computed; a proof that is built on them costs less.
 
     Raises
     ------
@@ -227,7 +253,7 @@ def judge(
     >>> judge([[1.0]], [[0.5]], [[4.0]], [-0.25 + 1.98j, -0.25 - 1.98j], 1e-3).reason
     'no root lies within the error of a listed one'
     """
-    printed = RootList.of(values, math.inf if errors is None else errors, verdict)
+    printed = RootList.of(values, math.inf if errors is None else errors, verdict, shapes)
     return prove_roots(Quadratic.of(M, C, K, data), printed)
 
 
@@ -347,9 +373,8 @@ def _compare(
             at = complex(centres[int(np.argmax(gaps - radii))])
         return "refuted", f"{len(values)} roots are listed, there are {len(centres)}", at
     meets = touching(values, claimed, centres, radii)
-    reached = np.zeros((len(values), groups), dtype=bool)
-    for group in range(groups):
-        reached[:, group] = meets[:, label == group].any(axis=1)
+    of_group = label[:, None] == np.arange(groups)
+    reached = meets.astype(np.float32) @ of_group.astype(np.float32) > 0.0
     lost = np.flatnonzero(~reached.any(axis=1))
     if lost.size:
         value = complex(values[lost[0]])
@@ -357,16 +382,13 @@ def _compare(
     for group in np.flatnonzero(reached.sum(axis=0) < sizes).tolist():
         place = complex(centres[label == group][0])
         return "refuted", "a root is missing from the list", place
-    depth = np.abs(values[:, None] - centres) - radii
-    nearest = label[np.argmin(depth, axis=1)] if len(values) else label
+    away = np.abs(values[:, None] - centres)
+    nearest = label[np.argmin(away - radii, axis=1)] if len(values) else label
     for group in np.flatnonzero(np.bincount(nearest, minlength=groups) != sizes).tolist():
         place = complex(centres[label == group][0])
         return "open", "listed values cannot be told apart", place
-    for group in range(groups):
-        inside = label == group
-        mine = np.flatnonzero(nearest == group)
-        reach = np.abs(values[mine, None] - centres[inside]) + radii[inside]
-        errors[mine] = upper(reach.max(axis=1), 8)
+    farthest = np.where(nearest[:, None] == label, away + radii, 0.0).max(axis=1, initial=0.0)
+    errors[:] = upper(farthest, 8)
     wide = np.flatnonzero(errors > claimed)
     if wide.size:
         worst = int(wide[np.argmax(errors[wide] - claimed[wide])])

@@ -80,7 +80,10 @@ def refereed(
     from squeal.proof import judge  # here, since scenes start without it
 
     values = np.array([e.value for e in every], dtype=complex)
-    proof = judge(M, C, K, values, None, words[0], DATA)
+    shapes = None
+    if every and all(len(e.right) == len(K) for e in every):
+        shapes = np.column_stack([e.right for e in every])
+    proof = judge(M, C, K, values, None, words[0], DATA, shapes)
     if proof.status == "refuted":
         warnings.warn(
             f"the referee refutes the roots that were computed ({proof.reason})",

@@ -363,12 +363,14 @@ def _of_all(
     values = every if problem.real else upper
     words = words or judged(values)
     if region is None:
-        sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
-        count: int | None = 2 * problem.n  # the degree of det P
+        count: int | None
         if proved:
             count = len(every)
-        elif rank_of(sizes) < problem.n:
-            count = count_roots(problem, Disc(2 * max(farthest, problem.rate)), known)
+        else:
+            sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
+            count = 2 * problem.n  # the degree of det P
+            if rank_of(sizes) < problem.n:
+                count = count_roots(problem, Disc(2 * max(farthest, problem.rate)), known)
         if wanted.modes is not None or not problem.real:
             values, count = _upper(every, count, problem.real)
         return SystemRoots(values, None, count, *words, judged_by=statement)
