@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.analysis.answers import OPEN
-from squeal.analysis.systems.proofs import DATA, Statement
+from squeal.analysis.systems.proofs import HALF_ULP, Statement
 from squeal.errors import InputError
 from squeal.linear.events import Crossing
 from squeal.linear.system import TermSystem
@@ -48,7 +48,7 @@ class RangeStatement(Statement):
     def words(self) -> str:
         """In a line below a list."""
         if self.status == "proved":
-            given = " (entries as given)" * (self.data != DATA)
+            given = " (entries as given)" * (self.data != HALF_ULP)
             extent = f"up to {self.parameter} = {self.until:.9g}"
             growth = f"{self.growth_below or 0.0:.3g} 1/s"
             return f"proved: no other mode grows by more than {growth} {extent}{given}"
@@ -183,7 +183,7 @@ def system_statement(
             [Term(_dense(term.matrix), _factor(term, system)) for term in terms]
             for terms in system.parts
         )
-        provider = Terms(M, C, K, DATA)
+        provider = Terms(M, C, K, HALF_ULP)
     except ImportError:
         return stated(Proof("open", reason=NO_BALLS), system.parameter, extent, high), []
     most = int(WORK / (200.0 + 6.0 * system.n**2))

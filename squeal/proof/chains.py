@@ -102,9 +102,7 @@ def _place(values: NDArray, group: NDArray[np.intp]) -> tuple[complex, float]:
     return middle, float(np.max(np.abs(values[group] - middle)))
 
 
-def _chain(
-    A: NDArray, B: NDArray, values: NDArray, X: NDArray, members: NDArray[np.intp]
-) -> Chain:
+def _chain(A: NDArray, B: NDArray, values: NDArray, X: NDArray, members: NDArray[np.intp]) -> Chain:
     """The basis of the subspace of some eigenvalues, its columns by levels."""
     middle, spread = _place(values, members)
     is_real = not np.iscomplexobj(X) or abs(middle.imag) <= spread

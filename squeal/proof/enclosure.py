@@ -36,6 +36,7 @@ from squeal.proof.pieces import (
 )
 
 LARGEST_CLUSTER = 8  # of which signs of determinants are asked
+POOR = 1e-6  # of the rate of a system: discs as wide come from a poor guess, or from few digits
 LARGEST_E = 0.5  # row sums of |Y B X - 1| up to which the inverse is bounded
 SINGULAR = "the mass matrix is singular, or nearly so"
 BEYOND = "the entries lie beyond double precision"
@@ -162,7 +163,7 @@ def _first_order(block: Quadratic, guess: Guess | None) -> Discs | Failure:
     B.mid[n:, n:], B.rad[n:, n:] = block.M.mid, block.M.rad
     if guess is not None and len(guess.values) == 2 * n:
         discs = _of_guess(A, B, guess)
-        if isinstance(discs, Discs) and _are_apart(discs):
+        if isinstance(discs, Discs) and _are_apart(discs) and np.all(discs.radii < POOR):
             return discs
     return _of_pencil(A, B)
 
