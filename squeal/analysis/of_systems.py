@@ -138,7 +138,7 @@ class Question:
             )
 
     def eigenvalues(
-        self, at: float | None = None, look: Sweep | None = None, prove: bool = False
+        self, at: float | None = None, look: Sweep | None = None, prove: bool = True
     ) -> Eigenvalues:
         """The roots that are wanted, with what proves them complete, or of a large system from the
         basis of a first look. `prove` asks the referee of all roots of a small one."""

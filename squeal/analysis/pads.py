@@ -43,6 +43,7 @@ from squeal.model.contact import State, contact_law
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
 from squeal.schema import NOT_NEGATIVE, Number, Place, Several
 
+MATRIX_DIGITS = 12  # to which those of an equilibrium are taken to be known
 MU_MAX = Number(low=0.0, high=1000.0)
 MUS = Several(NOT_NEGATIVE, "a sequence of numbers of at least 0")
 SAMPLES = 201  # values of mu at which modes are drawn
@@ -180,8 +181,12 @@ def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape,
     return tuple(shapes)
 
 
-def eigenvalues(scene: Scene, at: float | None = None) -> Eigenvalues:
-    """The eigenvalues about the sliding equilibrium at a friction, the scene's own if left out."""
+def eigenvalues(scene: Scene, at: float | None = None, prove: bool = True) -> Eigenvalues:
+    """The eigenvalues about the sliding equilibrium at a friction, the scene's own if left out.
+
+    With `prove` the referee judges them, the matrices taken for known to 12 digits: those of an
+    equilibrium are computed numbers.
+    """
     scene = scene if at is None else scene.replace(mu=at)
     analysis = analyse(scene)
     names, units = ("x", "y", "theta"), ("m", "m", "rad")
@@ -201,11 +206,21 @@ def eigenvalues(scene: Scene, at: float | None = None) -> Eigenvalues:
     shapes = mode_shapes(spectrum, (1.0, 1.0, scene.pad.w))
     rows = shape_rows(shapes, names, "largest of x, y, w theta 1 m")
     judgement = analysis.judgement
-    head = scene.model, "mu", scene.pad.mu, spectrum.eigenvalues, judgement.verdict, str(judgement)
-    proven = all(e.residual <= ACCEPTED for e in spectrum.eigenvalues)
-    count = len(spectrum)  # M is regular: all roots of the characteristic polynomial
+    words: tuple[str | None, str] = judgement.verdict, str(judgement)
+    roots = tuple(spectrum.eigenvalues)
+    proven = all(root.residual <= ACCEPTED for root in roots)
+    proof: dict[str, Any] = {}
+    if prove:
+        from squeal.analysis.systems.proofs import Data, refereed  # no other question needs it
+
+        data = Data.of_digits(MATRIX_DIGITS, *analysis.matrices)
+        roots, words, statement = refereed(analysis.matrices, roots, words, data)
+        proven = statement.status == "proved"
+        proof = {"proof": statement.to_dict(), "proof_line": statement.words}
+    head = scene.model, "mu", scene.pad.mu, roots, *words
+    count = len(roots)  # M is regular: all roots of the characteristic polynomial
     more: Any = ("", rows, details, (note,), "", analysis.warnings, (scene, analysis))
-    return Eigenvalues(*head, _growing(scene, analysis), proven, count, *more)
+    return Eigenvalues(*head, _growing(scene, analysis), proven, count, *more, **proof)
 
 
 def sweep(scene: Scene, values: Sequence[float]) -> Sweep:

@@ -46,7 +46,7 @@ def _answer(verb: str, subject: object, **options: Any) -> Any:
     """
     scene = isinstance(subject, Scene)
     for name in OF_SYSTEMS if scene else OF_SCENES:
-        if name == "prove" and verb == "thresholds":
+        if name == "prove" and verb in ("eigenvalues", "thresholds"):
             continue
         value = options.pop(name, None)
         if value is not None and value is not False:
@@ -138,7 +138,7 @@ def eigenvalues(
     memory: Positive | None = None,
     progress: Progress | None = None,
     look: Sweep | None = None,
-    prove: bool | None = None,
+    prove: bool = True,
 ) -> Eigenvalues:
     """Compute eigenvalues, and the verdict on them.
 
@@ -160,10 +160,10 @@ def eigenvalues(
         Called with a line for each step of long work.
     look : Sweep, optional
         A first look over the value: above 400 rows its basis answers, and nothing is certified.
-    prove : bool, optional
-        Whether the referee judges all roots of a system of up to 400 rows; left out, it does. What
-        it proves is then certified, what hangs on the last digits of the entries has no verdict,
-        and what it refutes is replaced. Not of scenes.
+    prove : bool
+        Whether the referee judges all roots of a pad, or of a system of up to 400 rows. What it
+        proves is certified, what hangs on the last digits of the entries has no verdict, and what
+        it refutes is replaced.
 
     Returns
     -------
@@ -184,8 +184,6 @@ def eigenvalues(
     >>> squeal.eigenvalues(squeal.System([[1, 0], [0, 1]], K=K), at=1.0).verdict
     'flutter'
     """
-    if prove is None:
-        prove = not isinstance(subject, Scene)
     return _answer("eigenvalues", **locals())
 
 

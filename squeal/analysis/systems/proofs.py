@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.analysis.answers import OPEN
-from squeal.analysis.systems.matrices import ALL_ROWS
 from squeal.errors import InputWarning
 from squeal.linear import GROWING
+from squeal.linear.digits import half_units
 from squeal.linear.eigen import Eigenvalue, growing, ordered
 from squeal.linear.matrices import dense
 from squeal.linear.system import Matrix
@@ -38,6 +38,12 @@ class Data:
     words: str = HALF_ULP
     radii: tuple[NDArray[np.float64], ...] | None = None
 
+    @staticmethod
+    def of_digits(digits: int, *matrices: NDArray[np.float64] | None) -> Data:
+        """Entries known to so many significant digits."""
+        radii = (np.zeros(()) if X is None else half_units(X, digits).toarray() for X in matrices)
+        return Data(f"{digits} digits", tuple(radii))
+
     def around(self, M: NDArray[Any], C: NDArray[Any] | None, K: NDArray[Any]) -> Quadratic:
         """The system in balls as wide as the data. Raises ValueError unless it is real."""
         from squeal.proof.balls import Balls, Quadratic, upper  # scenes start without it
@@ -46,7 +52,7 @@ class Data:
         if self.radii is None:
             return system
         balls = (
-            Balls(X.mid, upper(X.rad + radius, 2))
+            Balls(X.mid, np.where(radius > 0.0, upper(X.rad + radius, 2), X.rad))
             for X, radius in zip(system.parts, self.radii, strict=True)
         )
         mass, damping, stiffness = balls
@@ -101,16 +107,14 @@ def counted(agrees: bool) -> Statement:
 
 def refereed(
     matrices: tuple[Matrix, Matrix | None, Matrix], every: Known, words: Words, data: Data
-) -> tuple[Known, Words, Statement | None]:
+) -> tuple[Known, Words, Statement]:
     """All finite roots and the verdict on them as far as the referee lets them pass.
 
-    What it refutes is replaced by the roots that it knows. The statement is None for matrices on
-    which it does not speak.
+    What it refutes is replaced by the roots that it knows. Raises ValueError unless the matrices
+    are real.
     """
     M, K = dense(matrices[0]), dense(matrices[2])
     C = None if matrices[1] is None else dense(matrices[1])
-    if len(K) > ALL_ROWS or any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
-        return every, words, None
     from squeal.proof import RootList, prove_roots  # here, since scenes start without it
 
     system = data.around(M, C, K)
