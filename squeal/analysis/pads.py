@@ -43,7 +43,7 @@ from squeal.model.contact import State, contact_law
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
 from squeal.schema import NOT_NEGATIVE, Number, Place, Several
 
-MATRIX_DIGITS = 12  # to which those of an equilibrium are taken to be known
+MATRIX_DIGITS = "12 digits"  # to which those of an equilibrium are taken to be known
 MU_MAX = Number(low=0.0, high=1000.0)
 MUS = Several(NOT_NEGATIVE, "a sequence of numbers of at least 0")
 SAMPLES = 201  # values of mu at which modes are drawn
@@ -213,8 +213,7 @@ def eigenvalues(scene: Scene, at: float | None = None, prove: bool = True) -> Ei
     if prove:
         from squeal.analysis.systems.proofs import Data, refereed  # no other question needs it
 
-        data = Data.of_digits(MATRIX_DIGITS, *analysis.matrices)
-        roots, words, statement = refereed(analysis.matrices, roots, words, data)
+        roots, words, statement = refereed(analysis.matrices, roots, words, Data(MATRIX_DIGITS))
         proven = statement.status == "proved"
         proof = {"proof": statement.to_dict(), "proof_line": statement.words}
     head = scene.model, "mu", scene.pad.mu, roots, *words

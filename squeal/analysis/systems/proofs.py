@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from squeal.analysis.answers import OPEN
 from squeal.errors import InputWarning
 from squeal.linear import GROWING
-from squeal.linear.digits import half_units
 from squeal.linear.eigen import Eigenvalue, growing, ordered
 from squeal.linear.matrices import dense
 from squeal.linear.system import Matrix
@@ -32,25 +31,19 @@ class Data:
     """What is assumed of the entries of M, C and K.
 
     words: in words; radii: how far each entry (n, n) of the three may lie from the given one beside
-    half an ulp, None if no farther.
+    half an ulp, None if the words say it.
     """
 
     words: str = HALF_ULP
     radii: tuple[NDArray[np.float64], ...] | None = None
 
-    @staticmethod
-    def of_digits(digits: int, *matrices: NDArray[np.float64] | None) -> Data:
-        """Entries known to so many significant digits."""
-        radii = (np.zeros(()) if X is None else half_units(X, digits).toarray() for X in matrices)
-        return Data(f"{digits} digits", tuple(radii))
-
     def around(self, M: NDArray[Any], C: NDArray[Any] | None, K: NDArray[Any]) -> Quadratic:
         """The system in balls as wide as the data. Raises ValueError unless it is real."""
         from squeal.proof.balls import Balls, Quadratic, upper  # scenes start without it
 
-        system = Quadratic.of(M, C, K, HALF_ULP)
         if self.radii is None:
-            return system
+            return Quadratic.of(M, C, K, self.words)
+        system = Quadratic.of(M, C, K, HALF_ULP)
         balls = (
             Balls(X.mid, np.where(radius > 0.0, upper(X.rad + radius, 2), X.rad))
             for X, radius in zip(system.parts, self.radii, strict=True)
@@ -150,7 +143,7 @@ def refereed(
     elif status == "proved" and words[0] is None:
         verdict = next(iter(proof.verdicts)) if len(proof.verdicts) == 1 else None
         # what is known to few digits neither grows nor decays
-        if data.radii is None and verdict in ("stable", "marginal"):
+        if data.words == HALF_ULP and verdict in ("stable", "marginal"):
             words = verdict, f"{verdict}, which is proved although rounding hides it"
         else:
             status, reason = "open", words[1].removeprefix(OPEN)
