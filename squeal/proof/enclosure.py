@@ -106,7 +106,7 @@ def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failu
         radii = upper(radii * rate, 2)
         if not (np.isfinite(centres).all() and np.isfinite(radii).all()):
             return Failure(BEYOND)
-        return pieces_of(centres, radii, block.is_hamiltonian, real)
+        return pieces_of(centres, radii, block.is_real, block.is_hamiltonian, real)
 
 
 def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
@@ -146,7 +146,7 @@ def _squares(block: Quadratic) -> Discs | Failure:
                 # X' M X is close to 1, so that M is positive definite and all s are real
                 return discs._replace(real=np.ones(block.n, dtype=bool))
     discs = _of_pencil(K, M)
-    if isinstance(discs, Failure):
+    if isinstance(discs, Failure) or not block.is_real:
         return discs
     return discs._replace(real=_real_by_signs(K, M, discs))
 
@@ -154,8 +154,9 @@ def _squares(block: Quadratic) -> Discs | Failure:
 def _first_order(block: Quadratic, guess: Guess | None) -> Discs | Failure:
     """Discs of lambda of a damped block, in the states (q, q')."""
     n = block.n
-    A = Balls(np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n)))
-    B = Balls(np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n)))
+    kind = float if block.is_real else complex
+    A = Balls(np.zeros((2 * n, 2 * n), dtype=kind), np.zeros((2 * n, 2 * n)))
+    B = Balls(np.zeros((2 * n, 2 * n), dtype=kind), np.zeros((2 * n, 2 * n)))
     A.mid[:n, n:] = np.eye(n)
     A.mid[n:, :n], A.rad[n:, :n] = -block.K.mid, block.K.rad
     A.mid[n:, n:], A.rad[n:, n:] = -block.C.mid, block.C.rad
@@ -214,7 +215,7 @@ def _diagonalised(A: Balls, B: Balls) -> tuple[NDArray, NDArray, NDArray] | Fail
     """Approximate eigenvalues of A - s B, right vectors X, and Y, about the inverse of B X."""
     try:
         values, X = np.linalg.eig(np.linalg.solve(B.mid, A.mid))
-        if not values.imag.any():
+        if not values.imag.any() and not np.iscomplexobj(A.mid):
             values, X = values.real, X.real
         Y = np.linalg.inv(B.mid @ X)
     except LinAlgError:

@@ -100,14 +100,16 @@ def clusters(centres: NDArray, radii: Floats) -> list[NDArray[np.intp]]:
 def pieces_of(
     centres: NDArray[np.complex128],
     radii: Floats,
+    real: bool,
     hamiltonian: bool,
     real_squares: NDArray[np.bool_],
 ) -> list[Piece]:
-    """The pieces of the discs of a real system, each with what its mirror images prove.
+    """The pieces of the discs of a system, each with what its mirror images prove.
 
-    A root's mirror image at the real axis is a root; of a Hamiltonian system that at the imaginary
-    axis too. Where the image of a disc that holds one root meets no disc but this one, the root is
-    its own image. `real_squares` (n,) says of which discs the roots are real or imaginary anyway.
+    Of a real system a root's mirror image at the real axis is a root; of a Hamiltonian system that
+    at the imaginary axis too. Where the image of a disc that holds one root meets no disc but this
+    one, the root is its own image. `real_squares` (n,) says of which discs the roots are real or
+    imaginary anyway.
     """
     parts = clusters(centres, radii)
     label = np.empty(len(centres), dtype=int)
@@ -122,7 +124,9 @@ def pieces_of(
         meets_others = meets & (label[:, None] != label)
         return alone & ~meets_others.any(axis=1)
 
-    on_real_axis = are_own_images(centres.conj())
+    on_real_axis = np.zeros(len(centres), dtype=bool)
+    if real:
+        on_real_axis = are_own_images(centres.conj())
     on_imaginary_axis = np.zeros(len(centres), dtype=bool)
     if hamiltonian:
         on_imaginary_axis = are_own_images(-centres.conj())
@@ -136,11 +140,11 @@ def pieces_of(
         squares = bool(real_squares[part].all())
         is_off_real = bool(off_real[part].all())
         is_off_imaginary = bool(off_imaginary[part].all())
-        real: bool | None = None
+        is_on_real_axis: bool | None = None
         if on_real_axis[first] or (squares and is_off_imaginary):
-            real = True
+            is_on_real_axis = True
         elif is_off_real:
-            real = False
+            is_on_real_axis = False
         low = float(lows[part].min())
         high = float(highs[part].max())
         side: Side = "unknown"
@@ -152,7 +156,7 @@ def pieces_of(
             side = "grows"
         elif high < 0.0:
             side = "decays"
-        pieces.append(Piece(centres[part], radii[part], low, high, side, real))
+        pieces.append(Piece(centres[part], radii[part], low, high, side, is_on_real_axis))
     return pieces
 
 

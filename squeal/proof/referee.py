@@ -121,10 +121,12 @@ class Count:
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """Pieces of each component, or why there are none; `data` is what they hold for."""
+    """Pieces of each component, or why there are none; `data` is what they hold for, `real` says
+    that the system is."""
 
     parts: list[list[Piece] | Failure]
     data: str
+    real: bool = True
 
     @property
     def failure(self) -> Failure | None:
@@ -135,6 +137,14 @@ class Finding:
     def pieces(self) -> list[Piece]:
         """The pieces of all components that have some."""
         return [piece for part in self.parts if not isinstance(part, Failure) for piece in part]
+
+    @property
+    def deciding(self) -> list[Piece]:
+        """The pieces that decide the verdict: of a complex system, whose roots below the real axis
+        mean nothing, those that may reach above it."""
+        if self.real:
+            return self.pieces
+        return [p for p in self.pieces if np.max(p.centres.imag + p.radii) >= 0.0]
 
     @property
     def by(self) -> Means:
@@ -148,7 +158,7 @@ def enclosed(system: Quadratic, answer: RootList | None = None) -> Finding:
     for rows in components(system):
         guess = None if answer is None else answer.guess(rows)
         parts.append(enclose(system.block(rows), guess))
-    return Finding(parts, system.data)
+    return Finding(parts, system.data, system.is_real)
 
 
 def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
@@ -156,7 +166,11 @@ def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
     parts = list(finding.parts)
     for number, rows in enumerate(components(system)):
         part = parts[number]
-        if not isinstance(part, Failure) and any(piece.side == "unknown" for piece in part):
+        if (
+            not isinstance(part, Failure)
+            and system.is_real
+            and any(piece.side == "unknown" for piece in part)
+        ):
             block, _, _ = scaled(system.block(rows))
             parts[number] = with_free_motions(block, part)
     return replace(finding, parts=parts)
@@ -167,7 +181,8 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
 
     It is the same unless the balls are within the last digit of the doubles.
     """
-    if any(np.any(X.rad > half_widths(X.mid, HALF_ULP)) for X in system.parts):
+    wide = any(np.any(X.rad > half_widths(X.mid, HALF_ULP)) for X in system.parts)
+    if wide or not system.is_real:
         return finding
     from squeal.proof.exact import exact_roots  # here, since few systems need python-flint
 
@@ -228,7 +243,7 @@ def judge(
     Parameters
     ----------
     M, C, K : array_like (n, n)
-        Real matrices, C None without damping.
+        Real or complex matrices, C None without damping.
     values : array_like (m,)
         All finite roots, rad/s.
     errors : array_like (m,), optional
@@ -243,7 +258,7 @@ def judge(
     Raises
     ------
     ValueError
-        If the matrices are not real and square, of one size, or `data` is none of these.
+        If the matrices are not square, of one size, or `data` is none of these.
 
     Examples
     --------
@@ -282,7 +297,8 @@ def _open(finding: Finding, reason: str, where: complex | None, errors: Floats) 
     pieces = finding.pieces
     growth, verdicts = math.inf, frozenset[str]()
     if finding.failure is None:
-        growth, verdicts = growth_bound(pieces), possible_verdicts(pieces)
+        growth = growth_bound(finding.deciding)
+        verdicts = possible_verdicts(finding.deciding)
     return Proof(
         "open", finding.by, growth, finding.data, reason, where, errors, verdicts, tuple(pieces)
     )
@@ -329,20 +345,21 @@ def judge_finding(finding: Finding, answer: RootList) -> Proof:
     pieces = finding.pieces
     with np.errstate(all="ignore"):
         status, reason, where = _compare(pieces, answer, errors)
-    verdicts = possible_verdicts(pieces)
+    deciding = finding.deciding
+    verdicts = possible_verdicts(deciding)
     if status != "refuted" and answer.verdict is not None and verdicts != {answer.verdict}:
-        if answer.verdict not in possible_verdicts(pieces, free_is_zero=False):
+        if answer.verdict not in possible_verdicts(deciding, free_is_zero=False):
             status = "refuted"
             reason = f"the verdict is {' or '.join(sorted(verdicts))}, not {answer.verdict}"
             where = None
         elif status == "proved":
             status = "open"
             vague = max(
-                (p for p in pieces if p.side == "unknown"), key=lambda p: p.high, default=None
+                (p for p in deciding if p.side == "unknown"), key=lambda p: p.high, default=None
             )
             where = None if vague is None else complex(vague.centres[0])
             reason = f"the verdict may be {' or '.join(sorted(verdicts))}"
-    growth = growth_bound(pieces)
+    growth = growth_bound(deciding)
     return Proof(
         status, finding.by, growth, finding.data, reason, where, errors, verdicts, tuple(pieces)
     )

@@ -38,7 +38,10 @@ class Data:
     radii: tuple[NDArray[np.float64], ...] | None = None
 
     def around(self, M: NDArray[Any], C: NDArray[Any] | None, K: NDArray[Any]) -> Quadratic:
-        """The system in balls as wide as the data. Raises ValueError unless it is real."""
+        """The system in balls as wide as the data.
+
+        Raises ValueError where an entry is no double.
+        """
         from squeal.proof.balls import Balls, Quadratic, upper  # scenes start without it
 
         if self.radii is None:
@@ -103,8 +106,8 @@ def refereed(
 ) -> tuple[Known, Words, Statement]:
     """All finite roots and the verdict on them as far as the referee lets them pass.
 
-    What it refutes is replaced by the roots that it knows. Raises ValueError unless the matrices
-    are real.
+    What it refutes is replaced by the roots that it knows. Raises ValueError where an entry
+    is no double.
     """
     M, K = dense(matrices[0]), dense(matrices[2])
     C = None if matrices[1] is None else dense(matrices[1])

@@ -353,8 +353,9 @@ def _of_all(
         sure = tuple(e for e in every if e.rounding < math.inf)
         words = judged(sure, complete=not any(e.open for e in sure))
     statement: Statement | None = None
-    if data is not None and problem.real:
-        every, words, statement = refereed(matrices, every, words or judged(every), data)
+    if data is not None:
+        deciding = every if problem.real else _upper(every, None, False)[0]
+        every, words, statement = refereed(matrices, every, words or judged(deciding), data)
     proved = statement is not None and statement.status == "proved"
     known = np.array([e.value for e in every], dtype=complex)
     farthest, region = float(np.max(np.abs(known), initial=0.0)), wanted.rectangle
