@@ -5,7 +5,6 @@ squeal eigenvalues brake.yaml --band 500:5000 --sensitivity
 """
 
 import argparse
-import importlib
 from dataclasses import replace
 from typing import Any
 
@@ -52,9 +51,9 @@ def run(given: argparse.Namespace) -> Reply:
     if not given.values:
         refuse(given, "workers", "no --sweep, whose values they share")
     if given.test:  # refused before anything is solved
-        importlib.import_module("squeal.analysis.pairing").read_test(
-            given.test, subject.coordinates
-        )
+        from squeal.analysis.pairing import read_test
+
+        read_test(given.test, subject.coordinates)
     asked: dict[str, Any] = picked(given, "band region modes memory") | {"progress": steps()}
     sweep = None
     if given.values:
@@ -82,5 +81,7 @@ def run(given: argparse.Namespace) -> Reply:
     answers[1:1] = pairs
     more = f"\n\nheld against rounding: {spectrum.criterion}" * given.verbose
     if (given.shape or given.shapes) and not subject.coordinates.cells:
-        more += "\n\n" + importlib.import_module("squeal.io.system").POINTS
+        from squeal.io.system import POINTS  # which no scene needs
+
+        more += f"\n\n{POINTS}"
     return Reply.of(*answers, judged=scene, more=more)
