@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from squeal.equilibrium.branch import CHANGE, LOST, NOWHERE, REACHED, TURNS, Branches, follow
-from squeal.equilibrium.find import UNSTABLE, normalised_damping, rests
+from squeal.equilibrium.damping import UNSTABLE, normalised_damping
+from squeal.equilibrium.find import rests
 from squeal.equilibrium.statics import Places, Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene

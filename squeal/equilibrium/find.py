@@ -1,5 +1,5 @@
-"""Equilibria of one pad: its places of rest without friction, all at its friction, its branch over
-mu, and the damping matrix that refers to its modes at rest."""
+"""Equilibria of one pad: its places of rest without friction, all at its friction, and its branch
+over mu."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import dataclasses
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -15,7 +15,6 @@ from squeal.equilibrium import branch as ends
 from squeal.equilibrium.branch import CHANGE, NODE, Branches, BranchOptions, follow
 from squeal.equilibrium.statics import LIMITS, WHY_HIDDEN, Places, Statics, excursion
 from squeal.errors import ComputationError
-from squeal.io.scene import Damping, Scene
 from squeal.model.contact import State
 from squeal.model.equations import Linearisation, PadModel, linearise, natural_units, net_loads
 from squeal.model.pad import Coefficients, pose
@@ -25,7 +24,6 @@ ALIKE = 1e-9  # of a potential energy: what two places with the same may differ 
 MOST = 200  # pads that are searched together; bounds the memory
 UNITS = 4.0 * float(np.finfo(float).eps)  # by which each coefficient and each load may be off
 OF_LOADS = ("k1", "k2", "k3", "k4", "k_c", "F_n")  # to each of which one load is proportional
-UNSTABLE = "modal damping ratios need stable modes, and the pad is unstable without friction"
 NO_START = (
     "without friction the pad has no place of rest nearby where the surfaces press on each other"
 )
@@ -346,88 +344,3 @@ class Path:
         M, *rest = linearise(self.model.replace(mu=mu), at, np.repeat(1.0 * touching, 4, 1))
         own, *others = np.moveaxis(np.array(rest), -1, 0)
         return [((M, *own), (0 * M, *(one - own) / h)) for one in others]
-
-
-def normalised_damping(damping: Damping, A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """B (..., 3, 3) that ratios or Rayleigh's factors give z'' + B z' + A z = 0; where they can.
-
-    Rayleigh's factors make alpha + beta A of its symmetric part, ratios sum_i 2 z_i w_i v_i v_i' of
-    its modes A v_i = w_i^2 v_i by rising w_i. The second result (...) is false where such a mode is
-    unstable, so that it has no damping ratio.
-    """
-    A = (A + np.swapaxes(A, -1, -2)) / 2
-    if damping.rayleigh is not None:
-        alpha, beta = damping.rayleigh
-        return alpha * np.eye(3) + beta * A, np.ones(A.shape[:-2], dtype=bool)
-    squares, modes = np.linalg.eigh(A)
-    rates = 2 * np.array(damping.ratios) * np.sqrt(np.maximum(squares, 0.0))
-    B = modes * rates[..., None, :] @ np.swapaxes(modes, -1, -2)
-    return B, squares[..., 0] >= -1e-12 * squares[..., -1]
-
-
-def normalised_damping_slope(damping: Damping, A: np.ndarray, dA: np.ndarray) -> np.ndarray:
-    """The derivative (3, 3) of `normalised_damping` where A (3, 3) changes by dA.
-
-    By the formula of Daleckii and Krein for a function of a symmetric matrix; NaN where two modes
-    of one frequency have different ratios.
-    """
-    A, dA = (A + A.T) / 2, (dA + dA.T) / 2
-    if damping.rayleigh is not None:
-        return np.asarray(damping.rayleigh[1] * dA)
-    squares, modes = np.linalg.eigh(A)
-    w, z = np.sqrt(np.maximum(squares, 0.0)), np.array(damping.ratios)
-    apart = np.subtract.outer(squares, squares)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        alike = np.where(np.equal.outer(z, z), np.where(z > 0.0, z / w, 0.0), np.nan)
-        quotients = np.where(apart == 0.0, alike, 2 * np.subtract.outer(z * w, z * w) / apart)
-    return np.asarray(modes @ (quotients * (modes.T @ dA @ modes)) @ modes.T)
-
-
-def damping_matrix(scene: Scene) -> np.ndarray:
-    """C (3, 3) in SI units; zero if the scene names no damping.
-
-    Modal ratios and Rayleigh damping refer to the modes, the mass and the stiffness about the
-    equilibrium without friction. The matrix is then the same in every linearisation and in every
-    contact state of a simulation. Raises ComputationError where a mode with a ratio is unstable,
-    or where there is no equilibrium to refer to.
-    """
-    damping = scene.damping
-    if damping is None:
-        return np.zeros((3, 3))
-    if damping.matrix is not None:
-        return np.array(damping.matrix)
-    M, _, K = linearise(*without_friction(scene))
-    root = np.sqrt(np.diag(M))
-    B, stable = normalised_damping(damping, K / np.outer(root, root))
-    if not stable:
-        raise ComputationError(UNSTABLE)
-    return np.asarray(root[:, None] * B * root)
-
-
-def damped_model(scene: Scene) -> PadModel:
-    """The scene's pad with its damping matrix. Raises ComputationError, see `damping_matrix`."""
-    if scene.damping is None:
-        return scene.pad_model
-    rows = tuple(map(tuple, damping_matrix(scene).tolist()))
-    return dataclasses.replace(scene.pad_model, damping=rows)
-
-
-def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
-    """What ratios and Rayleigh damping refer to: the pad without friction, its place q (3,) (SI),
-    its contact. Raises ComputationError where there is no such place."""
-    numbers = {name: float(value) for name, value in scene.pad.given().items()}
-    model = scene.pad_model.replace(**(numbers | {"mu": 0.0}))
-    q, state = _rest_without_friction(model)
-    return model, q.copy(), state
-
-
-@lru_cache  # of a continuation over friction or damping all scenes refer to the same place
-def _rest_without_friction(model: PadModel) -> tuple[np.ndarray, State]:
-    """The place q (3,) (SI) of a pad whose friction is zero, and its contact there."""
-    if model.linear:
-        return np.zeros(3), model.full
-    path = Path(model, branch_of(model, 0.0))
-    if not path.branch.z.size:
-        raise ComputationError(f"ratios and rayleigh refer to the pad without friction: {NO_START}")
-    z, state = path.at(0.0)
-    return path.statics.to_si(z), state
