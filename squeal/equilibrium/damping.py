@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from squeal.equilibrium.find import NO_START, Path, branch_of
+from squeal.equilibrium.path import NO_START, Path, branch_of
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.model.contact import State

@@ -39,7 +39,7 @@ from squeal.article.identify.space import (
     stacked,
     starts,
 )
-from squeal.equilibrium.branch import REACHED, follow
+from squeal.equilibrium.branch import BranchEnd, follow
 from squeal.equilibrium.find import Equilibrium, record
 from squeal.equilibrium.find import rests as rests_without_friction
 from squeal.equilibrium.statics import Statics
@@ -262,7 +262,7 @@ def rests_of(stack: PadModel) -> list[Rest | None]:
     places = branches.at(np.arange(n), mu)
     found: list[Rest | None] = []
     for one in range(n):
-        reached = branches.end[one] == REACHED and places.there[one]
+        reached = branches.end[one] == BranchEnd.REACHED and places.exists[one]
         state = State(*places.touching[:, one].tolist())
         found.append(_rest(single(stack, one), places.z[:, one], state) if reached else None)
     return found
