@@ -18,7 +18,7 @@ from squeal.analysis.answers import (
     shape_rows,
 )
 from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.equilibrium.statics import excursion
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene

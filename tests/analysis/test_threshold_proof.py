@@ -8,7 +8,7 @@ import pytest
 import squeal
 from squeal.analysis.pads import critical_friction, with_places
 from squeal.analysis.ranges import pad_statement
-from squeal.equilibrium.find import without_friction
+from squeal.equilibrium.damping import without_friction
 from tests.conftest import scene_of
 
 pytest.importorskip("flint")

@@ -4,7 +4,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.equilibrium.find import without_friction
+from squeal.equilibrium.damping import without_friction
 from squeal.model.equations import linearise
 from squeal.proof import prove_thresholds
 from squeal.proof.pads import Line, PadBranch
