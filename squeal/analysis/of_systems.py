@@ -243,11 +243,17 @@ class Question:
         high: float,
         low: float | None = None,
         workers: int | None = None,
-        prove: bool = False,
+        prove: bool | None = None,
     ) -> Thresholds:
-        """Every threshold of the wanted roots from low to high. `prove` asks the referee."""
+        """Every threshold of the wanted roots from low to high, and what the referee says of them.
+
+        `prove` asks it to, or not to; left out, it judges what it can. What it refutes is searched
+        again.
+        """
         system = self.system
-        if prove and not (system.n <= PROVED_ROWS and system.real and self.wanted == Wanted()):
+        provable = system.n <= PROVED_ROWS and system.real and self.wanted == Wanted()
+        provable &= self.file.assembly is None and not self.file.assumptions
+        if prove and not provable:
             raise InputError(
                 f"prove: all thresholds of real systems of up to {PROVED_ROWS} rows can be proved, "
                 "without a band or a region"

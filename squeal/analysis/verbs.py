@@ -241,7 +241,7 @@ def thresholds(
     memory: Positive | None = None,
     progress: Progress | None = None,
     workers: Workers | None = None,
-    prove: bool = False,
+    prove: bool | None = None,
 ) -> Thresholds:
     """Find every change of stability over a range of the friction or of the free parameter.
 
@@ -254,9 +254,9 @@ def thresholds(
     low : float, optional
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
-    prove : bool
-        Let the referee judge a pad up to its first loss of stability, or a system of up to 20 rows
-        over the whole range: `proof` of the answer says what is proved, and of which extent.
+    prove : bool, optional
+        Whether the referee judges the list; left out, it does of pads and of systems of up to 20
+        rows. `proof` of the answer says what is proved, and of which extent.
 
     Returns
     -------

@@ -123,6 +123,14 @@ def _shifted(X: NDArray, exponents: Any) -> NDArray:
     return np.asarray(np.ldexp(X, exponents))
 
 
+def middle_and_radius(ball: Any) -> tuple[float, float]:
+    """A double and how far the numbers of a ball (`flint.arb`) may lie from it."""
+    middle = float(ball.mid())
+    if (ball - middle).is_zero():
+        return middle, 0.0
+    return middle, float(np.nextafter(float((ball - middle).abs_upper()), np.inf))
+
+
 def half_widths(X: NDArray, data: str) -> Floats:
     """How far the true entries may lie from given ones.
 
