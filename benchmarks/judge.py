@@ -32,7 +32,7 @@ from scipy.io import mmwrite
 from scipy.sparse import coo_array
 
 from benchmarks.random_pads import scene_of
-from benchmarks.solid_brake import solid_brake
+from squeal.examples.brake import solid_brake
 from squeal.linear.system import TermSystem
 from tests.known import known_system
 

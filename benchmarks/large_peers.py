@@ -132,7 +132,7 @@ def main() -> int:
     if sys.argv[1:2] == ["--one"]:
         print(one(sys.argv[2], Path(sys.argv[3])))
         return 0
-    from benchmarks.solid_brake import solid_brake, write_brake
+    from squeal.examples.brake import solid_brake, write_brake
 
     environment = {**os.environ, "OPENBLAS_NUM_THREADS": "1"}
     for rows in map(int, sys.argv[1:] or ["5000", "20000"]):

@@ -36,7 +36,7 @@ from scipy.io import mmwrite
 from scipy.sparse import csc_array
 
 import squeal
-from benchmarks.solid_brake import solid_brake, write_parts
+from squeal.examples.brake import solid_brake, write_parts
 from squeal.cli.main import main as command_line
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import Answer, to_json

@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 
 import squeal
-from benchmarks.solid_brake import parts, solid_brake
+from squeal.examples.brake import parts, solid_brake
 from squeal.sparse.argument_principle import band
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import lowest_modes, modes_in

@@ -25,7 +25,7 @@ from scipy.sparse import coo_array
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from benchmarks.solid_brake import solid_brake, write_brake, write_parts
+from squeal.examples.brake import solid_brake, write_brake, write_parts
 from squeal.cli.main import main
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -13,6 +13,9 @@ from squeal.errors import InputError, meant
 
 ARTICLE = "the article: squeal article COMMAND"
 GROUPS = {
+    "to begin with": {
+        "example": "write a pad, a brake, components or a rotor to try this on",
+    },
     "what is stable: of pads, and of systems from matrices": {
         "check": "what files of matrices hold: mass, real modes, what looks like wrong units",
         "eigenvalues": "complex eigenvalues and verdict",
@@ -40,9 +43,10 @@ GROUPS = {
     },
 }
 COMMANDS = {name: about for group in GROUPS.values() for name, about in group.items()}
-WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take")
+WITHOUT_SCENE = ("example", "claims", "findings", "identify", "cite", "take")
 EXAMPLES = """
 examples
+  squeal example pad
   squeal eigenvalues pad.yaml --sweep 0:0.6:61 --figure roots.png
   squeal critical-friction brake.yaml --max 1 --band 500:5000
   squeal article claims

@@ -8,7 +8,7 @@ from scipy.linalg import eigh
 from scipy.sparse import block_diag, csc_array
 
 import squeal
-from benchmarks.solid_brake import solid_brake, write_brake
+from squeal.examples.brake import solid_brake, write_brake
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.system import Coordinates, SystemFile
 from squeal.linear.system import Term, TermSystem

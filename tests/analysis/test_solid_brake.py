@@ -9,7 +9,7 @@ from squeal.io.system_files import read_system
 from squeal.io.writing import picked
 
 pytest.importorskip("skfem")
-from benchmarks.solid_brake import solid_brake, write_brake
+from squeal.examples.brake import solid_brake, write_brake
 
 PAD_NODES = 3 * 9 * 3  # the last ones: radial, along the pad, through it
 

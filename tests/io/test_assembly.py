@@ -20,7 +20,7 @@ BAND, TOP = (500.0, 4000.0), 8000.0  # Hz; the cut-off is twice the upper end of
 def brake(tmp_path_factory):
     """A brake of disc and pad as files, and the same parts in Python."""
     pytest.importorskip("skfem")
-    from benchmarks.solid_brake import parts, solid_brake, write_parts
+    from squeal.examples.brake import parts, solid_brake, write_parts
 
     made, folder = solid_brake(500), tmp_path_factory.mktemp("brake")
     write_parts(folder, made)

@@ -90,7 +90,7 @@ def test_a_reduced_brake_has_the_roots_of_the_full_one():
     pytest.importorskip("skfem")
     from dataclasses import replace
 
-    from benchmarks.solid_brake import parts, solid_brake
+    from squeal.examples.brake import parts, solid_brake
 
     brake = solid_brake(600)
     bodies, contact = parts(brake)

@@ -26,6 +26,11 @@ from squeal.sparse.components import Component, Contact
 ROWS = (500, 1_000_000)
 ROUND = 24  # elements around the disc for each level of refinement
 PAD = 4  # elements along the pad
+GAUSS = 4  # points along each edge of a cell
+CORNERS = (  # of a cell, in steps along r, phi and z
+    *((0, 0, 0), (0, 0, 1), (0, 1, 0), (1, 0, 0)),
+    *((0, 1, 1), (1, 0, 1), (1, 1, 0), (1, 1, 1)),
+)
 VTK = [0, 3, 6, 2, 1, 5, 7, 4]  # corners of a cell in the order of VTK
 
 
@@ -68,16 +73,14 @@ class SolidBrake:
 def _block(counts: tuple[int, int, int], closed: bool) -> tuple[NDArray, NDArray]:
     """Indices (cells, 8) of the corners of each cell of a grid (r, phi, z), and the grid's shape.
 
-    In the order that scikit-fem gives the corners of its reference cell; `closed` in phi.
+    In the order of `CORNERS`; `closed` in phi.
     """
     r, a, z = counts
     around = a if closed else a + 1
     shape = np.array([r + 1, around, z + 1])
     i, j, k = (x.ravel() for x in np.meshgrid(*map(np.arange, counts), indexing="ij"))
-    corners = [(0, 0, 0), (0, 0, 1), (0, 1, 0), (1, 0, 0), (0, 1, 1), (1, 0, 1), (1, 1, 0)]
     columns = [
-        np.ravel_multi_index((i + x, (j + y) % around, k + w), tuple(shape))
-        for x, y, w in (*corners, (1, 1, 1))
+        np.ravel_multi_index((i + x, (j + y) % around, k + w), tuple(shape)) for x, y, w in CORNERS
     ]
     return np.array(columns), shape
 
@@ -87,34 +90,54 @@ def _places(radii: NDArray, angles: NDArray, heights: NDArray) -> NDArray:
     return np.array([r * np.cos(a), r * np.sin(a), z])
 
 
+def _at_gauss_points(corners: NDArray) -> tuple[NDArray, NDArray]:
+    """Trilinear shape functions (cells, 8, points) of hexahedra at Gauss points, and their slopes
+    (cells, 8, 3, points) in x, y, z, both times the root of the weight.
+
+    corners (cells, 8, 3) in m, in the order of `CORNERS`.
+    """
+    places, weights = np.polynomial.legendre.leggauss(GAUSS)
+    steps = np.meshgrid(*[np.arange(GAUSS)] * 3, indexing="ij")
+    points = np.column_stack([(places[axis.ravel()] + 1.0) / 2.0 for axis in steps])
+    weight = np.prod([weights[axis.ravel()] / 2.0 for axis in steps], axis=0)
+    far = np.array(CORNERS)[:, None] == 1  # (corner, 1, axis)
+    # along each axis a function is s or 1 - s, its slope 1 or -1
+    along = np.where(far, points, 1.0 - points)  # (corner, point, axis)
+    slope = np.where(far, 1.0, -1.0)
+    shapes = along.prod(axis=2)
+    local = np.stack(
+        [
+            slope[..., 0] * along[..., 1] * along[..., 2],
+            along[..., 0] * slope[..., 1] * along[..., 2],
+            along[..., 0] * along[..., 1] * slope[..., 2],
+        ]
+    )  # (axis, corner, point)
+    jacobian = np.einsum("eci,acp->epia", corners, local)
+    inverse = np.linalg.inv(jacobian)
+    roots = np.sqrt(np.abs(np.linalg.det(jacobian)) * weight)  # (cells, points)
+    slopes = np.einsum("epai,acp->ecip", inverse, local)
+    return shapes * roots[:, None], slopes * roots[:, None, None]
+
+
 def _assembled(places: NDArray, cells: NDArray, material: tuple[float, float, float]) -> Any:
     """Mass and stiffness of a body, rows (node, direction)."""
     from scipy.sparse import coo_array
 
-    try:
-        from skfem import Basis, ElementHex1, MeshHex
-        from skfem.models.elasticity import lame_parameters
-    except ImportError:
-        raise ComputationError(
-            "a brake of solids needs the package scikit-fem, which is not installed: "
-            "pip install brake-squeal[fe]"
-        ) from None
     young, poisson, density = material
-    volume, shear = lame_parameters(young, poisson)
-    basis = Basis(MeshHex(places, cells), ElementHex1())
-    weight = np.sqrt(basis.dx)  # (cells, points)
-    shapes = np.array([np.asarray(b[0]) * weight for b in basis.basis]).transpose(1, 0, 2)
-    slopes = np.array([b[0].grad * weight for b in basis.basis]).transpose(2, 0, 1, 3)
-    count = len(slopes)
-    flat = slopes.reshape(count, 24, -1)  # (cells, corner and direction, points)
+    shear = young / (2.0 * (1.0 + poisson))
+    volume = young * poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+    shapes, slopes = _at_gauss_points(places.T[cells.T])
+    count = cells.shape[1]
+    flat = slopes.reshape(count, 24, -1)  # corner and direction, point
     both = (flat @ flat.transpose(0, 2, 1)).reshape(count, 8, 3, 8, 3)
     K = volume * both + shear * both.transpose(0, 1, 4, 3, 2)
     M = np.zeros_like(K)
-    gradient, mass = np.einsum("eiaja->eij", both), shapes @ shapes.transpose(0, 2, 1)
+    gradient = np.einsum("eiaja->eij", both)
+    mass = shapes @ shapes.transpose(0, 2, 1)
     for way in range(3):
         K[:, :, way, :, way] += shear * gradient
         M[:, :, way, :, way] = density * mass
-    rows = (3 * basis.element_dofs.T[:, :, None] + np.arange(3)).reshape(count, 24)
+    rows = (3 * cells.T[:, :, None] + np.arange(3)).reshape(count, 24)
     where = (np.repeat(rows, 24, axis=1).ravel(), np.tile(rows, 24).ravel())
     n = 3 * places.shape[1]
     assembled = tuple(coo_array((X.ravel(), where), shape=(n, n)).tocsc() for X in (M, K))

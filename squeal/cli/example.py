@@ -1,0 +1,35 @@
+"""`squeal example`: write a pad, a brake, a rotor or another example, to begin from.
+
+squeal example pad
+squeal example brake --to tried
+"""
+
+import argparse
+from pathlib import Path
+
+from squeal.cli.command import Parser, Reply
+from squeal.examples.files import EXAMPLES, write_example
+from squeal.io.writing import aligned
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal example`."""
+    names = ", ".join(EXAMPLES)
+    parser.add_argument("name", nargs="?", metavar="NAME", help=f"{names}; left out: list them")
+    words = "a folder that exists (this one); nothing in it is overwritten"
+    parser.add_argument("--to", type=Path, metavar="FOLDER", default=Path(), help=words)
+
+
+def run(given: argparse.Namespace) -> Reply:
+    """List the examples, or write one."""
+    if given.name is None:
+        listed = {name: example.about for name, example in EXAMPLES.items()}
+        return Reply(
+            lambda: {"names": list(listed)}, lambda: aligned(list(listed.items()), right=False)
+        )
+    files = write_example(given.name, given.to)
+    first = EXAMPLES[given.name].first
+    return Reply(
+        lambda: {"name": given.name, "files": files, "first": first},
+        lambda: "\n".join([*files, "", f"begin with: {first}"]),
+    )

@@ -1,0 +1,191 @@
+"""The files of each example, as `squeal example NAME` writes them."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from squeal.errors import InputError
+
+HERE = Path(__file__).parent
+ARTICLE = HERE.parent / "article"
+BRAKE_ROWS = 500  # at least so many degrees of freedom
+SAMPLES = """\
+samples: 64
+design: sobol
+indices: true
+spreads:
+  mu: {between: [0.2, 0.5]}
+  k1: {relative: 0.05}
+"""
+RANGES = """\
+samples: 64
+spreads: {mu: {between: [0.2, 0.5]}, contact: {relative: 0.1}}
+"""
+TEST = """\
+name,frequency_hz,damping_ratio
+bending 3,3562,0.001
+bending 4,4885,
+bending 5,6710,0.002
+lining,9000,
+"""
+LINING = """\
+frequency,storage,loss
+500,0.90,0.12
+2000,1.00,0.10
+8000,1.20,0.08
+"""
+SHIM = {"dK.mtx": 1.0e6, "dM.mtx": 1.0e-3}  # N/m and kg that it adds to each of its nodes
+SHIM_NODES = (721, 724, 727)  # on the pad's face
+DAMPED = {  # system files of the damped brake: what follows the factor of the contact
+    "damped": "  structural: 0.1\n",
+    "lining": "  modulus: {file: lining.csv}\n",
+}
+ROTOR = """\
+name: rotor
+parameters:
+  speed: 0.0   # rad/s
+  cross: 0.4   # share of the bearings' cross-coupled stiffness
+parameter: speed
+M: {file: M.mtx}
+C: [{file: C.mtx}, {file: G.mtx, factor: speed}]
+K: [{file: K.mtx}, {file: cross.mtx, factor: cross}]
+"""
+
+
+@dataclass(frozen=True)
+class Example:
+    """What it is in words, how it is written into a folder, and the query to begin with."""
+
+    about: str
+    write: Callable[[Path], None]
+    first: str
+
+
+def write_pad(folder: Path) -> None:
+    """The pad of the README and ranges of its parameters."""
+    shutil.copy(HERE / "pad.yaml", folder)
+    (folder / "samples.yaml").write_text(SAMPLES, encoding="utf-8")
+
+
+def write_brake(folder: Path) -> None:
+    """A brake of solids as Abaqus writes it, damped ones, a test, ranges, and what a shim adds."""
+    from squeal.examples.brake import solid_brake
+    from squeal.examples.brake import write_brake as write_matrices
+
+    home = folder / "brake"
+    write_matrices(home, solid_brake(BRAKE_ROWS), "abaqus")
+    (home / "lining.csv").write_text(LINING, encoding="utf-8")
+    system = (home / "system.yaml").read_text(encoding="utf-8")
+    for name, more in DAMPED.items():
+        text = system.replace("  factor: contact\n", "  factor: contact\n" + more)
+        text += "damping: {structural: 0.002}\n"
+        (home / f"{name}.yaml").write_text(text, encoding="utf-8")
+    for name, entry in SHIM.items():
+        lines = (f"{node},3, {node},3, {entry}\n" for node in SHIM_NODES)
+        (folder / name).write_text("".join(lines), encoding="utf-8")
+    (folder / "test.csv").write_text(TEST, encoding="utf-8")
+    (folder / "ranges.yaml").write_text(RANGES, encoding="utf-8")
+
+
+def write_components(folder: Path) -> None:
+    """Disc and pad of the brake by themselves, and the file that joins them by a contact."""
+    from squeal.examples.brake import solid_brake, write_parts
+
+    write_parts(folder / "parts", solid_brake(BRAKE_ROWS))
+
+
+def write_rotor(folder: Path) -> None:
+    """A rotor on two bearings from ROSS, its skew stiffness as a matrix of its own."""
+    from scipy.io import mmwrite
+    from scipy.sparse import coo_array
+
+    data = json.loads((HERE / "rotor.json").read_text(encoding="utf-8"))
+    shape = (data["rows"], data["rows"])
+    found = {}
+    for name, entries in data["matrices"].items():
+        rows, columns, values = zip(*entries, strict=True)
+        found[name] = coo_array((values, (rows, columns)), shape=shape)
+    found["cross"] = (found["K"] - found["K"].T) / 2
+    found["K"] = found["K"] - found["cross"]
+    home = folder / "rotor"
+    home.mkdir()
+    for name, matrix in found.items():
+        mmwrite(home / f"{name}.mtx", matrix)
+    (home / "rotor.yaml").write_text(ROTOR, encoding="utf-8")
+
+
+def write_article(folder: Path) -> None:
+    """The scenes of the article's cases."""
+    for scene in sorted((ARTICLE / "scenes").glob("*.yaml")):
+        shutil.copy(scene, folder)
+
+
+def write_literature(folder: Path) -> None:
+    """Small systems of the literature whose stability is known."""
+    for system in sorted((ARTICLE / "literature" / "systems").glob("*.yaml")):
+        shutil.copy(system, folder)
+
+
+EXAMPLES = {
+    "pad": Example(
+        "a rigid pad on two springs, and ranges of its parameters",
+        write_pad,
+        "squeal critical-friction pad.yaml",
+    ),
+    "brake": Example(
+        "disc and pad in solids as Abaqus writes them, a test, ranges, a shim",
+        write_brake,
+        "squeal eigenvalues brake/system.yaml --band 500:8000",
+    ),
+    "components": Example(
+        "disc and pad by themselves, joined by a contact with pressure and wear",
+        write_components,
+        "squeal eigenvalues parts/assembly.yaml",
+    ),
+    "rotor": Example(
+        "a rotor on two bearings with cross-coupled stiffness, from ROSS",
+        write_rotor,
+        "squeal critical-friction rotor/rotor.yaml --max 500",
+    ),
+    "article": Example(
+        "the scenes b1-a to b3 of the article's cases",
+        write_article,
+        "squeal simulate b1-c.yaml",
+    ),
+    "literature": Example(
+        "bicycle, drum brake, mode coupling, wing and Ziegler's column",
+        write_literature,
+        "squeal critical-friction bicycle.yaml --max 10",
+    ),
+}
+
+
+def write_example(name: str, folder: Path) -> list[str]:
+    """Write an example into a folder; its files by name, relative to the folder.
+
+    Nothing that is there is overwritten. Raises InputError for an unknown name, and for files that
+    are there already.
+    """
+    if name not in EXAMPLES:
+        raise InputError(f"{name}: is no example; {', '.join(EXAMPLES)} are")
+    if not folder.is_dir():
+        raise InputError(f"{folder}: is no folder; one that exists is allowed")
+    with tempfile.TemporaryDirectory() as made:
+        place = Path(made)
+        EXAMPLES[name].write(place)
+        files = sorted(path.relative_to(place) for path in place.rglob("*") if path.is_file())
+        there = [path for path in files if (folder / path).exists()]
+        if there:
+            raise InputError(
+                f"{folder / there[0]}: is there already; move it, or name a new folder"
+            )
+        for path in files:
+            target = folder / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(place / path, target)
+    return [path.as_posix() for path in files]
