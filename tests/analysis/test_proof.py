@@ -115,9 +115,10 @@ def test_without_flint_the_enclosure_judges_alone(monkeypatch):
     assert (defective.certified, proof(defective)["status"]) == (False, "open")
 
 
-def test_complex_matrices_are_counted():
-    found = squeal.eigenvalues(
-        squeal.System(np.eye(2), K=np.diag([1.0 + 0.1j, 4.0 + 0.4j])), prove=True
-    )
-    assert (proof(found)["status"], proof(found)["by"]) == ("counted", "count")
-    assert found.certified
+def test_complex_matrices_are_proved_by_what_lies_above_the_real_axis():
+    K = np.diag([1.0 + 0.1j, 4.0 - 0.4j])  # a loss factor of each sign: the second mode grows
+    found = squeal.eigenvalues(squeal.System(np.eye(2), K=K))
+    assert (proof(found)["status"], proof(found)["by"]) == ("proved", "enclosure")
+    assert (found.certified, found.verdict) == (True, "flutter")
+    grows = np.sqrt(-K[1, 1]) if np.sqrt(-K[1, 1]).imag > 0 else -np.sqrt(-K[1, 1])
+    assert np.isclose(found.unstable[0].growth_rate, grows.real)
