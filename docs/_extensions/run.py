@@ -1,6 +1,6 @@
 """```{run}: commands of squeal with what they print when the site is built.
 
-The content is one command a line. They run in a folder that holds the README's pad.yaml, the
+The content is one command a line. They run in a folder that holds the examples, their pad.yaml, the
 article's scenes, the systems of the literature, a table of a test, a brake of solids as Abaqus
 writes it and in parts, changes of its matrices, and a rotor from ROSS.
 `:head: N` shows the first N lines of each output, 0 the commands alone; `:code: N` is the exit code
@@ -12,7 +12,6 @@ from __future__ import annotations
 import contextlib
 import io
 import json
-import re
 import shlex
 import shutil
 from pathlib import Path
@@ -70,10 +69,8 @@ def prepare(app: Sphinx) -> None:
     folder = Path(app.srcdir) / "generated" / "commands"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    pad = re.search(r"```yaml\n(.*?)```", readme, re.DOTALL)
-    assert pad is not None
-    (folder / "pad.yaml").write_text(pad[1], encoding="utf-8")
+    shutil.copytree(ROOT / "squeal" / "examples", folder / "examples")
+    shutil.copy(folder / "examples" / "pad.yaml", folder)
     (folder / "samples.yaml").write_text(SAMPLES, encoding="utf-8")
     (folder / "ranges.yaml").write_text(RANGES, encoding="utf-8")
     (folder / "test.csv").write_text(TEST, encoding="utf-8")

@@ -4,6 +4,7 @@ import json
 import math
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -134,8 +135,7 @@ K: [{matrix: [[2e8, -1e8], [-1e8, 2e8]]}, {matrix: [[0, 1.5e8], [0, 0]], factor:
 @pytest.mark.parametrize("command", sorted(set(COMMANDS) - set(GROUPS[ARTICLE])))
 def test_the_examples_of_help_run(capsys, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    Path("pad.yaml").write_text(readme.partition("```yaml\n")[2].partition("```")[0])
+    shutil.copy(ROOT / "examples" / "pad.yaml", tmp_path)
     Path("brake.yaml").write_text(BRAKE)
     Path("spreads.yaml").write_text("spreads: {k1: {relative: 0.1}}\nsamples: 40\n")
     lines = parser_of(command)[1].epilog.splitlines()[1:]

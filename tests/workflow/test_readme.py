@@ -3,6 +3,7 @@
 import io
 import re
 import shlex
+import shutil
 from contextlib import redirect_stdout
 
 import pytest
@@ -17,7 +18,7 @@ README = (ROOT / "README.md").read_text(encoding="utf-8")
 
 @pytest.fixture
 def pad(tmp_path, monkeypatch):
-    (tmp_path / "pad.yaml").write_text(re.search(r"```yaml\n(.*?)```", README, re.S)[1])
+    shutil.copy(ROOT / "examples" / "pad.yaml", tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
