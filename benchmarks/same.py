@@ -36,9 +36,9 @@ from scipy.io import mmwrite
 from scipy.sparse import csc_array
 
 import squeal
-from squeal.examples.brake import solid_brake, write_parts
 from squeal.cli.main import main as command_line
 from squeal.errors import ComputationError, InputError
+from squeal.examples.brake import solid_brake, write_parts
 from squeal.io.writing import Answer, to_json
 from squeal.linear.system import TermSystem
 from tests.known import known_system

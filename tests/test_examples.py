@@ -1,72 +1,90 @@
-"""The files that users take: what the README shows, and what an eigenvalue solver finds of them."""
+"""What `squeal example` writes: it runs where it lies, and other programs find the same of it."""
+
+import json
+import shlex
 
 import numpy as np
 import pytest
-import yaml
 from scipy.linalg import eigvals
-from scipy.sparse import load_npz
 
 import squeal
+from squeal.cli.main import main
+from squeal.examples.brake import CORNERS, solid_brake
+from squeal.examples.brake import _assembled as assembled
+from squeal.examples.files import EXAMPLES, Size, write_example
 from tests.conftest import ROOT
-
-EXAMPLES = ROOT / "examples"
-BRAKE = EXAMPLES / "brake"
 
 
 def test_the_pad_is_that_of_the_readme():
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     shown = readme.partition("```yaml\n")[2].partition("```")[0]
-    assert (EXAMPLES / "pad.yaml").read_text(encoding="utf-8") == shown
-    assert yaml.safe_load(shown)["model"] == "B1"
+    assert (ROOT / "examples" / "pad.yaml").read_text(encoding="utf-8") == shown
 
 
-def brake_roots(mu):
-    """Roots of the brake's matrices in the upper half plane, by SciPy alone."""
-    names = ("mass", "stiffness", "contact", "friction")
-    M, stiffness, contact, friction = (load_npz(BRAKE / f"{name}.npz").toarray() for name in names)
-    K = stiffness + contact + mu * friction
-    C = 3.0 * M + 3.0e-8 * stiffness
-    n = len(M)
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
-    roots = eigvals(A)
-    return roots[roots.imag > 0.0]
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_the_first_query_of_an_example_runs_in_an_empty_folder(name, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["example", name, "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    found = sorted(
+        path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()
+    )
+    assert told["files"] == found
+    assert main(shlex.split(told["first"])[1:]) == 0
+    assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("form", ["nastran", "ansys", "calculix", "matlab", "npz"])
+def test_a_brake_in_the_files_of_each_program_is_the_same(form, tmp_path):
+    write_example("brake", tmp_path, Size(form=form))
+    read = squeal.read_system(tmp_path / "brake" / "system.yaml").system
+    made = solid_brake(500).system
+    digits = 5e-10 if form == "nastran" else 1e-15  # ten digits in a punch file
+    for matrix, wanted in zip(read.at(), made.at(), strict=True):
+        assert abs(matrix - wanted).max() <= digits * abs(wanted).max()
+
+
+def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pad.yaml").write_text("mine", encoding="utf-8")
+    assert main(["example", "pad"]) == 2
+    assert capsys.readouterr().err.startswith("squeal: pad.yaml: is there already")
+    assert (tmp_path / "pad.yaml").read_text(encoding="utf-8") == "mine"
+    assert not (tmp_path / "samples.yaml").exists()
+    assert main(["example", "drum"]) == 2
+    assert "brake" in capsys.readouterr().err
+    assert main(["example", "pad", "--to", "nowhere"]) == 2
+
+
+def test_the_solids_are_those_of_scikit_fem():
+    """The package assembles hexahedra of its own, so that the example needs no other."""
+    skfem = pytest.importorskip("skfem")
+    from skfem.models.elasticity import lame_parameters, linear_elasticity
+
+    rng = np.random.default_rng(4)
+    corners = np.array(CORNERS, dtype=float)
+    places = (corners + 0.2 * (rng.random((8, 3)) - 0.5)).T
+    cells = np.arange(8)[:, None]
+    young, poisson, density = 2.1e11, 0.3, 7800.0
+    basis = skfem.Basis(
+        skfem.MeshHex(places, cells), skfem.ElementVector(skfem.ElementHex1()), intorder=7
+    )
+    wanted = linear_elasticity(*lame_parameters(young, poisson)).assemble(basis).toarray()
+    order = basis.nodal_dofs.T.ravel()
+    _, K = assembled(places, cells, (young, poisson, density))
+    assert abs(K.toarray() - wanted[np.ix_(order, order)]).max() <= 1e-12 * abs(wanted).max()
 
 
 def test_the_brake_has_the_roots_that_scipy_finds():
-    low, high = 500.0, 8000.0
-    hertz = (brake_roots(0.4).imag / (2 * np.pi)).tolist()
+    system = solid_brake(500).system
+    M, C, K = (matrix.toarray() for matrix in system.at())
+    n = len(M)
+    stiffness, damping = np.linalg.solve(M, K), np.linalg.solve(M, C)
+    roots = eigvals(np.block([[np.zeros((n, n)), np.eye(n)], [-stiffness, -damping]]))
+    low, high = 500.0, 4000.0
+    hertz = (roots[roots.imag > 0.0].imag / (2 * np.pi)).tolist()
     expected = sorted(value for value in hertz if low < value < high)
-    found = squeal.eigenvalues(squeal.read_system(BRAKE / "system.yaml"), band=(low, high))
+    found = squeal.eigenvalues(system, band=(low, high))
     assert sorted(root.frequency_hz for root in found.eigenvalues) == pytest.approx(
         expected, rel=1e-8
     )
-    assert found.verdict == "flutter"
-
-
-def test_the_brake_loses_stability_where_scipy_sees_it():
-    band = (500.0, 8000.0)
-    first = squeal.thresholds(squeal.read_system(BRAKE / "system.yaml"), high=0.5, band=band).first
-    for side, grows in ((-1e-4, False), (1e-4, True)):
-        roots = brake_roots(first.mu + side)
-        hertz = roots.imag / (2 * np.pi)
-        near = roots[np.abs(hertz - first.frequency_hz) < 5.0]
-        assert len(near) == 2
-        assert (near.real.max() > 0.0) == grows
-
-
-def test_the_brake_is_made_from_its_geometry(tmp_path):
-    """`python -m benchmarks.solid_brake FOLDER --example` remakes it."""
-    pytest.importorskip("skfem")
-    from benchmarks.solid_brake import write_example
-
-    write_example(tmp_path)
-    assert sorted(file.name for file in tmp_path.iterdir()) == sorted(
-        file.name for file in BRAKE.iterdir()
-    )
-    for file in BRAKE.iterdir():
-        if file.suffix == ".npz":
-            apart = load_npz(file) - load_npz(tmp_path / file.name)
-            assert abs(apart).max() <= 1e-12 * abs(load_npz(file)).max()
-        else:
-            again = (tmp_path / file.name).read_text(encoding="utf-8")
-            assert again == file.read_text(encoding="utf-8")

@@ -2,13 +2,14 @@
 
 squeal example pad
 squeal example brake --to tried
+squeal example brake --rows 5000 --format nastran --to large
 """
 
 import argparse
 from pathlib import Path
 
 from squeal.cli.command import Parser, Reply
-from squeal.examples.files import EXAMPLES, write_example
+from squeal.examples.files import EXAMPLES, FORMS, Size, write_example
 from squeal.io.writing import aligned
 
 
@@ -16,6 +17,10 @@ def options(parser: Parser) -> None:
     """Options of `squeal example`."""
     names = ", ".join(EXAMPLES)
     parser.add_argument("name", nargs="?", metavar="NAME", help=f"{names}; left out: list them")
+    words = "of a brake of solids, at least so many degrees of freedom (500)"
+    parser.add_argument("--rows", type=int, metavar="N", default=Size.rows, help=words)
+    words = "whose program's files a brake of solids has (abaqus)"
+    parser.add_argument("--format", choices=FORMS, default=Size.form, help=words)
     words = "a folder that exists (this one); nothing in it is overwritten"
     parser.add_argument("--to", type=Path, metavar="FOLDER", default=Path(), help=words)
 
@@ -27,7 +32,7 @@ def run(given: argparse.Namespace) -> Reply:
         return Reply(
             lambda: {"names": list(listed)}, lambda: aligned(list(listed.items()), right=False)
         )
-    files = write_example(given.name, given.to)
+    files = write_example(given.name, given.to, Size(given.rows, given.format))
     first = EXAMPLES[given.name].first
     return Reply(
         lambda: {"name": given.name, "files": files, "first": first},

@@ -1,10 +1,9 @@
-"""A disc brake in three-dimensional solids, from its geometry, by scikit-fem (extra `fe`).
+"""A disc brake in three-dimensional solids, from its geometry.
 
 A disc clamped at its inner edge and a pad on part of its upper face, linear hexahedra on matching
 meshes. Normal springs join the faces over the whole contact; friction mu times their force acts
-along the disc's motion. `python -m benchmarks.solid_brake FOLDER [ROWS] [--format abaqus]` writes
-matrices, as that program would, coordinates and a system file that reads them; `--example` the
-files of `squeal/examples/brake`.
+along the disc's motion. `python -m squeal.examples.brake FOLDER [ROWS] [--format abaqus]` writes
+matrices, as that program would, coordinates and a system file that reads them.
 """
 
 import argparse
@@ -24,7 +23,7 @@ from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.sparse.components import Component, Contact
 
-ROWS = (200, 1_000_000)
+ROWS = (500, 1_000_000)
 ROUND = 24  # elements around the disc for each level of refinement
 PAD = 4  # elements along the pad
 GAUSS = 4  # points along each edge of a cell
@@ -148,7 +147,7 @@ def _assembled(places: NDArray, cells: NDArray, material: tuple[float, float, fl
 
 
 def solid_brake(rows: int = 2000, geometry: Geometry | None = None) -> SolidBrake:
-    """The brake with at least so many degrees of freedom (200 to 1,000,000).
+    """The brake with at least so many degrees of freedom (500 to 1,000,000).
 
     Raises InputError, and ComputationError if scikit-fem is not installed.
     """
@@ -392,39 +391,6 @@ def write_parts(folder: Path, brake: SolidBrake) -> None:
     write_text(folder / "assembly.yaml", yaml.safe_dump(document, sort_keys=False))
 
 
-EXAMPLE = """\
-# A disc brake in three-dimensional solids: disc clamped at its inner edge, pad held by piston and
-# abutments, contact springs between their faces. Matrices as an FE program exports them; SI units.
-name: brake
-parameters:
-  mu: 0.4        # friction in the contact; thresholds lie in it
-  contact: 1.0   # factor of the contact's normal stiffness
-parameter: mu
-M: {file: mass.npz, rayleigh: 3.0}             # damping of 3/s times it
-K:
-  - {file: stiffness.npz, rayleigh: 3.0e-8}
-  - {file: contact.npz, factor: contact}
-  - {file: friction.npz, factor: mu*contact}   # not symmetric: from here comes flutter
-coordinates: {file: nodes.csv}                 # for mode shapes
-elements: {file: elements.csv}
-"""
-
-
-def write_example(folder: Path) -> None:
-    """The coarsest brake, as `squeal/examples/brake` holds it."""
-    from scipy.sparse import save_npz
-
-    brake = solid_brake(ROWS[0])
-    folder.mkdir(parents=True, exist_ok=True)
-    matrices = {"mass": brake.system.M[0].matrix}
-    names = ("stiffness", "contact", "friction")
-    matrices |= {name: term.matrix for name, term in zip(names, brake.system.K, strict=True)}
-    for name, matrix in matrices.items():
-        save_npz(folder / f"{name}.npz", matrix)
-    write_tables(folder, brake)
-    write_text(folder / "system.yaml", EXAMPLE)
-
-
 def main() -> int:
     """Write a brake into the folder that is named."""
     parser = argparse.ArgumentParser(prog=f"python -m {__spec__.name}", description=__doc__)
@@ -433,13 +399,8 @@ def main() -> int:
     parser.add_argument("--format", choices=["npz", *FILES], default="npz", help="whose files")
     parts = "disc and pad by themselves, with the contact between them and the load"
     parser.add_argument("--components", action="store_true", help=parts)
-    example = "the coarsest one, as the examples hold it"
-    parser.add_argument("--example", action="store_true", help=example)
     given = parser.parse_args()
     try:
-        if given.example:
-            write_example(given.folder)
-            return 0
         brake = solid_brake(given.rows)
         if given.components:
             write_parts(given.folder, brake)

@@ -13,7 +13,7 @@ from squeal.errors import InputError
 
 HERE = Path(__file__).parent
 ARTICLE = HERE.parent / "article"
-BRAKE_ROWS = 500  # at least so many degrees of freedom
+FORMS = ("abaqus", "nastran", "ansys", "calculix", "matlab", "npz")
 SAMPLES = """\
 samples: 64
 design: sobol
@@ -58,27 +58,37 @@ K: [{file: K.mtx}, {file: cross.mtx, factor: cross}]
 
 
 @dataclass(frozen=True)
+class Size:
+    """Of a brake of solids: at least so many degrees of freedom, and whose program's files."""
+
+    rows: int = 500
+    form: str = "abaqus"
+
+
+@dataclass(frozen=True)
 class Example:
     """What it is in words, how it is written into a folder, and the query to begin with."""
 
     about: str
-    write: Callable[[Path], None]
+    write: Callable[[Path, Size], None]
     first: str
 
 
-def write_pad(folder: Path) -> None:
+def write_pad(folder: Path, _: Size) -> None:
     """The pad of the README and ranges of its parameters."""
     shutil.copy(HERE / "pad.yaml", folder)
     (folder / "samples.yaml").write_text(SAMPLES, encoding="utf-8")
 
 
-def write_brake(folder: Path) -> None:
+def write_brake(folder: Path, size: Size) -> None:
     """A brake of solids as Abaqus writes it, damped ones, a test, ranges, and what a shim adds."""
     from squeal.examples.brake import solid_brake
     from squeal.examples.brake import write_brake as write_matrices
 
     home = folder / "brake"
-    write_matrices(home, solid_brake(BRAKE_ROWS), "abaqus")
+    write_matrices(home, solid_brake(size.rows), size.form)
+    if size != Size():
+        return  # a test, a shim and ranges are of the usual one
     (home / "lining.csv").write_text(LINING, encoding="utf-8")
     system = (home / "system.yaml").read_text(encoding="utf-8")
     for name, more in DAMPED.items():
@@ -92,14 +102,14 @@ def write_brake(folder: Path) -> None:
     (folder / "ranges.yaml").write_text(RANGES, encoding="utf-8")
 
 
-def write_components(folder: Path) -> None:
+def write_components(folder: Path, size: Size) -> None:
     """Disc and pad of the brake by themselves, and the file that joins them by a contact."""
     from squeal.examples.brake import solid_brake, write_parts
 
-    write_parts(folder / "parts", solid_brake(BRAKE_ROWS))
+    write_parts(folder / "brake", solid_brake(size.rows))
 
 
-def write_rotor(folder: Path) -> None:
+def write_rotor(folder: Path, _: Size) -> None:
     """A rotor on two bearings from ROSS, its skew stiffness as a matrix of its own."""
     from scipy.io import mmwrite
     from scipy.sparse import coo_array
@@ -119,13 +129,13 @@ def write_rotor(folder: Path) -> None:
     (home / "rotor.yaml").write_text(ROTOR, encoding="utf-8")
 
 
-def write_article(folder: Path) -> None:
+def write_article(folder: Path, _: Size) -> None:
     """The scenes of the article's cases."""
     for scene in sorted((ARTICLE / "scenes").glob("*.yaml")):
         shutil.copy(scene, folder)
 
 
-def write_literature(folder: Path) -> None:
+def write_literature(folder: Path, _: Size) -> None:
     """Small systems of the literature whose stability is known."""
     for system in sorted((ARTICLE / "literature" / "systems").glob("*.yaml")):
         shutil.copy(system, folder)
@@ -145,7 +155,7 @@ EXAMPLES = {
     "components": Example(
         "disc and pad by themselves, joined by a contact with pressure and wear",
         write_components,
-        "squeal eigenvalues parts/assembly.yaml",
+        "squeal eigenvalues brake/assembly.yaml",
     ),
     "rotor": Example(
         "a rotor on two bearings with cross-coupled stiffness, from ROSS",
@@ -165,11 +175,11 @@ EXAMPLES = {
 }
 
 
-def write_example(name: str, folder: Path) -> list[str]:
+def write_example(name: str, folder: Path, size: Size) -> list[str]:
     """Write an example into a folder; its files by name, relative to the folder.
 
-    Nothing that is there is overwritten. Raises InputError for an unknown name, and for files that
-    are there already.
+    `size` is that of a brake of solids. Nothing that is there is overwritten. Raises InputError for
+    an unknown name, and for files that are there already.
     """
     if name not in EXAMPLES:
         raise InputError(f"{name}: is no example; {', '.join(EXAMPLES)} are")
@@ -177,7 +187,7 @@ def write_example(name: str, folder: Path) -> list[str]:
         raise InputError(f"{folder}: is no folder; one that exists is allowed")
     with tempfile.TemporaryDirectory() as made:
         place = Path(made)
-        EXAMPLES[name].write(place)
+        EXAMPLES[name].write(place, size)
         files = sorted(path.relative_to(place) for path in place.rglob("*") if path.is_file())
         there = [path for path in files if (folder / path).exists()]
         if there:

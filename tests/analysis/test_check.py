@@ -8,8 +8,8 @@ from scipy.linalg import eigh
 from scipy.sparse import block_diag, csc_array
 
 import squeal
-from squeal.examples.brake import solid_brake, write_brake
 from squeal.errors import ComputationError, InputError, InputWarning
+from squeal.examples.brake import solid_brake, write_brake
 from squeal.io.system import Coordinates, SystemFile
 from squeal.linear.system import Term, TermSystem
 from tests.conftest import SCENES

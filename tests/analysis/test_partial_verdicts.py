@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from squeal.analysis.systems.roots import Wanted, system_roots
 from squeal.errors import ComputationError, MatrixError
 from squeal.linear.eigen import spectrum_of
 from squeal.linear.system import Term
+from tests.conftest import ROOT
 from tests.known import system_of
 
 HIGH = 6400.0  # Hz, of the pair that grows
@@ -114,7 +114,7 @@ def test_a_large_pencil_that_is_singular_everywhere_is_refused():
 
 # A small rotor against ROSS: `tests/data/rotor.py` says how its numbers were made
 
-DATA = json.loads((Path(__file__).parent.parent / "data" / "rotor.json").read_text("utf-8"))
+DATA = json.loads((ROOT / "squeal" / "examples" / "rotor.json").read_text("utf-8"))
 
 
 @pytest.fixture(scope="module")

@@ -1,6 +1,6 @@
 """Writes rotor.json: matrices and eigenvalues of a small rotor by ROSS (ross-rotordynamics 2.3.0).
 
-`python tests/data/rotor.py tests/data/rotor.json` in an environment of its own that has ROSS.
+`python tests/data/rotor.py squeal/examples/rotor.json` in an environment of its own that has ROSS.
 """
 
 import json

@@ -14,8 +14,8 @@ from scipy.io import hb_write, mmwrite, savemat
 from scipy.sparse import coo_array, csc_array, random_array, save_npz
 from scipy.sparse.linalg import eigsh
 
-from squeal.examples.brake import FILES, solid_brake, write_brake
 from squeal.errors import InputError, InputWarning
+from squeal.examples.brake import FILES, solid_brake, write_brake
 from squeal.io.matrices import aligned, fingerprint, read_matrix, write_matrix
 from squeal.io.system_files import read_system
 
