@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.analysis.answers import OPEN
-from squeal.analysis.systems.matrices import ALL_ROWS
 from squeal.errors import InputWarning
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue, growing, ordered
@@ -73,6 +72,8 @@ def refereed(
     What it refutes is replaced by the roots that it knows. The statement is None for matrices on
     which it does not speak.
     """
+    from squeal.analysis.systems.matrices import ALL_ROWS  # here, since pads need none of it
+
     M, K = dense(matrices[0]), dense(matrices[2])
     C = None if matrices[1] is None else dense(matrices[1])
     if len(K) > ALL_ROWS or any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
