@@ -247,8 +247,7 @@ class Question:
     ) -> Thresholds:
         """Every threshold of the wanted roots from low to high, and what the referee says of them.
 
-        `prove` asks it to, or not to; left out, it judges what it can. What it refutes is searched
-        again.
+        Only `prove` asks the referee.
         """
         system = self.system
         provable = system.n <= PROVED_ROWS and system.real and self.wanted == Wanted()

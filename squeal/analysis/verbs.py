@@ -255,8 +255,8 @@ def thresholds(
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
     prove : bool, optional
-        Whether the referee judges the list; left out, it does of pads and of systems of up to 20
-        rows. `proof` of the answer says what is proved, and of which extent.
+        Whether the referee judges the list: of a pad, which it does if this is left out, or of a
+        system of up to 20 rows. `proof` of the answer says what is proved, and of which extent.
 
     Returns
     -------

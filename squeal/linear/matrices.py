@@ -62,7 +62,10 @@ def dense(matrix: Any) -> np.ndarray:
 
 
 def given_matrix(value: Any, name: str = "", real: bool = False) -> Any:
-    """A given matrix (n, m) of finite numbers, or `real` ones; sparse as CSC. Raises InputError."""
+    """A given matrix (n, m) of finite numbers, or `real` ones; sparse as CSC.
+
+    Raises InputError, also for numbers that no double holds.
+    """
     if np.ma.is_masked(value):
         words = "has masked entries; a matrix of finite numbers is required"
         raise InputError(f"{name}: {words}" if name else words)
@@ -70,15 +73,26 @@ def given_matrix(value: Any, name: str = "", real: bool = False) -> Any:
         X: Any = value.tocsc() if is_sparse(value) else np.asarray(value)
         turned = np.iscomplexobj(X) and (X.data if is_sparse(X) else X).imag.any()
         fine = X.ndim == 2 and X.dtype.kind in "biufcO" and not (real and turned)
-        X = X.real if np.iscomplexobj(X) and not turned else X
-        X = X.astype(complex if turned else float, copy=False)
+        given = X.real if np.iscomplexobj(X) and not turned else X
+        X = given.astype(complex if turned else float, copy=False)
         fine &= np.isfinite(X.data if is_sparse(X) else X).all()
     except (TypeError, ValueError, OverflowError):
         fine = False
+    if fine and _are_rounded(*(A.data if is_sparse(A) else A for A in (given, X))):
+        words = f"an entry of {given.dtype} has more digits than a double; .astype(float) rounds it"
+        raise InputError(f"{name}: {words}" if name else words)
     if not fine:
         words = f"must be a matrix of finite {'real ' * real}numbers"
         raise InputError(f"{name}: {words}" if name else words)
     return X
+
+
+def _are_rounded(given: np.ndarray, doubles: np.ndarray) -> bool:
+    """Whether entries (n, m) are no doubles, or complex pairs of them, but near some."""
+    if given.dtype == doubles.dtype or given.dtype.itemsize <= 4:
+        return False
+    # as objects the comparison is of the numbers themselves
+    return bool(np.any(given.astype(object) != doubles.astype(object)))
 
 
 def _square(name: str, value: ArrayLike, n: int | None = None) -> Array:

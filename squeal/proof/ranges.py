@@ -18,6 +18,7 @@ from squeal.proof.balls import (
     AS_GIVEN,
     Balls,
     Quadratic,
+    doubles,
     half_widths,
     middle_and_radius,
     upper,
@@ -50,8 +51,14 @@ class Term:
 class Terms:
     """A provider of M, C and K that are sums of terms; C may have none.
 
-    `data` says how the entries of each matrix are known. Needs python-flint. Raises ImportError
-    without it.
+    `data` says how the entries of each matrix are known. Needs python-flint.
+
+    Raises
+    ------
+    ImportError
+        Without python-flint.
+    ValueError
+        For entries that no double holds.
     """
 
     M: Sequence[Term]
@@ -65,7 +72,7 @@ class Terms:
             raise ImportError("ranges need python-flint", name="flint")
         given = {}
         for name in "MCK":
-            given[name] = [np.asarray(term.matrix, float) for term in getattr(self, name)]
+            given[name] = [doubles(np.asarray(term.matrix)) for term in getattr(self, name)]
         object.__setattr__(self, "_given", given)
 
     def __call__(self, low: float, high: float) -> tuple[Quadratic, ...]:

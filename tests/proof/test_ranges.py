@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from squeal import System
+from squeal.errors import InputError
 from squeal.proof import HALF_ULP, Term, Terms, prove_gap, prove_thresholds
 from tests.known import known_system
 
@@ -137,3 +139,14 @@ def test_systems_with_thresholds_in_closed_form(damped):
         for k in range(len(intervals)):
             rest = intervals[:k] + intervals[k + 1 :]
             assert prove_thresholds(provider, 0.0, 2.0, rest, 1e-4).status == "refuted"
+
+
+@pytest.mark.parametrize("entry", [2**53 + 1, np.longdouble(1) / 3])
+def test_entries_that_no_double_holds_are_refused(entry):
+    """They would be rounded, and then something proved of other numbers."""
+    matrix = np.array([[entry, 0], [0, entry]])
+    with pytest.raises(ValueError, match="more digits than a double"):
+        Terms([Term(np.eye(2))], [], [Term(matrix)])
+    with pytest.raises(InputError, match="more digits than a double"):
+        System(np.eye(2), K={"1": np.eye(2), "mu": matrix})
+    assert System(np.eye(2), K=matrix.astype(float)).n == 2
