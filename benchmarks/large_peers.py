@@ -61,13 +61,13 @@ def _slepc(parts: Any) -> tuple[float, Any]:
     return time.process_time() - start, np.array(values)
 
 
-def _eigs(parts: Any) -> tuple[float, Any]:
+def _eigs(parts: Any, shift: complex = 0.5j * (LOW + HIGH), near: int = NEAR) -> tuple[float, Any]:
     """Shift-invert of the companion form by hand, factorised by SuperLU with its best ordering."""
     from scipy.sparse import csr_array
     from scipy.sparse.linalg import LinearOperator, eigs, splu
 
     M, C, K = (csr_array((parts[k + "x"], parts[k + "i"], parts[k + "p"])) for k in "MCK")
-    start, n, shift = time.process_time(), M.shape[0], 0.5j * (LOW + HIGH)
+    start, n = time.process_time(), M.shape[0]
     P = (shift * (shift * M + C) + K).tocsc()
     order = {"permc_spec": "MMD_AT_PLUS_A", "options": {"SymmetricMode": True}}
     lu, slope = splu(P, diag_pivot_thresh=0.01, **order), 2 * shift * M + C
@@ -77,8 +77,13 @@ def _eigs(parts: Any) -> tuple[float, Any]:
         top = lu.solve(-size * (slope @ x[:n]) - size**2 * (M @ x[n:]))
         return np.concatenate([top, x[:n]])
 
-    theta = eigs(LinearOperator((2 * n, 2 * n), applied, dtype=complex), k=NEAR, tol=1e-10)[0]
+    theta = eigs(LinearOperator((2 * n, 2 * n), applied, dtype=complex), k=near, tol=1e-10)[0]
     return time.process_time() - start, shift + size / theta
+
+
+def eigs_near(system: Any, band: tuple[float, float], near: int) -> Any:
+    """The roots of a system nearest to the middle of a band (Hz) by `eigs`."""
+    return _eigs(_parts(system), 1j * math.pi * sum(band), near)[1]
 
 
 def _parts(system: Any, changes: Any = None) -> dict[str, Any]:

@@ -329,7 +329,7 @@ def _cell(common: Common, at: dict[str, float]) -> tuple[int, float]:
     """The verdict, by its index, and the largest growth at one point of a chart."""
     system, wanted, reduction = common
     if isinstance(reduction, FirstLook):
-        roots, _, errors, *_ = reduction.judged(at, deciding=True)
+        roots, _, errors, *_ = reduction.decided(at, deciding=True)
     else:
         roots = reduction.values(at) if reduction else roots_of_all(system, wanted, at)
         errors = np.zeros(1)

@@ -54,6 +54,7 @@ from squeal.schema import (
     read_document,
     row,
 )
+from squeal.sparse.first_look import FirstLook
 from squeal.sparse.reduction import Reduction
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
@@ -298,6 +299,10 @@ def _grown(subject: Any, wanted: Wanted, values: dict[str, float]) -> Sample:
         elif isinstance(subject, TermSystem):
             roots = roots_of_all(subject, wanted, values)
             rounding = rounding_of(subject, roots)
+        elif isinstance(subject, FirstLook):
+            found = subject.decided(values)
+            roots, residual = found.values, float(np.max(found.residuals, initial=0.0))
+            rounding = np.maximum(found.errors, rounding_of(subject.scaled.system, roots))
         else:
             modes, errors, _ = subject.modes(values)
             roots, residual = modes.values, float(np.max(errors, initial=0.0))
@@ -565,5 +570,5 @@ def _judge(
     if losses:  # each at another value of the range
         shares = np.linspace(0.0, high, len(served) + 1)[1:].tolist()
         served = [{**one, varied.free: mu} for one, mu in zip(served, shares, strict=True)]
-    reduction = reduced_for(subject, wanted, served)
+    reduction = reduced_for(subject, wanted, served, "reduced" if losses else "modal")
     return (reduction, wanted, high if losses else None), basis_of(reduction, wanted)

@@ -146,8 +146,12 @@ def _assembled(places: NDArray, cells: NDArray, material: tuple[float, float, fl
     return assembled
 
 
-def solid_brake(rows: int = 2000, geometry: Geometry | None = None) -> SolidBrake:
+def solid_brake(
+    rows: int = 2000, geometry: Geometry | None = None, around: int = ROUND
+) -> SolidBrake:
     """The brake with at least so many degrees of freedom (500 to 1,000,000).
+
+    `around` elements lie around the disc for each level of refinement, a multiple of 6.
 
     Raises InputError, and ComputationError if scikit-fem is not installed.
     """
@@ -156,21 +160,22 @@ def solid_brake(rows: int = 2000, geometry: Geometry | None = None) -> SolidBrak
     g = geometry or Geometry()
     if not ROWS[0] <= rows <= ROWS[1]:
         raise InputError(f"{rows} rows are not allowed; it must be {ROWS[0]} to {ROWS[1]}")
-    c = next(c for c in range(1, 99) if 3 * (2 * c * ROUND * c * (c + 1)) >= rows)
+    c = next(c for c in range(1, 99) if 3 * (2 * c * around * c * (c + 1)) >= rows)
+    along_pad = around * PAD // ROUND * c
     radii = np.linspace(g.inner, g.outer, 2 * c + 1)
-    angles = 2 * np.pi * np.arange(ROUND * c) / (ROUND * c)
-    disc_cells, disc_shape = _block((2 * c, ROUND * c, c), True)
-    pad_cells, pad_shape = _block((c, PAD * c, c), False)
+    angles = 2 * np.pi * np.arange(around * c) / (around * c)
+    disc_cells, disc_shape = _block((2 * c, around * c, c), True)
+    pad_cells, pad_shape = _block((c, along_pad, c), False)
     disc = _places(radii, angles, np.linspace(-g.thickness, 0.0, c + 1))
-    pad = _places(radii[c:], angles[: PAD * c + 1], np.linspace(0.0, g.pad_thickness, c + 1))
+    pad = _places(radii[c:], angles[: along_pad + 1], np.linspace(0.0, g.pad_thickness, c + 1))
     bodies = [_assembled(disc, disc_cells, g.disc), _assembled(pad, pad_cells, g.pad)]
     M, K = (csc_array(block_diag(parts)) for parts in zip(*bodies, strict=True))
 
     number = np.arange(disc.shape[1]).reshape(disc_shape)
     pads = np.arange(pad.shape[1]).reshape(pad_shape) + disc.shape[1]
     places = np.hstack([disc, pad])
-    below, above = number[c:, : PAD * c + 1, -1].ravel(), pads[:, :, 0].ravel()
-    area = _areas(radii[c:], angles[: PAD * c + 1])
+    below, above = number[c:, : along_pad + 1, -1].ravel(), pads[:, :, 0].ravel()
+    area = _areas(radii[c:], angles[: along_pad + 1])
     n = len(places.T) * 3
     normal = coo_array(  # gap of each pair: pad's z minus disc's
         (
@@ -207,6 +212,39 @@ def solid_brake(rows: int = 2000, geometry: Geometry | None = None) -> SolidBrak
     cells = np.hstack([disc_cells, pad_cells + disc.shape[1]])[VTK].T
     pairs, back = np.column_stack([below, above]), pads[:, :, -1].ravel()
     return SolidBrake(system, kept // 3, kept % 3, places.T, cells, pairs, area, back)
+
+
+def transport(brake: SolidBrake, geometry: Geometry | None = None) -> tuple[Any, Any]:
+    """What turning the disc by 1 rad/s adds: G of the gyroscopic term 2 G q' and H of -H q, both
+    (n, n), from the derivative along the motion of a material that passes the mesh."""
+    from scipy.sparse import block_diag, coo_array, csc_array, kron
+    from skfem import Basis, ElementHex1, MeshHex
+
+    density = (geometry or Geometry()).disc[2]
+    of_disc = brake.cells[:, VTK].max(axis=1) < brake.pairs[0, 1]
+    corners = brake.cells[of_disc][:, np.argsort(VTK)].T
+    disc = int(corners.max()) + 1
+    basis = Basis(MeshHex(brake.places[:disc].T, corners), ElementHex1())
+    x, y, _ = np.asarray(basis.global_coordinates())
+    values = np.array([np.asarray(b[0]) for b in basis.basis])
+    slopes = np.array([x * b[0].grad[1] - y * b[0].grad[0] for b in basis.basis])
+    mass = density * basis.dx
+    carried = np.einsum("iep,jep,ep->eij", values, slopes, mass)
+    centrifugal = np.einsum("iep,jep,ep->eij", slopes, slopes, mass)
+    gyroscopic = (carried - carried.transpose(0, 2, 1)) / 2  # skew, as over the closed ring
+    nodes = basis.element_dofs.T
+    where = np.repeat(nodes, 8, axis=1).ravel(), np.tile(nodes, 8).ravel()
+    others = len(brake.places) - disc
+    found = []
+    for entries in (gyroscopic, centrifugal):
+        scalar = coo_array((entries.ravel(), where), shape=(disc, disc))
+        whole = block_diag([scalar, coo_array((others, others))])
+        vector = csc_array(kron(whole, np.eye(3)))
+        rows = 3 * brake.nodes + brake.directions
+        matrix = csc_array(vector[rows][:, rows])
+        matrix.eliminate_zeros()
+        found.append(matrix)
+    return found[0], found[1]
 
 
 def _areas(radii: NDArray, angles: NDArray) -> NDArray:

@@ -29,6 +29,7 @@ from squeal.linear.matrices import divisor
 from squeal.linear.system import frictionless
 from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.compression import Compression, weights
 from squeal.sparse.dense import dense_values
 from squeal.sparse.eigensolver import corrected, modes_in, orthogonal
 from squeal.sparse.quadratic import (
@@ -43,7 +44,7 @@ from squeal.sparse.quadratic import (
     factorise,
     listed,
 )
-from squeal.sparse.reduction import CONTRACTS, Changes, Reduction, contraction
+from squeal.sparse.reduction import CONTRACTS, SKETCH, Changes, Reduction, contraction
 
 
 @dataclass(frozen=True)
@@ -58,6 +59,13 @@ class LookOptions:
     dropped: float = 1e-2  # of unit vectors: what they add less is left out
     around: float = 0.05  # of the region's size: roots that close to it are looked at too
     coarse: float = 1e-3  # of |lambda|: greater errors are corrected
+    trained: int = 25  # values at most that few modes are made for
+    fine: float = 1e-5  # of |lambda|: errors there with which they end
+    clear: float = 0.1  # ... or of the growth
+    share: float = 0.05  # of the largest error: modes of greater ones are added
+    beside: float = 0.1  # of the region's size: modes that close to it are among them
+    sure: float = 1.5  # random vectors may underrate a product of two norms so far
+    plain: float = 2.0  # times its error: a root that decays by more is not corrected
 
 
 OPTIONS = LookOptions()
@@ -84,6 +92,11 @@ class Structure:
             self.F = (self.F - more * self.M).tocsc()
             return factorise(self.F)
 
+    @cached_property
+    def probes(self) -> Array:
+        """F'^-1 of random vectors (n, SKETCH), the same for all."""
+        return self.factor.solve(random_vectors(self.F.shape[0]), transposed=True)
+
     def __getstate__(self) -> dict[str, Any]:
         return {name: value for name, value in vars(self).items() if name != "factor"}
 
@@ -105,6 +118,11 @@ class Structure:
             rest = np.linalg.norm(H[done:] @ Y, axis=0) / np.abs(theta)
             if not new.size or (not wide.all() and np.all(rest[wide] <= OPTIONS.rough)):
                 return np.asarray(Q[:, :done] @ Y[:, wide], dtype=complex)
+
+
+def random_vectors(rows: int) -> Array:
+    """Columns (rows, SKETCH) whose products with a vector have its length, on the average."""
+    return np.random.default_rng(49).standard_normal((rows, SKETCH)) / np.sqrt(SKETCH)
 
 
 class Judged(NamedTuple):
@@ -175,6 +193,8 @@ class FirstLook(Reduction):
             Structure(scaled.at(frictionless(scaled.system, p)), self.highest)
             for p in each.values()
         ]
+        index = np.linspace(0, len(values) - 1, min(len(values), OPTIONS.trained))
+        self.trained = [values[round(k)] for k in index.tolist()]
         first_and_last = (values[0], values[-1])[: len(values)]
         self.samples = tuple(each.values()) if len(each) > 2 else first_and_last
 
@@ -184,10 +204,14 @@ class FirstLook(Reduction):
         p = frictionless(system, changes)
         return np.array([term.factor.value(p) for term in system.M + system.K])
 
+    def _nearest(self, changes: Changes) -> int:
+        """Index of the structure that is nearest."""
+        away = (self.stiff - self._stiff(changes)) / divisor(np.abs(self.stiff).max(axis=0))
+        return int(np.argmin(np.linalg.norm(away, axis=1)))
+
     def _structure(self, changes: Changes) -> Structure:
         """The one that is nearest."""
-        away = (self.stiff - self._stiff(changes)) / divisor(np.abs(self.stiff).max(axis=0))
-        return self.structures[int(np.argmin(np.linalg.norm(away, axis=1)))]
+        return self.structures[self._nearest(changes)]
 
     def made(self) -> FirstLook:
         """The basis."""
@@ -206,7 +230,133 @@ class FirstLook(Reduction):
             if self.error <= OPTIONS.content:
                 break
         self.contraction = self._contraction(self.samples[int(np.argmax(off))])
+        self.compressed = Compression(self.system, self.region.widened(OPTIONS.beside))
+        if self.holds and len(self.trained) > len(self.samples) and self.system.C:
+            self._compress()
         return self
+
+    def _compress(self) -> None:
+        """Make few modes that serve the values: all of those at the first, the last and the middle
+        one, and of the others those whose errors are too large."""
+        self._sketch_basis()
+        region = self.compressed.region
+        last = len(self.trained) - 1
+        pending = list(range(last + 1))
+        for k in (last // 2, 0, last):
+            changes = self.trained[k]
+            values = dense_values(*self.system.at(changes), self._stiffness(changes))
+            self._add_modes(changes, values[region.contains(values)])
+        while pending and self.compressed.size:
+            errors = [self._errors(self.trained[k]) for k in pending]
+            worst = [float(np.max(ratios, initial=0.0)) for _, ratios in errors]
+            at = int(np.argmax(worst))
+            PROGRESS.get()(f"{self.compressed.size} modes, errors up to {worst[at]:.2g} of allowed")
+            if worst[at] <= 1.0:
+                break
+            values, ratios = errors[at]
+            changes = self.trained[pending[at]]
+            pending = [k for k, ratio in zip(pending, worst, strict=True) if ratio > 1.0]
+            if not self._add_modes(changes, values[ratios > OPTIONS.share * worst[at]]):
+                pending.remove(self.trained.index(changes))
+
+    def _add_modes(self, changes: Changes, values: ComplexArray) -> bool:
+        """Add the modes of some roots of the basis; False if they bring nothing."""
+        grown = self.compressed.grow(self.system, self.roots(changes, left=True, values=values))
+        if grown:
+            self._sketch_modes()
+        return grown
+
+    def _errors(self, changes: Changes) -> tuple[ComplexArray, Array]:
+        """Roots of the few modes at some parameters, and their errors, of those allowed."""
+        z, _, _, errors, _ = self._estimate(changes, deciding=False)
+        allowed = np.maximum(OPTIONS.fine * np.abs(z), np.abs(z.real) * OPTIONS.clear)
+        return z, errors / divisor(allowed)
+
+    def _sketch_basis(self) -> None:
+        """Random vectors against what each term makes of the basis, of left vectors, of right ones,
+        and of right ones solved with the F of each structure."""
+        probes, V = random_vectors(self.scaled.n), self.vectors
+        terms = [A for matrices in self._terms for _, A in matrices]
+        self._forced = np.array([(A @ probes).T @ V for A in terms])
+        self._rest = np.array([(A.T @ probes).T @ V for A in terms])
+        self._moved = [
+            np.array([(A.T @ structure.probes).T @ V for A in terms])
+            for structure in self.structures
+        ]
+
+    def _sketch_modes(self) -> None:
+        """The same against the few modes."""
+        right, left = self.compressed.right, self.compressed.left.conj()
+        self._of_modes = (
+            self._forced @ left,
+            self._rest @ right,
+            [moved @ right for moved in self._moved],
+        )
+
+    def _estimate(
+        self, changes: Changes, deciding: bool
+    ) -> tuple[ComplexArray, ComplexArray, ComplexArray, Array, Array]:
+        """Roots of the few modes in and around the region, with right and left vectors in their
+        coordinates, errors and backward errors; of a decision those alone that are near the axis.
+        """
+        compressed = self.compressed
+        z, matrices = compressed.at(changes)
+        z = z[self.wide.contains(z)]
+        if deciding and len(z):
+            near = (z.real > -OPTIONS.coarse * np.abs(z)) | (z.real == z.real.max())
+            gaps = np.abs(np.subtract.outer(z, z[near]))
+            z = z[np.any(gaps <= OPTIONS.coarse * np.abs(z[near]), axis=1)]
+        right, left = compressed.vectors(matrices, z)
+        mass, damping = (left.conj().T @ A @ right for A in matrices[:2])
+        slope = np.add.outer(z, z) * mass + damping
+        p = self.system.values(changes)
+        share = weights(self.system.parts, p, z)
+
+        def sizes(sketch: NDArray, vectors: NDArray) -> Array:
+            images = sketch @ vectors
+            return np.asarray(np.linalg.norm(np.einsum("trm,tm->rm", images, share), axis=0))
+
+        of_left, of_right, of_solved = self._of_modes
+        forced = sizes(of_left, left.conj())
+        moved = sizes(of_solved[self._nearest(changes)], right)
+        rest = 1.0 / max(1.0 - self.contraction, 1.0 - CONTRACTS)
+        lack = OPTIONS.sure * rest * np.outer(forced, moved)
+        errors, _ = movements(z, slope, np.zeros_like(slope), lack)
+        factors = [abs(term.factor.value(p)) for term in self.system.terms]
+        powers = [
+            power for part, power in zip(self.system.parts, (2, 1, 0), strict=True) for _ in part
+        ]
+        norms = [bound for part in self._norms for bound in part]
+        size = sum(
+            factor * bound * np.abs(z) ** power
+            for factor, bound, power in zip(factors, norms, powers, strict=True)
+        )
+        return z, right, left, errors, sizes(of_right, right) / divisor(size)
+
+    def estimated(self, changes: Changes, deciding: bool = False) -> Judged | None:
+        """The roots of the region by few modes; None without these, and where an error leaves open
+        the sign of a growth or whether a root lies in the region."""
+        if not self.compressed.size:
+            return None
+        z, right, left, errors, residuals = self._estimate(changes, deciding)
+        inside = self.region.contains(z)
+        open_ = inside & (errors >= np.abs(z.real))
+        coarse = (self.region.distance(z) <= errors) & (errors > OPTIONS.coarse * np.abs(z))
+        border = np.abs(self.region.distance(z)) <= errors
+        decays = z.real < -OPTIONS.plain * errors
+        if np.any(open_ | ((coarse | border) & ~decays)) or (np.any(border) and not deciding):
+            return None
+        x, y = (
+            basis @ vectors[:, inside]
+            for basis, vectors in ((self.compressed.right, right), (self.compressed.left, left))
+        )
+        z, errors, residuals = z[inside], errors[inside], residuals[inside]
+        done = np.zeros(len(z), dtype=bool)
+        return Judged(z, residuals, errors, done, 0, Roots(z, x, y), z)
+
+    def decided(self, changes: Changes, deciding: bool = False) -> Judged:
+        """The roots of the region, by few modes where they suffice."""
+        return self.estimated(changes, deciding) or self.judged(changes, deciding)
 
     @property
     def converged(self) -> bool:

@@ -88,7 +88,7 @@ def _row(common: Common, value: float) -> tuple[Step, Roots]:
     at, rounding, corrected, certified = {system.parameter: value}, None, None, None
     spurious = 0
     if isinstance(reduction, FirstLook):
-        roots, residuals, errors, corrected, spurious, found, _ = reduction.judged(at)
+        roots, residuals, errors, corrected, spurious, found, _ = reduction.decided(at)
         rounding = np.maximum(errors, rounding_of(system, roots))
     elif reduction is not None:
         found, residuals, spurious = reduction.modes(at, left=True)

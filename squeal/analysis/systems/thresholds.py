@@ -160,7 +160,7 @@ def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
     PROGRESS.get()(f"counting growing roots at {name} = {value:.6g}")
     problem = reduction.scaled.at({name: value})
     try:
-        full = modes_in(problem, reduction.region, start=reduction.vectors)
+        full = modes_in(problem, reduction.region)
     except ComputationError:
         return False
     roots = sum(2 if mode.kind == "flutter" else 1 for mode in growing(full.eigenvalues))

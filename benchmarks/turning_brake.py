@@ -1,0 +1,144 @@
+"""The brake of solids with a turning disc and damping by friction, and what answers on it cost.
+
+The disc's material moves through the mesh: with the speed Omega its acceleration has a gyroscopic
+part 2 Omega G and a centrifugal part -Omega^2 H. Under the pressure p friction resists radial
+sliding by mu p / (Omega r) for each area and speed of sliding: some modes are heavily damped.
+
+`python -m benchmarks.turning_brake [ROWS] [--around N] [--only ANSWER ...]` prints the CPU seconds
+of each answer, of one thread, and their ratio to one `eigs`; `--repeat` takes medians.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+import numpy as np
+
+import squeal
+from benchmarks.large_peers import eigs_near
+from benchmarks.solid_brake import ROUND, SolidBrake, solid_brake, transport
+from squeal.linear.system import Term, TermSystem
+from squeal.numerics.differentiation import Formula
+
+BAND = (1000.0, 8000.0)  # Hz
+NEAR = 20  # roots of `eigs`
+RANGE = (0.0, 0.7)  # of mu
+LIGHT, HEAVY = 2.0e4, 1.0e6  # Pa
+SPREADS = {
+    "mu": {"between": [0.2, 0.6]},
+    "contact": {"between": [0.7, 1.4]},
+    "speed": {"between": [8.0, 20.0]},
+    "pressure": {"between": [2.0e5, 1.5e6]},
+}
+
+
+def turning_brake(
+    rows: int = 3000, pressure: float = HEAVY, speed: float = 12.0, around: int = ROUND
+) -> TermSystem:
+    """The system in mu, contact (a factor of its stiffness), speed (rad/s) and pressure (Pa)."""
+    brake = solid_brake(rows, around=around)
+    system = brake.system
+    gyroscopic, centrifugal = transport(brake)
+    damping = _radial_friction(brake)
+    C = (
+        *system.C,
+        Term(gyroscopic, Formula("2*speed")),
+        Term(damping, Formula("mu*pressure/speed")),
+    )
+    K = (*system.K, Term(centrifugal, Formula("-speed**2")))
+    own = {**system.parameters, "speed": speed, "pressure": pressure}
+    return TermSystem(system.M, C, K, own, "mu", "turning brake")
+
+
+def _radial_friction(brake: SolidBrake) -> Any:
+    """The integral of (difference of the radial speeds)^2 / r over the contact."""
+    from scipy.sparse import coo_array, csc_array, diags_array
+
+    row_of = {
+        (int(node), int(direction)): row
+        for row, (node, direction) in enumerate(zip(brake.nodes, brake.directions, strict=True))
+    }
+    entries = []
+    for pair, (below, above) in enumerate(brake.pairs.tolist()):
+        x, y, _ = brake.places[above]
+        radius = math.hypot(x, y)
+        for node, sign in ((above, 1.0), (below, -1.0)):
+            for direction, share in ((0, x / radius), (1, y / radius)):
+                row = row_of.get((node, direction))
+                if row is not None:
+                    entries.append((sign * share, pair, row))
+    values, pairs, rows = zip(*entries, strict=True)
+    shape = len(brake.pairs), brake.system.n
+    slide = coo_array((values, (pairs, rows)), shape=shape).tocsc()
+    radii = np.hypot(*brake.places[brake.pairs[:, 1], :2].T)
+    return csc_array(slide.T @ diags_array(brake.area / radii) @ slide)
+
+
+def _chart(system: TermSystem) -> Any:
+    axes = squeal.Axis("mu", *RANGE, 15), squeal.Axis("contact", 0.5, 2.0, 15)
+    return squeal.map(system, axes, band=BAND)
+
+
+def _answers(system: TermSystem) -> dict[str, Callable[[], Any]]:
+    def sweep(count: int) -> Any:
+        return squeal.sweep(system, np.linspace(*RANGE, count).tolist(), BAND)
+
+    return {
+        "eigs": lambda: eigs_near(system, BAND, NEAR),
+        "band, certified": lambda: squeal.eigenvalues(system, band=BAND),
+        "sweep 7": lambda: sweep(7),
+        "sweep 21": lambda: sweep(21),
+        "chart 225": lambda: _chart(system),
+        "samples 128": lambda: squeal.scatter(system, SPREADS, samples=128, of="growth", band=BAND),
+        "thresholds": lambda: squeal.thresholds(system, RANGE[1], band=BAND),
+    }
+
+
+def _told(answer: Any) -> str:
+    """What shows that the answer is one."""
+    with suppress(AttributeError):
+        certified = "" if answer.certified is None else f", certified {answer.certified}"
+        crossings = getattr(answer, "crossings", None)
+        return (
+            f"{len(answer.eigenvalues)} roots"
+            if crossings is None
+            else f"{len(crossings)} crossings"
+        ) + certified
+    return ""
+
+
+def main() -> int:
+    """Print the table."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.turning_brake", description=__doc__)
+    parser.add_argument("rows", type=int, nargs="?", default=2500, help="at least so many (2500)")
+    parser.add_argument("--around", type=int, default=36, help="elements around at each level (36)")
+    parser.add_argument("--pressure", type=float, default=HEAVY, help=f"Pa ({HEAVY:g})")
+    parser.add_argument("--repeat", type=int, default=1, help="runs, of which medians are printed")
+    parser.add_argument("--only", nargs="+", help="answers by name, beside `eigs`")
+    given = parser.parse_args()
+    system = turning_brake(given.rows, given.pressure, around=given.around)
+    print(f"{system.n} rows, {given.pressure:g} Pa; CPU seconds of one thread")
+    unit = math.nan
+    for name, answer in _answers(system).items():
+        if given.only and name not in ("eigs", *given.only):
+            continue
+        seconds = []
+        for _ in range(given.repeat + (name == "eigs")):  # its first run imports
+            start = time.process_time()
+            told = answer()
+            seconds.append(time.process_time() - start)
+        took = statistics.median(seconds[name == "eigs" :])
+        unit = took if name == "eigs" else unit
+        print(f"{name:<18s}{took:8.2f}{took / unit:8.1f}  {_told(told)}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,61 @@
+"""Few modes in place of a basis, against the full system, at values between those of training."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array, diags_array
+
+from squeal.linear.system import Term
+from squeal.numerics.differentiation import Formula
+from squeal.sparse.eigensolver import modes_in
+from tests.sparse.test_first_look import BRAKE, look_at
+
+VALUES = [{"mu": mu} for mu in np.linspace(0.0, 0.7, 7).tolist()]
+BETWEEN = [{"mu": mu} for mu in (0.03, 0.29, 0.41, 0.66)]
+
+
+def brake(kind):
+    """Lightly damped, with friction that damps few rows heavily, or with a gyroscopic part."""
+    rng = np.random.default_rng(7)
+    C, rows = BRAKE.C[0].matrix, BRAKE.n
+    if kind == "light":
+        return replace(BRAKE, C=(Term(0.2 * C),))
+    if kind == "heavy":
+        dampers = np.where(rng.random(rows) < 0.05, 200.0, 0.0)
+        return replace(BRAKE, C=(*BRAKE.C, Term(csc_array(diags_array(dampers)), Formula("mu"))))
+    upper = csc_array(diags_array(rng.uniform(0.0, 0.5, rows - 1), offsets=1))
+    return replace(BRAKE, C=(Term(C), Term(csc_array(upper - upper.T))))
+
+
+@pytest.mark.parametrize("kind", ["light", "heavy", "turning"])
+def test_growths_lie_within_the_stated_errors(kind):
+    look = look_at(brake(kind), VALUES)
+    assert 0 < look.compressed.size < look.size
+    estimates = 0
+    for changes in [*BETWEEN, *VALUES]:
+        full = modes_in(look.scaled.at(changes), look.region, False, exact=1e-12).values
+        full = full[look.region.contains(full)]
+        found = look.decided(changes)
+        assert len(found.values) == len(full) > 3
+        away = np.abs(full[:, None] - found.values)
+        partner = np.argmin(away, axis=0)
+        assert len(set(partner)) == len(full)
+        assert np.all(away.min(axis=0) <= found.errors + 1e-10 * np.abs(found.values))
+        assert np.all(np.sign(found.values.real) == np.sign(full[partner].real))
+        estimates += not found.corrected.any() and look.estimated(changes) is not None
+        decisive = look.decided(changes, deciding=True)
+        assert decisive.values.real.max() == pytest.approx(full.real.max(), abs=1.0)
+        assert np.any(decisive.values.real > 0.0) == np.any(full.real > 0.0)
+    assert estimates > len(VALUES) / 2  # else few modes are of no use
+
+
+def test_a_mode_that_the_few_lack_leaves_the_answer_to_the_basis():
+    """Friction far beyond that of training: what is estimated then says nothing."""
+    look = look_at(brake("heavy"), VALUES)
+    changes = {"mu": 20.0}
+    full = modes_in(look.scaled.at(changes), look.region, False, exact=1e-12).values
+    estimate = look.estimated(changes)
+    if estimate is not None:
+        away = np.abs(full[:, None] - estimate.values).min(axis=0)
+        assert np.all(away <= estimate.errors)
