@@ -13,6 +13,7 @@ from squeal.analysis.answers import OPEN
 from squeal.analysis.systems.proofs import HALF_ULP, Statement
 from squeal.errors import InputError
 from squeal.linear.events import Crossing
+from squeal.linear.moduli import Tabulated
 from squeal.linear.system import TermSystem
 from squeal.model.equations import PadModel
 
@@ -198,6 +199,9 @@ def system_statement(
     from squeal.proof.referee import Proof
 
     extent = (low, high)
+    if any(isinstance(term.factor, Tabulated) for term in system.terms):
+        proof = Proof("open", reason="tables over a parameter have no enclosure")
+        return stated(proof, system.parameter, extent, high), []
     try:
         M, C, K = (
             [Term(_dense(term.matrix), _factor(term, system)) for term in terms]

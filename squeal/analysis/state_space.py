@@ -1,4 +1,4 @@
-"""The linearised pad as a state space of python-control."""
+"""State spaces of python-control from pads and systems, and systems from state spaces."""
 
 import warnings
 
@@ -7,26 +7,64 @@ import numpy as np
 from control import StateSpace
 
 from squeal.analysis.pads import analyse
-from squeal.errors import InputWarning
+from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
-from squeal.linear.matrices import state_matrices
+from squeal.linear.matrices import EPS, state_matrices
+from squeal.linear.system import Term, TermSystem
 from squeal.schema import public
 
 STATES = ["x", "y", "theta", "x_dot", "y_dot", "theta_dot"]
 
 
 @public
-def state_space(scene: Scene, mu: float | None = None) -> StateSpace:
-    """A scene's pad about its sliding equilibrium as a :class:`control.StateSpace`.
+def state_space(subject: Scene | TermSystem, mu: float | None = None) -> StateSpace:
+    """A pad about its sliding equilibrium, or a system, as a :class:`control.StateSpace`.
 
-    Friction mu is the scene's own if left out. Inputs are a force along and normal to the surface
-    (N) and a moment (N m) on the pad, outputs are x, y (m) and theta (rad) from the equilibrium;
-    the poles are the eigenvalues. Warns (InputWarning) of what speaks against the equilibrium.
-    Raises InputError for a mu that is not allowed, ComputationError if no steady sliding exists.
+    Friction mu is the scene's own if left out; of a system it is the value of its free parameter.
+    Inputs of a pad are a force along and normal to the surface (N) and a moment (N m), outputs are
+    x, y (m) and theta (rad) from the equilibrium. Inputs of a system are a force on each row,
+    outputs are its displacements. The poles are the eigenvalues. Warns (InputWarning) of what
+    speaks against the equilibrium. Raises InputError for a mu that is not allowed or a system
+    with a singular or complex matrix, ComputationError if no steady sliding exists.
     """
-    analysis = analyse(scene if mu is None else scene.replace(mu=mu))
+    if isinstance(subject, TermSystem):
+        return _of_system(subject, mu)
+    analysis = analyse(subject if mu is None else subject.replace(mu=mu))
     for words in analysis.warnings:
         warnings.warn(words, InputWarning, stacklevel=3)
     A, B = state_matrices(*analysis.matrices)
     labels = {"inputs": ["force x", "force y", "moment"], "outputs": STATES[:3], "states": STATES}
-    return control.ss(A, B, np.eye(3, 6), np.zeros((3, 3)), name=scene.model, **labels)
+    return control.ss(A, B, np.eye(3, 6), np.zeros((3, 3)), name=subject.model, **labels)
+
+
+def _of_system(system: TermSystem, value: float | None) -> StateSpace:
+    """Raises InputError."""
+    changes = {} if value is None else {system.parameter: value}
+    M, C, K = system.arrays(changes)
+    n = system.n
+    damping = np.zeros((n, n)) if C is None else C
+    if any(np.iscomplexobj(matrix) for matrix in (damping, K)):
+        raise InputError(f"{system.name}: complex matrices have no real state space")
+    if np.linalg.cond(M) > 1.0 / EPS:
+        raise InputError(f"{system.name}: M is singular; each row needs a mass")
+    A, B = state_matrices(M, damping, K)
+    return control.ss(A, B, np.eye(n, 2 * n), np.zeros((n, n)))
+
+
+def system_of(plant: StateSpace) -> TermSystem:
+    """The states x' = A x of a continuous :class:`control.StateSpace` as a system.
+
+    The system has no mass, C = I and K = -A, so that its eigenvalues are the poles; inputs and
+    outputs have no part in it. Raises InputError for a discrete state space.
+
+    >>> plant = control.ss([[0.0, 1.0], [-4.0, -0.4]], [[0.0], [1.0]], [[1.0, 0.0]], 0.0)
+    >>> system_of(plant).n
+    2
+    """
+    if plant.isdtime(strict=True):
+        raise InputError(f"{plant.name}: is discrete in time; a continuous state space is required")
+    n = len(plant.A)
+    mass = Term(np.zeros((n, n)))
+    damping = Term(np.eye(n))
+    stiffness = Term(-np.asarray(plant.A))
+    return TermSystem((mass,), (damping,), (stiffness,), name=plant.name or "system")

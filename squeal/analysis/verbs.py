@@ -78,7 +78,9 @@ def System(
     ----------
     M, C, K : array_like (n, n), SciPy sparse array, or mapping of formulas to such
         A mapping holds terms by their factors, formulas of the parameters, such as
-        ``{"1": K0, "mu": K1}``. C may be left out.
+        ``{"1": K0, "mu": K1}``. C may be left out. Data frames of pandas and data arrays of xarray
+        must have the same labels. A continuous state space of python-control may stand alone for
+        M: its states x' = A x become C = I and K = -A.
     parameters : mapping of str to float
         Named numbers; the free parameter is 0 if it is not among them.
     parameter, name : str
@@ -92,16 +94,19 @@ def System(
     (2, 'mu')
     """
 
+    if hasattr(M, "poles") and hasattr(M, "A"):
+        states: Any = importlib.import_module("squeal.analysis.state_space")
+        converted: TermSystem = states.system_of(M)
+        return converted
     parts: list[tuple[Term, ...]] = []
     labels: dict[str, list[Any]] = {}
     for part, given in zip("MCK", (M, C, K), strict=True):
         several = isinstance(given, Mapping) and not is_sparse(given)
         each = given if several else {} if given is None else {"1": given}
         for text, X in each.items():
-            if hasattr(X, "columns") and hasattr(X, "index"):
-                name = f"{part} {text}" if several else part
-                labels[f"index of {name}"] = list(X.index)
-                labels[f"columns of {name}"] = list(X.columns)
+            if own := _labels_of(X):
+                title = f"{part} {text}" if several else part
+                labels[f"index of {title}"], labels[f"columns of {title}"] = own
         with Place("System", part).named():
             factors = (Formula(TEXT.read(text, Place("factor"))) for text in each)
             arrays = (given_matrix(X, real=part == "M") for X in each.values())
@@ -116,6 +121,16 @@ def System(
     return system
 
 
+def _labels_of(matrix: Any) -> tuple[list[Any], list[Any]] | None:
+    """The labels of rows and columns of a data frame (pandas) or a data array (xarray) that has
+    them; None of any other matrix."""
+    if hasattr(matrix, "columns") and hasattr(matrix, "index"):
+        return list(matrix.index), list(matrix.columns)
+    indexes = getattr(matrix, "indexes", {})
+    along = [list(indexes[name]) for name in getattr(matrix, "dims", ()) if name in indexes]
+    return (along[0], along[1]) if len(along) == 2 else None
+
+
 def _refuse_other_labels(labels: Mapping[str, list[Any]]) -> None:
     """Refuse data frames whose rows or columns have other labels, or another order, than those of
     the first. Raises InputError."""
@@ -123,8 +138,9 @@ def _refuse_other_labels(labels: Mapping[str, list[Any]]) -> None:
     for name, own in labels.items():
         if own != labels[first]:
             raise InputError(
-                f"System: the {name} is not the {first}; data frames must have the same labels in "
-                "the same order as rows and as columns (frame.loc[labels, labels] sorts them)"
+                f"System: the {name} is not the {first}; labelled matrices must have the same "
+                "labels in the same order as rows and as columns (frame.loc[labels, labels] sorts "
+                "them)"
             )
 
 

@@ -28,11 +28,20 @@ REDUCED = Group({
     "cutoff": Key("frequency up to which it has modes", POSITIVE, "Hz", required=True),
     "lacks": Key("matrix file that tells the errors of roots", TEXT, required=True),
 }, owner="reduced")
+ROTATION = Group({
+    "axis": Key("of the rotation, in its sense", row(3), required=True),
+    "speed": Key("speed", FACTOR, "rad/s", required=True),
+    "preloaded": Key(
+        "whether K has the centrifugal forces already, as that of a step about the turning state",
+        FLAG, default="false"),
+}, owner="a rotation")
 COMPONENT = Group({
     "file": Key("system file of M, C and K with coordinates", TEXT, required=True),
     "reduced": Key("what it was reduced from, as `export` writes it; it is not reduced again",
                    REDUCED, default="it is no reduced one"),
     "load": Key("brake load, under which contact is seated", LOAD, default="none"),
+    "rotation": Key("seen from a frame that turns with it: Coriolis and centrifugal forces",
+                    ROTATION, default="none"),
 }, owner="a component")
 CONTACT = Group({
     "between": Key("the components", BETWEEN, required=True),
@@ -50,6 +59,9 @@ CONTACT = Group({
     "sliding": Key("constant direction in which the first moves past the second", row(3),
                    default="none", instead="axis"),
     "friction": Key("coefficient of friction", FACTOR, default="mu"),
+    "speed": Key("of sliding; friction then turns with its direction, which damps motion across it",
+                 FACTOR, "m/s, rad/s with axis", default="no such damping"),
+    "slope": Key("d friction / d speed, below 0 where friction falls", FACTOR, "s/m", default="0"),
     "factor": Key("of the normal stiffness", FACTOR, default="contact"),
     "tangential": Key("stiffness across the normal", FACTOR, "as stiffness", default="0"),
     "gap": Key(
@@ -102,6 +114,10 @@ def assembly_file(
         assumptions += [f"{name}: {words}" for words in file.assumptions]
         nodes, places = np.array(where.names)[where.nodes], where.places[where.nodes]
         body = Component(replace(file.system, name=name), nodes, where.directions, places)
+        if turning := one.get("rotation"):
+            with (here / "rotation").named():
+                preloaded = turning.get("preloaded", False)
+                body = body.rotating(turning["axis"], turning["speed"], values, preloaded)
         if known := one.get("reduced"):
             inputs.append(folder / known["lacks"])
             size = len(body.system.terms) * body.system.n

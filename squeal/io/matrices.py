@@ -13,7 +13,15 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array, csc_array, diags_array
 
 from squeal.errors import InputError, missing
-from squeal.io.matrix_formats import FORMATS, HEAD, MatrixFile, is_half, mirrored, sound
+from squeal.io.matrix_formats import (
+    FORMATS,
+    HEAD,
+    MatrixFile,
+    UnbuiltMatrix,
+    is_half,
+    mirrored,
+    sound,
+)
 from squeal.io.writing import write_whole
 from squeal.linear.matrices import given_matrix
 from squeal.schema import Place
@@ -27,7 +35,7 @@ def _picked(found: MatrixFile | dict[str, Any], key: str | None) -> MatrixFile:
         if key is None:
             return found
         raise InputError(f"key {key} is not allowed; the file holds one matrix")
-    names = ", ".join(sorted(found)) or "none"
+    names = ", ".join(_described(name, found[name]) for name in sorted(found)) or "none"
     if key is None and len(found) != 1:
         raise InputError(f"holds the matrices {names}; name one of them with key")
     alike = [n for n in found if key is None or n.lower() == key.lower()]  # op4: small letters
@@ -35,9 +43,14 @@ def _picked(found: MatrixFile | dict[str, Any], key: str | None) -> MatrixFile:
     if name is None:
         raise InputError(f"holds no matrix {key}; it holds {names}")
     one = found[name]
-    if callable(one):
-        one = one()
+    if isinstance(one, UnbuiltMatrix):
+        one = one.build()
     return one if isinstance(one, MatrixFile) else MatrixFile(one)
+
+
+def _described(name: str, matrix: Any) -> str:
+    """The name of one of several matrices, with its form where the format has one."""
+    return f"{name} ({matrix.form})" if isinstance(matrix, UnbuiltMatrix) else name
 
 
 def read_matrix(

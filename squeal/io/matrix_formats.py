@@ -45,6 +45,7 @@ NESTED = 8  # structs within structs that are looked into
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"}
 # Ansys' names of degrees of freedom, with the numbers of the other programs
 FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6, "PRES": 8, "TEMP": 11}
+DMIG_FORMS = {"1": "square", "2": "rectangular", "6": "symmetric", "9": "rectangular"}
 OTHER_FREEDOMS = 100  # numbers above are of other names
 
 
@@ -69,6 +70,14 @@ class MatrixFile:
     numbered: bool = False
     digits: int | None = None
     assumptions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class UnbuiltMatrix:
+    """A matrix of a file of several, built only when it is picked; `form` says what it is."""
+
+    form: str
+    build: Callable[[], MatrixFile]
 
 
 def _numbers(lines: Any, places: int, values: int) -> tuple[NDArray, NDArray]:
@@ -130,6 +139,20 @@ def mirrored(matrix: Any, sign: int = 1) -> Any:
     off = rows != columns
     where = np.append(rows, columns[off]), np.append(columns, rows[off])
     return coo_array((np.append(data, sign * data[off]), where), shape=matrix.shape).tocsc()
+
+
+def _with_both_triangles(matrix: Any, sign: int) -> Any:
+    """A matrix of a symmetric (1) or skew-symmetric (-1) Harwell-Boeing file, with both triangles.
+
+    The format asks for one triangle; some programs write both, which must then agree to the last
+    digit. Raises ValueError.
+    """
+    if is_half(matrix):
+        return mirrored(matrix, sign)
+    if abs(matrix - sign * matrix.T).max() > 0.0:
+        words = "symmetric" if sign > 0 else "skew-symmetric"
+        raise ValueError(f"a {words} file holds both triangles, and they differ")
+    return matrix
 
 
 def _read_matrix_market(path: Path) -> MatrixFile:
@@ -308,7 +331,7 @@ def _read_harwell_boeing(path: Path) -> MatrixFile:
     matrix = csc_array((values, indices - 1, pointers - 1), shape=(rows, columns))
     sound(matrix)
     if kind[1] != "U":
-        matrix = mirrored(matrix, 1 if kind[1] == "S" else -1)
+        matrix = _with_both_triangles(matrix, 1 if kind[1] == "S" else -1)
     labels = _labels(path.with_suffix(".mapping"), rows)
     numbered = any(node < 0 for node, _ in labels or ())
     return MatrixFile(matrix, labels, numbered=numbered, digits=written_digits(words))
@@ -342,7 +365,7 @@ def _labels(path: Path, rows: int) -> tuple[tuple[int, int], ...] | None:
     return tuple(labels)
 
 
-def _read_dmig(path: Path) -> dict[str, MatrixFile | Callable[[], MatrixFile]]:
+def _read_dmig(path: Path) -> dict[str, UnbuiltMatrix]:
     """Cards DMIG of bulk data or a punch file, in small, large or free fields.
 
     Each matrix is built only when it is picked: a punch file of EXTOUT also holds rectangular ones.
@@ -374,7 +397,11 @@ def _read_dmig(path: Path) -> dict[str, MatrixFile | Callable[[], MatrixFile]]:
     heads = {card[0]: card for card in cards if card[1] == "0"}
     if missing := {card[0] for card in cards} - heads.keys():
         raise ValueError(f"the card DMIG {missing.pop()} 0, which says what it holds, is missing")
-    return {name: partial(_dmig, path, head, cards) for name, head in heads.items()}
+    found = {}
+    for name, card in heads.items():
+        form = DMIG_FORMS.get(card[2], f"form {card[2]}")
+        found[name] = UnbuiltMatrix(form, partial(_dmig, path, card, cards))
+    return found
 
 
 def _freedom(name: str) -> int:
@@ -394,8 +421,9 @@ def _dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
     """One of the matrices that cards DMIG hold."""
     name, form, polar = head[0], head[2], head[5]
     if form not in ("1", "6"):
+        kind = DMIG_FORMS.get(form, "unknown")
         raise InputError(
-            f"the matrix {name} has the form {form}; 1 (square) and 6 (symmetric) are read"
+            f"the matrix {name} has the form {form} ({kind}); 1 (square) and 6 (symmetric) are read"
         )
     each = [  # node, degree of freedom of row and column; real and imaginary part
         (card[k], card[k + 1] or "0", card[1], card[2] or "0", card[k + 2], card[k + 3])

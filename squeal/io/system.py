@@ -22,7 +22,7 @@ from squeal import schema
 from squeal.io.matrices import aligned, all_labels, read_matrix
 from squeal.io.matrix_formats import FORMATS, MatrixFile
 from squeal.linear.matrices import dense, reduce
-from squeal.linear.moduli import Modulus, Table
+from squeal.linear.moduli import FREQUENCY, Modulus, Table, Tabulated
 from squeal.linear.system import Damped, Term, TermSystem, damped, supported, without_supports
 from squeal.numerics.differentiation import ALLOWED, Formula
 from squeal.schema import (
@@ -79,6 +79,11 @@ POINTS = "mode shapes are points; `elements: {file: job.inp}` in the system file
 FACTOR = Kind("text or a number", lambda v: TEXT.convert(repr(v) if type(v) in (int, float) else v))
 CSV = Group({"file": Key("a .csv file", TEXT, required=True)}, owner="a table")
 # fmt: off
+TABLE = Group({
+    "file": Key("a .csv file with a column of the parameter's name, rising", TEXT, required=True),
+    "column": Key("which of its columns multiplies the term, such as kxx", TEXT, required=True),
+    "over": Key("the parameter", TEXT, default="the one that is swept"),
+}, owner="a table")
 TERM = Group({
     "file": Key(
         f"matrix file beside this one ({SUFFIXES})", TEXT, required=True, unless="matrix",
@@ -97,6 +102,9 @@ TERM = Group({
     "modulus": Key(
         "table of storage and loss factors over the frequency, which multiply it too",
         CSV, instead="structural"),
+    "table": Key(
+        "quantity over a parameter, such as a bearing's stiffness over speed, which multiplies it "
+        "too", TABLE, instead="modulus"),
     "rayleigh": Key(
         "alpha of a term of M, beta of one of K, in place of those of the whole", NOT_NEGATIVE,
         "1/s, s"),
@@ -449,16 +457,20 @@ def matrices_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFi
             formula = Formula(term.get("factor", "1"), str(here / "factor"))
         if not formula.names:
             formula.value({})  # may be none
-        factor, matrix = (
-            _modulus(part, term, formula, here, folder),
-            matrix.toarray() if full else matrix,
-        )
+        matrix = matrix.toarray() if full else matrix
+        if "table" in term:
+            factor: Formula | Modulus | Tabulated = _tabulated(
+                part, term, formula, here, folder, parameter
+            )
+        else:
+            factor = _modulus(part, term, formula, here, folder)
         source, how = (part, term.get("file", ""), factor.text), (known.form, bool(known.labels))
         origins.append(Origin(*source, csc_array(matrix), *how, term.get("key", ""), known.digits))
         own.add(part, term, len(parts[part[0]]), matrix, formula, known.digits)
         parts[part[0]].append(Term(matrix, factor, known.digits))
-        if "modulus" in term:
-            inputs.append(folder / term["modulus"]["file"])
+        for key in ("modulus", "table"):
+            if key in term:
+                inputs.append(folder / term[key]["file"])
     parts["C"] += own.terms
     coordinates, labels = None, all_labels(matrices)
     if "coordinates" in given:
@@ -568,6 +580,35 @@ def _modulus(
     if not loss.names:
         NOT_NEGATIVE.read(loss.value({}), at / "structural")
     return Modulus(factor, loss)
+
+
+def _tabulated(
+    part: str, term: dict[str, Any], factor: Formula, at: Place, folder: Path, parameter: str
+) -> Tabulated:
+    """The factor of a term with its table over a parameter. Raises InputError."""
+    here = at / "table"
+    if part not in ("C", "K"):
+        raise here.refuse(f"is not allowed at a term of {part}; terms of C and K take it")
+    for key in ("rayleigh", "structural"):
+        if key in term:
+            raise (at / key).refuse("is not allowed beside table")
+    over = term["table"].get("over", parameter)
+    if over in FREQUENCY:
+        raise here.refuse(f"over {over} is not allowed; the key modulus takes tables over it")
+    column = term["table"]["column"].strip().lower()
+    source = folder / term["table"]["file"]
+    _, lines = read_table(source, (over.lower(), column))
+    places = list[float]()
+    quantities = list[float]()
+    for line_at, line in lines:
+        place = number_in(line[over.lower()], line_at / over)
+        if places and place <= places[-1]:
+            raise line_at.refuse(f"{over} {place:g} is not allowed; it must rise")
+        places.append(place)
+        quantities.append(number_in(line[column], line_at / column))
+    if len(places) < 2:
+        raise here.refuse(f"{source.name}: {len(places)} lines of numbers; 2 or more are needed")
+    return Tabulated(factor, over, str(source), column, tuple(places), tuple(quantities))
 
 
 def _terms(given: dict[str, Any], at: Place) -> tuple[str, list[tuple[str, Place, dict[str, Any]]]]:

@@ -61,11 +61,23 @@ def dense(matrix: Any) -> np.ndarray:
     return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
 
 
+def _unwrapped(value: Any) -> Any:
+    """The sparse matrix in a data frame of sparse columns (pandas) or in a data array (xarray);
+    anything else as it is."""
+    columns: Any = getattr(value, "sparse", None)  # which a frame of dense columns has not
+    if hasattr(columns, "to_coo"):
+        return columns.to_coo()
+    if hasattr(value, "dims") and is_sparse(getattr(value, "data", None)):
+        return value.data
+    return value
+
+
 def given_matrix(value: Any, name: str = "", real: bool = False) -> Any:
     """A given matrix (n, m) of finite numbers, or `real` ones; sparse as CSC.
 
     Raises InputError, also for numbers that no double holds.
     """
+    value = _unwrapped(value)
     if np.ma.is_masked(value):
         words = "has masked entries; a matrix of finite numbers is required"
         raise InputError(f"{name}: {words}" if name else words)

@@ -12,6 +12,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from squeal.errors import InputError
 from squeal.numerics.differentiation import ONE, Dual, Formula
 
@@ -52,6 +54,92 @@ class Table:
         pairs = zip(self._curves(frequency).tolist(), self._curves(frequency, 1), strict=True)
         storage, loss = (Dual(value, float(slope)) for value, slope in pairs)
         return storage, loss
+
+
+@dataclass(frozen=True)
+class Tabulated:
+    """A real factor times a quantity that is tabulated over one parameter, such as the stiffness of
+    a bearing over speed.
+
+    It has the methods of a `Formula`. The interpolation is monotone where the numbers are (PCHIP)
+    and has a derivative everywhere. Raises InputError beyond the ends: `source` names the file
+    there.
+
+    Parameters
+    ----------
+    factor : Formula
+        What the tabulated quantity is multiplied with.
+    over : str
+        The parameter.
+    source, column : str
+        The file, and the name of the quantity in it.
+    places, quantities : sequence of float (m,)
+        Rising values of the parameter, and the quantity at each.
+
+    >>> bearing = Tabulated(ONE, "speed", "bearing.csv", "kxy", (0.0, 1.0, 3.0), (0.0, 2.0, 4.0))
+    >>> bearing.value({"speed": 1.0}), bearing.slope({"speed": 3.0}, "speed") > 0.0
+    (2.0, True)
+    """
+
+    factor: Formula
+    over: str
+    source: str
+    column: str
+    places: Sequence[float]
+    quantities: Sequence[float]
+
+    @cached_property
+    def _curve(self) -> Any:
+        from scipy.interpolate import PchipInterpolator
+
+        return PchipInterpolator(self.places, self.quantities)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """The parameters that it depends on."""
+        return self.factor.names | {self.over}
+
+    @property
+    def text(self) -> str:
+        """The factor for people."""
+        return f"({self.factor.text}) * {self.source}: {self.column}({self.over})"
+
+    def value(self, parameters: Mapping[str, float]) -> float:
+        """The value. Raises InputError beyond the table."""
+        return self.factor.value(parameters) * float(self._curve(self._place(parameters)))
+
+    def slope(self, parameters: Mapping[str, float], name: str) -> float:
+        """The derivative by one parameter. Raises InputError beyond the table."""
+        place = self._place(parameters)
+        total = self.factor.slope(parameters, name) * float(self._curve(place))
+        if name == self.over:
+            total += self.factor.value(parameters) * float(self._curve(place, 1))
+        return total
+
+    def curvature(
+        self, parameters: Mapping[str, float], name: str, low: float, high: float
+    ) -> float:
+        """A bound of |second derivative| by the table's own parameter, on whose pieces it is
+        linear; inf where the other factor depends on that parameter too."""
+        if name in self.factor.names:
+            return math.inf
+        if name != self.over:
+            return 0.0
+        begins = np.asarray(self.places[:-1])
+        ends = np.asarray(self.places[1:])
+        cubic, square = self._curve.c[:2]
+        at_begin = np.abs(2.0 * square)
+        at_end = np.abs(6.0 * cubic * (ends - begins) + 2.0 * square)
+        largest = np.maximum(at_begin, at_end)[(begins <= high) & (ends >= low)]
+        return abs(self.factor.value(parameters)) * float(np.max(largest, initial=0.0))
+
+    def _place(self, parameters: Mapping[str, float]) -> float:
+        place = parameters[self.over]
+        low, high = self.places[0], self.places[-1]
+        if not low <= place <= high:
+            words = f"covers {self.over} from {low:g} to {high:g}; {place:.6g} is needed"
+            raise InputError(f"{self.source}: {words}")
+        return place
 
 
 @dataclass(frozen=True)

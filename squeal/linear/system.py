@@ -36,7 +36,7 @@ from squeal.linear.matrices import (
     norm_of,
     unit_diagonal,
 )
-from squeal.linear.moduli import FREQUENCY, Modulus
+from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
 from squeal.numerics.differentiation import ONE, Formula
 
 Matrix = Any
@@ -54,7 +54,7 @@ class Term:
     """
 
     matrix: Matrix = field(repr=False)
-    factor: Formula | Modulus = ONE
+    factor: Formula | Modulus | Tabulated = ONE
     digits: int | None = None
 
     def __post_init__(self) -> None:

@@ -108,6 +108,90 @@ class Component:
             raise InputError(f"{self.name} has no coordinates; they are needed here")
         return np.asarray(self.places[self.rows_of(nodes).max(axis=1)])
 
+    def rotating(
+        self, axis: ArrayLike, speed: str, values: Mapping[str, float], preloaded: bool = False
+    ) -> Component:
+        """The same component seen from a frame that turns with it at constant speed.
+
+        Coriolis forces 2 speed G enter C and centrifugal forces -speed^2 Z enter K, of each term of
+        M: G = (M J + J M) / 2 and Z = -(M J^2 + J^2 M) / 2, in which J x = axis x x at each node.
+        The centrifugal load itself, and the stiffness of its stress, are the program's.
+
+        Parameters
+        ----------
+        axis : array_like (3,)
+            Of the rotation, in its sense, of any length above 0.
+        speed : str
+            Formula of the speed in rad/s.
+        values : mapping of str to float
+            The parameters that the formula names.
+        preloaded : bool
+            Whether K has the centrifugal forces already, as that of a step about the turning state;
+            Coriolis forces alone are then added.
+
+        Raises
+        ------
+        InputError
+            If the axis has no length.
+
+        Examples
+        --------
+        A mass of 1 kg on springs of 100 N/m, seen from a frame that turns by 2 rad/s:
+
+        >>> import numpy as np, squeal
+        >>> mass = squeal.Component(squeal.System(np.eye(2), K=100 * np.eye(2)), [1, 1], [0, 1])
+        >>> turned = mass.rotating((0, 0, 1), "speed", {"speed": 2.0})
+        >>> squeal.eigenvalues(turned.system).values[::2].imag.round(9).tolist()
+        [8.0, 12.0]
+        """
+        from scipy.sparse import csc_array
+
+        turn = self._turn(axis)
+        squared = csc_array(turn @ turn)
+        formula = Formula(speed)
+        coriolis = list[Term]()
+        softening = list[Term]()
+        for term in self.system.M:
+            mass = csc_array(term.matrix)
+            gyroscopic = mass @ turn + turn @ mass  # 2 G
+            centrifugal = (mass @ squared + squared @ mass) / 2.0  # -Z
+            each = (gyroscopic, centrifugal)
+            if not is_sparse(term.matrix):
+                each = tuple(matrix.toarray() for matrix in each)
+            of_speed = f"({formula.text}) * ({term.factor.text})"
+            coriolis.append(Term(each[0], Formula(of_speed)))
+            softening.append(Term(each[1], Formula(f"({formula.text}) * {of_speed}")))
+        own = {name: values[name] for name in formula.names if name in values}
+        system = replace(
+            self.system,
+            C=(*self.system.C, *coriolis),
+            K=self.system.K if preloaded else (*self.system.K, *softening),
+            parameters=dict(self.system.parameters) | own,
+        )
+        return replace(self, system=system)
+
+    def _turn(self, axis: ArrayLike) -> Any:
+        """The sparse matrix J (n, n) of the cross product with a unit axis at each node. Raises
+        InputError."""
+        from scipy.sparse import coo_array
+
+        given = np.asarray(axis, dtype=float)
+        length = np.linalg.norm(given)
+        if not length > 0.0:
+            raise InputError(f"{self.name}: axis: has no length")
+        x, y, z = given / length
+        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        moving = np.unique(self.nodes[self.directions >= 0])
+        rows = self.rows_of(moving)
+        n = self.system.n
+        turn = coo_array((n, n)).tocsc()
+        for to, of in zip(*np.nonzero(np.abs(cross) > EPS), strict=True):
+            both = (rows[:, to] >= 0) & (rows[:, of] >= 0)
+            where = (rows[both, to], rows[both, of])
+            entries = np.full(np.count_nonzero(both), cross[to, of])
+            turn = turn + coo_array((entries, where), shape=(n, n)).tocsc()
+        return turn
+
     def reduced(self, nodes: ArrayLike, cutoff: float) -> Component:
         """Craig-Bampton reduction: all rows of some nodes, and modes up to a frequency.
 
@@ -262,6 +346,13 @@ class Contact:
     friction, factor : str
         Formulas of the parameters: the coefficient of friction and the factor of the normal
         stiffness. That of the tangential one is the parameter `tangential`.
+    speed : str, optional
+        Formula of the sliding speed: m/s where `sliding` is constant, rad/s about `axis`. It turns
+        friction with the direction of sliding: across it a pair that carries N in the seat is
+        damped by friction N / speed. Left out there is no such damping.
+    slope : str
+        Formula of d friction / d speed in s/m: below 0 where friction falls. Along sliding a pair
+        is damped by slope N.
     """
 
     between: tuple[str, str]
@@ -279,6 +370,16 @@ class Contact:
     bonded: bool = False
     friction: str = "mu"
     factor: str = "contact"
+    speed: str = ""
+    slope: str = "0"
+
+    def __post_init__(self) -> None:
+        moves = self.sliding is not None or self.axis is not None
+        slope = Formula(self.slope)
+        has_slope = bool(slope.names) or slope.value({}) != 0.0
+        for key, given in (("speed", bool(self.speed)), ("slope", has_slope)):
+            if given and not moves:
+                raise InputError(f"{key}: needs sliding or axis beside it")
 
     @property
     def name(self) -> str:
@@ -304,13 +405,15 @@ class Contact:
 
 class _Joint(NamedTuple):
     """A contact in the rows of the assembly: areas (m,), and displacements (m, n) of the second
-    less those of the first: normal, sliding (zero without), in two directions across."""
+    less those of the first: normal, sliding (zero without), in two directions across. `radius`
+    (m,) times the contact's `speed` is the speed of sliding: 1, or the distance from the axis."""
 
     contact: Contact
     area: Array
     normal: Any
     sliding: Any
     across: tuple[Any, Any]
+    radius: Array
 
 
 def _joint(contact: Contact, bodies: Mapping[str, Component]) -> _Joint:
@@ -341,9 +444,11 @@ def _joint(contact: Contact, bodies: Mapping[str, Component]) -> _Joint:
 
     normal, slides = unit("normal", contact.normal), contact.sliding
     require(np.diff(along(normal).indptr) > 0, "pairs: no row moves along the normal")
+    radius = np.ones(m)
     if slides is None and contact.axis is not None:
         centre = np.mean([body.places_of(labels) for body, labels in each], axis=0)
         slides = np.cross(unit("axis", contact.axis), centre - contact.through)
+        radius = np.linalg.norm(slides, axis=1)
     none = slides is None
     given = unit("sliding", np.eye(3)[np.argmin(np.abs(normal), axis=1)] if none else slides)
     given = given - np.sum(given * normal, axis=1)[:, None] * normal
@@ -352,7 +457,8 @@ def _joint(contact: Contact, bodies: Mapping[str, Component]) -> _Joint:
     area = m if contact.area is None else contact.area  # a pair's is 1 without
     area = np.broadcast_to(area, m) / (1 if np.ndim(area) else m)
     across = along(tangent), along(np.cross(normal, tangent))
-    return _Joint(contact, area, along(normal), along(0.0 * tangent) if none else across[0], across)
+    sliding = along(0.0 * tangent) if none else across[0]
+    return _Joint(contact, area, along(normal), sliding, across, radius)
 
 
 @dataclass(frozen=True, eq=False)
@@ -540,20 +646,37 @@ def assemble(
     M, C, K = (_merged(list(bodies.values()), part) for part in range(3))
     structure = TermSystem(M, C, K, own | dict(parameters or {}), parameter, name)
     seats, slopes, displacements = _seated(structure, joints, list(bodies.values()))
-    springs = []
-    for (c, area, normal, sliding, across), seat, slope in zip(joints, seats, slopes, strict=True):
-        stick = seat.closed * area * c.tangential
-        for left, stiffness, right, factor in (
-            (normal, slope, normal, c.factor),
-            *((rows, stick, rows, "tangential") for rows in across),
-            (sliding, slope, normal, f"({c.friction}) * ({c.factor})"),
-        ):
-            if left.nnz and stiffness.any():
-                product = left.T @ right.multiply(stiffness[:, None])
-                product = product.tocsc() if is_sparse(M[0].matrix) else product.toarray()
-                springs.append(Term(product, Formula(factor)))
-    system = replace(structure, K=(*K, *springs))
+    is_large = is_sparse(M[0].matrix)
+    springs = list[Term]()
+    dampers = list[Term]()
+    for joint, seat, slope in zip(joints, seats, slopes, strict=True):
+        c = joint.contact
+        stick = seat.closed * joint.area * c.tangential
+        friction_factor = f"({c.friction}) * ({c.factor})"
+        springs += _coupling(joint.normal, slope, joint.normal, c.factor, is_large)
+        for rows in joint.across:
+            springs += _coupling(rows, stick, rows, "tangential", is_large)
+        springs += _coupling(joint.sliding, slope, joint.normal, friction_factor, is_large)
+        # the seat's normal forces, which stay as the seat does
+        if c.speed:
+            turned = seat.forces / joint.radius
+            damping_factor = f"({c.friction}) / ({c.speed})"
+            dampers += _coupling(joint.across[1], turned, joint.across[1], damping_factor, is_large)
+        if c.slope != "0":
+            dampers += _coupling(joint.sliding, seat.forces, joint.sliding, c.slope, is_large)
+    system = replace(structure, C=(*C, *dampers), K=(*K, *springs))
     return Assembly(system, tuple(bodies.values()), tuple(seats), displacements)
+
+
+def _coupling(
+    left: Any, weights: Array, right: Any, factor: str, is_large: bool
+) -> tuple[Term, ...]:
+    """The term of pairs that pull along `left` (m, n) by weights (m,) times what `right` (m, n)
+    measures; none where nothing acts."""
+    if not left.nnz or not weights.any():
+        return ()
+    product = left.T @ right.multiply(weights[:, None])
+    return (Term(product.tocsc() if is_large else product.toarray(), Formula(factor)),)
 
 
 def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
@@ -588,10 +711,12 @@ def _seated(
     if not load.any() and not all(joint.contact.bonded for joint in joints):
         raise InputError("load: missing; pairs that may open are seated under the brake load")
     pushes, columns = [], []
-    for c, area, normal, sliding, _ in joints:
+    for joint in joints:
+        c = joint.contact
+        area = joint.area
         # where it slides friction is all that acts across the normal
-        pushes.append(normal + Formula(c.friction).value(at) * sliding)
-        stick = 0.0 if sliding.nnz else at["tangential"] * area * c.tangential
+        pushes.append(joint.normal + Formula(c.friction).value(at) * joint.sliding)
+        stick = 0.0 if joint.sliding.nnz else at["tangential"] * area * c.tangential
         law = area * c.stiffness, c.gap, 0.0 if c.bonded else c.exponent, area * c.reference
         numbers = area, Formula(c.factor).value(at), *law, c.bonded, stick
         columns.append(np.array(np.broadcast_arrays(*numbers), dtype=float))

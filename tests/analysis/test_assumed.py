@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.sparse import diags_array
+from scipy.sparse import csc_array, diags_array, eye_array, issparse
 
 import squeal
 from squeal.analysis.systems.roots import Wanted, system_roots
@@ -118,3 +118,41 @@ def test_data_frames_have_the_same_labels_everywhere():
             squeal.System(M, K=other)
     with pytest.raises(InputError, match="index of C is not"):
         squeal.System(M, turned, K)
+
+
+def test_data_frames_of_sparse_columns_stay_sparse():
+    """A chain held at both ends."""
+    pandas = pytest.importorskip("pandas")
+    rows = 5
+    chain = diags_array([2.0, -1.0, -1.0], offsets=[0, 1, -1], shape=(rows, rows)).tocsc()
+    M = pandas.DataFrame.sparse.from_spmatrix(eye_array(rows).tocsc())
+    K = pandas.DataFrame.sparse.from_spmatrix(chain)
+    system = squeal.System(M, K=K)
+    assert issparse(system.K[0].matrix)
+    exact = 2.0 * np.sin(np.arange(1, rows + 1) * np.pi / (2 * rows + 2))
+    values = squeal.eigenvalues(system).values.imag
+    assert values[values > 0] == pytest.approx(exact)
+
+
+class DataArray:
+    """What a data array of xarray shows of itself: values, names of its dimensions, labels."""
+
+    def __init__(self, data, **labels):
+        self.data = data
+        self.dims = tuple(labels)
+        self.indexes = labels
+
+    def __array__(self, dtype=None, copy=None):
+        return np.asarray(self.data, dtype)
+
+
+def test_data_arrays_are_taken_by_their_labels():
+    K = np.array([[3.0, -1.0], [-1.0, 2.0]])
+    names = {"row": ["a", "b"], "column": ["a", "b"]}
+    M = DataArray(np.eye(2), **names)
+    exact = np.sqrt((5 + np.array([-1, 1]) * np.sqrt(5)) / 2)
+    for entries in (K, csc_array(K)):
+        values = squeal.eigenvalues(squeal.System(M, K=DataArray(entries, **names))).values
+        assert values.imag[values.imag > 0] == pytest.approx(exact)
+    with pytest.raises(InputError, match="index of K is not the index of M"):
+        squeal.System(M, K=DataArray(K, row=["b", "a"], column=["b", "a"]))

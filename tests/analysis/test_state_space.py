@@ -1,8 +1,10 @@
 """State spaces of pads: poles are eigenvalues, the static gain is the compliance."""
 
+import control
 import numpy as np
 import pytest
 
+import squeal
 from squeal.analysis.pads import analyse
 from squeal.analysis.state_space import state_space
 from squeal.errors import ComputationError, InputError, InputWarning
@@ -38,3 +40,26 @@ def test_refusals_and_warnings(recwarn):
     state_space(beyond)
     assert [str(each.message) for each in recwarn] == list(analyse(beyond).warnings)
     assert {each.category for each in recwarn} <= {InputWarning}
+
+
+def test_a_state_space_becomes_a_system_with_its_poles():
+    """Butterworth's third order: poles on the unit circle at 120, 180 and 240 degrees."""
+    plant = control.tf2ss([1.0], [1.0, 2.0, 2.0, 1.0])
+    exact = np.exp(1j * np.pi * np.array([2, 3, 4]) / 3)
+    assert apart(squeal.eigenvalues(squeal.System(plant)).values, exact) < 1e-12
+    discrete = control.ss([[0.5]], [[1.0]], [[1.0]], [[0.0]], 0.1)
+    with pytest.raises(InputError, match="discrete in time"):
+        squeal.System(discrete)
+
+
+def test_a_system_becomes_a_state_space_with_its_roots():
+    """One mass of 2 kg, 3 N s/m and mu 5 N/m: s^2 + 1.5 s + 2.5 mu."""
+    system = squeal.System([[2.0]], [[3.0]], {"mu": [[5.0]]}, {"mu": 2.0})
+    assert apart(state_space(system).poles(), np.roots([1.0, 1.5, 5.0])) < 1e-14
+    plant = state_space(system, 4.0)
+    assert apart(plant.poles(), np.roots([1.0, 1.5, 10.0])) < 1e-14
+    assert plant.dcgain() == pytest.approx(1 / 20)
+    with pytest.raises(InputError, match="M is singular"):
+        state_space(squeal.System(np.diag([1.0, 0.0]), np.eye(2), np.eye(2)))
+    with pytest.raises(InputError, match="complex"):
+        state_space(squeal.System([[1.0]], K=[[1.0 + 0.1j]]))

@@ -200,6 +200,16 @@ def test_symmetric_harwell_boeing(read, sides):
     assert read("K.rsa", text) == [[4.0, -1.5], [-1.5, 2.0]]
 
 
+@pytest.mark.parametrize("kind", ["RSA", "RZA"])
+def test_harwell_boeing_may_hold_both_triangles_that_agree(read, kind):
+    sign = 1.0 if kind == "RSA" else -1.0
+    text = harwell_boeing(kind, [1, 2, 3], [2, 1], [-1.5, -1.5 * sign])
+    assert read("K.rsa", text) == [[0.0, -1.5 * sign], [-1.5, 0.0]]
+    wrong = harwell_boeing(kind, [1, 2, 3], [2, 1], [-1.5, 2.5 * sign])
+    with pytest.raises(InputError, match="holds both triangles, and they differ"):
+        read("K.rsa", wrong)
+
+
 def test_harwell_boeing_as_ansys_writes_it(tmp_path, read):
     """Numbers that touch, D for E, complex, and the file that names the rows."""
     (tmp_path / "K.mapping").write_text("Matrix Eqn  Node  DOF\n 1  11 UX\n 2  11 ROTZ\n")
@@ -268,9 +278,9 @@ def test_of_several_dmig_matrices_only_the_one_picked_is_built(tmp_path):
     text = MARKED + "DMIG,VAX,0,9,1,,,,1\nDMIG,VAX,1,0,,1,1,1.\n"
     (tmp_path / "K.pch").write_text(text)
     assert read_matrix(tmp_path / "K.pch", "K").matrix.shape == (2, 2)
-    with pytest.raises(InputError, match="VAX has the form 9"):
+    with pytest.raises(InputError, match=r"VAX has the form 9 \(rectangular\)"):
         read_matrix(tmp_path / "K.pch", "VAX")
-    with pytest.raises(InputError, match="holds the matrices K, VAX"):
+    with pytest.raises(InputError, match=r"matrices K \(symmetric\), VAX \(rectangular\)"):
         read_matrix(tmp_path / "K.pch")
 
 
@@ -588,7 +598,7 @@ REFUSED = [
     ("k.mat", b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM" + bytes(384), "MATLAB"),
     ("K.hb", "no such thing", "Harwell-Boeing"),
     ("K.hb", "elements\n1 1 1 1 0\nRSE 1 1 1 0\n(1I8)\n1\n", "RSE", "assembled"),
-    ("K.rsa", harwell_boeing("RSA", [1, 3, 5], [1, 2, 1, 2], [2, -1, -1, 3]), "one triangle"),
+    ("K.rsa", harwell_boeing("RSA", [1, 3, 5], [1, 2, 1, 2], [2, -1, -2, 3]), "both triangles"),
     ("K.hb", harwell_boeing("RUA", [1, 2, 3], [1, 7], [2, 3]), "ind"),
     ("K.hb", "t\n1 1 1 1 0\nRUA 9 9 999999999 0\n(8I9)\n1\n1\n", "fewer numbers"),
     ("K.hb", harwell_boeing("RUA", [1, 2, 3], [1, 2], [2, 3]).replace("RUA", "RHA"), "RHA"),

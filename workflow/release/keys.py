@@ -6,9 +6,9 @@ A test says whether it is current.
 import sys
 from pathlib import Path
 
-from squeal.io.components import ASSEMBLY, COMPONENT, CONTACT, LOAD, REDUCED
+from squeal.io.components import ASSEMBLY, COMPONENT, CONTACT, LOAD, REDUCED, ROTATION
 from squeal.io.scene import SCENE
-from squeal.io.system import DAMPING, POWER, SYSTEM, TERM
+from squeal.io.system import DAMPING, POWER, SYSTEM, TABLE, TERM
 from squeal.io.writing import write_text
 from squeal.model.contact import MODELS
 from squeal.schema import Group, Key
@@ -95,8 +95,14 @@ def page() -> str:
         for name, key in SYSTEM.keys.items()
         if name[1:] not in map(str, range(1, POWER + 1))
     }
-    general = [_table("The file", Group(shown)), _table("A term", TERM)]
-    tables = {"A component": COMPONENT, "`load`": LOAD, "`reduced`": REDUCED, "A contact": CONTACT}
+    general = [_table("The file", Group(shown)), _table("A term", TERM), _table("`table`", TABLE)]
+    tables = {
+        "A component": COMPONENT,
+        "`load`": LOAD,
+        "`rotation`": ROTATION,
+        "`reduced`": REDUCED,
+        "A contact": CONTACT,
+    }
     joined = [_table(title, group) for title, group in ({"The file": ASSEMBLY} | tables).items()]
     return "\n".join([*parts, _SYSTEM, *general, _table("`damping`", DAMPING), _ASSEMBLY, *joined])
 

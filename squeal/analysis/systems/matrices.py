@@ -11,7 +11,7 @@ from squeal.io.matrices import fingerprint, write_matrix
 from squeal.io.system import SystemFile
 from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.matrices import EPS, dense, norm_of, unit_diagonal
-from squeal.linear.moduli import Modulus
+from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.system import Matrix, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.schema import document_text
@@ -105,6 +105,13 @@ def write_system(
                         write_csv(place / f"{part}{i}.csv", ["frequency", "storage", "loss"], lines)
                     if modulus.imaginary:
                         group, key = document.setdefault("damping", {}), "K4"
+                if isinstance(tabulated := term.factor, Tabulated):
+                    keys["factor"] = tabulated.factor.text
+                    columns = [tabulated.over, tabulated.column]
+                    keys["table"] = {"file": f"{part}{i}.csv", "column": tabulated.column}
+                    keys["table"]["over"] = tabulated.over
+                    pairs = zip(tabulated.places, tabulated.quantities, strict=True)
+                    write_csv(place / f"{part}{i}.csv", columns, pairs)
                 group.setdefault(key, []).append(keys)
                 rows.append(row)
         write_text(place / "system.yaml", document_text(document | more))
@@ -150,6 +157,7 @@ def write_assembly(
         joined["components"].items(), file.assembly.components, strict=True
     ):
         one["file"] = f"{name}/system.yaml"
+        one.pop("rotation", None)  # its terms are among the matrices
         if body.rows:
             known = {"rows": body.rows, "cutoff": body.cutoff}
             one["reduced"] = known | {"lacks": f"{name}/lacks.{suffix}"}

@@ -1,0 +1,90 @@
+"""Terms with a table over a parameter: a rotor on bearings whose stiffness depends on speed."""
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.errors import InputError
+from squeal.linear.moduli import Tabulated
+from squeal.numerics.differentiation import Formula
+
+SPEEDS = np.linspace(0.0, 400.0, 9)
+SYSTEM = """
+M: [[2.0, 0.0], [0.0, 2.0]]
+C: [[6.0, 0.0], [0.0, 6.0]]
+K:
+  - {matrix: [[1.0e+5, 0.0], [0.0, 1.0e+5]]}
+  - {matrix: [[0.0, 1.0], [-1.0, 0.0]], table: {file: bearing.csv, column: kxy}}
+parameter: speed
+"""
+
+
+def written(folder, text=SYSTEM, cross=5.0 * SPEEDS):
+    """The system file beside a table of a direct and a cross-coupled stiffness."""
+    lines = ["Speed, kxx, kxy"]
+    lines += [f"{speed}, 1.0, {value}" for speed, value in zip(SPEEDS, cross, strict=True)]
+    (folder / "bearing.csv").write_text("\n".join(lines))
+    (folder / "rotor.yaml").write_text(text)
+    return folder / "rotor.yaml"
+
+
+def test_a_rotor_is_unstable_from_the_speed_of_the_closed_form(tmp_path):
+    """m r'' + c r' + (k - i q) r = 0 of r = x + i y is at its threshold where q = c sqrt(k / m)."""
+    file = squeal.read_system(written(tmp_path))
+    found = squeal.thresholds(file, 400.0)
+    exact = 6.0 * np.sqrt(1e5 / 2.0) / 5.0
+    assert found.first.mu == pytest.approx(exact, rel=1e-9)
+
+
+def test_between_its_lines_a_smooth_table_is_close_to_the_function(tmp_path):
+    file = squeal.read_system(written(tmp_path, cross=SPEEDS**2 / 80.0))
+    exact = np.sqrt(6.0 * np.sqrt(1e5 / 2.0) * 80.0)
+    assert squeal.thresholds(file, 400.0).first.mu == pytest.approx(exact, rel=1e-2)
+    factor = file.system.K[1].factor
+    for speed in SPEEDS:
+        assert factor.value({"speed": speed}) == pytest.approx(speed**2 / 80.0, abs=1e-12)
+
+
+def test_a_factor_multiplies_the_table_and_slopes_are_those_of_differences():
+    table = Tabulated(Formula("a * a"), "speed", "b.csv", "kxx", (0.0, 1.0, 3.0), (0.0, 2.0, 3.0))
+    at = {"a": 3.0, "speed": 1.7}
+    step = 1e-6
+    for name in at:
+        ends = [table.value(at | {name: at[name] + move}) for move in (-step, step)]
+        assert table.slope(at, name) == pytest.approx((ends[1] - ends[0]) / (2 * step), rel=1e-7)
+    grid = np.linspace(0.2, 2.8, 400)
+    slopes = [table.slope(at | {"speed": place}, "speed") for place in grid]
+    seen = np.abs(np.diff(slopes) / np.diff(grid)).max()
+    assert seen <= table.curvature(at, "speed", 0.2, 2.8) <= 1.3 * seen
+
+
+@pytest.mark.parametrize("suffix", ["mtx", "npz"])
+def test_what_is_exported_has_the_same_roots(tmp_path, suffix):
+    from squeal.analysis.systems.matrices import write_system
+
+    system = squeal.read_system(written(tmp_path)).system
+    write_system(tmp_path / "out", system, suffix)
+    again = squeal.read_system(tmp_path / "out" / "system.yaml").system
+    for speed in (10.0, 333.0):
+        assert np.array_equal(again.arrays({"speed": speed})[2], system.arrays({"speed": speed})[2])
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("column: kxy", "column: kyy", "no column kyy"),
+        ("column: kxy", "column: kxy, over: load", "no column load"),
+        ("column: kxy", "column: kxy, over: frequency", "the key modulus takes"),
+        ("column: kxy}", "column: kxy}, rayleigh: 1.0", "rayleigh: is not allowed beside table"),
+        ("parameter: speed", "parameter: speed\nparameters: {speed: 900}", "400; 900 is needed"),
+    ],
+)
+def test_what_a_table_cannot_give_is_refused(tmp_path, old, new, words):
+    with pytest.raises(InputError, match=words):
+        squeal.eigenvalues(squeal.read_system(written(tmp_path, SYSTEM.replace(old, new))))
+
+
+def test_a_proof_says_that_it_knows_no_enclosure(tmp_path):
+    pytest.importorskip("flint")
+    found = squeal.thresholds(squeal.read_system(written(tmp_path)), 400.0, prove=True)
+    assert "no enclosure" in str(found)

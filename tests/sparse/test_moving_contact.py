@@ -1,0 +1,154 @@
+"""Contact that slides at a speed, and components that turn: closed forms, and the contact's own law
+differentiated by differences."""
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.errors import InputError
+
+Z = (0.0, 0.0, 1.0)
+MOVES = ("x", "y", "z")
+
+
+def point(name, mass=1.0, stiffness=(1.0, 1.0, 1.0), place=(0.0, 0.0, 0.0), load=None):
+    """One node of three displacements on springs."""
+    system = squeal.System(mass * np.eye(3), K=np.diag(stiffness), name=name)
+    return squeal.Component(system, [1] * 3, range(3), [place] * 3, load)
+
+
+def pressed(force=7.0, **contact):
+    """A block pressed by a force on ground that moves past it."""
+    ground = point("ground", stiffness=(1e9, 1e9, 1e9), place=contact.pop("place", (0, 0, 0)))
+    block = point("block", 2.0, (50.0, 80.0, 0.0), load=[0.0, 0.0, -force])
+    touch = squeal.Contact(("ground", "block"), [(1, 1)], Z, 40.0, **contact)
+    return squeal.assemble([ground, block], [touch], {"mu": 0.5})
+
+
+def law(velocity, sliding, force, friction):
+    """Friction on the block that moves at a velocity (3,) on ground that moves at `sliding`."""
+    relative = sliding - velocity
+    speed = np.linalg.norm(relative)
+    return friction(speed) * force * relative / speed
+
+
+@pytest.mark.parametrize("direction", [(1, 0, 0), (0, -2, 0), (3, 4, 0)])
+@pytest.mark.parametrize("slope", [0.0, -0.02, 0.01])
+def test_damping_is_the_derivative_of_the_law_of_friction(direction, slope):
+    speed, force, mu = 3.0, 7.0, 0.5
+    found = pressed(force, sliding=direction, speed="3", slope=str(slope))
+    C = found.system.at()[1]
+    sliding = speed * np.array(direction) / np.linalg.norm(direction)
+    step = 1e-5
+    derivative = np.zeros((3, 3))
+    for i, change in enumerate(step * np.eye(3)):
+        ends = [
+            law(way * change, sliding, force, lambda v: mu + slope * (v - speed))[:, None]
+            for way in (-1, 1)
+        ]
+        derivative[:, i] = ((ends[1] - ends[0]) / (2 * step))[:, 0]
+    derivative[2] = 0.0
+    derivative[:, 2] = 0.0  # the sliding stays in its plane
+    assert C[3:, 3:] == pytest.approx(-derivative, rel=1e-8, abs=1e-9)
+    assert C[:3] == pytest.approx(-C[3:], abs=1e-14)
+
+
+def test_about_an_axis_the_speed_is_that_of_the_place():
+    """A pair 0.2 m from the axis, 12 rad/s: 2.4 m/s along y; it damps x by mu N / v."""
+    place = (0.2, 0.0, 0.0)
+    ground = point("ground", stiffness=(1e9, 1e9, 1e9), place=place)
+    block = point("block", 2.0, (50.0, 80.0, 0.0), place, [0.0, 0.0, -7.0])
+    touch = squeal.Contact(("ground", "block"), [(1, 1)], Z, 40.0, axis=Z, speed="omega")
+    joined = squeal.assemble([ground, block], [touch], {"mu": 0.5, "omega": 12.0})
+    damping = joined.system.at()[1][3:, 3:]
+    exact = np.diag([0.5 * 7.0 / 2.4, 0.0, 0.0])
+    assert damping == pytest.approx(exact, rel=1e-7, abs=1e-12)
+    at_half_speed = joined.system.at({"omega": 6.0})[1][3:, 3:]
+    assert at_half_speed == pytest.approx(2.0 * damping)
+
+
+def test_open_pairs_do_not_damp():
+    bodies = [point("ground", stiffness=(9.0, 9.0, 9.0)), point("block", load=[0.0, 0.0, -2.0])]
+    pairs = {"sliding": (1, 0, 0), "speed": "1", "slope": "-0.1"}
+    closed = squeal.Contact(("ground", "block"), [(1, 1)], Z, 4.0, **pairs)
+    away = squeal.Contact(("ground", "block"), [(1, 1)], Z, 4.0, gap=10.0, **pairs)
+    both = squeal.assemble(bodies, [closed, away], {"mu": 0.4})
+    alone = squeal.assemble(bodies, [closed], {"mu": 0.4})
+    assert np.array_equal(both.system.at()[1], alone.system.at()[1])
+
+
+@pytest.mark.parametrize("given", [{"speed": "2"}, {"slope": "-0.1"}])
+def test_speed_needs_a_direction(given):
+    with pytest.raises(InputError, match="needs sliding or axis"):
+        squeal.Contact(("a", "b"), [(1, 1)], Z, 1.0, **given)
+
+
+@pytest.mark.parametrize("axis", [(0, 0, 1), (0, 0, -3), (1, 0, 0), (1, 2, -2)])
+def test_a_point_seen_from_a_turning_frame_has_split_frequencies(axis):
+    """w0 +- Omega across the axis, w0 along it."""
+    turned = point("mass", 2.0, (200.0,) * 3).rotating(axis, "speed", {"speed": 3.0})
+    found = squeal.eigenvalues(turned.system).values
+    assert np.sort(found.imag[found.imag > 0]) == pytest.approx([7.0, 10.0, 13.0])
+    assert np.abs(found.real).max() < 1e-12
+
+
+def test_a_free_bar_seen_from_a_turning_frame_keeps_straight_motions():
+    """Straight, uniform motion is x(t) = R(-Omega t) (a + b t): a double root at +- i Omega."""
+    M = np.kron([[2.0, 1.0], [1.0, 2.0]], np.eye(3)) / 6.0  # a consistent mass of 1 kg
+    K = np.kron([[1.0, -1.0], [-1.0, 1.0]], np.diag([900.0, 400.0, 100.0]))
+    bar = squeal.Component(squeal.System(M, K=K, name="bar"), [1] * 3 + [2] * 3, [0, 1, 2] * 2)
+    turned = bar.rotating(Z, "5", {}).system
+    M, C, K = turned.at()
+    lam = 5.0j
+    shape = np.kron([1.0, 1.0], [1.0, 1.0j, 0.0])
+    assert np.abs((lam**2 * M + lam * C + K) @ shape).max() < 1e-12
+    assert np.abs((2 * lam * M + C) @ shape).max() < 1e-12
+
+
+def test_preloaded_matrices_get_coriolis_forces_alone():
+    own = point("mass", 2.0, (200.0,) * 3)
+    turned = own.rotating(Z, "speed", {"speed": 3.0}, preloaded=True).system
+    assert np.array_equal(turned.at()[2], own.system.at()[2])
+    assert turned.at()[1] == pytest.approx(12.0 * np.array([[0, -1, 0], [1, 0, 0], [0, 0, 0]]))
+
+
+SYSTEM = """
+M: [[2, 0, 0], [0, 2, 0], [0, 0, 2]]
+K: [[200, 0, 0], [0, 200, 0], [0, 0, 200]]
+coordinates: {file: NAME.csv}
+"""
+ASSEMBLY = """
+parameters: {mu: 0.5, speed: 3.0}
+components:
+  disc:
+    file: disc.yaml
+    rotation: {axis: [0, 0, 2], speed: speed}
+  pad: {file: pad.yaml, load: {file: load.csv}}
+contact:
+  - between: [disc, pad]
+    pairs: {file: pairs.csv}
+    normal: [0, 0, 1]
+    stiffness: 40
+    axis: [0, 0, 1]
+    speed: speed
+    slope: -0.01
+"""
+
+
+def test_the_file_form_says_the_same(tmp_path):
+    for name in ("disc", "pad"):
+        (tmp_path / f"{name}.yaml").write_text(SYSTEM.replace("NAME", name))
+        lines = [f"1,{move},0.2,0,0" for move in MOVES]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["node,dof,x,y,z", *lines]))
+    (tmp_path / "load.csv").write_text("node,dof,force\n1,z,-7\n")
+    (tmp_path / "pairs.csv").write_text("first,second\n1,1\n")
+    (tmp_path / "assembly.yaml").write_text(ASSEMBLY)
+    read = squeal.read_system(tmp_path / "assembly.yaml").system
+    place = (0.2, 0.0, 0.0)
+    values = {"mu": 0.5, "speed": 3.0}
+    disc = point("disc", 2.0, (200.0,) * 3, place).rotating(Z, "speed", values)
+    pad = point("pad", 2.0, (200.0,) * 3, place, [0.0, 0.0, -7.0])
+    touch = squeal.Contact(("disc", "pad"), [(1, 1)], Z, 40.0, axis=Z, speed="speed", slope="-0.01")
+    joined = squeal.assemble([disc, pad], [touch], values).system
+    for one, other in zip(read.arrays(), joined.arrays(), strict=True):
+        assert one == pytest.approx(other, rel=1e-14)
