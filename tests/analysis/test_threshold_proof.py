@@ -74,7 +74,7 @@ def _moved(crossing):
 
 
 def test_without_flint_it_is_open(monkeypatch):
-    for module in ("pads", "ranges"):
+    for module in ("branches", "ranges"):
         monkeypatch.setattr(importlib.import_module(f"squeal.proof.{module}"), "flint", None)
     for subject in (scene_of("b1-a"), flutter(1e-3)):
         answer = squeal.thresholds(subject, prove=True)
