@@ -116,17 +116,28 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     file = Question.of(subject).file
     system = file.system.frozen()
     squares, noise = _real_modes(system, modes)
-    held = squares > noise
-    hertz = tuple((np.sqrt(squares[held][:modes]) / (2 * np.pi)).tolist())
+    vibrating = squares[squares > noise]
+    hertz = tuple((np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist())
     mass = centre = size = None
     elements = len(file.coordinates.cells) if file.coordinates else 0
     if file.coordinates is not None:
         mass, centre = _mass(system.at()[0], file.coordinates)
         size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
-    free, negative = int(np.sum(np.abs(squares) <= noise)), int(np.sum(squares < -noise))
-    hints = tuple(_units(mass, max(size) if size else None, hertz[0] if hertz else None))
-    what = system.name or "system", system.n, tuple(matrix_list(file)), system_checks(system)
-    return Check(*what, mass, centre, size, elements, hertz, free, negative, hints)
+    hints = _units(mass, max(size) if size else None, hertz[0] if hertz else None)
+    return Check(
+        name=system.name or "system",
+        rows=system.n,
+        matrices=tuple(matrix_list(file)),
+        checks=system_checks(system),
+        mass=mass,
+        centre=centre,
+        size=size,
+        elements=elements,
+        frequencies_hz=hertz,
+        free=int(np.sum(np.abs(squares) <= noise)),
+        negative=int(np.sum(squares < -noise)),
+        hints=tuple(hints),
+    )
 
 
 def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

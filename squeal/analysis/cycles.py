@@ -15,11 +15,11 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import COORDINATES, Scene, check_simulation
 from squeal.io.writing import Answer, Column, Table, number
-from squeal.model.equations import net_loads
+from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import PARAMETERS, at_speed
 from squeal.schema import Place, public
 from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Shooting
-from squeal.simulation.observers import Extrema, Grid, face_speed
+from squeal.simulation.observers import Extrema, Grid, Read, face_speed
 from squeal.simulation.run import in_natural_units
 
 WINDOWS = 40  # times of the scene in which its motion may settle
@@ -128,17 +128,18 @@ class Cycles(Answer):
     @property
     def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
         """Where the branch ends within the range, and how many cycles reach the surface's speed."""
-        lost = sum(one.sliding_holds is False for one in self.orbits)
-        fast = (
-            f"in {lost} of {len(self.orbits)} cycles the lower face reaches the speed V of the "
-            "surface, beyond which the equations do not hold"
-        )
-        cut = (
-            f"the branch ends at {self.parameter} = {number(self.orbits[i].value)}: {why}"
-            for i, why in zip((0, -1), self.ends, strict=True)
-            if why not in ("", CLOSED_CURVE)
-        )
-        return (*cut, *([fast] if lost else []))
+        warnings = []
+        for i, why in zip((0, -1), self.ends, strict=True):
+            if why not in ("", CLOSED_CURVE):
+                at = f"{self.parameter} = {number(self.orbits[i].value)}"
+                warnings.append(f"the branch ends at {at}: {why}")
+        lost = sum(orbit.sliding_holds is False for orbit in self.orbits)
+        if lost:
+            warnings.append(
+                f"in {lost} of {len(self.orbits)} cycles the lower face reaches the speed V of the "
+                "surface, beyond which the equations do not hold"
+            )
+        return tuple(warnings)
 
     def table(self) -> Table:
         """A row for each cycle."""
@@ -147,15 +148,21 @@ class Cycles(Answer):
 
     def parts(self) -> Sequence[str | Table]:
         """The cycles and where sliding is stable."""
-        at = {one.value for one in self.orbits[self.own : self.own + 1]}
-        verdicts = [(v, word) for v, word in self.sliding if v in at or not at]
-        sliding = [f"sliding at {self.parameter} = {number(v)}: {word}" for v, word in verdicts]
+        sliding = [
+            (value, f"sliding at {self.parameter} = {number(value)}: {verdict}")
+            for value, verdict in self.sliding
+        ]
         if not self.orbits:
-            return [self.table(), *sliding]
-        own = self.orbits[self.own]
-        work = f"friction does {number(own.friction)} J of work in a period, damping takes "
-        closed = [self.ends[0]] if CLOSED_CURVE in self.ends else []
-        return [self.table(), f"{work}{number(own.damping)} J", *closed, *sliding]
+            return [self.table(), *(line for _, line in sliding)]
+        at_scene = self.orbits[self.own]
+        parts: list[str | Table] = [
+            self.table(),
+            f"friction does {number(at_scene.friction)} J of work in a period, damping takes "
+            f"{number(at_scene.damping)} J",
+        ]
+        if CLOSED_CURVE in self.ends:
+            parts.append(self.ends[0])
+        return parts + [line for value, line in sliding if value == at_scene.value]
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of `squeal cycles`."""
@@ -189,25 +196,19 @@ def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, flo
 
 def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     """A cycle in SI units."""
-    model, units = shooting.model(cycle.value), shooting.units
-    extrema, c, grid = Extrema(model), model.c, Grid(cycle.segment, 16)
+    model = shooting.model(cycle.value)
+    units = shooting.units
+    extrema = Extrema(model)
     extrema.observe(cycle.segment)
-    q, v = c.place(grid.states[:3]), np.array(c.place(grid.states[3:]))
-    whole, bare = (
-        net_loads(np, each, model.law, q, grid.steps.on[:, None])
-        for each in (at_speed(np, c, model.pad.fall, v[0]), c._replace(mu=0.0))
-    )
-    drag = np.tensordot(np.zeros((3, 3)) if model.damping is None else model.damping, v, 1)
-    powers = (np.subtract(whole, bare) * v).sum(axis=0), (drag * v).sum(axis=0), grid.states[4] ** 2
-    sums = (np.array(powers) * grid.weights[:, None] * grid.steps.h).sum(axis=(1, 2))
-    friction, damping, square = sums.tolist()
-    places = [grid.ranges(lambda *at, i=i: at[1][i])[0] for i in range(3)]
-    half = np.append(np.ptp(places, axis=1) / 2.0, np.zeros(3))
+    grid = Grid(cycle.segment, 16)
+    friction, damping, square = _integrals(model, grid)
+    ranges = [grid.ranges(_coordinate(i))[0] for i in range(3)]
+    half_ranges = np.append(np.ptp(ranges, axis=1) / 2.0, np.zeros(3))
     face = max(float(grid.ranges(face_speed)[0, 1]), 0.0)
     return Orbit(
         value=float(cycle.value * scale),
         period=float(cycle.period * units.time),
-        amplitude=tuple(units.to_si(half)[:3].tolist()),
+        amplitude=tuple(units.to_si(half_ranges)[:3].tolist()),
         velocity=float(np.sqrt(square / cycle.period) * units.velocity),
         extrema=extrema.result(),
         contacts=tuple(model.state_name(state) for state in cycle.contacts),
@@ -219,6 +220,33 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
         start=tuple(units.to_si(cycle.state).tolist()),
         turn=cycle.turn,
     )
+
+
+def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
+    """Over a motion, in natural units: work of friction on the pad, energy that damping takes, and
+    the integral of the squared normal velocity."""
+    c = model.c
+    q = c.place(grid.states[:3])
+    velocity = np.array(c.place(grid.states[3:]))
+    contact = grid.steps.on[:, None]
+    with_friction = net_loads(
+        np, at_speed(np, c, model.pad.fall, velocity[0]), model.law, q, contact
+    )
+    without_friction = net_loads(np, c._replace(mu=0.0), model.law, q, contact)
+    friction = np.subtract(with_friction, without_friction)
+    C = np.zeros((3, 3)) if model.damping is None else model.damping
+    drag = np.tensordot(C, velocity, 1)
+    integrands = np.array(
+        [(friction * velocity).sum(axis=0), (drag * velocity).sum(axis=0), grid.states[4] ** 2]
+    )
+    weighted = integrands * grid.weights[:, None] * grid.steps.h
+    work, loss, square = weighted.sum(axis=(1, 2)).tolist()
+    return work, loss, square
+
+
+def _coordinate(i: int) -> Read:
+    """The signal of a coordinate of the state."""
+    return lambda _c, states, _on: states[i]
 
 
 def _verdict(scene: Scene) -> str | None:
@@ -278,22 +306,34 @@ def cycles(
     scale = 1.0 if name == "mu" or PARAMETERS[name].angle else max(abs(low), abs(high)) or 1.0
 
     @lru_cache(maxsize=8)
-    def at(scaled: float) -> Any:
+    def model_at(scaled: float) -> PadModel:
         return units.scaled(damped_model(scene.replace(**{name: scaled * scale})))
 
-    shooting = Shooting(at, units)
-    own, reason = shooting.settle(start, stop, value / scale, windows)
-    if own is None:
+    shooting = Shooting(model_at, units)
+    first, reason = shooting.settle(start, stop, value / scale, windows)
+    if first is None:
         verdict = _verdict(scene)
         if reason == RESTS and verdict in ("flutter", "divergence"):
             reason += f" where sliding is not stable ({verdict}); other initial conditions leave it"
         return Cycles(scene.model, name, reason=reason, sliding=((value, verdict),))
-    reach = (low / scale, high / scale), STEP, MOST
-    lower, first = shooting.branch(own, -1.0, *reach) if over else ([], "")
-    closed = first == CLOSED_CURVE
-    upper, last = shooting.branch(own, 1.0, *reach) if over and not closed else ([], first)
-    values = sorted({value, *(np.linspace(low, high, SLIDING).tolist() if over else ())})
-    orbits = tuple(_orbit(shooting, one, scale) for one in (*reversed(lower), own, *upper))
-    sliding = tuple((v, _verdict(scene.replace(**{name: v}))) for v in values)
-    ends, source = (first, last), (shooting, own)
-    return Cycles(scene.model, name, orbits, len(lower), "", ends, sliding, source)
+    below: list[Cycle] = []
+    above: list[Cycle] = []
+    end_below = end_above = ""
+    values = {value}
+    if over:
+        reach = (low / scale, high / scale)
+        below, end_below = shooting.branch(first, -1.0, reach, STEP, MOST)
+        end_above = end_below
+        if end_below != CLOSED_CURVE:
+            above, end_above = shooting.branch(first, 1.0, reach, STEP, MOST)
+        values |= set(np.linspace(low, high, SLIDING).tolist())
+    branch = (*reversed(below), first, *above)
+    return Cycles(
+        model=scene.model,
+        parameter=name,
+        orbits=tuple(_orbit(shooting, cycle, scale) for cycle in branch),
+        own=len(below),
+        ends=(end_below, end_above),
+        sliding=tuple((at, _verdict(scene.replace(**{name: at}))) for at in sorted(values)),
+        source=(shooting, first),
+    )

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from dataclasses import dataclass, field
 from operator import itemgetter
 from typing import Any, NamedTuple
@@ -29,6 +30,7 @@ from squeal.model.equations import PadModel, about_origin, spring_directions
 from squeal.model.pad import PARAMETERS
 from squeal.schema import Number, Place, Whole
 
+MARGINAL = VERDICTS.index("marginal")
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
 UNKNOWN = BEYOND_FOLD + 1  # whether it does could not be decided
 NAMES = (*VERDICTS, "beyond a fold", "unknown")
@@ -38,6 +40,7 @@ QUANTITIES = {
     "frequency": ("frequency of the most unstable mode", "Hz"),
 }
 """What may stand beside the verdicts: its name in words, and its unit."""
+POINTS_AT_ONCE = 20_000  # whose verdicts are computed together; bounds the memory
 QUANTITY_POINTS = 2_000  # that are followed together
 HIGH = 2.0  # up to which critical frictions are searched
 HALVINGS = 40  # of the distance of two neighbouring points of the map
@@ -62,7 +65,9 @@ class Axis:
         Number().check(self.low, at, "low")
         Number().check(self.high, at, "high")
         if not self.low < self.high or (self.log and not self.low > 0.0):
-            allowed = "a range with low < high" + (", above 0 on a logarithmic axis" * self.log)
+            allowed = "a range with low < high"
+            if self.log:
+                allowed += ", above 0 on a logarithmic axis"
             raise at.must_be(f"{self.low:g} to {self.high:g}", allowed)
 
     @property
@@ -106,37 +111,43 @@ class Map(Answer):
         return {name: count / self.codes.size for name, count in pairs}
 
     def table(self) -> Table:
+        columns = [("verdict", "", np.array(self.verdicts)[self.codes])]
+        if self.quantity is not None:
+            columns.append(self.quantity)
+        if self.admissible is not None:
+            columns.append(("admissible", "", 1 * self.admissible))
+        names = [name for name, _, _ in columns]
         grid = np.meshgrid(*(axis.values for axis in self.axes), indexing="ij")
-        each = [("verdict", "", np.array(self.verdicts)[self.codes])]
-        each += [] if self.quantity is None else [self.quantity]
-        each += [] if self.admissible is None else [("admissible", "", 1 * self.admissible)]
-        names = (led(axis.name, [name for name, *_ in each]) for axis in self.axes)
-        each[:0] = zip(names, self.units, grid, strict=True)
-        rows = zip(*(part.ravel().tolist() for *_, part in each), strict=True)
-        return Table(in_order(head[:2] for head in each), list(rows))
+        parameters = [
+            (led(axis.name, names), unit, values)
+            for axis, unit, values in zip(self.axes, self.units, grid, strict=True)
+        ]
+        columns = parameters + columns
+        rows = zip(*(values.ravel().tolist() for _, _, values in columns), strict=True)
+        return Table(in_order((name, unit) for name, unit, _ in columns), list(rows))
 
     def parts(self) -> Sequence[str | Table]:
-        (a, b), shape = self.axes, self.codes.shape
-        title = f"share of the area: {a.name} x {b.name}, {shape[0]} x {shape[1]} points"
+        a, b = self.axes
+        rows, columns = self.codes.shape
+        title = f"share of the area: {a.name} x {b.name}, {rows} x {columns} points"
         share = Column("share, %", value=lambda pair: f"{100 * pair[1]:.3f}")
         shares = (Column("verdict", value=itemgetter(0)), share)
         return [Table(shares, list(self.share.items()), title), *self.notes]
 
     def curves(self) -> Table:
         """A row for each point of each curve on which stability is lost."""
-        rows = [
-            (k, *point, curve["kind"], hertz)
-            for k, curve in enumerate(self.details["threshold_curve"], 1)
-            for point, hertz in zip(curve["points"], curve["frequency_hz"], strict=True)
-        ]
+        rows = []
+        for number, curve in enumerate(self.details["threshold_curve"], 1):
+            for point, hertz in zip(curve["points"], curve["frequency_hz"], strict=True):
+                rows.append((number, *point, curve["kind"], hertz))
         names = ["curve", *(axis.name for axis in self.axes), "kind", "frequency_hz"]
         return Table(in_order(zip(names, ["", *self.units, "", ""], strict=True)), rows)
 
     def to_dict(self) -> dict[str, Any]:
-        axes = [
-            picked(axis, "name low high") | {"scale": "log" if axis.log else "linear"}
-            for axis in self.axes
-        ]
+        axes = []
+        for axis in self.axes:
+            scale = "log" if axis.log else "linear"
+            axes.append(picked(axis, "name low high") | {"scale": scale})
         answer = {"share": self.share, "n": int(self.codes.shape[0]), "axes": axes}
         if self.admissible is not None:
             answer["admissible_share"] = float(self.admissible.mean())
@@ -144,7 +155,7 @@ class Map(Answer):
             name, unit, numbers = self.quantity
             rows = [[plain(value) for value in row] for row in numbers.tolist()]
             answer |= {"quantity": name, "unit": unit, "values": rows}
-        return answer | picked(self, "details")["details"]
+        return answer | deepcopy(dict(self.details))
 
 
 def angle_axes(n: int) -> tuple[Axis, Axis]:
@@ -172,31 +183,35 @@ def codes_at(scene: Scene, names: Names, values: np.ndarray) -> PointVerdicts:
     ComputationError where such a mode is unstable.
     """
     stack = PadStack.of(scene, names, values)
-    places, unknown = stack.at_mu()
+    equilibria, unknown = stack.at_mu()
     codes = np.where(unknown, UNKNOWN, BEYOND_FOLD).astype(np.int8)
-    here = np.flatnonzero(places.exists)
-    at = places.some(here)
-    codes[here] = verdicts(*stack.matrices(here, at))
-    contact = np.full(stack.n, 1, dtype=np.int8)
-    for i, state in enumerate(scene.pad_model.states):
-        own = places.exists & np.all(places.touching == np.array(state)[:, None], axis=0)
-        contact[own] = i
+    existing = np.flatnonzero(equilibria.exists)
+    at = equilibria.some(existing)
+    A, B = stack.matrices(existing, at)
+    codes[existing] = verdicts(A, B)
+    states = list(scene.pad_model.states)
+    contact = np.full(stack.n, states.index(scene.pad_model.none), dtype=np.int8)
+    for i, state in enumerate(states):
+        in_state = np.all(equilibria.touching == np.array(state)[:, None], axis=0)
+        contact[equilibria.exists & in_state] = i
     beyond = np.zeros((3, stack.n), dtype=bool)
     if not stack.linear:
         with np.errstate(all="ignore"):
-            far = excursion(stack.statics.pick(here), at.z, at.touching)
-        beyond[:, here] = far.beyond()
+            beyond[:, existing] = excursion(
+                stack.statics.pick(existing), at.z, at.touching
+            ).beyond()
     return PointVerdicts(codes, contact, beyond)
 
 
 def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) -> PointVerdicts:
     """`codes_at` on the grid of x (n1,) and y (n2,): each array (..., n1, n2)."""
-    rows, parts = max(1, 20_000 // len(y)), []
+    rows = max(1, POINTS_AT_ONCE // len(y))
+    parts = []
     for start in range(0, len(x), rows):
         grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
         points = codes_at(scene, names, np.array([values.ravel() for values in grid]))
-        parts.append([part.reshape(*part.shape[:-1], -1, len(y)) for part in points])
-    return PointVerdicts(*(np.concatenate(part, axis=-2) for part in zip(*parts, strict=True)))
+        parts.append([array.reshape(*array.shape[:-1], -1, len(y)) for array in points])
+    return PointVerdicts(*(np.concatenate(arrays, axis=-2) for arrays in zip(*parts, strict=True)))
 
 
 def _angle_codes(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
@@ -204,15 +219,19 @@ def _angle_codes(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
     pad = model.pad
     a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
     unit = 1.0 / np.sqrt([pad.m, pad.m, pad.I])  # makes the mass matrix one
-    u1, u2 = (unit[:, None] * np.sqrt(k) * a for k, a in ((pad.k1, a1), (pad.k2, a2)))
+    spring_1 = unit[:, None] * np.sqrt(pad.k1) * a1
+    spring_2 = unit[:, None] * np.sqrt(pad.k2) * a2
     contact = unit[:, None] * about_origin(model.replace(k1=0.0, k2=0.0)).K * unit
-    return sum_verdicts(contact[:, :, None] + np.einsum("in,jn->ijn", u2, u2), u1)
+    contact_and_spring_2 = contact[:, :, None] + np.einsum("in,jn->ijn", spring_2, spring_2)
+    return sum_verdicts(contact_and_spring_2, spring_1)
 
 
 def _check(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> None:
     """Raises InputError for what the scene does not use, values that a parameter may not take, one
     parameter twice, and a quantity over itself."""
-    allowed, at, names = parameters(scene.pad_model), Place("Axis"), [axis.name for axis in axes]
+    allowed = parameters(scene.pad_model)
+    at = Place("Axis")
+    names = [axis.name for axis in axes]
     for axis in axes:
         if axis.name not in allowed:
             used = f"a parameter of the scene: {', '.join(allowed)}"
@@ -240,37 +259,59 @@ def stability_map(
     """
     axes = angle_axes(200) if axes is None else axes
     _check(scene, axes, quantity)
-    names, linear = (axes[0].name, axes[1].name), scene.pad_model.linear
+    names = (axes[0].name, axes[1].name)
+    linear = scene.pad_model.linear
     if linear and names == ("alpha1", "alpha2") and scene.damping is None:
         codes = _angle_codes(scene.pad_model, axes)
         beyond = np.zeros((3, *codes.shape), dtype=bool)
     else:
         codes, _, beyond = on_grid(scene, names, axes[0].values, axes[1].values)
     admissible = (codes < BEYOND_FOLD) & ~beyond.any(axis=0)
-    reasons = {
+    inadmissible = {
         "lie beyond a fold or the end of the branch": codes == BEYOND_FOLD,
         "could not be decided": codes == UNKNOWN,
     }
-    reasons |= {f"exceed the limit of {n}": b for n, b in zip(LIMITS._fields, beyond, strict=True)}
-    warnings = [f"{_share(part)} {words}" for words, part in reasons.items() if part.any()]
-    details: dict[str, Any] = {"admissible_share": float(admissible.mean())}
-    details["admissible"] = not warnings  # those of a quantity say nothing of equilibria
+    for limit, points in zip(LIMITS._fields, beyond, strict=True):
+        inadmissible[f"exceed the limit of {limit}"] = points
+    warnings = [
+        f"{_share(points)} {words}" for words, points in inadmissible.items() if points.any()
+    ]
+    details: dict[str, Any] = {
+        "admissible_share": float(admissible.mean()),
+        "admissible": not warnings,  # those of a quantity say nothing of equilibria
+    }
     if curves:
         details["threshold_curve"] = threshold_curves(scene, axes, codes)
-    beside, notes = None, list[str]()
+    column = None
+    notes = []
     if quantity is not None:
         words, unit = QUANTITIES[quantity]
         values, unknown = _quantity(scene, axes, quantity)
-        beside, known = (quantity, unit_word(unit), values), values[np.isfinite(values)]
-        span = f"{known.min():.6g} to {known.max():.6g} {beside[1]}" if known.size else "nowhere"
-        notes.append(f"{words}: {span}")
+        column = (quantity, unit_word(unit), values)
+        notes.append(f"{words}: {_span(values, unit_word(unit))}")
         if unknown.any():
             warnings.append(f"{words} could not be decided at {_share(unknown)}")
-    units = (unit_word(PARAMETERS[names[0]].unit), unit_word(PARAMETERS[names[1]].unit))
-    if np.any(codes == QUIET[1]) and scene.damping is None:
+    if np.any(codes == MARGINAL) and scene.damping is None:
         notes.append('marginal: nothing damps; try --set "damping.ratios=[0.02, 0.02, 0.02]"')
-    parts = beside, None if linear else admissible, tuple(warnings), details, tuple(notes), (scene,)
-    return Map(scene.model, axes, units, NAMES, codes, *parts)
+    return Map(
+        name=scene.model,
+        axes=axes,
+        units=(unit_word(PARAMETERS[names[0]].unit), unit_word(PARAMETERS[names[1]].unit)),
+        verdicts=NAMES,
+        codes=codes,
+        quantity=column,
+        admissible=None if linear else admissible,
+        warnings=tuple(warnings),
+        details=details,
+        notes=tuple(notes),
+        source=(scene,),
+    )
+
+
+def _span(values: np.ndarray, unit: str) -> str:
+    """The range of the values that are finite, in words."""
+    finite = values[np.isfinite(values)]
+    return f"{finite.min():.6g} to {finite.max():.6g} {unit}" if finite.size else "nowhere"
 
 
 def _share(part: np.ndarray) -> str:
@@ -280,18 +321,21 @@ def _share(part: np.ndarray) -> str:
 def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[np.ndarray, np.ndarray]:
     """Values (n1, n2) of a quantity, and where they are unknown."""
     grid = np.meshgrid(axes[0].values, axes[1].values, indexing="ij")
-    points, values, unknown = np.reshape(grid, (2, -1)), [], []
+    points = np.reshape(grid, (2, -1))
+    values = []
+    unknown = []
     for start in range(0, points.shape[1], QUANTITY_POINTS):
         part = points[:, start : start + QUANTITY_POINTS]
         stack = PadStack.of(scene, (axes[0].name, axes[1].name), part)
         if name == "critical-friction":
-            value, *_, hidden, _ = stack.first_losses(HIGH)
+            losses = stack.first_losses(HIGH)
+            values.append(losses.mu)
+            unknown.append(losses.unknown)
         else:
-            fastest, hidden = stack.fastest()
+            fastest, undecided = stack.fastest()
             hertz = np.where(fastest.real > 0.0, np.abs(fastest.imag) / math.tau, np.nan)
-            value = fastest.real if name == "growth" else hertz
-        values.append(value)
-        unknown.append(hidden)
+            values.append(fastest.real if name == "growth" else hertz)
+            unknown.append(undecided)
     shape = grid[0].shape
     return np.concatenate(values).reshape(shape), np.concatenate(unknown).reshape(shape)
 
@@ -306,49 +350,75 @@ def threshold_curves(
     `closed`. They end beside points that are unknown, at the outermost points, and where something
     else happens.
     """
-    calm, known = np.isin(codes, QUIET), codes != UNKNOWN
-    if min(codes.shape) < 2 or len(np.unique(calm[known])) < 2:
+    stable = np.isin(codes, QUIET)
+    decided = codes != UNKNOWN
+    if min(codes.shape) < 2 or len(np.unique(stable[decided])) < 2:
         return []
     from contourpy import contour_generator  # a fifth of a query's time, which draws no curve
 
-    field = np.ma.masked_array(1.0 * calm, ~known)
-    traced: Any = contour_generator(z=field, corner_mask=False).lines(0.5)
-    middle = np.concatenate(traced)[:, ::-1].T  # of a point and its neighbour along an axis
-    below, above = np.floor(middle).astype(int), np.ceil(middle).astype(int)
-    first, size = calm[tuple(below)], np.array(codes.shape)[:, None]
-    quiet = (np.where(first, below, above) + 0.5) / size
-    loud = (np.where(first, above, below) + 0.5) / size
     names = (axes[0].name, axes[1].name)
+    field = np.ma.masked_array(1.0 * stable, ~decided)
+    traced: Any = contour_generator(z=field, corner_mask=False).lines(0.5)
+    shares_stable, shares_other = _ends_across(traced, stable)
 
-    def plain(shares: np.ndarray) -> np.ndarray:
+    def values_at(shares: np.ndarray) -> np.ndarray:
         return np.array([axis.at(row) for axis, row in zip(axes, shares, strict=True)])
 
     for _ in range(HALVINGS):
-        middle = (quiet + loud) / 2
-        still = np.isin(codes_at(scene, names, plain(middle)).codes, QUIET)
-        quiet[:, still], loud[:, ~still] = middle[:, still], middle[:, ~still]
-    one, other = (codes_at(scene, names, plain(end)) for end in (quiet, loud))
-    kinds = np.where(other.codes == VERDICTS.index("divergence"), "divergence", "flutter")
-    kinds[one.contact != other.contact] = "contact"
-    kinds[other.codes == BEYOND_FOLD] = "fold"
-    points = plain(quiet)
+        middle = (shares_stable + shares_other) / 2
+        still = np.isin(codes_at(scene, names, values_at(middle)).codes, QUIET)
+        shares_stable[:, still] = middle[:, still]
+        shares_other[:, ~still] = middle[:, ~still]
+    points = values_at(shares_stable)
+    before = codes_at(scene, names, points)
+    behind = codes_at(scene, names, values_at(shares_other))
+    kinds = np.where(behind.codes == VERDICTS.index("divergence"), "divergence", "flutter")
+    kinds[before.contact != behind.contact] = "contact"
+    kinds[behind.codes == BEYOND_FOLD] = "fold"
     stack = PadStack.of(scene, names, points)
-    hertz = stack.meeting(*stack.matrices(np.arange(stack.n), stack.at_mu()[0]))
-    hertz[kinds != "flutter"] = 0.0
+    equilibria, _ = stack.at_mu()
+    A, B = stack.matrices(np.arange(stack.n), equilibria)
+    hertz = np.where(kinds == "flutter", stack.meeting(A, B), 0.0)
     curves = []
-    stops = np.cumsum([len(segment) for segment in traced])
-    for line in np.split(np.arange(points.shape[1]), stops[:-1]):
-        cuts = np.flatnonzero(kinds[line][1:] != kinds[line][:-1]) + 1
-        closed = np.array_equal(points[:, line[0]], points[:, line[-1]])
-        if closed and cuts.size:  # begin where the kind changes
-            line = np.roll(line[:-1], -cuts[0])
-            cuts = np.flatnonzero(kinds[line][1:] != kinds[line][:-1]) + 1
-        for part in np.split(line, cuts):
-            if len(part) > 1:
-                curve = {"kind": str(kinds[part[0]]), "closed": closed and not cuts.size}
-                curve |= {
-                    "points": points[:, part].T.tolist(),
-                    "frequency_hz": hertz[part].tolist(),
-                }
-                curves.append(curve)
+    ends_of_lines = np.cumsum([len(line) for line in traced])
+    for line in np.split(np.arange(points.shape[1]), ends_of_lines[:-1]):
+        for part, closed in _parts_of_one_kind(line, points, kinds):
+            curve = {
+                "kind": str(kinds[part[0]]),
+                "closed": closed,
+                "points": points[:, part].T.tolist(),
+                "frequency_hz": hertz[part].tolist(),
+            }
+            curves.append(curve)
     return curves
+
+
+def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of all points of traced lines (k, 2) the two points of the map on both sides, as shares
+    (2, points) of its axes: those that are stable, and the others."""
+    middle = np.concatenate(traced)[:, ::-1].T  # of a point and its neighbour along an axis
+    below = np.floor(middle).astype(int)
+    above = np.ceil(middle).astype(int)
+    below_is_stable = stable[tuple(below)]
+    size = np.array(stable.shape)[:, None]
+    shares_stable = (np.where(below_is_stable, below, above) + 0.5) / size
+    shares_other = (np.where(below_is_stable, above, below) + 0.5) / size
+    return shares_stable, shares_other
+
+
+def _parts_of_one_kind(
+    line: np.ndarray, points: np.ndarray, kinds: np.ndarray
+) -> list[tuple[np.ndarray, bool]]:
+    """A line, numbers of points, cut where the kind changes; each part of two points or more, and
+    whether it is closed."""
+
+    def cuts_of(line: np.ndarray) -> np.ndarray:
+        return np.flatnonzero(kinds[line][1:] != kinds[line][:-1]) + 1
+
+    cuts = cuts_of(line)
+    closed = np.array_equal(points[:, line[0]], points[:, line[-1]])
+    if closed and cuts.size:  # begin where the kind changes
+        line = np.roll(line[:-1], -cuts[0])
+        cuts = cuts_of(line)
+    parts = [part for part in np.split(line, cuts) if len(part) > 1]
+    return [(part, closed and not cuts.size) for part in parts]

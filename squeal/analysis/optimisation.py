@@ -86,11 +86,7 @@ class Optimum(Answer):
     @property
     def growth(self) -> tuple[float, float]:
         """The largest growth rate (1/s) in the full system before and after; NaN without a root."""
-        before, after = (
-            max((e.growth_rate for e in roots.every), default=math.nan)
-            for roots in (self.before, self.after)
-        )
-        return before, after
+        return _largest_growth(self.before), _largest_growth(self.after)
 
     @property
     def active(self) -> tuple[Eigenvalue, ...]:
@@ -126,75 +122,118 @@ class Optimum(Answer):
         return head | sides | {"active": active} | picked(self, "starts seed evaluations basis")
 
 
+def _largest_growth(roots: SystemRoots) -> float:
+    return max((root.growth_rate for root in roots.every), default=math.nan)
+
+
+@dataclass(frozen=True, eq=False)
+class _Evaluation:
+    """Growth rates (m,), 1/s, falling, at q (p,), and their derivatives by q (m, p)."""
+
+    q: Array
+    rates: Array
+    slopes: Array
+
+    @property
+    def largest(self) -> float:
+        """The largest growth rate."""
+        return float(self.rates[0])
+
+
 class _Search:
     """The largest growth rates of a system, or a reduced one, over q in [0, 1]^p, shares of the
     ways between bounds (p,)."""
 
     def __init__(self, model: Any, wanted: Wanted, bounds: Mapping[str, Band]) -> None:
-        self.model, self.wanted, self.names = model, wanted, list(bounds)
+        self.model = model
+        self.wanted = wanted
+        self.names = list(bounds)
         self.low, high = np.array(list(bounds.values())).T
-        self.wide = high - self.low
-        self.seen: list[tuple[float, Array, Array, Array]] = []
+        self.width = high - self.low
+        self.seen: list[_Evaluation] = []
 
     def values(self, q: Array) -> dict[str, float]:
         """The parameters at q."""
-        return dict(zip(self.names, (self.low + self.wide * q).tolist(), strict=True))
+        return dict(zip(self.names, (self.low + self.width * q).tolist(), strict=True))
 
     def leading(self, q: Array) -> tuple[Array, Array]:
         """The largest growth rates (m,), 1/s, falling, and their derivatives by q (m, p)."""
-        for _, other, *known in self.seen[:-4:-1]:
-            if np.array_equal(other, q):
-                return known[0], known[1]
-        model, at = self.model, self.values(q)
+        for evaluation in self.seen[:-4:-1]:
+            if np.array_equal(evaluation.q, q):
+                return evaluation.rates, evaluation.slopes
+        model = self.model
         reduced = isinstance(model, Reduction)
-        z = model.values(at) if reduced else roots_of_all(model, self.wanted, at)
-        z = z[z.imag >= 0.0]
-        if not len(z):
-            where = ", ".join(f"{name} = {value:.6g}" for name, value in at.items())
+        parameters = self.values(q)
+        roots = (
+            model.values(parameters) if reduced else roots_of_all(model, self.wanted, parameters)
+        )
+        upper = roots[roots.imag >= 0.0]
+        if not len(upper):
+            where = ", ".join(f"{name} = {value:.6g}" for name, value in parameters.items())
             raise ComputationError(f"no root lies in the band at {where}; a wider band is required")
-        z = z[np.argsort(-z.real)[:LEADING]]
-        own = (model.system if reduced else model).replace(at)
-        M, C, K = own.arrays()
-        roots = model.roots(at, True, z) if reduced else roots_at(M, C, K, z, True)
-        pairs = zip(roots.values, roots.right.T, roots.left.T, strict=True)
-        each = [Eigenvalue(*one, math.nan, math.nan) for one in pairs]
-        slopes, _ = sensitivities((M, C, K), {name: own.derivative(name) for name in at}, each)
-        by = self.wide * np.array([slopes[name].real for name in at]).T
-        order = np.argsort(-roots.values.real)
-        rates, by = roots.values.real[order], np.where(np.isfinite(by), by, 0.0)[order]
-        self.seen.append((float(rates[0]), q.copy(), rates, by))
-        PROGRESS.get()(f"evaluation {len(self.seen)}: largest growth rate {rates[0]:.6g} 1/s")
-        return rates, by
+        leading = upper[np.argsort(-upper.real)[:LEADING]]
+        system = (model.system if reduced else model).replace(parameters)
+        M, C, K = system.arrays()
+        if reduced:
+            modes = model.roots(parameters, True, leading)
+        else:
+            modes = roots_at(M, C, K, leading, True)
+        eigenvalues = [
+            Eigenvalue(value, right, left, math.nan, math.nan)
+            for value, right, left in zip(modes.values, modes.right.T, modes.left.T, strict=True)
+        ]
+        derivatives = {name: system.derivative(name) for name in parameters}
+        by_parameter, _ = sensitivities((M, C, K), derivatives, eigenvalues)
+        slopes = self.width * np.array([by_parameter[name].real for name in parameters]).T
+        slopes = np.where(np.isfinite(slopes), slopes, 0.0)
+        falling = np.argsort(-modes.values.real)
+        evaluation = _Evaluation(q.copy(), modes.values.real[falling], slopes[falling])
+        self.seen.append(evaluation)
+        largest = evaluation.largest
+        PROGRESS.get()(f"evaluation {len(self.seen)}: largest growth rate {largest:.6g} 1/s")
+        return evaluation.rates, evaluation.slopes
 
-    def least(self, q: Array) -> tuple[float, Array]:
+    def least(self, start: Array) -> tuple[float, Array]:
         """The least of the largest growth rate that a search from q comes to, and its place."""
         from scipy.optimize import minimize
 
         first = len(self.seen)
-        rates, by = self.leading(q)
+        q = start
+        rates, slopes = self.leading(q)
+        best = float(rates[0])
         # a search of flat functions ends where it begins
-        best, unit = float(rates[0]), float(np.abs(by[0]).max() or np.abs(by).max()) or 1.0
+        unit = float(np.abs(slopes[0]).max() or np.abs(slopes).max()) or 1.0
 
-        def below(v: Array) -> Array:
+        def slack(v: Array) -> Array:
             """t - growth_i(q) of v = (q, t); 1 of roots that there are not."""
-            rates, rest = self.leading(v[:-1])[0], np.ones(LEADING)
-            rest[: len(rates)] = v[-1] - rates / unit
-            return rest
+            rates, _ = self.leading(v[:-1])
+            slack = np.ones(LEADING)
+            slack[: len(rates)] = v[-1] - rates / unit
+            return slack
 
-        def slope(v: Array) -> Array:
-            by, rest = self.leading(v[:-1])[1], np.zeros((LEADING, len(v)))
-            rest[: len(by)] = np.hstack([-by / unit, np.ones((len(by), 1))])
-            return rest
+        def slack_slope(v: Array) -> Array:
+            """The derivative (LEADING, p + 1) of the slack by v."""
+            _, slopes = self.leading(v[:-1])
+            slope = np.zeros((LEADING, len(v)))
+            slope[: len(slopes), :-1] = -slopes / unit
+            slope[: len(slopes), -1] = 1.0
+            return slope
 
-        last = np.append(np.zeros(len(q)), 1.0)
+        by_t = np.append(np.zeros(len(q)), 1.0)
         for _ in range(AGAIN):
             before = best
-            within = [(0.0, 1.0)] * len(q) + [(None, None)]
-            how: Any = {"jac": lambda _: last, "method": "SLSQP", "bounds": within}
-            how |= {"constraints": {"type": "ineq", "fun": below, "jac": slope}}
-            how |= {"options": {"maxiter": 40, "ftol": 1e-8}}
-            minimize(lambda v: float(v[-1]), np.append(q, best / unit), **how)
-            best, q, *_ = min(self.seen[first:], key=lambda one: one[0])
+            minimize(
+                lambda v: float(v[-1]),
+                np.append(q, best / unit),
+                jac=lambda _: by_t,
+                method="SLSQP",
+                bounds=[(0.0, 1.0)] * len(q) + [(None, None)],
+                constraints={"type": "ineq", "fun": slack, "jac": slack_slope},
+                options={"maxiter": 40, "ftol": 1e-8},
+            )
+            least = min(self.seen[first:], key=lambda evaluation: evaluation.largest)
+            best = least.largest
+            q = least.q
             if best > before - 1e-6 * unit:
                 break
         return best, q
@@ -253,8 +292,10 @@ def optimise(
     """
     at = Place("optimise")
     question = Question.of(subject, band, region, None, memory, progress)
-    system, wanted, ends = question.system, question.wanted, dict[str, Band]()
+    system = question.system
+    wanted = question.wanted
     random = np.random.default_rng(seed)
+    ends: dict[str, Band] = {}
     for name, (low, high) in bounds.items():
         if name not in system.names:
             allowed = ", ".join(sorted(system.names)) or "none"
@@ -267,9 +308,10 @@ def optimise(
     system.at()  # refuses matrices at the frequency of each root
     if not is_small(system) and wanted.rectangle is None:
         raise InputError("band: is missing; a large system is optimised in a band or a region")
-    search, reduction = _Search(system, wanted, ends), None
-    own = np.array([system.parameters[name] for name in ends])
-    places = [np.clip((own - search.low) / search.wide, 0.0, 1.0)]
+    search = _Search(system, wanted, ends)
+    reduction = None
+    at_start = np.array([system.parameters[name] for name in ends])
+    places = [np.clip((at_start - search.low) / search.width, 0.0, 1.0)]
     places += list(random.random((starts - 1, len(ends))))
     served = list(places)
     if len(ends) <= CORNERS:
@@ -286,19 +328,31 @@ def optimise(
             break
         served, places = [*served, q], [q]
     PROGRESS.get()("the full system before and after")
-    before, after = (
-        replace(roots, doubts=(*roots.doubts, *question.file.assumptions))
-        for roots in (system_roots(system, wanted), system_roots(system, wanted, values))
-    )
+    before = system_roots(system, wanted)
+    after = system_roots(system, wanted, values)
+    assumptions = question.file.assumptions
+    before = replace(before, doubts=(*before.doubts, *assumptions))
+    after = replace(after, doubts=(*after.doubts, *assumptions))
     if residual > TOLERANCE:
         words = f"a residual of {residual:.2g} in the full problem, {TOLERANCE:g} is wanted"
         at.warn(f"the reduced system has {words}; the result may be improved")
     parameters = tuple(
         Bounded(name, *ends[name], system.parameters[name], values[name]) for name in ends
     )
+    extent = " (not its onset)"
     free = system.parameter
-    own_at = f" at {free} = {system.parameters[free]:g}" * (free not in ends)
-    where = f", {wanted.words()}" * (wanted.rectangle is not None)
-    head = system.name, f"{own_at} (not its onset){where}", parameters, before, after
-    ended = tuple(growth for growth, _ in found)
-    return Optimum(*head, ended, seed, len(search.seen), basis_of(reduction, wanted))
+    if free not in ends:
+        extent = f" at {free} = {system.parameters[free]:g}{extent}"
+    if wanted.rectangle is not None:
+        extent += f", {wanted.words()}"
+    return Optimum(
+        name=system.name,
+        extent=extent,
+        parameters=parameters,
+        before=before,
+        after=after,
+        starts=tuple(growth for growth, _ in found),
+        seed=seed,
+        evaluations=len(search.seen),
+        basis=basis_of(reduction, wanted),
+    )

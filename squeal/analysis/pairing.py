@@ -44,20 +44,26 @@ def mac(X: Any, Y: Any) -> NDArray[np.float64]:
     """
     units = []
     for name, Z in {"X": X, "Y": Y}.items():
-        Z = np.asarray(Z)[:, None] if np.ndim(Z) == 1 else Z  # one shape
-        Z = dense(given_matrix(Z, f"mac: {name}"))
-        if not Z.any(axis=0).all():
+        columns_of = np.asarray(Z)[:, None] if np.ndim(Z) == 1 else Z
+        shapes = dense(given_matrix(columns_of, f"mac: {name}"))
+        if not shapes.any(axis=0).all():
             raise InputError(f"mac: {name}: a shape of zeros is not allowed; each must move")
-        Z = Z / np.abs(Z).max(axis=0)  # squares of shapes of any scale are finite then
-        units.append(Z / np.linalg.norm(Z, axis=0))
-    X, Y = units
-    if len(X) != len(Y):
-        raise InputError(f"mac: {len(X)} and {len(Y)} rows are not allowed; they must be the same")
-    return np.asarray(np.abs(X.conj().T @ Y) ** 2)
+        scaled = shapes / np.abs(shapes).max(axis=0)  # whose squares are finite at any scale
+        units.append(scaled / np.linalg.norm(scaled, axis=0))
+    x, y = units
+    if len(x) != len(y):
+        raise InputError(f"mac: {len(x)} and {len(y)} rows are not allowed; they must be the same")
+    return np.asarray(np.abs(x.conj().T @ y) ** 2)
 
 
-Mode = tuple[tuple[Any, Any, Any], NDArray[np.complex128]]
-"""Name, frequency (Hz) and damping ratio; displacements (3 nodes,), NaN where not measured."""
+class Mode(NamedTuple):
+    """A mode that vibrates; name: its number if computed; shape: displacements (3 nodes,), or (n,)
+    of all rows where no nodes are known, NaN where not measured."""
+
+    name: Any
+    frequency_hz: float
+    damping: float | None
+    shape: NDArray[np.complex128]
 
 
 class Pair(NamedTuple):
@@ -140,56 +146,110 @@ def compare(
     >>> [(pair.mode, round(pair.mac, 3)) for pair in compare(*both).pairs]
     [(1, 0.999), (2, 0.999)]
     """
-    where, name = getattr(computed.source[0], "coordinates", None), str(reference)
-    own = _modes(computed, where)
+    where = getattr(computed.source[0], "coordinates", None)
+    modes = _modes(computed, where)
     if isinstance(reference, Eigenvalues):
-        sizes = [{len(root.right) for root in x.eigenvalues} for x in (reference, computed)]
-        if len(set.union(*sizes)) > 1:
-            counts = " and ".join(str(*size) for size in sizes)
-            raise InputError(f"compare: {counts} rows are not allowed; they must be the same")
-        other = [((str(k), *more), x) for (k, *more), x in _modes(reference, where)]
+        _check_rows(reference, computed)
+        references = [mode._replace(name=str(mode.name)) for mode in _modes(reference, where)]
         name = f"{reference.name}, {reference.parameter} = {reference.value:.6g}"
     else:
-        other = read_test(Path(reference), where)
-    f, g = (np.array([heads[1] for heads, _ in each], float) for each in (other, own))
-    apart = (g - f[:, None]) / f[:, None]
-    alike = np.full(apart.shape, np.nan)
-    for i, (_, shape) in enumerate(other if own else ()):
-        some = ~np.isnan(shape)  # where it was measured
-        moving = [j for j, (_, x) in enumerate(own) if shape[some].any() and x[some].any()]
-        if moving:
-            alike[i, moving] = mac(shape[some, None], np.array([own[j][1][some] for j in moving]).T)
-    cost = np.abs(apart) / tolerance + np.where(np.isnan(alike), 0.0, 1.0 - alike)
-    least = EVEN / tolerance
-    even = [np.flatnonzero(np.abs(row - row.min()) <= least) for row in cost if len(own)]
-    grows = [np.array([h[2] is None or h[2] < 0.0 for h, _ in each]) for each in (other, own)]
-    cost = cost + least * (grows[0][:, None] != grows[1])
-    cost = np.where(np.abs(apart) <= tolerance, cost, FORBIDDEN)
-    pairs = np.transpose(linear_sum_assignment(cost)).tolist()
-    pairs = [(i, j) for i, j in pairs if cost[i, j] < FORBIDDEN]
-    ties = [
-        f"{other[i][0][0]}: modes {', '.join(str(own[k][0][0]) for k in even[i])} are equally near"
-        f"; {own[j][0][0]} is paired"
-        for i, j in pairs
-        if j in even[i] and len(even[i]) > 1
-    ]
-    none, left, right = (None,) * 3, {i for i, _ in pairs}, {j for _, j in pairs}
-    rows: list[Any] = []
+        references = read_test(Path(reference), where)
+        name = str(reference)
+    reference_hz = np.array([mode.frequency_hz for mode in references], float)
+    computed_hz = np.array([mode.frequency_hz for mode in modes], float)
+    difference = (computed_hz - reference_hz[:, None]) / reference_hz[:, None]
+    likeness = _likeness(references, modes)
+    unlikeness = np.where(np.isnan(likeness), 0.0, 1.0 - likeness)
+    cost = np.abs(difference) / tolerance + unlikeness
+    equally_near = _equally_near(cost, EVEN / tolerance)
+    # of these the one whose sign of damping is that of the reference
+    differs_in_sign = _grows(references)[:, None] != _grows(modes)
+    cost = cost + EVEN / tolerance * differs_in_sign
+    cost = np.where(np.abs(difference) <= tolerance, cost, FORBIDDEN)
+    assigned = np.transpose(linear_sum_assignment(cost)).tolist()
+    pairs = []
+    ties = []
+    for i, j in assigned:
+        if cost[i, j] >= FORBIDDEN:
+            continue
+        pairs.append((i, j))
+        if len(equally_near[i]) > 1 and j in equally_near[i]:
+            numbers = ", ".join(str(modes[k].name) for k in equally_near[i])
+            ties.append(
+                f"{references[i].name}: modes {numbers} are equally near; {modes[j].name} is paired"
+            )
+    rows = []
     for i, j in pairs:
-        likeness = None if np.isnan(alike[i, j]) else float(alike[i, j])
-        rows.append((*other[i][0], *own[j][0], 100 * float(apart[i, j]), likeness))
-    rows += [(*heads, *none) for i, (heads, _) in enumerate(other) if i not in left]
-    rows += [(*none, *heads) for j, (heads, _) in enumerate(own) if j not in right]
-    return Pairs(name, tuple(Pair(*row) for row in rows), tolerance, alike, tuple(ties))
+        known = not np.isnan(likeness[i, j])
+        pair = _pair(references[i], modes[j])
+        rows.append(
+            pair._replace(
+                difference=100 * float(difference[i, j]),
+                mac=float(likeness[i, j]) if known else None,
+            )
+        )
+    paired_references = {i for i, _ in pairs}
+    paired_modes = {j for _, j in pairs}
+    rows += [_pair(mode, None) for i, mode in enumerate(references) if i not in paired_references]
+    rows += [_pair(None, mode) for j, mode in enumerate(modes) if j not in paired_modes]
+    return Pairs(name, tuple(rows), tolerance, likeness, tuple(ties))
+
+
+def _pair(reference: Mode | None, mode: Mode | None) -> Pair:
+    """A row of two modes, one of which there may not be."""
+    return Pair(
+        reference=None if reference is None else reference.name,
+        reference_hz=None if reference is None else reference.frequency_hz,
+        reference_damping=None if reference is None else reference.damping,
+        mode=None if mode is None else mode.name,
+        frequency_hz=None if mode is None else mode.frequency_hz,
+        damping_ratio=None if mode is None else mode.damping,
+    )
+
+
+def _check_rows(reference: Eigenvalues, computed: Eigenvalues) -> None:
+    """Refuse answers whose shapes have different numbers of rows. Raises InputError."""
+    sizes = [{len(root.right) for root in answer.eigenvalues} for answer in (reference, computed)]
+    if len(set.union(*sizes)) > 1:
+        counts = " and ".join(str(*size) for size in sizes)
+        raise InputError(f"compare: {counts} rows are not allowed; they must be the same")
+
+
+def _likeness(references: list[Mode], modes: list[Mode]) -> NDArray[np.float64]:
+    """MAC (m, k) of each mode of the reference with each computed one, over the rows that were
+    measured; NaN where one of the two shapes does not move there."""
+    likeness = np.full((len(references), len(modes)), np.nan)
+    for i, reference in enumerate(references):
+        measured = ~np.isnan(reference.shape)
+        if not reference.shape[measured].any():
+            continue
+        moving = [j for j, mode in enumerate(modes) if mode.shape[measured].any()]
+        if moving:
+            shapes = np.array([modes[j].shape[measured] for j in moving]).T
+            likeness[i, moving] = mac(reference.shape[measured, None], shapes)
+    return likeness
+
+
+def _equally_near(cost: NDArray[np.float64], most: float) -> list[NDArray[np.int64]]:
+    """Of each row of costs (m, k) the columns whose cost is the least but for at most `most`."""
+    if not cost.shape[1]:
+        return []
+    return [np.flatnonzero(np.abs(row - row.min()) <= most) for row in cost]
+
+
+def _grows(modes: list[Mode]) -> NDArray[np.bool_]:
+    """Whether each mode grows or its damping is not known, since what squeals is measured."""
+    return np.array([mode.damping is None or mode.damping < 0.0 for mode in modes])
 
 
 def _modes(answer: Eigenvalues, where: Coordinates | None) -> list[Mode]:
     """The modes that vibrate, with displacements of nodes if these are known, else of all rows."""
-    upper = [(k, root, root.right) for k, root in answer.of_modes if root.value.imag > 0.0]
-    return [
-        ((k, root.frequency_hz, root.damping_ratio), where.displacements(x).ravel() if where else x)
-        for k, root, x in upper
-    ]
+    modes = []
+    for number, root in answer.of_modes:
+        if root.value.imag > 0.0:
+            shape = where.displacements(root.right).ravel() if where else root.right
+            modes.append(Mode(number, root.frequency_hz, root.damping_ratio, shape))
+    return modes
 
 
 def read_test(path: Path, where: Coordinates | None) -> list[Mode]:
@@ -221,5 +281,5 @@ def read_test(path: Path, where: Coordinates | None) -> list[Mode]:
                     shape[row] = complex(cell.strip())
                 if not np.isfinite(shape[row]):
                     raise (here / head).must_be(cell, "a finite number such as 0.3 or 0.3+0.1j")
-        modes[name] = (name, frequency, ratio), shape
+        modes[name] = Mode(name, frequency, ratio, shape)
     return list(modes.values())

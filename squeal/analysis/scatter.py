@@ -271,9 +271,14 @@ def _work(judge: Judge, changes: Sequence[dict[str, float]]) -> list[Sample]:
 
 
 def _at_loss(values: dict[str, float], found: Outcome, residual: float | None = None) -> Sample:
-    value = math.nan if found.critical is None else found.critical
-    place = found.kind, found.frequency_hz
-    return Sample(values, value, *place, residual=residual, reason=found.reason)
+    return Sample(
+        parameters=values,
+        value=math.nan if found.critical is None else found.critical,
+        kind=found.kind,
+        frequency_hz=found.frequency_hz,
+        residual=residual,
+        reason=found.reason,
+    )
 
 
 def _lost(served: Reduction, wanted: Wanted, high: float, values: dict[str, float]) -> Sample:
@@ -313,10 +318,17 @@ def _grown(subject: Any, wanted: Wanted, values: dict[str, float]) -> Sample:
         return Sample(values, kind=NO_PAD, reason=str(error))
     except ComputationError as error:
         return Sample(values, reason=str(error))
-    grow = roots[(roots.real > rounding) & (roots.imag >= 0.0)]
-    first, propensity = roots[np.argmax(roots.real)], math.fsum(grow.real / np.abs(grow))
-    kind, hertz = decide(roots, rounding).verdict, abs(float(first.imag)) / math.tau
-    return Sample(values, float(first.real), kind, hertz, len(grow), propensity, residual)
+    unstable = roots[(roots.real > rounding) & (roots.imag >= 0.0)]
+    fastest = roots[np.argmax(roots.real)]
+    return Sample(
+        parameters=values,
+        value=float(fastest.real),
+        kind=decide(roots, rounding).verdict,
+        frequency_hz=abs(float(fastest.imag)) / math.tau,
+        unstable=len(unstable),
+        propensity=math.fsum(unstable.real / np.abs(unstable)),
+        residual=residual,
+    )
 
 
 def _journal(path: Path, question: str) -> dict[int, list[Sample]]:
@@ -407,28 +419,40 @@ def _placed(varied: Varied, spreads: Mapping[str, Any], unit: NDArray) -> list[d
 def _shares(values: NDArray[np.float64]) -> NDArray[np.float64]:
     """First-order and total Sobol indices (2, d) from values (d + 2, n): of A, of B, and of A with
     each column of B. What sampling leaves below 0 or above 1, where no share can be, is cut."""
-    moved, B = values[2:] - values[0], values[1] - values[:2].mean()
-    both = np.array([moved @ B, (moved**2).sum(axis=1) / 2]) / len(B)
-    return np.clip(both / (np.var(values[:2]) or np.nan), 0.0, 1.0)
+    A = values[0]
+    moved = values[2:] - A
+    B = values[1] - values[:2].mean()
+    first_order = moved @ B / len(B)
+    total = (moved**2).sum(axis=1) / 2 / len(B)
+    variance = np.var(values[:2]) or np.nan
+    return np.clip(np.array([first_order, total]) / variance, 0.0, 1.0)
 
 
 def _indices(names: Sequence[str], values: NDArray, seed: int) -> tuple[Index, ...]:
     """Sobol indices from such values with bootstrapped intervals; none where they do not vary."""
     kept = values[:, np.all(np.isfinite(values), axis=0)]
-    n, random = kept.shape[1], np.random.default_rng([seed, RESAMPLED])
+    n = kept.shape[1]
     if n < 8 or np.ptp(kept[:2]) <= ROUNDING * np.abs(kept[:2]).max():
         words = "no Sobol indices: fewer than 8 samples are known, or all are one to rounding"
         Place("indices").warn(words)
         return ()
-    again = [_shares(kept[:, random.integers(n, size=n)]) for _ in range(RESAMPLED)]
-    ends = np.nanquantile(again, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2], axis=0)
-    each = [
-        Index(name, one, (low, high), whole, (least, most))
-        for name, ((one, low, high), (whole, least, most)) in zip(
-            names, np.array([_shares(kept), *ends]).T.tolist(), strict=True
+    random = np.random.default_rng([seed, RESAMPLED])
+    resampled = [_shares(kept[:, random.integers(n, size=n)]) for _ in range(RESAMPLED)]
+    low, high = np.nanquantile(
+        resampled, [(1 - CONFIDENCE) / 2, (1 + CONFIDENCE) / 2], axis=0
+    ).tolist()
+    first, total = _shares(kept).tolist()
+    indices = [
+        Index(
+            parameter=name,
+            first=first[k],
+            first_interval=(low[0][k], high[0][k]),
+            total=total[k],
+            total_interval=(low[1][k], high[1][k]),
         )
+        for k, name in enumerate(names)
     ]
-    return tuple(sorted(each, key=lambda one: -one.total))
+    return tuple(sorted(indices, key=lambda index: -index.total))
 
 
 @public
@@ -499,60 +523,113 @@ def scatter(
     >>> [0.45 <= q.value <= 0.55 for q in answer.quantiles if q.level == 0.5]
     [True]
     """
-    from scipy.stats import binomtest
-
-    given = {"spreads": spreads, "samples": samples, "seed": seed, "design": design}
-    given["indices"] = indices
-    samples, seed, design, indices, spreads = SPREADS.read(given, Place("scatter")).values()
+    options = SPREADS.read(
+        {
+            "spreads": spreads,
+            "samples": samples,
+            "seed": seed,
+            "design": design,
+            "indices": indices,
+        },
+        Place("scatter"),
+    )
+    spreads = options["spreads"]
+    samples = options["samples"]
+    seed = options["seed"]
     if not spreads:
         raise Place("spreads").must_be(spreads, _SPREADS.named)
     varied = Varied.of(subject, "scatter", mu_max, of)
-    own, count = varied.subject, len(spreads)
-    unit = _drawn(design, samples, (1 + indices) * count, seed)
-    A, B = unit[:, :count], unit[:, count:]
-    mixed = [np.where(np.arange(count) == i, B, A) for i in range(count if indices else 0)]
-    each = _placed(varied, spreads, np.concatenate([A, B, *mixed] if indices else [A]))
-    known, size = dict[int, list[Sample]](), CHUNK if isinstance(own, Scene) else 1
+    count = len(spreads)
+    blocks = 2 if indices else 1
+    unit = _drawn(options["design"], samples, blocks * count, seed)
+    A = unit[:, :count]
+    points = [A]
+    if indices:
+        B = unit[:, count:]
+        points.append(B)
+        points += [np.where(np.arange(count) == i, B, A) for i in range(count)]
+    changes = _placed(varied, spreads, np.concatenate(points))
+    question = (of, mu_max, band, spreads, options["design"], seed, options["indices"], samples)
+    judge, basis = _judge(varied, of, mu_max, Wanted(band, None, None), changes)
+    rows = _computed(varied.subject, changes, judge, workers, journal, question, progress)
+    shares: tuple[Index, ...] = ()
+    if indices:
+        values = np.array([row.value if row.reason is None else np.inf for row in rows])
+        values = np.where(np.isnan(values), mu_max, values).reshape(count + 2, samples)
+        shares = _indices(list(spreads), values, seed)
+        rows = rows[: 2 * samples]  # A and B are the samples, the others repeat their columns
+    made = [row for row in rows if row.reason is None]
+    if not made:
+        reasons = [row.reason for row in rows if row.kind != NO_PAD]
+        reason = (reasons[0] if reasons else None) or NO_REST
+        raise ComputationError(f"no sample can be computed: {reason}")
+    made.sort(key=lambda row: (math.isnan(row.value), row.value))
+    no_pad = sum(row.kind == NO_PAD for row in rows)
+    failed = len(rows) - len(made) - no_pad
+    if of == "threshold":
+        stable = sum(not row.value <= varied.at for row in made)
+    else:
+        stable = sum(not row.unstable for row in made)
+    if basis is not None:
+        basis |= {"residual": max(row.residual or 0.0 for row in made)}
+    return Scatter(
+        name=varied.free,
+        of=of,
+        mu=varied.at,
+        mu_max=mu_max,
+        band=band,
+        spreads=spreads,
+        design=options["design"],
+        seed=seed,
+        samples=len(rows),
+        rows=tuple(made),
+        no_pad=no_pad,
+        failed=failed,
+        stable=stable / len(made),
+        interval=_interval(stable, failed, len(made) + failed),
+        indices=shares,
+        basis=basis,
+    )
+
+
+def _interval(stable: int, unknown: int, count: int) -> tuple[float, float]:
+    """Ends of Wilson's interval for the share of stable samples, whatever the unknown ones are."""
+    from scipy.stats import binomtest
+
+    low = binomtest(stable, count).proportion_ci(CONFIDENCE, "wilson").low
+    high = binomtest(stable + unknown, count).proportion_ci(CONFIDENCE, "wilson").high
+    return float(low), float(high)
+
+
+def _computed(
+    subject: Scene | TermSystem,
+    changes: Sequence[dict[str, float]],
+    judge: Judge,
+    workers: int,
+    journal: Path | str | None,
+    question: tuple[object, ...],
+    progress: Callable[[int, int], None] | None,
+) -> list[Sample]:
+    """Samples of a subject with each change of its parameters, chunk by chunk; those that a
+    journal of the same question holds are not computed again."""
+    size = CHUNK if isinstance(subject, Scene) else 1
+    chunks = [changes[i : i + size] for i in range(0, len(changes), size)]
+    samples: dict[int, list[Sample]] = {}
     if journal is not None:
-        asked = of, mu_max, band, spreads, design, seed, indices, samples
-        known = _journal(Path(journal), _question(own, *asked))
-    judge, basis = _judge(varied, of, mu_max, Wanted(band, None, None), each)
-    parts = [each[i : i + size] for i in range(0, len(each), size)]
-    missing = [k for k in range(len(parts)) if k not in known]
-    done = sum(map(len, known.values()))
-    computed = mapped(_work, [parts[k] for k in missing], workers, judge)
-    for k, part in zip(missing, computed, strict=True):
-        known[k], done = part, done + len(part)
+        samples = _journal(Path(journal), _question(subject, *question))
+    missing = [k for k in range(len(chunks)) if k not in samples]
+    done = sum(len(chunk) for chunk in samples.values())
+    computed = mapped(_work, [chunks[k] for k in missing], workers, judge)
+    for k, chunk in zip(missing, computed, strict=True):
+        samples[k] = chunk
+        done += len(chunk)
         if journal is not None:
-            record = json.dumps([k, [astuple(one) for one in part]])
+            record = json.dumps([k, [astuple(sample) for sample in chunk]])
             with Path(journal).open("a", encoding="utf-8") as stream:
                 stream.write(f"{_signed(record)}\n")
         if progress is not None:
-            progress(done, len(each))
-    every = [one for k in range(len(parts)) for one in known[k]]
-    shares: tuple[Index, ...] = ()
-    if indices:
-        values = np.array([one.value if one.reason is None else np.inf for one in every])
-        values = np.where(np.isnan(values), mu_max, values).reshape(count + 2, samples)
-        shares = _indices(list(spreads), values, seed)
-        every = every[: 2 * samples]  # A and B are the samples, the others repeat their columns
-    rows = [one for one in every if one.reason is None]
-    if not rows:
-        reason = next((one.reason for one in every if one.kind != NO_PAD), None) or NO_REST
-        raise ComputationError(f"no sample can be computed: {reason}")
-    no_pad, made = sum(one.kind == NO_PAD for one in every), len(rows)
-    failed = len(every) - made - no_pad
-    rows.sort(key=lambda one: (math.isnan(one.value), one.value))
-    good = sum(not (o.value <= varied.at if of == "threshold" else o.unstable) for o in rows)
-    if basis is not None:
-        basis |= {"residual": max(one.residual or 0.0 for one in rows)}
-    ends = [
-        binomtest(k, made + failed).proportion_ci(CONFIDENCE, "wilson")
-        for k in (good, good + failed)
-    ]
-    interval = float(ends[0].low), float(ends[1].high)
-    head = varied.free, of, varied.at, mu_max, band, spreads, design, seed, len(every)
-    return Scatter(*head, tuple(rows), no_pad, failed, good / made, interval, shares, basis)
+            progress(done, len(changes))
+    return [sample for k in range(len(chunks)) for sample in samples[k]]
 
 
 def _judge(

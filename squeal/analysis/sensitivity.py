@@ -64,37 +64,60 @@ class Sensitivity(Answer):
         """What a small step of each parameter moves, the strongest first: the loss, or each mode
         of a pair's two, the fastest growing first. A step is 1 per cent, of an angle a degree, and
         1 of what is 0 and has no unit."""
-        loss, rows = self.what == "threshold", list[tuple[Any, ...]]()
-        at = np.zeros(1, complex) if loss else np.asarray(self.at, complex)
-        numbers = mode_numbers(at)
-        for i in sorted(np.flatnonzero(at.imag >= 0.0).tolist(), key=lambda i: -at[i].real):
-            mode = () if loss else (int(numbers[i]), at[i].imag / math.tau, at[i].real)
-            own = []
+        if self.what == "threshold":
+            return self._table_of_loss()
+        roots = np.asarray(self.at, complex)
+        numbers = mode_numbers(roots)
+        rows = []
+        for i in sorted(np.flatnonzero(roots.imag >= 0.0).tolist(), key=lambda i: -roots[i].real):
+            rate = roots[i].real
+            mode = (int(numbers[i]), roots[i].imag / math.tau, rate)
+            of_mode = []
             for name, slopes in self.slopes.items():
-                step, words = 0.01 * self.values[name], "1 %"
-                if self.units[name] == "rad":
-                    step, words = DEGREE, "1 degree"
-                elif not (step or self.units[name]):
-                    step, words = 1.0, "1"
-                pair = slopes if loss else np.array([slopes[i].real, slopes[i].imag / math.tau])
-                moved = step * np.where(np.isfinite(pair).all() | loss, pair, np.nan)
+                step, words = self._step(name)
+                pair = np.array([slopes[i].real, slopes[i].imag / math.tau])
+                moved = step * (pair if np.isfinite(pair).all() else np.full(2, np.nan))
                 if step:
-                    own.append((*mode, name, words, *moved.tolist()))
-            own.sort(key=lambda row: -np.nan_to_num(abs(row[-2]), nan=np.inf))
-            rate = at[i].real  # first in rank is the strongest of each mode that grows
-            rows += [(*row, (rate > 0.0, -k if rate > 0.0 else rate)) for k, row in enumerate(own)]
-        heads = [("parameter", ""), ("change", ""), ("dRe", "1/s"), ("df", "Hz")]
-        if not loss:
-            heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s"), *heads]
-            title = "what a small change of a parameter does to each mode"
-            nothing = "no root" if self.values else "no parameter is named"
-        elif self.at is None:
+                    of_mode.append((*mode, name, words, *moved.tolist()))
+            of_mode.sort(key=_effect)
+            # first in rank is the strongest of each mode that grows
+            for k, row in enumerate(of_mode):
+                rank = (True, -k) if rate > 0.0 else (False, rate)
+                rows.append((*row, rank))
+        heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s")]
+        heads += [("parameter", ""), ("change", ""), ("dRe", "1/s"), ("df", "Hz")]
+        title = "what a small change of a parameter does to each mode"
+        nothing = "no root" if self.values else "no parameter is named"
+        return Table(in_order(heads), rows, title, nothing, itemgetter(-1))
+
+    def _table_of_loss(self) -> Table:
+        """What a small step of each parameter moves of the first loss, the strongest first."""
+        rows = []
+        for name, slopes in self.slopes.items():
+            step, words = self._step(name)
+            if step:
+                rows.append((name, words, *(step * slopes).tolist()))
+        rows.sort(key=_effect)
+        ranked = [(*row, (False, 0.0)) for row in rows]
+        by_value = "dRe" if self.at is None else f"d {self.parameter}"
+        heads = [("parameter", ""), ("change", ""), (by_value, "1/s" if self.at is None else "")]
+        heads.append(("df", "Hz"))
+        if self.at is None:
             title = nothing = "stability is not lost: nothing moves its loss"
         else:
-            nothing, place = "no other parameter", f"{self.parameter} = {self.at:.6g}"
+            place = f"{self.parameter} = {self.at:.6g}"
             title = f"what moves the first loss ({self.kind} at {place})"
-            heads[2] = f"d {self.parameter}", ""
-        return Table(in_order(heads), rows, title, nothing, itemgetter(-1))
+            nothing = "no other parameter"
+        return Table(in_order(heads), ranked, title, nothing, itemgetter(-1))
+
+    def _step(self, name: str) -> tuple[float, str]:
+        """A small step of a parameter in its unit, and in words."""
+        if self.units[name] == "rad":
+            return DEGREE, "1 degree"
+        step = 0.01 * self.values[name]
+        if not step and not self.units[name]:
+            return 1.0, "1"
+        return step, "1 %"
 
     def parts(self) -> Sequence[str | Table]:
         """The table, and which modes leave it in doubt."""
@@ -124,6 +147,11 @@ class Sensitivity(Answer):
             rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": moved})
         condition = [None if c == math.inf else c for c in np.asarray(self.condition).tolist()]
         return {"sensitivity": rows, "sensitivity_condition": condition}
+
+
+def _effect(row: tuple[Any, ...]) -> float:
+    """What sorts rows whose last but one entry is what moves: the largest first, NaN before."""
+    return -float(np.nan_to_num(abs(row[-2]), nan=np.inf))
 
 
 @dataclass(frozen=True, eq=False)
@@ -181,16 +209,19 @@ def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict
     damping = scene.damping
     if damping is None or damping.matrix is not None:
         return changes
-    own, q, state = without_friction(scene)
-    M, _, K = linearise(own, q, state)
-    root = np.outer(np.sqrt(np.diag(M)), np.sqrt(np.diag(M)))
-    A, (B, _) = K / root, normalised_damping(damping, K / root)
+    at_rest, q_at_rest, state_at_rest = without_friction(scene)
+    M, _, K = linearise(at_rest, q_at_rest, state_at_rest)
+    masses = np.diag(M)
+    root = np.outer(np.sqrt(masses), np.sqrt(masses))
+    A = K / root
+    B, _ = normalised_damping(damping, A)
     for name in changes.keys() - {"mu"}:
-        by = change(own, q, state, name)
-        drift = np.diag(by.M) / (2 * np.diag(M))  # of the root of M, over it
-        turn = np.add.outer(drift, drift)
-        slope = root * (normalised_damping_slope(damping, A, by.K / root - turn * A) + turn * B)
-        changes[name] = replace(changes[name], C=changes[name].C + slope)
+        by = change(at_rest, q_at_rest, state_at_rest, name)
+        relative = np.diag(by.M) / (2 * masses)  # derivative of the root of each mass, over it
+        of_root = np.add.outer(relative, relative)
+        dA = by.K / root - of_root * A
+        dC = root * (normalised_damping_slope(damping, A, dA) + of_root * B)
+        changes[name] = replace(changes[name], C=changes[name].C + dC)
     return changes
 
 
@@ -209,28 +240,34 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
             raise ComputationError("with a damping matrix a threshold at mu = 0 has no derivatives")
         still = (0.0, math.nan)
         return {name: still for name in parameters(scene.pad_model) if name != "mu"}
-    model, breakpoints = scene.pad_model.replace(mu=point.mu), list[float]()
-    q, state = np.zeros(3), model.full
-    if not model.linear:
+    model = scene.pad_model.replace(mu=point.mu)
+    if model.linear:
+        q = np.zeros(3)
+        state = model.full
+        breakpoints = []
+    else:
         path = Path.of(scene.pad_model, point.mu * (1 + 1e-6))
         z, state = path.at(min(point.mu, path.mu_end))
-        q, breakpoints = path.statics.to_si(z), path.breakpoints
+        q = path.statics.to_si(z)
+        breakpoints = path.breakpoints
     changes = _changes(scene, model, q, state)
     M, C, K = linearise(model, q, state)
-    unit = np.sqrt(np.outer(1.0 / np.diag(M), 1.0 / np.diag(M)))
+    unit = np.sqrt(np.outer(1.0 / np.diag(M), 1.0 / np.diag(M)))  # makes the mass matrix one
     matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
+    # derivatives, by each parameter, of what does not change there
     if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in breakpoints):
         edge = int(np.argmin(np.abs(model.gaps(q))))
-        rate = {name: by.gaps[edge] for name, by in changes.items()}
+        constant = {name: by.gaps[edge] for name, by in changes.items()}
     elif point.kind == "fold":
-        push = np.sqrt(np.diag(unit)) * Singular.of(matrices, 0j).left.conj()
-        rate = {name: push @ by.loads for name, by in changes.items()}
+        left = np.sqrt(np.diag(unit)) * Singular.of(matrices, 0j).left.conj()
+        constant = {name: left @ by.loads for name, by in changes.items()}
     else:
         scaled = {n: (by.M * unit, by.C * unit, by.K * unit) for n, by in changes.items()}
         at = Singular.of(matrices, 2j * np.pi * point.frequency_hz)
-        return crossing_slopes(at, matrices, scaled.pop("mu"), scaled)
-    own = rate.pop("mu")
-    return {name: (-float((each / own).real) + 0.0, math.nan) for name, each in rate.items()}
+        by_mu = scaled.pop("mu")
+        return crossing_slopes(at, matrices, by_mu, scaled)
+    by_mu = constant.pop("mu")
+    return {name: (-float((by / by_mu).real) + 0.0, math.nan) for name, by in constant.items()}
 
 
 def sensitivity(scene: Scene, of: str, high: float, known: Any) -> Sensitivity:
@@ -241,21 +278,34 @@ def sensitivity(scene: Scene, of: str, high: float, known: Any) -> Sensitivity:
     h); infinite at a coalescence, NaN where modes of one frequency have different damping ratios.
     Where an edge only just touches, a derivative is that within the present contact state.
     """
-    slopes, condition = dict[str, np.ndarray](), None
-    if of == "eigenvalues" and known is not None:
-        scene = scene.replace(mu=known.value)
-    model, place, kind = scene.pad_model, None, ""
+    names = parameters(scene.pad_model)
+    result: dict[str, Any] = {
+        "what": of,
+        "parameter": "mu",
+        "values": {name: getattr(scene.pad, name) for name in names},
+        "units": {name: PARAMETERS[name].unit for name in names},
+    }
     if of == "eigenvalues":
-        analysis = analyse(scene) if known is None else known.source[1]
-        place, kind = analysis.spectrum.values, analysis.judgement.verdict
-        changes = _changes(scene, model, np.array(analysis.q), analysis.state)
+        if known is None:
+            analysis = analyse(scene)
+        else:
+            scene = scene.replace(mu=known.value)
+            result["values"]["mu"] = scene.pad.mu
+            _, analysis = known.source
+        q = np.array(analysis.q)
+        changes = _changes(scene, scene.pad_model, q, analysis.state)
         moved = {name: (by.M, by.C, by.K) for name, by in changes.items()}
-        roots = analysis.spectrum.eigenvalues
-        slopes, condition = sensitivities(analysis.matrices, moved, roots)
-    elif first := (critical_friction(scene, high) if known is None else known).first:
-        place, kind = first.mu, first.kind
-        slopes = {name: np.array(pair) for name, pair in of_threshold(scene, first).items()}
-    names = parameters(model)
-    values = {name: getattr(scene.pad, name) for name in names}
-    units = {name: PARAMETERS[name].unit for name in names}
-    return Sensitivity(of, "mu", place, kind, slopes, values, units, condition)
+        spectrum = analysis.spectrum
+        slopes, condition = sensitivities(analysis.matrices, moved, spectrum.eigenvalues)
+        return Sensitivity(
+            at=spectrum.values,
+            kind=analysis.judgement.verdict,
+            slopes=slopes,
+            condition=condition,
+            **result,
+        )
+    loss = (critical_friction(scene, high) if known is None else known).first
+    if loss is None:
+        return Sensitivity(at=None, kind="", slopes={}, **result)
+    slopes = {name: np.array(pair) for name, pair in of_threshold(scene, loss).items()}
+    return Sensitivity(at=loss.mu, kind=loss.kind, slopes=slopes, **result)

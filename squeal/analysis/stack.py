@@ -31,6 +31,8 @@ LEVELS = 64  # of mu, between 0 and its end, at which verdicts are taken at leas
 HALVINGS = 44  # of the interval in which stability is lost: to rounding
 SHRINKS = 25  # of an interval in which a margin of stability has its least value
 GOLDEN = (3.0 - 5.0**0.5) / 2.0
+AT_ONCE = 50_000  # matrices that are judged together; bounds the memory
+FOLD, BRANCH_END = "fold", "end of the branch"
 
 
 def parameters(model: PadModel) -> Names:
@@ -43,6 +45,46 @@ def parameters(model: PadModel) -> Names:
         and getattr(model.pad, name) is not None
         and (name != "V" or model.pad.fall is not None)
     )
+
+
+class _Ways(NamedTuple):
+    """The ways of n pads from mu = 0 up, in m intervals between nodes of their branches.
+
+    pad, start, stop (m,): pad of each interval, and mu at its ends; begins_at_change (m,): whether
+    contact changes at its start; at: the equilibria of pads (k,) at mu (k,); mu_end (n,): where the
+    branch ends, NaN if it reaches the end of the range, 0 for a pad that rests nowhere; ends: what
+    happens there; lost (n,): whether the branch was lost; nowhere (n,): pads that rest nowhere.
+    """
+
+    pad: np.ndarray
+    start: np.ndarray
+    stop: np.ndarray
+    begins_at_change: np.ndarray
+    at: Callable[[np.ndarray, np.ndarray], Equilibria]
+    mu_end: np.ndarray
+    ends: list[str]
+    lost: np.ndarray
+    nowhere: np.ndarray
+
+
+class _Judged(NamedTuple):
+    """Of k pads at some friction: where (k,) no mode is unstable, and margins (2, k), see
+    `margins`."""
+
+    no_unstable_mode: np.ndarray
+    margins: np.ndarray
+
+
+def _levels(ways: _Ways, mu_max: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Values of mu on all ways: interval (k,) of each, its number (k,) within it, and mu (k,)."""
+    parts = np.maximum(np.ceil((ways.stop - ways.start) / mu_max * LEVELS), 2).astype(int)
+    counts = parts + 1
+    interval = np.repeat(np.arange(len(counts)), counts)
+    first_of_interval = np.cumsum(counts) - counts
+    level = np.arange(interval.size) - np.repeat(first_of_interval, counts)
+    share = np.minimum(level / parts[interval], 1.0 - 1e-9)  # the contact of the interval
+    mu = ways.start[interval] + share * (ways.stop - ways.start)[interval]
+    return interval, level, mu
 
 
 class Losses(NamedTuple):
@@ -82,8 +124,11 @@ class PadStack:
     def of(scene: Scene, names: Names, values: np.ndarray) -> "PadStack":
         """Raises InputError for values that a parameter may not take."""
         changes: dict[str, Any] = dict(zip(names, values, strict=True))
-        model, linear = scene.pad_model.replace(**changes), scene.pad_model.linear
-        units = Units(1.0, 1.0, 1.0, 1.0) if linear else Statics.of(scene.pad_model).units
+        model = scene.pad_model.replace(**changes)
+        if model.linear:
+            units = Units(mass=1.0, length=1.0, time=1.0, lever=1.0)
+        else:
+            units = Statics.of(scene.pad_model).units
         return PadStack(scene, names, values, Statics(units.scaled(model), units))
 
     @property
@@ -124,9 +169,10 @@ class PadStack:
         branches, unknown = self.branches(self.mu)
         if not branches.owner.size:  # none rests anywhere
             return at._replace(exists=~at.exists), unknown
-        z, on, there = branches.at(np.arange(self.n), self.mu)
-        hidden = there & self.statics.hidden(z)
-        return Equilibria(z, on, there & on.any(axis=0) & ~hidden), unknown | hidden
+        at = branches.at(np.arange(self.n), self.mu)
+        hidden = at.exists & self.statics.hidden(at.z)
+        touches = at.touching.any(axis=0)
+        return at._replace(exists=at.exists & touches & ~hidden), unknown | hidden
 
     @cached_property
     def damping(self) -> np.ndarray | None:
@@ -135,44 +181,50 @@ class PadStack:
         Ratios and Rayleigh damping refer to the modes without friction. Raises ComputationError
         where a mode with a ratio is unstable.
         """
-        damping, units = self.scene.damping, self.statics.units
+        damping = self.scene.damping
+        units = self.statics.units
         if damping is None:
             return None
         if damping.matrix is not None:
             turn = np.array([1.0, 1.0, 1.0 / units.length])
             C = np.array(damping.matrix) * np.outer(turn, turn) * units.time / units.mass
-            return normalised(
-                self.statics.model.pad, np.broadcast_to(C[:, :, None], (3, 3, self.n))
-            )
+            of_each = np.broadcast_to(C[:, :, None], (3, 3, self.n))
+            return normalised(self.statics.model.pad, of_each)
         if damping.rayleigh is not None:
             alpha, beta = damping.rayleigh
             damping = Damping(rayleigh=(alpha * units.time, beta / units.time))
         B, stable = normalised_damping(damping, self._at_rest)
-        stable |= False if self.linear else ~self.rest.exists
+        if not self.linear:
+            stable |= ~self.rest.exists  # nothing is asked of a pad that rests nowhere
         if not stable.all():
-            own = zip(self.names, self.values[:, int(np.argmin(stable))], strict=True)
-            at = ", ".join(f"{name} = {value:.6g}" for name, value in own)
+            values = self.values[:, int(np.argmin(stable))]
+            pairs = zip(self.names, values, strict=True)
+            at = ", ".join(f"{name} = {value:.6g}" for name, value in pairs)
             raise ComputationError(f"{UNSTABLE} at {at}")
         return B
 
     @cached_property
     def _at_rest(self) -> np.ndarray:
         """Mass-normalised stiffness (n, 3, 3) without friction."""
-        at = self.origin(np.zeros(self.n))
-        if not self.linear:
+        if self.linear:
+            at = self.origin(np.zeros(self.n))
+        else:
+            # pads that rest nowhere as if in full contact
             at = self.rest._replace(touching=self.rest.touching | ~self.rest.exists)
-        return self._matrices(np.arange(self.n), at)[0]
+        stiffness, _ = self._matrices(np.arange(self.n), at)
+        return stiffness
 
     def _matrices(self, pad: np.ndarray, at: Equilibria) -> Stiffness:
         """Mass-normalised stiffness, and what falling friction adds to the damping, (k, 3, 3)."""
         part = self.statics.pick(pad)
-        model, q = part.model.replace(mu=at.z[3]), part.place(at.z)
-        on, falling = 1.0 * at.touching, None
-        K = -complex_step(partial(model.loads, state=on), q)
-        if model.pad.mu_s is not None:
-            rates = -complex_step(partial(model.loads, q, on), np.zeros(q.shape))
-            falling = normalised(model.pad, rates)
-        return normalised(model.pad, K), falling
+        model = part.model.replace(mu=at.z[3])
+        q = part.place(at.z)
+        contact = 1.0 * at.touching
+        K = -complex_step(partial(model.loads, state=contact), q)
+        if model.pad.mu_s is None:
+            return normalised(model.pad, K), None
+        C = -complex_step(partial(model.loads, q, contact), np.zeros(q.shape))
+        return normalised(model.pad, K), normalised(model.pad, C)
 
     def matrices(self, pad: np.ndarray, at: Equilibria) -> Stiffness:
         """Mass-normalised stiffness and damping (k, 3, 3) of pads (k,) about places, the damping
@@ -191,7 +243,7 @@ class PadStack:
         """
         places, unknown = self.at_mu()
         here = np.flatnonzero(places.exists)
-        A, B = self.matrices(here, Equilibria(*(part[..., here] for part in places)))
+        A, B = self.matrices(here, places.some(here))
         if B is None:
             values = np.sqrt(-np.linalg.eigvals(A).astype(complex))
             values = np.where(values.real < 0.0, -values, values)
@@ -205,6 +257,50 @@ class PadStack:
         fastest[here] = values[np.arange(here.size), best] / self.statics.units.time
         return fastest, unknown
 
+    def _ways(self, mu_max: float) -> _Ways:
+        """The ways of all pads from mu = 0 to mu_max, or to the end of their branches."""
+        if self.linear:
+            return _Ways(
+                pad=np.arange(self.n),
+                start=np.zeros(self.n),
+                stop=np.full(self.n, mu_max),
+                begins_at_change=np.zeros(self.n, dtype=bool),
+                at=lambda _pad, mu: self.origin(mu),
+                mu_end=np.full(self.n, np.nan),
+                ends=[""] * self.n,
+                lost=np.zeros(self.n, dtype=bool),
+                nowhere=np.zeros(self.n, dtype=bool),
+            )
+        branches, lost = self.branches(np.full(self.n, mu_max))
+        nowhere = branches.end == BranchEnd.NO_EQUILIBRIUM
+        mu_end = np.where(nowhere, 0.0, branches.mu_end)
+        mu_end[branches.end == BranchEnd.REACHED] = np.nan
+        nodes = np.arange(len(branches.owner))
+        starts = nodes[nodes < branches.last[branches.owner]]
+        return _Ways(
+            pad=branches.owner[starts],
+            start=branches.z[3, starts],
+            stop=branches.z[3, starts + 1],
+            begins_at_change=branches.kind[starts] == NodeKind.CONTACT_CHANGE,
+            at=branches.at,
+            mu_end=mu_end,
+            ends=[FOLD if end == BranchEnd.FOLD else BRANCH_END for end in branches.end],
+            lost=lost,
+            nowhere=nowhere,
+        )
+
+    def _judge(self, ways: _Ways, pad: np.ndarray, mu: np.ndarray) -> _Judged:
+        """Of pads (k,) at mu (k,) on their ways where no mode is unstable, and the margins."""
+        no_unstable_mode = np.empty(pad.size, dtype=bool)
+        margin = np.empty((2, pad.size))
+        for first in range(0, pad.size, AT_ONCE):
+            part = slice(first, first + AT_ONCE)
+            equilibria = ways.at(pad[part], mu[part])
+            A, B = self.matrices(pad[part], equilibria)
+            no_unstable_mode[part] = np.isin(verdicts(A, B), QUIET) & equilibria.exists
+            margin[:, part] = margins(A, B)
+        return _Judged(no_unstable_mode, margin)
+
     def first_losses(self, mu_max: float) -> Losses:
         """Where each pad first loses stability or its equilibrium, on the way from 0 to mu_max.
 
@@ -213,97 +309,108 @@ class PadStack:
         which a margin of stability comes close to zero is looked into; narrower windows may be
         missed.
         """
-        owner = every = np.arange(self.n)
-        starts, stops = np.zeros(self.n), np.full(self.n, mu_max)
-        jumps = unknown = nowhere = np.zeros(self.n, dtype=bool)
-        lost, kinds = np.full(self.n, np.nan), [""] * self.n
-        at: Callable[[np.ndarray, np.ndarray], Equilibria] = lambda _, mu: self.origin(mu)  # noqa: E731
-        if not self.linear:
-            branches, unknown = self.branches(np.full(self.n, mu_max))
-            nowhere = branches.end == BranchEnd.NO_EQUILIBRIUM
-            lost = np.where(nowhere, 0.0, branches.mu_end)
-            lost[branches.end == BranchEnd.REACHED] = np.nan
-            kinds = [
-                "fold" if end == BranchEnd.FOLD else "end of the branch" for end in branches.end
-            ]
-            j = np.arange(len(branches.owner))
-            j = j[j < branches.last[branches.owner]]
-            owner, starts, stops = branches.owner[j], branches.z[3, j], branches.z[3, j + 1]
-            jumps = branches.kind[j] == NodeKind.CONTACT_CHANGE
-            at = branches.at
-
-        def calm_at(pad: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-            """Where nothing grows, and the margins of stability."""
-            places = at(pad, mu)
-            A, B = self.matrices(pad, places)
-            return np.isin(verdicts(A, B), QUIET) & places.exists, margins(A, B)
-
-        parts = np.maximum(np.ceil((stops - starts) / mu_max * LEVELS), 2).astype(int) + 1
-        piece = np.repeat(np.arange(len(parts)), parts)
-        k = np.arange(piece.size) - np.repeat(np.cumsum(parts) - parts, parts)
-        share = np.minimum(k / (parts[piece] - 1), 1.0 - 1e-9)  # the contact of the interval
-        pad, mu = owner[piece], starts[piece] + share * (stops - starts)[piece]
-        calm, margin = np.empty(pad.size, dtype=bool), np.empty((2, pad.size))
-        for first in range(0, pad.size, 50_000):  # bounds the memory
-            part = slice(first, first + 50_000)
-            calm[part], margin[:, part] = calm_at(pad[part], mu[part])
-        i = np.arange(1, pad.size - 1)
-        same = (piece[i - 1] == piece[i]) & (piece[i] == piece[i + 1])
-        for which in range(2):  # where a margin has a low least value between values of mu
-            before, here, after = (margin[which, i + d] for d in (-1, 0, 1))
-            with np.errstate(all="ignore"):
-                least = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
-            low_one = (here < before) & (here < after) & (least < here / 2)
-            j = i[same & calm[i - 1] & calm[i] & calm[i + 1] & low_one]
-            if not j.size:
-                continue
-            low, high = mu[j - 1], mu[j + 1]
-            for _ in range(SHRINKS):
-                inner = np.array([low + GOLDEN * (high - low), high - GOLDEN * (high - low)])
-                quiet, at_inner = calm_at(np.tile(pad[j], 2), inner.ravel())
-                one, other = np.where(quiet, at_inner[which], -np.inf).reshape(2, -1)
-                left = one <= other
-                low, high = np.where(left, low, inner[0]), np.where(left, inner[1], high)
-            grows = np.minimum(one, other) == -np.inf
-            mu[j[grows]], calm[j[grows]] = np.where(left, *inner)[grows], False
-        grows = np.flatnonzero(~calm)
-        who, index = np.unique(pad[grows], return_index=True)
-        node = grows[index]
-        low, high = mu[np.maximum(node - 1, 0)], mu[node]
-        low = np.where((k[node] == 0) & (jumps[piece[node]] | (high == 0.0)), high, low)  # exact
+        ways = self._ways(mu_max)
+        interval, level, mu = _levels(ways, mu_max)
+        pad = ways.pad[interval]
+        judged = self._judge(ways, pad, mu)
+        for which in range(len(judged.margins)):
+            self._look_between(ways, pad, interval, mu, judged, which)
+        unstable = np.flatnonzero(~judged.no_unstable_mode)
+        losing, index = np.unique(pad[unstable], return_index=True)
+        first = unstable[index]
+        low = mu[np.maximum(first - 1, 0)]
+        high = mu[first]
+        # where stability is lost at once, or with a change of contact, that is the place
+        begins_there = (high == 0.0) | ways.begins_at_change[interval[first]]
+        low = np.where((level[first] == 0) & begins_there, high, low)
         for _ in range(HALVINGS):
             i = np.flatnonzero(high - low > 4e-16 * mu_max)
             if not i.size:
                 break
             middle = (low[i] + high[i]) / 2
-            quiet = calm_at(who[i], middle)[0]
-            low[i], high[i] = np.where(quiet, middle, low[i]), np.where(quiet, high[i], middle)
-        # rounding of one stiffness or damping may hide the slow modes
-        sizes = np.linalg.svd(self._at_rest, compute_uv=False)
-        squares = sizes[:, 0]
-        if self.damping is not None:
-            squares = np.maximum(squares, np.linalg.norm(self.damping, 2, axis=(1, 2)) ** 2)
-        stiff = sizes[:, -1] <= 1e-12 * squares
-        lost[who], unknown = high, (unknown & ~np.isin(every, who)) | stiff
-        hertz = np.where(np.array(kinds) == "fold", 0.0, np.nan)
-        places = at(who, high)
-        A, B = self.matrices(who, places)
-        codes = np.where(places.exists, verdicts(A, B), QUIET[0])
-        for i, code, frequency in zip(who, codes, self.meeting(A, B), strict=True):
+            still = self._judge(ways, losing[i], middle).no_unstable_mode
+            low[i] = np.where(still, middle, low[i])
+            high[i] = np.where(still, high[i], middle)
+        loss = ways.mu_end.copy()
+        loss[losing] = high
+        kinds = list(ways.ends)
+        hertz = np.where(np.array(kinds) == FOLD, 0.0, np.nan)
+        equilibria = ways.at(losing, high)
+        A, B = self.matrices(losing, equilibria)
+        codes = np.where(equilibria.exists, verdicts(A, B), QUIET[0])
+        for i, code, frequency in zip(losing, codes, self.meeting(A, B), strict=True):
             if code not in QUIET:
                 kinds[i] = VERDICTS[code]
                 hertz[i] = frequency if kinds[i] == "flutter" else 0.0
-        return Losses(np.where(unknown, np.nan, lost), kinds, hertz, unknown, nowhere)
+        lost_before = ways.lost & ~np.isin(np.arange(self.n), losing)
+        unknown = lost_before | self._slow_modes_hidden()
+        return Losses(
+            mu=np.where(unknown, np.nan, loss),
+            kinds=kinds,
+            hertz=hertz,
+            unknown=unknown,
+            nowhere=ways.nowhere,
+        )
+
+    def _look_between(
+        self,
+        ways: _Ways,
+        pad: np.ndarray,
+        interval: np.ndarray,
+        mu: np.ndarray,
+        judged: _Judged,
+        which: int,
+    ) -> None:
+        """Where a margin has a low least value between levels (k,), look for unstable modes there
+        by golden section; a level beside which they are found is moved there."""
+        margin = judged.margins[which]
+        stable = judged.no_unstable_mode
+        i = np.arange(1, pad.size - 1)
+        before, here, after = margin[i - 1], margin[i], margin[i + 1]
+        with np.errstate(all="ignore"):  # of the parabola through the three
+            least = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
+        is_low = (here < before) & (here < after) & (least < here / 2)
+        same_interval = (interval[i - 1] == interval[i]) & (interval[i] == interval[i + 1])
+        all_stable = stable[i - 1] & stable[i] & stable[i + 1]
+        j = i[same_interval & all_stable & is_low]
+        if not j.size:
+            return
+        low = mu[j - 1]
+        high = mu[j + 1]
+        for _ in range(SHRINKS):
+            width = high - low
+            left = low + GOLDEN * width
+            right = high - GOLDEN * width
+            inner = self._judge(ways, np.tile(pad[j], 2), np.concatenate([left, right]))
+            margins_inside = np.where(inner.no_unstable_mode, inner.margins[which], -np.inf)
+            at_left, at_right = margins_inside.reshape(2, -1)
+            keep_left = at_left <= at_right
+            low = np.where(keep_left, low, left)
+            high = np.where(keep_left, right, high)
+        unstable = np.minimum(at_left, at_right) == -np.inf
+        mu[j[unstable]] = np.where(keep_left, left, right)[unstable]
+        stable[j[unstable]] = False
+
+    def _slow_modes_hidden(self) -> np.ndarray:
+        """Where (n,) rounding of one stiffness or damping may hide the slow modes."""
+        sizes = np.linalg.svd(self._at_rest, compute_uv=False)
+        largest = sizes[:, 0]
+        if self.damping is not None:
+            rates = np.linalg.norm(self.damping, 2, axis=(1, 2))
+            largest = np.maximum(largest, rates**2)
+        return np.asarray(sizes[:, -1] <= 1e-12 * largest)
 
     def meeting(self, A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
         """Frequencies (k,) in Hz of the pairs that are next to growth: of the two nearest modes
         without damping, else of the pair that grows most."""
         rows = np.arange(len(A))
         if B is None or not B.any():
-            s = np.linalg.eigvals(A).astype(complex)
+            squares = np.linalg.eigvals(A).astype(complex)
             i, j = np.triu_indices(3, 1)
-            pair = np.argmin(np.abs((s[:, i] - s[:, j]).real), axis=1)
-            rate = (np.sqrt(s[rows, i[pair]]) + np.sqrt(s[rows, j[pair]])).real / 2
+            nearest = np.argmin(np.abs((squares[:, i] - squares[:, j]).real), axis=1)
+            one = np.sqrt(squares[rows, i[nearest]])
+            other = np.sqrt(squares[rows, j[nearest]])
+            rate = (one + other).real / 2
         else:
             roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
@@ -315,7 +422,8 @@ def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
     """Verdict codes (k,), indices into `VERDICTS`, of z'' + B z' + A z = 0, stacks (k, 3, 3)."""
     if B is None or not B.any():
         return undamped_verdicts(A)
-    codes, damped = np.empty(len(A), dtype=np.int8), B.any(axis=(1, 2))
+    codes = np.empty(len(A), dtype=np.int8)
+    damped = B.any(axis=(1, 2))
     codes[~damped] = undamped_verdicts(A[~damped])
     codes[damped] = damped_verdicts(A[damped], B[damped])
     return codes
@@ -330,9 +438,10 @@ def margins(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
     """
     det = np.linalg.det(A)
     if B is None or not B.any():
-        s = np.linalg.eigvals(A)
-        gaps = (s[:, 0] - s[:, 1]) * (s[:, 0] - s[:, 2]) * (s[:, 1] - s[:, 2])
-        return np.array([(gaps * gaps).real, det])
+        squares = np.linalg.eigvals(A)
+        a, b, c = squares.T
+        differences = (a - b) * (a - c) * (b - c)
+        return np.array([(differences * differences).real, det])
     roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
     i, j = np.triu_indices(roots.shape[1], 1)
     return np.array([-np.prod(roots[:, i] + roots[:, j], axis=1).real, det])

@@ -135,30 +135,44 @@ class Varied:
     ) -> list[Outcome]:
         """What becomes of the subject with each change of some parameters."""
         subject: Any = self.subject
-        outcomes, changed = dict[int, Outcome](), dict[int, Any]()
+        outcomes: dict[int, Outcome] = {}
+        changed: dict[int, Any] = {}
         for i, values in enumerate(changes):
             try:
-                scene = isinstance(subject, Scene)
-                changed[i] = subject.replace(**values) if scene else subject.replace(values)
+                if isinstance(subject, Scene):
+                    changed[i] = subject.replace(**values)
+                else:
+                    changed[i] = subject.replace(values)
             except InputError as error:
                 outcomes[i] = Outcome(kind=NO_PAD, reason=str(error))
         if isinstance(subject, Scene) and changed:
-            names = tuple(self.values)  # all of them: some may follow others
-            rows = [[getattr(one.pad, name) for one in changed.values()] for name in names]
-            try:
-                losses = PadStack.of(subject, names, np.array(rows)).first_losses(high)
-                for i, *loss, unknown, nowhere in zip(changed, *losses, strict=True):
-                    if not unknown:
-                        nothing = Outcome(kind=NO_PAD, reason=NO_REST)
-                        outcomes[i] = nothing if nowhere else _lost(*loss)
-            except ComputationError:  # for one of them; each says why
-                pass
+            outcomes |= self._outcomes_of_pads(subject, changed, high)
         for i in changed.keys() - outcomes:
             try:
                 outcomes[i] = critical(changed[i], high, band)
             except (InputError, ComputationError) as error:
                 outcomes[i] = Outcome(reason=str(error))
         return [outcomes[i] for i in range(len(changes))]
+
+    def _outcomes_of_pads(
+        self, scene: Scene, changed: Mapping[int, Scene], high: float
+    ) -> dict[int, Outcome]:
+        """What a stack of pads says of changed scenes, by their numbers, as far as it can."""
+        names = tuple(self.values)  # all of them: some may follow others
+        rows = [[getattr(one.pad, name) for one in changed.values()] for name in names]
+        try:
+            losses = PadStack.of(scene, names, np.array(rows)).first_losses(high)
+        except ComputationError:  # for one of them; each says why
+            return {}
+        outcomes = {}
+        for k, i in enumerate(changed):
+            if losses.unknown[k]:
+                continue
+            if losses.nowhere[k]:
+                outcomes[i] = Outcome(kind=NO_PAD, reason=NO_REST)
+            else:
+                outcomes[i] = _lost(losses.mu[k], losses.kinds[k], losses.hertz[k])
+        return outcomes
 
 
 def _predicted(
@@ -167,19 +181,23 @@ def _predicted(
     """The loss of a system, and what becomes of it with each change of a parameter, to first order:
     each crossing of the axis moves by its derivative, and the first one decides."""
     answer = thresholds(system, high, **asked)
-    nominal, rising = first_loss(answer, high), [c for c in answer.crossings if c.direction == "up"]
+    nominal = first_loss(answer, high)
+    rising = [crossing for crossing in answer.crossings if crossing.direction == "up"]
     if answer.verdict in GROWING or not rising:
         return nominal, [nominal] * len(changes)
     from squeal.analysis.systems.sensitivity import threshold_slopes  # no pad needs it
 
     slopes = threshold_slopes(system, [(c.mu, c.frequency_hz) for c in rising])
     outcomes = []
-    for ((name, value),) in map(dict.items, changes):
+    for change in changes:
+        ((name, value),) = change.items()
         step = value - system.parameters[name]
-        first = min(
-            (c.mu + step * mu, c.kind, c.frequency_hz + step * hertz)
-            for c, (mu, hertz) in zip(rising, (each[name] for each in slopes), strict=True)
-        )
+        moved = []
+        for crossing, slopes_of_crossing in zip(rising, slopes, strict=True):
+            by_mu, by_hertz = slopes_of_crossing[name]
+            mu = crossing.mu + step * by_mu
+            moved.append((mu, crossing.kind, crossing.frequency_hz + step * by_hertz))
+        first = min(moved)
         outcomes.append(_lost(*first) if first[0] <= high else Outcome())
     return nominal, outcomes
 
@@ -312,38 +330,70 @@ def advise(
     ('a', 'raising', 0.03)
     """
     varied = Varied.of(subject, "advise", mu_max)
-    usual = {n: STEP if varied.units[n] == "rad" else f"{100 * STEP}%" for n in varied.values}
-    sizes = {n: size for n, size in usual.items() if varied.values[n]} | dict(tolerances or {})
-    steps = {name: _tolerance(varied, name, size) for name, size in sizes.items()}
-    scene, asked = varied.subject, {"band": band, "memory": memory, "progress": progress}
-    moves = [(name, varied.values[name] + way * steps[name]) for name in steps for way in (-1, 1)]
-    changes = [dict([move]) for move in moves]
-    if isinstance(scene, TermSystem):
-        nominal, outcomes = _predicted(scene, changes, mu_max, **asked)
+    subject_varied = varied.subject
+    steps = _steps(varied, tolerances or {})
+    changes = []
+    for name, step in steps.items():
+        changes.append({name: varied.values[name] - step})
+        changes.append({name: varied.values[name] + step})
+    if isinstance(subject_varied, TermSystem):
+        nominal, outcomes = _predicted(
+            subject_varied, changes, mu_max, band=band, memory=memory, progress=progress
+        )
     elif band is not None:
         raise Place("advise").refuse("band: is not allowed with a scene; a system takes it")
     else:
-        nominal, outcomes = critical(scene, mu_max), varied.outcomes(changes, mu_max)
-    sides = [
-        replace(side, value=value, change=_change(nominal, side, mu_max))
-        for side, (_, value) in zip(outcomes, moves, strict=True)
-    ]
+        nominal = critical(subject_varied, mu_max)
+        outcomes = varied.outcomes(changes, mu_max)
+    sides = []
+    for outcome, change in zip(outcomes, changes, strict=True):
+        (value,) = change.values()
+        moved = _change(nominal, outcome, mu_max)
+        sides.append(replace(outcome, value=value, change=moved))
     levers = [
-        Lever(name, varied.units[name], varied.values[name], step, *sides[2 * k : 2 * k + 2])
-        for k, (name, step) in enumerate(steps.items())
+        Lever(
+            parameter=name,
+            unit=varied.units[name],
+            value=varied.values[name],
+            step=step,
+            lowered=lowered,
+            raised=raised,
+        )
+        for (name, step), lowered, raised in zip(
+            steps.items(), sides[::2], sides[1::2], strict=True
+        )
     ]
-    levers.sort(key=lambda one: -max(abs(change or 0.0) for change in one.changes))
+    levers.sort(key=lambda lever: -max(abs(change or 0.0) for change in lever.changes))
     warnings: tuple[str, ...] = ()
-    if isinstance(scene, Scene) and not scene.pad_model.linear:
-        equilibrium = sliding_equilibrium(scene.pad_model)[0]
+    if isinstance(subject_varied, Scene) and not subject_varied.pad_model.linear:
+        equilibrium, _ = sliding_equilibrium(subject_varied.pad_model)
         warnings = () if equilibrium is None else equilibrium.warnings
-    head = varied.free, varied.at, mu_max, nominal
-    return Advice(*head, tuple(levers), isinstance(scene, TermSystem), warnings)
+    return Advice(
+        name=varied.free,
+        mu=varied.at,
+        mu_max=mu_max,
+        nominal=nominal,
+        levers=tuple(levers),
+        first_order=isinstance(subject_varied, TermSystem),
+        warnings=warnings,
+    )
+
+
+def _steps(varied: Varied, tolerances: Mapping[str, float | str]) -> dict[str, float]:
+    """By how much each parameter changes, in its unit: by its tolerance, else by `STEP`, which is
+    nothing for what is 0. Raises InputError."""
+    sizes: dict[str, float | str] = {}
+    for name, value in varied.values.items():
+        if value:
+            sizes[name] = STEP if varied.units[name] == "rad" else f"{100 * STEP}%"
+    sizes |= tolerances
+    return {name: _tolerance(varied, name, size) for name, size in sizes.items()}
 
 
 def _tolerance(varied: Varied, name: str, size: float | str) -> float:
     """A tolerance in the parameter's unit. Raises InputError."""
-    at, text = Place(f"tolerance {name}={size}"), str(size)
+    at = Place(f"tolerance {name}={size}")
+    text = str(size)
     try:
         value = float(text.removesuffix("%"))
     except ValueError:
@@ -359,5 +409,6 @@ def _change(nominal: Outcome, outcome: Outcome, mu_max: float) -> float | None:
     """How far the critical friction moved from that of the pad as it is."""
     if outcome.reason is not None:
         return None
-    before, after = (mu_max if one.critical is None else one.critical for one in (nominal, outcome))
+    before = mu_max if nominal.critical is None else nominal.critical
+    after = mu_max if outcome.critical is None else outcome.critical
     return 0.0 if abs(after - before) <= ROUNDING * before else after - before

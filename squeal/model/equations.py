@@ -152,6 +152,11 @@ class PadModel:
         """Full contact: all points touch."""
         return self.states[0]
 
+    @property
+    def none(self) -> State:
+        """No contact: no point touches."""
+        return self.states[1]
+
     def state_name(self, state: State) -> str:
         """The name of a contact state: "1" to "4" (Fig. 3), or "FC", "PC", "SS" (Fig. 8)."""
         return self.law.state_name(state)

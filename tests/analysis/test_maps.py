@@ -13,6 +13,7 @@ from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation
+from squeal.model.equations import about_origin
 from squeal.model.pad import Pad
 from tests.conftest import HAMMERING, ROOT, scene_of
 
@@ -113,6 +114,28 @@ def test_a_contour_takes_the_fold_that_the_query_finds():
     mus = np.linspace(1.33, 1.36, 61)
     names = [NAMES[code] for code in codes_at(scene, ("mu",), mus[None]).codes]
     assert names == ["marginal" if mu < fold.mu else "beyond a fold" for mu in mus]
+
+
+@pytest.mark.parametrize("alpha1", [0.245317, 0.245387, 0.245407])
+def test_a_window_of_flutter_between_two_levels_is_found(alpha1):
+    """It is 2 to 7 thousandths of friction wide, levels are 31 apart; by the discriminant of
+    det(K0 + mu K1 - s M), a polynomial in mu, whose roots are its ends."""
+    scene = scene_of("b3").replace(
+        k1=6624369.0, k2=28367543.0, k_c=9149264.0, h=0.0049027, I=0.00023991, alpha2=2.678625
+    )
+    model = scene.replace(alpha1=alpha1).pad_model
+    M, _, K0 = about_origin(model.replace(mu=0.0))
+    K1 = about_origin(model.replace(mu=1.0)).K - K0
+    nodes = np.cos(np.pi * (np.arange(40) + 0.5) / 40) + 1.0
+    squares = np.linalg.eigvals(np.linalg.solve(M, K0 + nodes[:, None, None] * K1).astype(complex))
+    a, b, c = squares.T / np.abs(squares).max()
+    discriminant = (((a - b) * (a - c) * (b - c)) ** 2).real
+    roots = np.polynomial.Chebyshev.fit(nodes, discriminant, 12, domain=[0.0, 2.0]).roots()
+    start, end = sorted(roots[(np.abs(roots.imag) < 1e-9) & (abs(roots - 0.08) < 0.01)].real)
+    assert 1e-3 < end - start < 1e-2
+    losses = PadStack.of(scene, ("alpha1",), np.array([[alpha1]])).first_losses(2.0)
+    assert losses.kinds == ["flutter"]
+    assert losses.mu[0] == pytest.approx(start, abs=1e-6)
 
 
 @pytest.mark.parametrize("damping", [None, Damping(ratios=(0.01, 0.02, 0.03))])
