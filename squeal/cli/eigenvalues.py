@@ -1,7 +1,7 @@
 """`squeal eigenvalues`: complex eigenvalue analysis of a pad or of a system from matrices.
 
 squeal eigenvalues pad.yaml --sweep 0:0.6:61 --figure roots.png
-squeal eigenvalues brake.yaml --band 500:5000 --sensitivity
+squeal eigenvalues brake.yaml --band 500:5000 --sensitivity --energy
 """
 
 import argparse
@@ -23,6 +23,8 @@ def options(parser: Parser) -> None:
     take(parser, "values workers band")
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
+    words = "what each term of M, C and K does to the growth and frequency of each mode"
+    parser.add_argument("--energy", action="store_true", help=words)
     words = "let a referee judge all roots of up to 400 rows: proved, open or refuted"
     parser.add_argument("--prove", action="store_true", help=words)
     words = "what the verdict was held against too"
@@ -63,7 +65,7 @@ def run(given: argparse.Namespace) -> Reply:
             swept = replace(subject, system=changed)
         how = picked(given, "method workers")
         sweep = squeal.sweep(swept, given.values, **how, **asked)
-    needed = (given.sensitivity, given.change, given.shape, given.shapes, given.test)
+    needed = (given.sensitivity, given.energy, given.change, given.shape, given.shapes, given.test)
     look = sweep if sweep and sweep.looked and not any(needed) else None  # it has no vectors
     spectrum = squeal.eigenvalues(subject, given.at, look=look, prove=given.prove, **asked)
     pairs = [squeal.compare(spectrum, given.test)] if given.test else []
@@ -75,6 +77,8 @@ def run(given: argparse.Namespace) -> Reply:
     if given.sensitivity or given.change:
         answers.append(squeal.sensitivity(subject, known=spectrum, matrices=source.matrices))
     drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
+    if given.energy:
+        answers.append(squeal.energy(spectrum))
     write_files(given, shown, **drawn)
     if given.shapes is not None:
         spectrum.save_shapes(given.shapes)
