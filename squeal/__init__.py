@@ -19,6 +19,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
     from squeal.analysis.check import Check, check
+    from squeal.analysis.critical_speeds import CriticalSpeeds, critical_speeds
     from squeal.analysis.cycles import Cycles, cycles
     from squeal.analysis.energy import Energy, energy
     from squeal.analysis.maps import Axis, Map
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "analysis.answers": "Eigenvalues Sweep Thresholds",
     "analysis.check": "Check check",
+    "analysis.critical_speeds": "CriticalSpeeds critical_speeds",
     "analysis.cycles": "Cycles cycles",
     "analysis.energy": "Energy energy",
     "analysis.maps": "Axis Map",
@@ -76,12 +78,12 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
     "Advice", "Answer", "Assembly", "Axis", "Check", "Column", "Component", "ComputationError",
-    "Contact", "Cycles", "Damping", "Eigenvalues", "Energy", "Formulation", "InputError", "Map",
-    "Optimum", "Pad", "Pairs", "Report", "Scatter", "Scene", "Sensitivity", "Simulation", "Sweep",
-    "System", "SystemFile", "Table", "Term", "TermSystem", "Thresholds", "advise", "assemble",
-    "check", "compare", "cycles", "eigenvalues", "energy", "mac", "map", "optimise", "read_scene",
-    "read_spreads", "read_system", "reduce", "report", "scatter", "sensitivity", "simulate",
-    "state_space", "sweep", "thresholds",
+    "Contact", "CriticalSpeeds", "Cycles", "Damping", "Eigenvalues", "Energy", "Formulation",
+    "InputError", "Map", "Optimum", "Pad", "Pairs", "Report", "Scatter", "Scene", "Sensitivity",
+    "Simulation", "Sweep", "System", "SystemFile", "Table", "Term", "TermSystem", "Thresholds",
+    "advise", "assemble", "check", "compare", "critical_speeds", "cycles", "eigenvalues", "energy",
+    "mac", "map", "optimise", "read_scene", "read_spreads", "read_system", "reduce", "report",
+    "scatter", "sensitivity", "simulate", "state_space", "sweep", "thresholds",
 ]
 # fmt: on
 

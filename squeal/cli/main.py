@@ -17,6 +17,7 @@ GROUPS = {
         "check": "what files of matrices hold: mass, real modes, what looks like wrong units",
         "eigenvalues": "complex eigenvalues and verdict",
         "critical-friction": "every threshold of stability in a range of mu",
+        "critical-speeds": "critical speeds of a rotor, with whirl directions",
         "map": "verdict over alpha1 and alpha2, or over any two parameters",
     },
     "what to change, what to show": {

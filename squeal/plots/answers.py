@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from squeal.analysis import of_systems, pads
 from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
+from squeal.analysis.critical_speeds import CriticalSpeeds
 from squeal.analysis.cycles import Cycles
 from squeal.analysis.maps import Map
 from squeal.analysis.scatter import Scatter
@@ -17,7 +18,7 @@ from squeal.errors import InputError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, number
-from squeal.plots import coupling, cycles, maps, modes, motion
+from squeal.plots import campbell, coupling, cycles, maps, modes, motion
 from squeal.plots.scatter import scatter_drawing
 from squeal.plots.style import Drawing, save
 from squeal.simulation.run import Simulation
@@ -105,6 +106,7 @@ DRAWN: dict[type[Answer], Callable[..., Drawing]] = {
     Sweep: _sweep,
     Thresholds: _thresholds,
     Map: _map,
+    CriticalSpeeds: campbell.campbell_drawing,
     Scatter: scatter_drawing,
     Simulation: _motion,
     Cycles: cycles.cycles_drawing,
