@@ -1,6 +1,6 @@
 """`squeal eigenvalues`: complex eigenvalue analysis of a pad or of a system from matrices.
 
-squeal eigenvalues pad.yaml --sweep 0:0.6:61 --figure roots.png
+squeal eigenvalues pad.yaml --sweep 0:0.6:61 --figure roots.png --chart damping.png
 squeal eigenvalues brake.yaml --band 500:5000 --sensitivity --energy
 """
 
@@ -33,7 +33,9 @@ def options(parser: Parser) -> None:
     take_changes(parser)
     table = "the eigenvalues, or those of the sweep,"
     shapes = "the mode shapes on the nodes of a system"
-    take_files(parser, table=table, figure="a picture of them, or of --shape,", shapes=shapes)
+    chart = "damping ratios over frequency of a sweep, and the pair that meets,"
+    drawn = "a picture of them, or of --shape,"
+    take_files(parser, table=table, figure=drawn, chart=chart, shapes=shapes)
 
 
 def run(given: argparse.Namespace) -> Reply:
@@ -51,7 +53,7 @@ def run(given: argparse.Namespace) -> Reply:
     if given.shape and given.figure is None:
         raise InputError(f"{said(given, 'shape')}: needs --figure FILE beside it")
     if not given.values:
-        refuse(given, "workers", "no --sweep, whose values they share")
+        refuse(given, "workers chart", "no --sweep, whose values they share")
     if given.test:  # refused before anything is solved
         importlib.import_module("squeal.analysis.pairing").read_test(
             given.test, subject.coordinates
@@ -80,6 +82,8 @@ def run(given: argparse.Namespace) -> Reply:
     if given.energy:
         answers.append(squeal.energy(spectrum))
     write_files(given, shown, **drawn)
+    if given.chart is not None and sweep:
+        answers[1].plot(given.chart, name=source.name, damping=True)
     if given.shapes is not None:
         spectrum.save_shapes(given.shapes)
     answers[1:1] = pairs

@@ -19,6 +19,7 @@ from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, number
 from squeal.plots import campbell, coupling, cycles, maps, modes, motion
+from squeal.plots.damping import damping_drawing
 from squeal.plots.scatter import scatter_drawing
 from squeal.plots.style import Drawing, save
 from squeal.simulation.run import Simulation
@@ -67,7 +68,10 @@ def _of_pad(found: Thresholds, name: str, low: float, high: float) -> Drawing:
     return coupling.sweep_drawing(name, swept, found, (low, high), own)
 
 
-def _sweep(answer: Sweep, name: str) -> Drawing:
+def _sweep(answer: Sweep, name: str, damping: bool = False) -> Drawing:
+    """Modes over the parameter, or with `damping` their damping ratios over frequency."""
+    if damping:
+        return damping_drawing(name, answer)
     if not isinstance(answer.source, Scene):
         return coupling.sweep_drawing(name, answer)
     low, high = answer.steps[0].value, answer.steps[-1].value
