@@ -98,7 +98,6 @@ lint: $(LINTERS)
 
 benchmark: $(PEERS)
 	$(BIN)/python -m benchmarks.precision figures/benchmark.pdf
-	$(BIN)/python -m benchmarks.batch
 	if command -v g++ > /dev/null; then $(BIN)/python -m benchmarks.floor; fi
 	$(BIN)/python benchmarks/map.py
 	$(BIN)/python -m benchmarks.large_peers
@@ -182,7 +181,7 @@ cite-check: $(CITE) $(ENVIRONMENT)
 lock: $(ENVIRONMENT)
 	$(UV_COMPILE) --group build -o requirements/build.txt
 	$(UV_COMPILE) --group installer -o requirements/installer.txt
-	$(UV_COMPILE) pyproject.toml --extra search --extra completion --extra proof --group workflow --group test -o requirements/environment.txt
+	$(UV_COMPILE) pyproject.toml --extra search --extra proof --group workflow --group test -o requirements/environment.txt
 	$(UV_COMPILE) --group benchmark -c requirements/environment.txt -o requirements/benchmark.txt
 	$(UV_COMPILE) --group archive -o requirements/archive.txt
 	$(UV_COMPILE) --group audit -o requirements/audit.txt

@@ -1,4 +1,4 @@
-"""What the house counts: lines, files, constants, imports inside functions, modules that run.
+"""What the house counts: lines, files, constants, gauges of folded code, circles, modules that run.
 
 `python -m benchmarks.count [CHECKOUT]` counts the folder `squeal` of a checkout (this one if left
 out) and runs two queries in it to count the modules of the package whose functions they run.
@@ -7,12 +7,16 @@ out) and runs two queries in it to count the modules of the package whose functi
 from __future__ import annotations
 
 import ast
+import io
 import json
 import os
 import subprocess
 import sys
 import tempfile
+import tokenize
 from collections import Counter
+from collections.abc import Collection, Mapping
+from dataclasses import astuple, dataclass
 from pathlib import Path
 
 import numpy as np
@@ -48,6 +52,159 @@ NAMES = {
 }
 
 
+LAYOUT = {
+    tokenize.COMMENT,
+    tokenize.DEDENT,
+    tokenize.ENCODING,
+    tokenize.ENDMARKER,
+    tokenize.INDENT,
+    tokenize.NEWLINE,
+    tokenize.NL,
+}
+COMPREHENSIONS = (ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)
+
+
+@dataclass
+class Gauges:
+    """What a reader of a file has to unfold; sums of several add.
+
+    `tokens` and `code_lines` leave out comments, docstrings and empty lines. `paired_assignments`
+    are those of several values to several names at once (a swap is none), `any_in_signatures`
+    parameters and returns whose type is Any, `string_imports` modules of this package that are
+    loaded by a name that no checker sees.
+    """
+
+    tokens: int = 0
+    code_lines: int = 0
+    paired_assignments: int = 0
+    comprehensions: int = 0
+    conditional_expressions: int = 0
+    any_in_signatures: int = 0
+    locals_calls: int = 0
+    string_imports: int = 0
+
+    def __add__(self, other: Gauges) -> Gauges:
+        return Gauges(*(a + b for a, b in zip(astuple(self), astuple(other), strict=True)))
+
+    def table(self) -> dict[str, float]:
+        """The gauges by what they are called: counts, and shares of the code lines."""
+        thousands = self.code_lines / 1000
+        return {
+            "tokens": self.tokens,
+            "tokens a code line": self.tokens / self.code_lines,
+            "paired assignments per 1,000 code lines": self.paired_assignments / thousands,
+            "comprehensions per 1,000 code lines": self.comprehensions / thousands,
+            "conditional expressions per 1,000 code lines": (
+                self.conditional_expressions / thousands
+            ),
+            "Any in signatures": self.any_in_signatures,
+            "calls of locals()": self.locals_calls,
+            "modules of our own loaded by a string": self.string_imports,
+        }
+
+
+def gauges(text: str) -> Gauges:
+    """The gauges of a module's text."""
+    tree = ast.parse(text)
+    docstrings = _docstring_starts(tree)
+    found = Gauges()
+    lines = set[int]()
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type not in LAYOUT and token.start not in docstrings:
+            found.tokens += 1
+            lines.update(range(token.start[0], token.end[0] + 1))
+    found.code_lines = len(lines)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Assign):
+            found.paired_assignments += _pairs(node)
+        elif isinstance(node, COMPREHENSIONS):
+            found.comprehensions += 1
+        elif isinstance(node, ast.IfExp):
+            found.conditional_expressions += 1
+        elif isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            found.any_in_signatures += _any_in_signature(node)
+        elif isinstance(node, ast.Call):
+            name = (
+                node.func.attr if isinstance(node.func, ast.Attribute) else ast.unparse(node.func)
+            )
+            found.locals_calls += name == "locals"
+            found.string_imports += name in ("import_module", "__import__") and _own(node.args)
+    return found
+
+
+def _docstring_starts(tree: ast.Module) -> set[tuple[int, int]]:
+    """Where strings begin that stand as statements."""
+    return {
+        (node.lineno, node.col_offset)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Expr)
+        and isinstance(node.value, ast.Constant)
+        and isinstance(node.value.value, str)
+    }
+
+
+def _pairs(node: ast.Assign) -> bool:
+    """Are several values given to several names at once, other than to swap them?"""
+    target = node.targets[0]
+    if not isinstance(target, ast.Tuple) or not isinstance(node.value, ast.Tuple):
+        return False
+    names = sorted(ast.unparse(one) for one in target.elts)
+    return names != sorted(ast.unparse(one) for one in node.value.elts)
+
+
+def _any_in_signature(node: ast.FunctionDef | ast.AsyncFunctionDef) -> int:
+    """How many parameters and returns of a function are of the type Any."""
+    own = node.args
+    given = [*own.posonlyargs, *own.args, *own.kwonlyargs]
+    given += [one for one in (own.vararg, own.kwarg) if one is not None]
+    annotations = [one.annotation for one in given] + [node.returns]
+    texts = [ast.unparse(one).split(" | ") for one in annotations if one is not None]
+    return sum("Any" in types for types in texts)
+
+
+def _own(arguments: list[ast.expr]) -> bool:
+    """May the module with this name be one of this package?"""
+    name = arguments[0] if arguments else None
+    if isinstance(name, ast.Constant):
+        return str(name.value).split(".")[0] == "squeal"
+    return True
+
+
+def module_of(file: Path, checkout: Path) -> str:
+    """The name of the module in a file of a checkout."""
+    parts = file.relative_to(checkout).with_suffix("").parts
+    return ".".join(parts).removesuffix(".__init__")
+
+
+def imported(text: str, modules: Collection[str]) -> set[str]:
+    """Which of these modules a module's text imports, wherever the import stands."""
+    found = set[str]()
+    for node in ast.walk(ast.parse(text)):
+        if isinstance(node, ast.Import):
+            found |= {alias.name for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            assert not node.level, "a relative import"
+            whole = {f"{node.module}.{alias.name}" for alias in node.names}
+            found |= (whole & set(modules)) or {node.module or ""}
+    return found & set(modules)
+
+
+def graph(checkout: Path) -> dict[str, set[str]]:
+    """Which modules of the package `squeal` each of them imports."""
+    files = {module_of(f, checkout): f for f in sorted((checkout / "squeal").rglob("*.py"))}
+    return {name: imported(f.read_text(encoding="utf-8"), files) for name, f in files.items()}
+
+
+def circle(links: Mapping[str, Collection[str]]) -> list[str]:
+    """Modules that lie on a circle of imports, sorted; none if there is no circle."""
+    left = {name: set(others) for name, others in links.items()}
+    while loose := {name for name, others in left.items() if not others & left.keys()}:
+        left = {name: others for name, others in left.items() if name not in loose}
+    while loose := left.keys() - set[str]().union(*left.values()):
+        left = {name: others for name, others in left.items() if name not in loose}
+    return sorted(left)
+
+
 def numeric(node: ast.expr) -> bool:
     """Is this a number, or a sum or product of numbers?"""
     if isinstance(node, ast.UnaryOp):
@@ -55,21 +212,6 @@ def numeric(node: ast.expr) -> bool:
     if isinstance(node, ast.BinOp):
         return numeric(node.left) and numeric(node.right)
     return isinstance(node, ast.Constant) and type(node.value) in (int, float, complex)
-
-
-def inner_imports(tree: ast.AST) -> int:
-    """Imports of the package inside functions."""
-    found = set()
-    for outer in ast.walk(tree):
-        if isinstance(outer, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
-            for node in ast.walk(outer):
-                if isinstance(node, ast.ImportFrom):
-                    names = [node.module or ""]
-                else:
-                    names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
-                if any(name.split(".")[0] == "squeal" for name in names):
-                    found.add(node)
-    return len(found)
 
 
 def modules_run(checkout: Path, arguments: list[str]) -> tuple[int, Counter[str]]:
@@ -111,7 +253,8 @@ def main() -> int:
     """Print the counts."""
     checkout = Path(sys.argv[1] if len(sys.argv) > 1 else ".").resolve()
     package = checkout / "squeal"
-    lines, files, constants, imports, defined = (Counter[str]() for _ in range(5))
+    lines, files, constants, defined = (Counter[str]() for _ in range(4))
+    measured: dict[str, Gauges] = {}
     for file in sorted(package.rglob("*.py")):
         parts = file.relative_to(package).parts
         room = parts[0] if len(parts) > 1 else "."
@@ -119,18 +262,23 @@ def main() -> int:
         tree = ast.parse(text)
         lines[room] += text.count("\n")
         files[room] += 1
+        measured[room] = measured.get(room, Gauges()) + gauges(text)
         for node in tree.body:
             value = node.value if isinstance(node, ast.Assign | ast.AnnAssign) else None
             constants[room] += value is not None and numeric(value)
-        imports[room] += inner_imports(tree)
         if room != "article":
             names = [n.name for n in ast.walk(tree) if isinstance(n, ast.FunctionDef)]
             defined.update(name.lstrip("_") for name in names)
-    print(f"{'room':14s}{'lines':>8s}{'files':>7s}{'constants':>11s}{'inner imports':>15s}")
+    heads = "lines", "files", "constants", "tokens", "a line", "paired", "loops", "a if b", "Any"
+    print(f"{'room':14s}" + "".join(f"{head:>10s}" for head in heads))
     toolkit = [room for room in lines if room != "article"]
     for name, rooms in {**{room: [room] for room in sorted(lines)}, "toolkit": toolkit}.items():
-        counts = (sum(c[room] for room in rooms) for c in (lines, files, constants, imports))
-        print("{:14s}{:8d}{:7d}{:11d}{:15d}".format(name, *counts))
+        counts = [sum(count[room] for room in rooms) for count in (lines, files, constants)]
+        shares = list(sum((measured[room] for room in rooms), Gauges()).table().values())
+        row = "".join(f"{count:10d}" for count in counts) + f"{shares[0]:10d}"
+        print(f"{name:14s}{row}" + "".join(f"{share:10.1f}" for share in shares[1:6]))
+    tied = circle({n: o - {"squeal"} for n, o in graph(checkout).items() if n != "squeal"})
+    print(f"on a circle of imports: {', '.join(tied) or 'no module'}")
     for what, wanted in NAMES.items():
         found = {name: defined[name] for name in wanted if defined[name]}
         print(f"{what}: " + (", ".join(f"{n} {k}" for n, k in found.items()) or "none so named"))

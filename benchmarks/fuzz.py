@@ -81,7 +81,7 @@ def document(data: bytes) -> None:
     """A scene, system or assembly. It says what was read, and is read again from that."""
     from squeal import schema
     from squeal.errors import InputError
-    from squeal.io import scene, system
+    from squeal.io import scene, system_files
 
     at = schema.Place("given.yaml")
     found = schema.parse_document(data, at)
@@ -96,7 +96,7 @@ def document(data: bytes) -> None:
         assert _finite(made.to_dict()), "not finite"
         assert scene.Scene.from_dict(made.to_dict(), at) == made, "another scene"
     else:
-        _asked(system.system_file(found, at, Path(), (0.1, 1.0)))
+        _asked(system_files.system_file(found, at, Path(), (0.1, 1.0)))
 
 
 def _asked(file: Any) -> None:
@@ -139,7 +139,7 @@ def table(data: bytes) -> None:
     """A table beside a system file: coordinates, elements, damping, pairs, loads or a test."""
     from squeal import schema
     from squeal.analysis.pairing import read_test
-    from squeal.io import components, system
+    from squeal.io import components, system_files
 
     name = list(TABLES)[data[0] % len(TABLES)] if data else "nodes.csv"
     path, at, body = Path("given.csv"), schema.Place("given.yaml"), _body()
@@ -151,16 +151,16 @@ def table(data: bytes) -> None:
     elif name == "load.csv":
         assert _finite(components._load(path, body[1]).tolist())
     else:
-        _asked(system.system_file(yaml.safe_load(TABLES[name]), at, Path()))
+        _asked(system_files.system_file(yaml.safe_load(TABLES[name]), at, Path()))
 
 
 @cache
 def _body() -> tuple[Any, Any]:
     """Coordinates and a component that tables name nodes of."""
-    from squeal.io import system
+    from squeal.io import system_files
     from squeal.sparse.components import Component
 
-    file = system.read_system("a.yaml")
+    file = system_files.read_system("a.yaml")
     where: Any = file.coordinates
     nodes = [where.names[k] for k in where.nodes]
     return where, Component(file.system, nodes, where.directions, where.places[where.nodes])

@@ -164,7 +164,7 @@ Case = tuple[str, Path, list[Truth], float]
 
 
 def known(folder: Path, count: int, largest: int) -> Iterator[Case]:
-    """Systems of `tests.known`, as `benchmarks.known_thresholds` draws them."""
+    """Systems of `tests.known`, of 2 to `largest` degrees of freedom."""
     for seed in range(count):
         rng = np.random.default_rng([seed, largest])
         n = int(np.exp(rng.uniform(np.log(2), np.log(largest + 1))))

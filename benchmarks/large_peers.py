@@ -94,7 +94,7 @@ def _squeal(folder: Path, way: str) -> tuple[float, Any]:
     from squeal.analysis.of_systems import Question
     from squeal.analysis.systems.roots import Wanted, system_roots
     from squeal.analysis.systems.thresholds import system_thresholds
-    from squeal.io.system import read_system
+    from squeal.io.system_files import read_system
 
     for name in ("scipy.linalg", "scipy.optimize", "scipy.sparse.linalg"):  # as of the peers
         importlib.import_module(name)

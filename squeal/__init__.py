@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from squeal.analysis.maps import Axis, Map
     from squeal.analysis.optimisation import Optimum, optimise
     from squeal.analysis.pairing import Pairs, compare, mac
-    from squeal.analysis.report import Report, report
     from squeal.analysis.scatter import Scatter, read_spreads, scatter
     from squeal.analysis.sensitivity import Sensitivity
     from squeal.analysis.state_space import state_space
@@ -41,11 +40,13 @@ if TYPE_CHECKING:
     )
     from squeal.errors import ComputationError, InputError
     from squeal.io.scene import Damping, Scene, read_scene
-    from squeal.io.system import SystemFile, read_system
+    from squeal.io.system import SystemFile
+    from squeal.io.system_files import read_system
     from squeal.io.writing import Answer, Column, Table
     from squeal.linear.system import Term, TermSystem
     from squeal.model.contact import Formulation
     from squeal.model.pad import Pad
+    from squeal.reports import Report, report
     from squeal.simulation.run import Simulation, simulate
     from squeal.sparse.components import Assembly, Component, Contact, assemble
 
@@ -59,7 +60,6 @@ _HOMES = {
     "analysis.optimisation": "Optimum optimise",
     "analysis.state_space": "state_space",
     "analysis.pairing": "Pairs compare mac",
-    "analysis.report": "Report report",
     "analysis.scatter": "Scatter read_spreads scatter",
     "analysis.sensitivity": "Sensitivity",
     "analysis.variations": "Advice advise",
@@ -67,10 +67,12 @@ _HOMES = {
     "io.writing": "Answer Column Table",
     "errors": "ComputationError InputError",
     "io.scene": "Damping Scene read_scene",
-    "io.system": "SystemFile read_system",
+    "io.system": "SystemFile",
+    "io.system_files": "read_system",
     "linear.system": "Term TermSystem",
     "model.contact": "Formulation",
     "model.pad": "Pad",
+    "reports": "Report report",
     "simulation.run": "Simulation simulate",
     "sparse.components": "Assembly Component Contact assemble",
 }

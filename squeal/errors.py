@@ -10,7 +10,6 @@ from contextlib import contextmanager
 BEYOND = "the numbers of the scene are too large or too small for double precision"
 # packages that a plain install lacks, and the extra of brake-squeal that brings each
 EXTRAS = {"ansys": "ansys", "cma": "search", "h5py": "matlab", "pyyeti": "nastran"}
-EXTRAS |= {"shtab": "completion"}
 
 
 def missing(error: ImportError) -> str:

@@ -1,36 +1,45 @@
-"""The house: which room may import which, and how many there are."""
+"""The house: which room may import which, how many there are, and how folded their code is."""
 
-import ast
 import functools
 import graphlib
-from pathlib import Path
 
+import pytest
+
+from benchmarks.count import Gauges, circle, gauges, graph, module_of
 from tests.conftest import ROOT
 
-
-def module_of(file: Path) -> str:
-    return ".".join(file.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__")
-
-
-MODULES = {module_of(file): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
-
-
-def imported(file: Path) -> set[str]:
-    """Modules of the package that a file imports, inside functions too."""
-    found = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            assert not node.level, f"{file}: relative import"
-            whole = {f"{node.module}.{alias.name}" for alias in node.names}
-            found |= (whole & MODULES.keys()) or {node.module}
-    return {name for name in found if name.split(".")[0] == "squeal"}
+MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
+UPWARDS = ("squeal.io.writing", "squeal.plots.answers")
+"""The one import upwards: `Answer.plot` draws, and a result loads no plot before."""
+CEILINGS = {
+    "tokens": (242_000, 175_000),
+    "tokens a code line": (12.2, 9.5),
+    "paired assignments per 1,000 code lines": (39.8, 3),
+    "comprehensions per 1,000 code lines": (68.7, 15),
+    "conditional expressions per 1,000 code lines": (43.0, 12),
+    "Any in signatures": (315, 60),
+    "calls of locals()": (5, 0),
+    "modules of our own loaded by a string": (4, 0),
+}
+"""Of the toolkit: what each gauge may be at most, which only ever falls, and what is wanted."""
 
 
 @functools.cache  # asked for by this file alone, which every worker collects
-def graph() -> dict[str, set[str]]:
-    return {name: imported(file) for name, file in MODULES.items()}
+def imports() -> dict[str, set[str]]:
+    """What each module imports, but for the one import upwards."""
+    links = graph(ROOT)
+    links[UPWARDS[0]].remove(UPWARDS[1])
+    return links
+
+
+@functools.cache
+def toolkit() -> dict[str, float]:
+    """The gauges of all modules but those of the article."""
+    total = Gauges()
+    for name, file in MODULES.items():
+        if not name.startswith("squeal.article"):
+            total += gauges(file.read_text(encoding="utf-8"))
+    return total.table()
 
 
 def room(module: str) -> str:
@@ -42,13 +51,13 @@ def room(module: str) -> str:
 def test_a_room_imports_what_lies_below_only():
     """No toolkit imports the companion, no foundation a wall, no numerics plots or snakemake."""
     layers = ["squeal.errors", "squeal.numerics", "squeal.linear"]
-    for name, others in graph().items():
+    for name, others in imports().items():
         if not name.startswith("squeal.article"):
             assert not any(other.startswith("squeal.article") for other in others), name
         if room(name) in layers:
             below = layers[: layers.index(room(name)) + 1]
             assert {room(o) for o in others} <= set(below), name
-        if not name.startswith(("squeal.plots", "squeal.article", "squeal.cli")):
+        if not name.startswith(("squeal.plots", "squeal.reports", "squeal.article", "squeal.cli")):
             text = MODULES[name].read_text(encoding="utf-8")
             assert "matplotlib" not in text, name
             assert "import snakemake" not in text, name
@@ -56,23 +65,62 @@ def test_a_room_imports_what_lies_below_only():
 
 
 def test_no_circle_of_modules_or_rooms():
+    """Imports count wherever they stand: inside functions, and for type checkers alone."""
+    links = {name: others - {"squeal"} for name, others in imports().items() if name != "squeal"}
+    assert circle(links) == []  # the package itself names what it offers, loaded on first use
     rooms: dict[str, set[str]] = {}
-    for name, others in graph().items():
-        if name != "squeal":  # the package itself names what it offers, loaded on first use
-            mine = rooms.setdefault(room(name), set())
-            mine |= {room(o) for o in others if o != "squeal"} - {room(name)}
-    for links in (graph(), rooms):
-        list(graphlib.TopologicalSorter(links).static_order())  # raises CycleError, naming it
+    for name, others in links.items():
+        mine = rooms.setdefault(room(name), set())
+        mine |= {room(other) for other in others} - {room(name)}
+    list(graphlib.TopologicalSorter(rooms).static_order())  # raises CycleError, naming it
+
+
+def test_a_circle_is_seen():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": {"a"}}) == ["b", "c"]
+    assert circle({"a": {"b", "c"}, "b": {"c"}, "c": set()}) == []
 
 
 def test_the_referee_shares_nothing_with_the_solvers():
     """It reads a system and an answer; of a pad it knows the equations that are judged."""
-    for name in graph():
+    for name in imports():
         if room(name) == "squeal.proof":
-            shared = {room(other) for other in graph()[name]} - {"squeal.proof"}
+            shared = {room(other) for other in imports()[name]} - {"squeal.proof"}
             assert shared <= {"squeal.model"}, name
 
 
-def test_there_are_at_most_27_rooms():
+def test_there_are_at_most_28_rooms():
     rooms = {room(name) for name in MODULES if not name.endswith("__main__")}
-    assert len(rooms - {"squeal", "squeal.article"}) <= 27, rooms
+    assert len(rooms - {"squeal", "squeal.article"}) <= 28, rooms
+
+
+FOLDED = """
+from importlib import import_module
+
+
+def f(a: Any, b: dict[str, Any], *c: Any | None) -> Any:
+    "A docstring."
+    x, y = a, b  # a comment
+    x, y = y, x
+    z = [i for i in c] if a else {j for j in c}
+    import_module("pandas")
+    return import_module("squeal.errors"), import_module(a), locals()
+"""
+
+
+def test_each_gauge_counts_what_its_name_says():
+    """Of a text that is read with the naked eye."""
+    found = gauges(FOLDED)
+    assert found.code_lines == 7
+    assert gauges("x = 1").tokens == 3
+    assert (found.paired_assignments, found.comprehensions) == (1, 2)
+    assert (found.conditional_expressions, found.any_in_signatures) == (1, 3)
+    assert (found.locals_calls, found.string_imports) == (1, 2)
+
+
+@pytest.mark.parametrize("name", CEILINGS)
+def test_no_gauge_grows(name, capsys):
+    """Whoever lowers a gauge lowers its ceiling here."""
+    ceiling, wanted = CEILINGS[name]
+    with capsys.disabled():
+        print(f"\n{name}: {toolkit()[name]:.6g} (at most {ceiling}, wanted {wanted})", end=" ")
+    assert toolkit()[name] <= ceiling

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib
 import itertools
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
@@ -148,7 +147,9 @@ class Eigenvalues(Answer):
             words = "save_shapes: needs `coordinates: {file: nodes.csv}` in the system file"
             raise InputError(words)
         modes = sorted(dict(self.of_modes[::-1]).items())
-        importlib.import_module("squeal.io.shapes").write_shapes(Path(path), where, modes)
+        from squeal.io.shapes import write_shapes  # here, since it reads no system and few ask
+
+        write_shapes(Path(path), where, modes)
 
     def with_onsets(self, others: Sweep | Thresholds) -> Eigenvalues:
         """The same with the onset of each mode that grows, where it is not known, as a sweep or the

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from squeal.analysis.answers import Eigenvalues
 from squeal.analysis.systems.sensitivity import at_own_frequency
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.system import Origin, SystemFile

@@ -7,7 +7,6 @@ cannot decide is a query of its own, which decides it or says why it cannot.
 
 from __future__ import annotations
 
-import importlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
@@ -171,8 +170,9 @@ def _predicted(
     nominal, rising = first_loss(answer, high), [c for c in answer.crossings if c.direction == "up"]
     if answer.verdict in GROWING or not rising:
         return nominal, [nominal] * len(changes)
-    room = importlib.import_module("squeal.analysis.systems.sensitivity")  # no pad needs it
-    slopes = room.threshold_slopes(system, [(c.mu, c.frequency_hz) for c in rising])
+    from squeal.analysis.systems.sensitivity import threshold_slopes  # no pad needs it
+
+    slopes = threshold_slopes(system, [(c.mu, c.frequency_hz) for c in rising])
     outcomes = []
     for ((name, value),) in map(dict.items, changes):
         step = value - system.parameters[name]

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import argparse
 import difflib
-import importlib
 import re
 import sys
 import textwrap
@@ -92,14 +91,15 @@ class Source:
         """The Scene or SystemFile that the file holds. Raises InputError."""
         if not is_system(self.document):
             return self.scene()
-        room = importlib.import_module("squeal.io.system")  # formats, which no scene needs
-        asked = self.folder, vars(self.given).get("band")
-        file = room.system_file(self.document, self.at, *asked)
+        from squeal.io.system_files import system_file  # formats, which no scene needs
+
+        file = system_file(self.document, self.at, self.folder, vars(self.given).get("band"))
         self.inputs += file.inputs
         check_outputs(self.given, [self.path, *self.inputs])
         if self.matrices:  # refused before anything is solved
-            room = importlib.import_module("squeal.analysis.systems.sensitivity")
-            room.with_matrices(file, self.matrices)
+            from squeal.analysis.systems.sensitivity import with_matrices
+
+            with_matrices(file, self.matrices)
         system = file.system
         for key, value in self.changes.items():
             name = key.removeprefix("parameters.")
@@ -114,15 +114,19 @@ def _keys_of(document: dict[str, Any]) -> Group:
     """The keys that --set may name; those of a system's parameters are its own."""
     if not is_system(document):
         return SCENE
-    home, name = ("components", "ASSEMBLY") if "components" in document else ("system", "SYSTEM")
-    room: Any = importlib.import_module(f"squeal.io.{home}")
+    from squeal.io.system import SYSTEM
+
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu"), *FREQUENCY]
-    names += getattr(room, "OWN", ())
+    group = SYSTEM
+    if "components" in document:
+        from squeal.io.components import ASSEMBLY  # which no other system needs
+        from squeal.sparse.components import OWN
+
+        group = ASSEMBLY
+        names += OWN
     numbers = Group({str(name): Key("a parameter", ANY) for name in names})
-    known = {
-        k: v for k, v in getattr(room, name).keys.items() if type(v.kind) not in (Several, Named)
-    }
+    known = {k: v for k, v in group.keys.items() if type(v.kind) not in (Several, Named)}
     return Group(known | {"parameters": Key("named numbers", numbers)})
 
 

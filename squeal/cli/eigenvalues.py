@@ -5,7 +5,6 @@ squeal eigenvalues brake.yaml --band 500:5000 --sensitivity --energy
 """
 
 import argparse
-import importlib
 from dataclasses import replace
 from typing import Any
 
@@ -25,8 +24,9 @@ def options(parser: Parser) -> None:
     parser.add_argument("--sensitivity", action="store_true", help=words)
     words = "what each term of M, C and K does to the growth and frequency of each mode"
     parser.add_argument("--energy", action="store_true", help=words)
-    words = "let a referee judge all roots of up to 400 rows: proved, open or refuted"
-    parser.add_argument("--prove", action="store_true", help=words)
+    words = "let a referee judge all roots of a pad or of up to 400 rows, which is the rule"
+    both = argparse.BooleanOptionalAction
+    parser.add_argument("--prove", action=both, default=True, help=words)
     words = "what the verdict was held against too"
     parser.add_argument("--verbose", action="store_true", help=words)
     take(parser, "at modes region method memory shape test")
@@ -44,7 +44,7 @@ def run(given: argparse.Namespace) -> Reply:
     subject = source.subject()
     scene = isinstance(subject, Scene)
     if scene:
-        refuse(given, "at method shape shapes test prove", f"{source.name}, a scene")
+        refuse(given, "at method shape shapes test", f"{source.name}, a scene")
     elif given.at is not None and f"parameters.{subject.system.parameter}" in source.changes:
         raise InputError(f"{said(given, 'at')}: --set gives it too; one of both is allowed")
     elif (given.shape or given.shapes) and subject.coordinates is None:
@@ -55,9 +55,9 @@ def run(given: argparse.Namespace) -> Reply:
     if not given.values:
         refuse(given, "workers chart", "no --sweep, whose values they share")
     if given.test:  # refused before anything is solved
-        importlib.import_module("squeal.analysis.pairing").read_test(
-            given.test, subject.coordinates
-        )
+        from squeal.analysis.pairing import read_test
+
+        read_test(given.test, subject.coordinates)
     asked: dict[str, Any] = picked(given, "band region modes memory") | {"progress": steps()}
     sweep = None
     if given.values:
@@ -89,5 +89,7 @@ def run(given: argparse.Namespace) -> Reply:
     answers[1:1] = pairs
     more = f"\n\nheld against rounding: {spectrum.criterion}" * given.verbose
     if (given.shape or given.shapes) and not subject.coordinates.cells:
-        more += "\n\n" + importlib.import_module("squeal.io.system").POINTS
+        from squeal.io.system import POINTS  # which no scene needs
+
+        more += f"\n\n{POINTS}"
     return Reply.of(*answers, judged=scene, more=more)

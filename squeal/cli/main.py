@@ -39,11 +39,10 @@ GROUPS = {
         "cite": "BibTeX for the article, this software and what a result was computed with",
         "take": "a figure, table or number of the report, with data, caption and references",
     },
-    "the program": {"completion": "completes commands and options in bash, zsh or fish"},
 }
 COMMANDS = {name: about for group in GROUPS.values() for name, about in group.items()}
 ALIASES = {"critical-friction": "thresholds"}
-WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take", "completion")
+WITHOUT_SCENE = ("claims", "findings", "identify", "cite", "take")
 EXAMPLES = """
 examples
   squeal eigenvalues pad.yaml --sweep 0:0.6:61 --figure roots.png

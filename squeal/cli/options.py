@@ -122,7 +122,7 @@ class Once(argparse.Action):
 
 
 def add_option(group: Any, names: str, **how: Any) -> None:
-    """An option by its first name, which help and completion show; the others are taken too."""
+    """An option by its first name, which help shows; the others are taken too."""
     first, *others = names.split()
     action = group.add_argument(first, **how)
     action.names = names.split()

@@ -1,6 +1,6 @@
 """Files of an assembly: components, each a system file, and the contact between them."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -72,10 +72,15 @@ ASSEMBLY = Group({
 
 
 def assembly_file(
-    document: dict[str, Any], at: Place, folder: Path, band: tuple[float, float] | None = None
+    document: dict[str, Any],
+    at: Place,
+    folder: Path,
+    read_component: Callable[[Path], SystemFile],
+    band: tuple[float, float] | None = None,
 ) -> SystemFile:
     """The components and the contact of a file, reduced and seated, as a system.
 
+    `read_component` reads the system file of a component, which may be an assembly itself.
     Raises InputError and ComputationError.
     """
     given = ASSEMBLY.read(document, at)
@@ -89,7 +94,7 @@ def assembly_file(
 
     for name, one in given["components"].items():
         here, path = at / "components" / name, folder / one["file"]
-        file = files.read_system(path)
+        file = read_component(path)
         if (where := file.coordinates) is None:
             raise here.refuse("its system file has no coordinates; they are needed")
         origins += [o._replace(part=f"{name}.{o.part}") for o in file.origins]

@@ -1,13 +1,15 @@
 """Where a result comes from: the files, the sources and the versions that made it.
 
 Rules of the workflow take `sources` as input, so that a change in a module reruns what imports it
-and nothing else; their digest stands in every result. Imports inside functions count too, and names
-that load when they are used, but not what draws an answer. A module that imports
-`importlib.resources` reads the files of its folder: they are sources too.
+and nothing else; their digest stands in every result. Imports inside functions count too, and
+names that load when they are used. What shows an answer (`SHOWING`) is a source of pictures, files
+and pages alone, not of the answer. A module that imports `importlib.resources` reads the files of
+its folder: they are sources too.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import platform
 import re
@@ -18,34 +20,61 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from squeal import _HOME, __version__
+from squeal import __version__
 
 NOT_INSTALLED = "not installed"
 WITHOUT_HEYOKA = "Left out here, since heyoka is not installed:"
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT.name
 _TEXT = re.compile(r'"""(?:[^"\\]|\\.|"(?!""))*"""', re.S)  # docstrings may hold lines of code
-_TYPES = re.compile(r"^if TYPE_CHECKING:\n(?: +.*\n|\n)*", re.M)  # seen by type checkers alone
-_NAMED = re.compile(r'import_module\("(squeal\.(?!plots)[\w.]+)"\)')
+_TYPES = re.compile(r"^if TYPE_CHECKING:.*\n(?: +.*\n|\n)*", re.M)  # seen by type checkers alone
+SHOWING = ("squeal.plots", "squeal.io.shapes")
+"""What draws answers, or writes shapes for other programs; these import each other as sources."""
 _LINE = re.compile(r"^ *(?:from ([\w.]+) import (\([^)]*\)|.+)|import (.+))$", re.M)
 
 
 @cache
 def _imports(path: Path) -> frozenset[str]:
-    """Names of all modules that a file imports (absolutely, the house style) or loads by name.
+    """Names of all modules that a file imports (absolutely, the house style).
 
-    Read from its lines: to parse hundreds of files would take longer than most of what runs them.
+    Read from its lines, since Python's parser would take four times as long, more than many a
+    query; a test holds every file against the parser.
     """
     text = _TYPES.sub("", _TEXT.sub("", path.read_text(encoding="utf-8")))
-    imported = set(_NAMED.findall(text))
+    imported = set[str]()
     for module, some, others in _LINE.findall(text):
         words = (w.split() for w in re.sub(r"#.*", "", some or others).strip("()\n").split(","))
         names = {word[0] for word in words if word}
         imported |= {module, *(f"{module}.{name}" for name in names)} if module else names
     if PACKAGE in imported:  # a verb of the package loads where it stands when it is used
-        used = set(re.findall(r"\bsqueal\.(\w+)", text)) & _HOME.keys()
-        imported |= {f"{PACKAGE}.{_HOME[name]}" for name in used}
+        homes = _homes()
+        used = set(re.findall(r"\bsqueal\.(\w+)", text)) & homes.keys()
+        imported |= {homes[name] for name in used}
     return frozenset(imported)
+
+
+@cache
+def _homes() -> dict[str, str]:
+    """The module of each name that the package offers, as its own file imports them."""
+    tree = ast.parse((ROOT / "__init__.py").read_text(encoding="utf-8"))
+    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
+    return {alias.name: node.module or "" for node in imports for alias in node.names}
+
+
+def _shows(name: str) -> bool:
+    """Does a module belong to what shows answers?"""
+    return any(name == room or name.startswith(f"{room}.") for room in SHOWING)
+
+
+def _needs(path: Path) -> set[str]:
+    """Names of the modules that are sources of what a file computes.
+
+    A file of the toolkit that computes may know how its answers are shown, and is no source of it.
+    """
+    own = ".".join(path.relative_to(ROOT.parent).with_suffix("").parts)
+    if _shows(own) or own.startswith(f"{PACKAGE}.article"):
+        return set(_imports(path))
+    return {name for name in _imports(path) if not _shows(name)}
 
 
 @cache
@@ -66,7 +95,7 @@ def _modules(modules: Iterable[str]) -> set[Path]:
         wanted |= _files(name)
     while wanted:
         seen |= wanted
-        wanted = {f for path in wanted for name in _imports(path) for f in _files(name)} - seen
+        wanted = {f for path in wanted for name in _needs(path) for f in _files(name)} - seen
     return seen
 
 
@@ -80,7 +109,7 @@ def sources(*modules: str) -> list[str]:
 
 def packages(module: str) -> list[str]:
     """Names of the packages beside this one and Python's own that a module's `sources` import."""
-    named = {name.partition(".")[0] for path in _modules([module]) for name in _imports(path)}
+    named = {name.partition(".")[0] for path in _modules([module]) for name in _needs(path)}
     return sorted(named - {PACKAGE} - sys.stdlib_module_names)
 
 

@@ -5,7 +5,6 @@ K0 + K1 mu + K2 mu^2 + ...; C likewise.
 """
 
 import csv
-import importlib
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -409,26 +408,11 @@ class SystemFile:
     assumptions: tuple[str, ...] = ()
 
 
-def read_system(path: Path | str) -> SystemFile:
-    """The system that a file describes, its matrices read and checked, or its components joined.
-
-    Raises InputError with one sentence that names the file, the key, the value and what is
-    allowed.
-    """
-    return system_file(*schema.read_document(path), Path(path).parent)
-
-
-def system_file(
-    document: dict[str, Any], at: Place, folder: Path, band: tuple[float, float] | None = None
-) -> SystemFile:
+def matrices_file(document: dict[str, Any], at: Place, folder: Path) -> SystemFile:
     """The system in a mapping of a file's form; matrix files are named relative to `folder`.
 
-    `band` (Hz) is that of the question, which components are reduced for.
+    Raises InputError.
     """
-    if "components" in document:  # each of which is read here
-        room: Any = importlib.import_module("squeal.io.components")
-        joined: SystemFile = room.assembly_file(document, at, folder, band)
-        return joined
     given = SYSTEM.read(document, at)
     parameter, terms = _terms(given, at)
     read: dict[Any, MatrixFile] = {}  # by file, key and symmetry, since terms may share one

@@ -320,5 +320,6 @@ class Answer(ABC):
 
         Raises InputError for an answer that has no figure.
         """
-        room = importlib.import_module("squeal.plots.answers")
-        return room.draw(self, None if path is None else Path(path), **more)
+        from squeal.plots.answers import draw  # the one import upwards: only what draws loads it
+
+        return draw(self, None if path is None else Path(path), **more)

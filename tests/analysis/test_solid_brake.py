@@ -5,7 +5,7 @@ import pytest
 
 import squeal
 from squeal.analysis.systems.roots import Wanted, system_roots
-from squeal.io.system import read_system
+from squeal.io.system_files import read_system
 from squeal.io.writing import picked
 
 pytest.importorskip("skfem")

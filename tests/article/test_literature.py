@@ -12,7 +12,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.io.system import read_system
+from squeal.io.system_files import read_system
 from squeal.linear import complex_eigenvalues, thresholds
 from squeal.linear.system import Term
 from tests.conftest import ROOT

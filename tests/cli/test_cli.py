@@ -138,7 +138,7 @@ K: [[2.5e5, 0], [0, 2.5e5]]
 """
 
 
-@pytest.mark.parametrize("command", sorted(set(COMMANDS) - set(GROUPS[ARTICLE]) - {"completion"}))
+@pytest.mark.parametrize("command", sorted(set(COMMANDS) - set(GROUPS[ARTICLE])))
 def test_the_examples_of_help_run(capsys, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
@@ -161,24 +161,6 @@ def test_names_that_are_not_shown_are_taken(capsys, tmp_path):
     assert not {"--mu ", "--csv"} & set(parser_of("eigenvalues")[1].format_help().split())
     of = [run(capsys, *group, "sliding", B2) for group in ([], ["article"])]
     assert of[0] == of[1]
-
-
-def test_bash_completes(capsys, tmp_path):
-    pytest.importorskip("shtab")
-    script = tmp_path / "squeal.bash"
-    script.write_text(run(capsys, "completion", "bash")[1])
-    words = 'f=$(complete -p squeal | grep -o "F [^ ]*"); for w in "$@"; do COMP_WORDS=($w); '
-    words += 'COMP_CWORD=$((${#COMP_WORDS[@]} - 1)); ${f#F }; echo "${COMPREPLY[@]}"; done'
-    asked = {
-        "squeal ei": "eigenvalues",
-        "squeal article cl": "claims",
-        "squeal map --fi": "--first",
-    }
-    asked |= {"squeal eigenvalues --method m": "modal", "squeal simulate --i": "--integrator"}
-    code = ["bash", "-c", f"source {script}; {words}", "bash", *asked]
-    found = subprocess.run(code, capture_output=True, text=True, check=True).stdout
-    for line, (typed, word) in zip(found.splitlines(), asked.items(), strict=True):
-        assert word in line.split(), typed
 
 
 def test_without_docstrings_every_command_answers_the_same(capsys):

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import squeal
-from benchmarks.literal import frictionless, literal
 from squeal.analysis.maps import NAMES, Axis, codes_at, stability_map
 from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.commands.sliding import judged_equilibria
@@ -19,6 +18,7 @@ from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
 from tests.conftest import random_pad
+from tests.literal import frictionless, literal
 
 WORDS: Any = itertools.product(*FORMULATION_CHOICES.values())
 FORMULATIONS = [Formulation(*words) for words in WORDS]

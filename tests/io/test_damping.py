@@ -11,7 +11,7 @@ from scipy.sparse import csc_array, diags_array
 import squeal
 from squeal.analysis.systems.matrices import write_system
 from squeal.errors import InputError
-from squeal.io.system import read_system
+from squeal.io.system_files import read_system
 from squeal.linear.system import Term, TermSystem, damped
 
 M = np.array([[2.0, 0.5], [0.5, 1.0]])

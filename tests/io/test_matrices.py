@@ -17,7 +17,7 @@ from scipy.sparse.linalg import eigsh
 from benchmarks.solid_brake import FILES, solid_brake, write_brake
 from squeal.errors import InputError, InputWarning
 from squeal.io.matrices import aligned, fingerprint, read_matrix, write_matrix
-from squeal.io.system import read_system
+from squeal.io.system_files import read_system
 
 WRITTEN = (".mtx", ".mat", ".npz", ".hb", ".txt")
 BANNER = "%%MatrixMarket matrix coordinate real"

@@ -79,7 +79,23 @@ def test_imports_are_those_that_python_parses():
     for path in room.ROOT.rglob("*.py"):
         found, expected = room._imports(path), parsed(path.read_text(encoding="utf-8"))
         assert found >= expected, path
-        assert {name.partition(".")[0] for name in found - expected} <= {"squeal"}, path  # by name
+        homes = set(room._homes().values())  # of names that the package loads when they are used
+        assert found - expected <= homes, path
+
+
+def test_a_changed_comment_where_answers_are_shown_changes_no_simulation(monkeypatch):
+    """A comment in the VTK writer reruns no simulation; a change of pictures does what draws."""
+    module = "squeal.cli.simulate"
+    before, drawn = digest(module), digest("squeal.plots.modes")
+    read = Path.read_bytes
+    shown = ("shapes.py", "plots")
+    monkeypatch.setattr(
+        Path,
+        "read_bytes",
+        lambda path: read(path) + b"# more\n" * any(part in str(path) for part in shown),
+    )
+    assert digest(module) == before
+    assert digest("squeal.plots.modes") != drawn
 
 
 def test_the_digest_follows_the_sources(monkeypatch):

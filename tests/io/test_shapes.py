@@ -10,7 +10,8 @@ from squeal.cli.main import main
 from squeal.errors import InputError, InputWarning
 from squeal.io.shapes import displacements, outer_faces
 from squeal.io.system import CELLS as SOLIDS
-from squeal.io.system import _read_coordinates, _read_elements, read_system
+from squeal.io.system import _read_coordinates, _read_elements
+from squeal.io.system_files import read_system
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
 PLACES = [(*xy, z) for z in (0.0, 0.5, 1.0) for *xy, _ in CORNERS]  # two cubes, one on the other

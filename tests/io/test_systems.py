@@ -6,7 +6,7 @@ from scipy.io import mmwrite
 from scipy.sparse import csc_array, save_npz
 
 from squeal.errors import InputError, InputWarning
-from squeal.io.system import read_system
+from squeal.io.system_files import read_system
 
 SHORT = """\
 name: example

@@ -12,7 +12,9 @@ import io
 import json
 import os
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import yaml
@@ -102,7 +104,7 @@ def uniform(low, high):
     return SEEDS.map(lambda seed: float(f"{np.random.default_rng(seed).uniform(low, high):.6g}"))
 
 
-def pad_of(seed, models=CONTACT_MODELS):
+def pad_of(seed: int, models: Sequence[str] = CONTACT_MODELS) -> dict[str, Any]:
     """A scene: one of three pads at random angles and friction, damped or not."""
     rng = np.random.default_rng(seed)
     model = str(rng.choice(models))

@@ -164,20 +164,6 @@ def literal(scene: Scene, changes: dict[str, np.ndarray], n: int) -> Literal:
     return Literal(scene.model, values | changes, scene.formulation, C)
 
 
-def together(scenes: list[Scene]) -> Literal:
-    """The equations of pads of one model and formulation, all damped or none."""
-    each = [literal(scene, {}, 1) for scene in scenes]
-    p = {k: np.concatenate([one.p[k] for one in each]) for k in each[0].p}
-    C = None if each[0].C is None else np.concatenate([one.C for one in each if one.C is not None])
-    return Literal(each[0].model, p, each[0].form, C)
-
-
-def part(eqs: Literal, chosen: np.ndarray) -> Literal:
-    """Some of n pads."""
-    C = None if eqs.C is None else eqs.C[chosen]
-    return Literal(eqs.model, {k: v[chosen] for k, v in eqs.p.items()}, eqs.form, C)
-
-
 def frictionless(eqs: Literal, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Where n pads rest at mu = 0: places (3, n), where there are any, and where it is a choice.
 
