@@ -19,7 +19,9 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
     from squeal.analysis.check import Check, check
+    from squeal.analysis.critical_speeds import CriticalSpeeds, critical_speeds
     from squeal.analysis.cycles import Cycles, cycles
+    from squeal.analysis.energy import Energy, energy
     from squeal.analysis.maps import Axis, Map
     from squeal.analysis.optimisation import Optimum, optimise
     from squeal.analysis.pairing import Pairs, compare, mac
@@ -51,7 +53,9 @@ if TYPE_CHECKING:
 _HOMES = {
     "analysis.answers": "Eigenvalues Sweep Thresholds",
     "analysis.check": "Check check",
+    "analysis.critical_speeds": "CriticalSpeeds critical_speeds",
     "analysis.cycles": "Cycles cycles",
+    "analysis.energy": "Energy energy",
     "analysis.maps": "Axis Map",
     "analysis.optimisation": "Optimum optimise",
     "analysis.state_space": "state_space",
@@ -76,12 +80,12 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
     "Advice", "Answer", "Assembly", "Axis", "Check", "Column", "Component", "ComputationError",
-    "Contact", "Cycles", "Damping", "Eigenvalues", "Formulation", "InputError", "Map", "Optimum",
-    "Pad", "Pairs", "Report", "Scatter", "Scene", "Sensitivity", "Simulation", "Sweep", "System",
-    "SystemFile", "Table", "Term", "TermSystem", "Thresholds", "advise", "assemble", "check",
-    "compare", "cycles", "eigenvalues", "mac", "map", "optimise", "read_scene", "read_spreads",
-    "read_system", "reduce", "report", "scatter", "sensitivity", "simulate", "state_space", "sweep",
-    "thresholds",
+    "Contact", "CriticalSpeeds", "Cycles", "Damping", "Eigenvalues", "Energy", "Formulation",
+    "InputError", "Map", "Optimum", "Pad", "Pairs", "Report", "Scatter", "Scene", "Sensitivity",
+    "Simulation", "Sweep", "System", "SystemFile", "Table", "Term", "TermSystem", "Thresholds",
+    "advise", "assemble", "check", "compare", "critical_speeds", "cycles", "eigenvalues", "energy",
+    "mac", "map", "optimise", "read_scene", "read_spreads", "read_system", "reduce", "report",
+    "scatter", "sensitivity", "simulate", "state_space", "sweep", "thresholds",
 ]
 # fmt: on
 

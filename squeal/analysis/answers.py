@@ -164,25 +164,26 @@ class Eigenvalues(Answer):
     @property
     def conclusion(self) -> str:
         """The verdict in a line."""
-        grow, where = self.unstable, f" on {self.extent}" * bool(self.extent)
-        at = f"at {self.parameter} = {number(self.value, 4)}"
-        if not grow:
-            what = "growing mode" if self.eigenvalues else "root"
-            known = {
-                "stable": "Stable {}",
-                "marginal": "Marginal {}: nothing grows, not all decays",
-                None: f"No {what} was found {{}}{where}; {self.completeness}",
-            }
-            if self.open or self.criterion.startswith(OPEN):
-                reason = self.open or self.criterion.removeprefix(OPEN)
-                known[None] = f"Open {{}}{where}: {reason}"
-            return known.get(self.verdict, known[None]).format(at)
-        kind, hertz, ratio = grow[0].kind, grow[0].frequency_hz, 100 * grow[0].damping_ratio
-        size = f"{hertz:.4g} Hz, damping ratio {ratio:.2g} %"
-        if not hertz:
-            size = f"{grow[0].growth_rate:.4g} 1/s"
-        count = "1 mode," if len(grow) == 1 else f"{len(grow)} modes, the fastest by"
-        return f"Unstable {at}{where}: {count} {kind} at {size}"
+        at = f"{self.parameter} = {number(self.value, 4)}"
+        place = f"{self.extent}, {at}" if self.extent else at
+        grow = self.unstable
+        if grow:
+            count = "1 unstable mode" if len(grow) == 1 else f"{len(grow)} unstable modes"
+            fastest = "" if len(grow) == 1 else "the fastest "
+            hertz, ratio = grow[0].frequency_hz, 100 * grow[0].damping_ratio
+            size = f"{hertz:.4g} Hz, damping {ratio:.2g} %"
+            if not hertz:
+                size = f"{grow[0].kind}, growth {grow[0].growth_rate:.4g} 1/s"
+            return f"{count}, {place}: {fastest}{size}"
+        if self.verdict == "stable":
+            return f"Stable, {place}"
+        if self.verdict == "marginal":
+            return f"Marginal, {place}: nothing grows, not all decays"
+        if self.open or self.criterion.startswith(OPEN):
+            reason = self.open or self.criterion.removeprefix(OPEN)
+            return f"Open, {place}: {reason}"
+        what = "growing mode" if self.eigenvalues else "root"
+        return f"No {what} was found, {place}; {self.completeness}"
 
     @property
     def completeness(self) -> str:
@@ -218,10 +219,12 @@ class Eigenvalues(Answer):
 
     def parts(self) -> Sequence[str | Table]:
         count = f"{len(self.eigenvalues)} roots, {self.completeness}"
+        if (limit := self.details.get("growth_limit")) is not None:
+            count += f"; roots that grow by more than {number(limit, 4)} 1/s are not among them"
         head = f"{self.name}\n{self.conclusion}\n{self.beside}".rstrip()
         notes = [self.open] * bool(self.open and self.unstable) + [*self.notes[1:]]
         if self.unstable and all(one.onset is None for one in self.unstable):
-            notes.append(f"from which {self.parameter} on: --sweep and critical-friction tell")
+            notes.append(f"from which {self.parameter} on: --sweep and `squeal thresholds` tell")
         return [head, *self.notes[:1], self.table(), count, self.growing, *notes]
 
     def to_dict(self) -> dict[str, Any]:
@@ -465,9 +468,9 @@ class Sweep(Answer):
     def lost(self) -> list[str]:
         """A sentence for each place where it is not known which mode is which."""
         words = {
-            "meet": "meet, as at an onset of flutter; which is which from there on is a convention",
-            "end": "not followed further: they leave what is looked at or are not recognised",
-            "begin": "seen first: they enter what is looked at or are not recognised",
+            "meet": "meet, as at an onset of flutter; from there on their numbers are a convention",
+            "end": "leave the band, or are not recognised further on",
+            "begin": "enter the band, or were not recognised before",
         }
         return [
             f"between {self.parameter} = {number(loss.low)} and {number(loss.high)} "

@@ -102,7 +102,7 @@ class Question:
         if isinstance(file, Assembly):
             file = SystemFile(file.system, assembly=file)
         if not isinstance(file, SystemFile):
-            allowed = "a System, an Assembly or what read_system gives is, for some verbs a Scene"
+            allowed = "it must be a System, an Assembly or what read_system gives"
             raise InputError(f"{type(subject).__name__} is not allowed; {allowed}")
         if band is None and region is None and Question(file, Wanted()).joined:
             band = (0.0, file.assembly.cutoff)
@@ -208,8 +208,6 @@ class Question:
                 beside = f"growth was seen too, the fastest at about {fastest}"
             beside = f"Outside of the {'band' if self.wanted.band else 'region'} {beside}"
         words = "" if region is None else self.wanted.words(len(roots.eigenvalues))
-        if roots.growth_limit is not None:
-            words += f" with growth below {roots.growth_limit:.4g} 1/s"
         value, grow, source = system.parameters[free], _growing(system, roots), (file, roots)
         head = system.name, free, value, roots.eigenvalues, roots.verdict, criterion, grow
         more = (shapes, details, tuple(notes), beside)

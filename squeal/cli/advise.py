@@ -1,6 +1,6 @@
 """`squeal advise`: each parameter lowered and raised by a tolerance, what becomes of the critical
 friction, the strongest lever first. Of a pad it is computed again, in steps of friction: windows of
-growth narrower than a step may be missed, which `squeal critical-friction` finds. Of a system it
+growth narrower than a step may be missed, which `squeal thresholds` finds. Of a system it
 moves by its derivatives.
 
 squeal advise pad.yaml --tolerance k1=5%

@@ -1,7 +1,7 @@
 """`squeal eigenvalues`: complex eigenvalue analysis of a pad or of a system from matrices.
 
-squeal eigenvalues pad.yaml --sweep 0:0.6:61 --figure roots.png
-squeal eigenvalues brake.yaml --band 500:5000 --sensitivity
+squeal eigenvalues pad.yaml --sweep 0:0.6:61 --figure roots.png --chart damping.png
+squeal eigenvalues brake.yaml --band 500:5000 --sensitivity --energy
 """
 
 import argparse
@@ -22,6 +22,8 @@ def options(parser: Parser) -> None:
     take(parser, "values workers band")
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
+    words = "what each term of M, C and K does to the growth and frequency of each mode"
+    parser.add_argument("--energy", action="store_true", help=words)
     words = "let a referee judge all roots of a pad or of up to 400 rows, which is the rule"
     both = argparse.BooleanOptionalAction
     parser.add_argument("--prove", action=both, default=True, help=words)
@@ -31,7 +33,9 @@ def options(parser: Parser) -> None:
     take_changes(parser)
     table = "the eigenvalues, or those of the sweep,"
     shapes = "the mode shapes on the nodes of a system"
-    take_files(parser, table=table, figure="a picture of them, or of --shape,", shapes=shapes)
+    chart = "damping ratios over frequency of a sweep, and the pair that meets,"
+    drawn = "a picture of them, or of --shape,"
+    take_files(parser, table=table, figure=drawn, chart=chart, shapes=shapes)
 
 
 def run(given: argparse.Namespace) -> Reply:
@@ -49,7 +53,7 @@ def run(given: argparse.Namespace) -> Reply:
     if given.shape and given.figure is None:
         raise InputError(f"{said(given, 'shape')}: needs --figure FILE beside it")
     if not given.values:
-        refuse(given, "workers", "no --sweep, whose values they share")
+        refuse(given, "workers chart", "no --sweep, whose values they share")
     if given.test:  # refused before anything is solved
         from squeal.analysis.pairing import read_test
 
@@ -63,7 +67,7 @@ def run(given: argparse.Namespace) -> Reply:
             swept = replace(subject, system=changed)
         how = picked(given, "method workers")
         sweep = squeal.sweep(swept, given.values, **how, **asked)
-    needed = (given.sensitivity, given.change, given.shape, given.shapes, given.test)
+    needed = (given.sensitivity, given.energy, given.change, given.shape, given.shapes, given.test)
     look = sweep if sweep and sweep.looked and not any(needed) else None  # it has no vectors
     spectrum = squeal.eigenvalues(subject, given.at, look=look, prove=given.prove, **asked)
     pairs = [squeal.compare(spectrum, given.test)] if given.test else []
@@ -75,7 +79,11 @@ def run(given: argparse.Namespace) -> Reply:
     if given.sensitivity or given.change:
         answers.append(squeal.sensitivity(subject, known=spectrum, matrices=source.matrices))
     drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
+    if given.energy:
+        answers.append(squeal.energy(spectrum))
     write_files(given, shown, **drawn)
+    if given.chart is not None and sweep:
+        answers[1].plot(given.chart, name=source.name, damping=True)
     if given.shapes is not None:
         spectrum.save_shapes(given.shapes)
     answers[1:1] = pairs

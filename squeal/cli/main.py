@@ -19,7 +19,8 @@ GROUPS = {
     "what is stable: of pads, and of systems from matrices": {
         "check": "what files of matrices hold: mass, real modes, what looks like wrong units",
         "eigenvalues": "complex eigenvalues and verdict",
-        "critical-friction": "every threshold of stability in a range of mu",
+        "thresholds": "every threshold of stability in a range of friction or of another parameter",
+        "critical-speeds": "critical speeds of a rotor, with whirl directions",
         "map": "verdict over alpha1 and alpha2, or over any two parameters",
     },
     "what to change, what to show": {
@@ -43,12 +44,13 @@ GROUPS = {
     },
 }
 COMMANDS = {name: about for group in GROUPS.values() for name, about in group.items()}
+ALIASES = {"critical-friction": "thresholds"}
 WITHOUT_SCENE = ("example", "claims", "findings", "identify", "cite", "take")
 EXAMPLES = """
 examples
   squeal example pad
   squeal eigenvalues pad.yaml --sweep 0:0.6:61 --figure roots.png
-  squeal critical-friction brake.yaml --max 1 --band 500:5000
+  squeal thresholds brake.yaml --max 1 --band 500:5000
   squeal article claims
 
 squeal COMMAND --help lists options and more examples; --version the version"""
@@ -84,6 +86,7 @@ def _run(name: str = "", *arguments: str) -> int:
         return 2
     if name == "--version":
         return printed(f"squeal {__version__}")
+    name = ALIASES.get(name, name)
     if name not in known:
         raise InputError(f"{name!r} is no command; {meant(name, known)}")
     from squeal.cli.command import run

@@ -97,6 +97,7 @@ FILE_OPTIONS = {
     "table": ("--table --csv", _TABLE),
     "curves": ("--curve --threshold-curve", _TABLE),
     "figure": ("--figure --pdf --svg --png", _FIGURE),
+    "chart": ("--chart", _FIGURE),
     "shapes": ("--shapes", {".vtk": rb"# vtk", ".unv": rb"\s*-1\s"}),
     "page": ("--output --html", {".html": rb"\s*<!doctype html>"}),
     "journal": ("--journal", {}),  # of any name; its reader refuses another file
@@ -203,7 +204,7 @@ def check_outputs(given: argparse.Namespace, inputs: Iterable[object]) -> None:
         if place.is_symlink() or (place.exists() and not place.is_file()):
             raise at.refuse("is no plain file; the name of a file is allowed")
         if not os.access(place.parent, os.W_OK):
-            raise at.refuse(f"the folder {place.parent} does not exist, or not to write")
+            raise at.refuse(f"the folder {place.parent} does not exist or cannot be written to")
         if place in taken:
             raise at.refuse(f"is {taken[place]} too; another name is allowed")
         if place.is_file():

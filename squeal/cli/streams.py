@@ -10,11 +10,12 @@ from typing import TextIO
 from squeal.errors import ComputationError, InputError, missing, visible, within_doubles
 from squeal.io.writing import remaining
 
-_COLOURS = {"Unstable": 31, "Stable": 32}
-_COLOURS |= dict.fromkeys(
-    ("Marginal", "No growing mode was found", "No root was found", "Open"), 33
+_COLOURS = {"unstable": 31, "stable": 32, "open": 33}
+_VERDICT = re.compile(
+    r"^(?:(?P<unstable>\d+ unstable mode)|(?P<stable>Stable)"
+    r"|(?P<open>Marginal|No growing mode was found|No root was found|Open))\b.*",
+    re.M,
 )
-_VERDICT = re.compile(f"^({'|'.join(_COLOURS)}) .*", re.M)
 
 
 def exit_code(name: str, work: Callable[[], int]) -> int:
@@ -95,7 +96,9 @@ def printed(text: str) -> int:
     letters = sys.stdout.encoding or "utf-8"
     text = visible(text).encode(letters, "backslashreplace").decode(letters)
     if sys.stdout.isatty() and not os.environ.get("NO_COLOR"):
-        text = _VERDICT.sub(lambda line: f"\033[1;{_COLOURS[line[1]]}m{line[0]}\033[0m", text)
+        text = _VERDICT.sub(
+            lambda line: f"\033[1;{_COLOURS[line.lastgroup or 'open']}m{line[0]}\033[0m", text
+        )
     try:
         print(text, flush=True)
     except OSError as error:

@@ -145,7 +145,7 @@ EXAMPLES = {
     "pad": Example(
         "a rigid pad on two springs, and ranges of its parameters",
         write_pad,
-        "squeal critical-friction pad.yaml",
+        "squeal thresholds pad.yaml",
     ),
     "brake": Example(
         "disc and pad in solids as Abaqus writes them, a test, ranges, a shim",
@@ -160,7 +160,7 @@ EXAMPLES = {
     "rotor": Example(
         "a rotor on two bearings with cross-coupled stiffness, from ROSS",
         write_rotor,
-        "squeal critical-friction rotor/rotor.yaml --max 500",
+        "squeal thresholds rotor/rotor.yaml --max 500",
     ),
     "article": Example(
         "the scenes b1-a to b3 of the article's cases",
@@ -170,7 +170,7 @@ EXAMPLES = {
     "literature": Example(
         "bicycle, drum brake, mode coupling, wing and Ziegler's column",
         write_literature,
-        "squeal critical-friction bicycle.yaml --max 10",
+        "squeal thresholds bicycle.yaml --max 10",
     ),
 }
 

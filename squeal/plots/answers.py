@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from squeal.analysis import of_systems, pads
 from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
+from squeal.analysis.critical_speeds import CriticalSpeeds
 from squeal.analysis.cycles import Cycles
 from squeal.analysis.maps import Map
 from squeal.analysis.scatter import Scatter
@@ -17,7 +18,8 @@ from squeal.errors import InputError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, number
-from squeal.plots import coupling, cycles, maps, modes, motion
+from squeal.plots import campbell, coupling, cycles, maps, modes, motion
+from squeal.plots.damping import damping_drawing
 from squeal.plots.scatter import scatter_drawing
 from squeal.plots.style import Drawing, save
 from squeal.simulation.run import Simulation
@@ -66,7 +68,10 @@ def _of_pad(found: Thresholds, name: str, low: float, high: float) -> Drawing:
     return coupling.sweep_drawing(name, swept, found, (low, high), own)
 
 
-def _sweep(answer: Sweep, name: str) -> Drawing:
+def _sweep(answer: Sweep, name: str, damping: bool = False) -> Drawing:
+    """Modes over the parameter, or with `damping` their damping ratios over frequency."""
+    if damping:
+        return damping_drawing(name, answer)
     if not isinstance(answer.source, Scene):
         return coupling.sweep_drawing(name, answer)
     low, high = answer.steps[0].value, answer.steps[-1].value
@@ -105,6 +110,7 @@ DRAWN: dict[type[Answer], Callable[..., Drawing]] = {
     Sweep: _sweep,
     Thresholds: _thresholds,
     Map: _map,
+    CriticalSpeeds: campbell.campbell_drawing,
     Scatter: scatter_drawing,
     Simulation: _motion,
     Cycles: cycles.cycles_drawing,

@@ -61,7 +61,7 @@ def test_a_damping_ratio_has_one_form_for_people_and_one_for_programs(capsys, pa
     )
     assert found["damping_ratio"] == pytest.approx(by_hand)
     text = run(capsys, "eigenvalues", pad)[1]
-    said = float(re.search(r"damping ratio (\S+) %", text)[1])
+    said = float(re.search(r"damping (\S+) %", text)[1])
     head, row = (line.split("  ") for line in text.split("unstable modes\n")[1].splitlines()[:2])
     shown = dict(zip(filter(None, map(str.strip, head)), filter(None, row), strict=True))
     assert float(shown["damping ratio, %"]) == pytest.approx(100 * by_hand, rel=1e-5)
@@ -132,11 +132,19 @@ K: [{matrix: [[2e8, -1e8], [-1e8, 2e8]]}, {matrix: [[0, 1.5e8], [0, 0]], factor:
 """
 
 
+TILT = """parameter: speed
+M: [[1, 0], [0, 1]]
+C: [{matrix: [[0, 2], [-2, 0]], factor: speed}]
+K: [[2.5e5, 0], [0, 2.5e5]]
+"""
+
+
 @pytest.mark.parametrize("command", sorted(set(COMMANDS) - set(GROUPS[ARTICLE])))
 def test_the_examples_of_help_run(capsys, tmp_path, monkeypatch, command):
     monkeypatch.chdir(tmp_path)
     shutil.copy(ROOT / "examples" / "pad.yaml", tmp_path)
     Path("brake.yaml").write_text(BRAKE)
+    Path("rotor.yaml").write_text(TILT)
     Path("spreads.yaml").write_text("spreads: {k1: {relative: 0.1}}\nsamples: 40\n")
     lines = parser_of(command)[1].epilog.splitlines()[1:]
     for line in lines:

@@ -109,7 +109,6 @@ def refereed(
     What it refutes is replaced by the roots that it knows. Raises ValueError where an entry
     is no double.
     """
-    from squeal.analysis.systems.matrices import ALL_ROWS  # here, since pads need none of it
 
     M, K = dense(matrices[0]), dense(matrices[2])
     C = None if matrices[1] is None else dense(matrices[1])

@@ -87,14 +87,14 @@ def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
     for group in [(e,) for e in every] if every and system.follows else [every]:
         own = system.frozen(max((e.value.imag for e in group), default=None))
         slopes, condition = sensitivities(own.at(), derivatives(own), group)
-        each.append((_at_own_frequency(system, slopes, np.imag), condition))
+        each.append((at_own_frequency(system, slopes, np.imag), condition))
     slopes = {name: np.concatenate([one[name] for one, _ in each]) for name in system.given}
     condition = np.concatenate([one for _, one in each])
     place = "eigenvalues", system.parameter, answer.values, answer.verdict or ""
     return Sensitivity(*place, slopes, system.given, dict.fromkeys(slopes, ""), condition)
 
 
-def _at_own_frequency(
+def at_own_frequency(
     system: TermSystem, slopes: Mapping[str, NDArray], turned: Callable[[Any], Any]
 ) -> dict[str, NDArray]:
     """Derivatives of roots or crossings whose matrices follow their frequency, from those at a
@@ -135,7 +135,7 @@ def threshold_slopes(
         by, at = changes.pop(system.parameter), singular_at(scaled, value, 2j * np.pi * hertz)
         pairs = crossing_slopes(at, own.at(), by, changes).items()
         moved = {name: np.array(pair) for name, pair in pairs}
-        slopes.append(_at_own_frequency(system, moved, lambda pair: 2 * np.pi * pair[1]))
+        slopes.append(at_own_frequency(system, moved, lambda pair: 2 * np.pi * pair[1]))
     return slopes
 
 

@@ -139,8 +139,8 @@ def system_thresholds(
         beside = "not looked for" if outside is None else f"{outside}"
         notes.append(f"crossings outside {wanted.words()}: {beside}")
     if certified is not None:
-        foreseen = "foreseen, not excluded by proof" if system.real else "not foreseen"
-        notes.append(f"windows between the computed values are {foreseen}")
+        missed = "Very narrow unstable ranges" if system.real else "Narrow unstable ranges"
+        notes.append(f"{missed} between the computed values may be missed")
     basis = basis_of(reduction, wanted)
     doubts = [] if certified is None else doubts + unconfirmed
     details = {"parameters": system.given, "admissible_to": high, "unconfirmed": unconfirmed}

@@ -1,8 +1,8 @@
-"""`squeal critical-friction`: every flutter and divergence threshold in 0 < mu <= --max, along the
-branch from mu = 0; also of the parameter of a system from matrices.
+"""`squeal thresholds`: every flutter and divergence threshold in 0 < mu <= --max, along the branch
+from mu = 0; also of the parameter of a system from matrices. `critical-friction` is the same.
 
-squeal critical-friction pad.yaml --sensitivity
-squeal critical-friction brake.yaml --max 1 --band 500:5000 --figure loci.png
+squeal thresholds pad.yaml --sensitivity
+squeal thresholds brake.yaml --max 1 --band 500:5000 --figure loci.png
 """
 
 import argparse
@@ -17,7 +17,7 @@ from squeal.io.writing import picked
 
 
 def options(parser: Parser) -> None:
-    """Options of `squeal critical-friction`."""
+    """Options of `squeal thresholds`."""
     take(parser, "high", high=2.0)
     words = "how the first loss of stability moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)

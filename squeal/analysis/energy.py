@@ -1,0 +1,356 @@
+"""Which term feeds a mode: what each named term of M, C and K does to its growth and frequency.
+
+With a root lambda = sigma + i omega and its right vector x the power balance of a cycle,
+Re(conj(lambda) x^H P(lambda) x) = 0, reads sigma D = work of all terms, where
+
+    D = x^H M x + x^H K x / |lambda|^2  of the symmetric parts: twice the stored energy,
+    work of C: -Re x^H C x,  of K: -omega Im x^H K x / |lambda|^2,  of M: omega Im x^H M x,
+
+all over |lambda|^2. Symmetric stiffness and gyroscopic terms do no work. The works over D sum to
+sigma. They need no left vectors, and stay finite where two modes meet.
+
+What a small change of a term does is another question: its derivative takes the left vectors.
+Frequency shares do too: since lambda scales with time, 2 K dlambda/dK + C dlambda/dC summed over
+all terms of K and C is lambda.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.analysis.answers import Eigenvalues
+from squeal.analysis.systems.sensitivity import at_own_frequency
+from squeal.equilibrium.damping import damped_model
+from squeal.errors import InputError
+from squeal.io.scene import Scene
+from squeal.io.system import Origin, SystemFile
+from squeal.io.writing import Answer, Column, Table, columns, number
+from squeal.linear.eigen import Eigenvalue
+from squeal.linear.matrices import SKEW
+from squeal.linear.sensitivity import sensitivities
+from squeal.linear.system import Term, TermSystem, frictionless
+from squeal.model.equations import linearise
+from squeal.numerics.differentiation import Formula
+from squeal.schema import public
+
+NO_CYCLE = 1e-8  # |D| over the sum of its parts below which a root does not oscillate
+SPOKEN = 5  # modes that have a sentence
+NEGLIGIBLE = 1e-3  # of the largest work: terms below it have no words
+
+
+@dataclass(frozen=True)
+class NamedTerm:
+    """A term at the parameters of a question: `part` M, C or K, its name for people, and its role:
+    friction, friction damping, damping, gyroscopic, circulatory, stiffness or mass."""
+
+    part: str
+    name: str
+    role: str
+    matrix: Any
+    factor: complex
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What one term does to one mode.
+
+    growth: 1/s, its work over twice the stored energy, None of a root that does not oscillate; the
+    terms of a mode sum to its growth rate. frequency: Hz, the terms sum to the mode's frequency.
+    d_real, d_hz: what 1 % more of the term does, 1/s and Hz, None where modes coalesce.
+    """
+
+    mode: int
+    frequency_hz: float
+    growth_rate: float
+    part: str
+    term: str
+    role: str
+    growth: float | None
+    frequency: float | None
+    d_real: float | None
+    d_hz: float | None
+
+
+@dataclass(frozen=True)
+class PartShare:
+    """What one part of the structure does to one mode: the share of the stored energy, and the
+    work of all terms on its rows, 1/s."""
+
+    mode: int
+    part: str
+    energy: float | None
+    growth: float | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Energy(Answer):
+    """Contributions of each term to each mode with Im lambda >= 0, and the shares of parts."""
+
+    name: str
+    contributions: tuple[Contribution, ...]
+    part_shares: tuple[PartShare, ...]
+
+    @property
+    def modes(self) -> list[int]:
+        """Numbers of the modes, the fastest growing first."""
+        rates = {row.mode: row.growth_rate for row in self.contributions}
+        return sorted(rates, key=lambda mode: -rates[mode])
+
+    def sentence(self, mode: int) -> str:
+        """What puts energy into a mode and what takes it, in a line."""
+        rows = [row for row in self.contributions if row.mode == mode]
+        head = f"mode {mode}, {number(rows[0].frequency_hz, 4)} Hz"
+        if rows[0].growth is None:
+            return f"{head}: does not oscillate, so that no work of a cycle feeds it"
+        works = dict[str, float]()
+        for row in rows:
+            works[row.role] = works.get(row.role, 0.0) + (row.growth or 0.0)
+        least = NEGLIGIBLE * max(map(abs, works.values()))
+        order = sorted(works, key=lambda role: -works[role])
+        puts = [f"{role} puts in {works[role]:.4g} 1/s" for role in order if works[role] > least]
+        takes = [f"{role} takes {-works[role]:.4g}" for role in order if works[role] < -least]
+        said = ", ".join(puts + takes) or "no term does work"
+        return f"{head}: {said}; in all {number(rows[0].growth_rate, 4)} 1/s"
+
+    def table(self) -> Table:
+
+        def growth(row: Contribution) -> str:
+            """Without what rounding leaves."""
+            if row.growth is None:
+                return "-"
+            rounding = 1e-12 * math.tau * row.frequency_hz
+            return number(row.growth) if abs(row.growth) > rounding else "0"
+
+        table = (
+            *columns("mode frequency_hz part term"),
+            Column("role", hidden=True),
+            Column("growth", "1/s", shown=growth),
+            Column("frequency", "Hz", words="of frequency, Hz"),
+            Column("d_real", "1/s", words="dRe of 1 %, 1/s"),
+            Column("d_hz", words="df of 1 %, Hz"),
+        )
+        title = "what each term does to each mode (growth sums to the growth rate)"
+        rows = sorted(self.contributions, key=lambda row: (-row.growth_rate, row.mode))
+        return Table(table, rows, title, "no root", lambda row: row.growth_rate)
+
+    def parts_table(self) -> Table:
+        """The shares of parts."""
+        table = (*columns("mode part energy%"), Column("growth", "1/s"))
+        rank = {mode: -k for k, mode in enumerate(self.modes)}
+        title = "where: share of the stored energy, and work on each part"
+        return Table(table, self.part_shares, title, rank=lambda row: rank[row.mode])
+
+    def parts(self) -> Sequence[str | Table]:
+        growing = [self.sentence(mode) for mode in self.modes[:SPOKEN]]
+        more = [self.parts_table()] * bool(self.part_shares)
+        return ["\n".join(growing), self.table(), *more]
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "energy": self.table().records(),
+            "energy_parts": self.parts_table().records(),
+            "energy_sentences": [self.sentence(mode) for mode in self.modes],
+        }
+
+
+@public
+def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None) -> Energy:
+    """Compute what each term of M, C and K does to the growth and the frequency of each mode.
+
+    Parameters
+    ----------
+    found : Eigenvalues
+        Roots with their vectors, of a pad or of a system; those of a first look have none.
+    parts : mapping of str to sequence of int, optional
+        Rows, from 0, of each part or element set; left out, the components of an assembly.
+
+    Returns
+    -------
+    Energy
+        Growth in 1/s of each term, from the work of a cycle (right vectors): it sums to Re lambda.
+        Frequency share in Hz and the effect of 1 % of a term, from left and right vectors.
+
+    Raises
+    ------
+    InputError
+        Without vectors, or for rows that the system has not.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> C = [[0.2, 0], [0, 0.2]]
+    >>> pair = squeal.System([[1, 0], [0, 1]], C, K, parameters={"mu": 1.0})
+    >>> print(squeal.energy(squeal.eigenvalues(pair)).sentence(2))
+    mode 2, 0.2268 Hz: friction puts in 0.2036 1/s, damping takes 0.101; in all 0.1026 1/s
+    """
+    subject, analysis = found.source
+    roots = [(mode, e) for mode, e in found.of_modes if e.value.imag >= 0.0]
+    if any(not e.right.size for _, e in roots):
+        raise InputError("found: roots of a first look have no vectors; eigenvalues has them")
+    if isinstance(subject, Scene):
+        terms = pad_terms(subject.replace(mu=found.value), analysis)
+        slopes = slopes_of(terms, [e for _, e in roots])
+        each = [(mode, e, terms, [s[k] for s in slopes]) for k, (mode, e) in enumerate(roots)]
+        return _energy(found, each, parts or {})
+    system, each = subject.system, []
+    for group in [[one] for one in roots] if system.follows else [roots]:
+        own = system.frozen(max((e.value.imag for _, e in group), default=None))
+        terms = named_terms(own, subject)
+        slopes = slopes_of(terms, [e for _, e in group], own, system)
+        each += [(mode, e, terms, [s[k] for s in slopes]) for k, (mode, e) in enumerate(group)]
+    return _energy(found, each, parts or component_rows(subject))
+
+
+def component_rows(file: SystemFile) -> dict[str, range]:
+    """The rows of each component of an assembly; none of other systems."""
+    rows: dict[str, range] = {}
+    start = 0
+    for body in file.assembly.components if file.assembly else ():
+        rows[body.name] = range(start, start + body.system.n)
+        start += body.system.n
+    return rows
+
+
+def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
+    """The terms of a system at its parameters, named by factor and file."""
+    nominal = frictionless(system)
+    friction = {name for name in nominal if nominal[name] != system.parameters[name]}
+    found = []
+    for part, terms in zip("MCK", system.parts, strict=True):
+        origins = [one for one in file.origins if one.part[0] == part]
+        for k, term in enumerate(terms):
+            origin = origins[k] if k < len(origins) else None
+            factor = term.factor.value(system.parameters)
+            name = _name_of(term, origin, bool(file.origins))
+            role = _role_of(part, term, bool(term.factor.names & friction))
+            found.append(NamedTerm(part, name, role, term.matrix, factor))
+    return found
+
+
+def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
+    """The factor of a term, and its file; what a system file adds is damping without a file."""
+    factor = term.factor.text
+    if origin is None and from_files:
+        return f"{factor} (damping)"
+    file = origin.file if origin is not None else ""
+    return f"{file}, {factor}" if file and factor != "1" else file or factor
+
+
+def _role_of(part: str, term: Term, friction: bool) -> str:
+    """What a term does, by its part, its symmetry and whether friction multiplies it."""
+    rest = abs(term.matrix - term.matrix.T).max()
+    whole = abs(term.matrix).max()
+    if part == "C":
+        skew = whole and abs(term.matrix + term.matrix.T).max() <= SKEW * whole
+        return "gyroscopic" if skew else "friction damping" if friction else "damping"
+    if part == "K" and friction:
+        return "friction"
+    if rest > SKEW * whole:
+        return "circulatory" if part == "K" else "unsymmetric mass"
+    complex_term = np.iscomplexobj(term.matrix) or not isinstance(term.factor, Formula)
+    return "damping" if complex_term else "stiffness" if part == "K" else "mass"
+
+
+def pad_terms(scene: Scene, analysis: Any) -> list[NamedTerm]:
+    """The terms of a pad about its equilibrium, which is held: with friction and without."""
+    model, q = damped_model(scene), np.array(analysis.q)
+    smooth = linearise(model.replace(mu=0.0), q, analysis.state)
+    M, C, K = linearise(model, q, analysis.state)
+    given = (
+        ("M", "mass", "mass", M),
+        ("C", "damping", "damping", smooth.C),
+        ("C", "falling friction", "friction damping", C - smooth.C),
+        ("K", "springs and contact", "stiffness", smooth.K),
+        ("K", "friction", "friction", K - smooth.K),
+    )
+    return [NamedTerm(part, name, role, X, 1.0) for part, name, role, X in given if np.any(X)]
+
+
+def slopes_of(
+    terms: Sequence[NamedTerm],
+    roots: Sequence[Eigenvalue],
+    own: TermSystem | None = None,
+    system: TermSystem | None = None,
+) -> list[NDArray[np.complex128]]:
+    """Derivatives of roots (m,) by the relative size of each term, from left and right vectors.
+
+    own, system: of matrices that follow the frequency, held at a root and free.
+    """
+    totals: dict[str, Any] = {}
+    changes: dict[str, Any] = {}
+    for k, term in enumerate(terms):
+        scaled = term.factor * term.matrix
+        totals[term.part] = totals[term.part] + scaled if term.part in totals else scaled
+        change = tuple(scaled if part == term.part else None for part in "MCK")
+        changes[f"term {k}"] = change
+    if own is not None and system is not None:
+        changes |= {name: own.derivative(name) for name in system.follows}
+    whole = totals["M"], totals.get("C"), totals["K"]
+    slopes, _ = sensitivities(whole, changes, roots)
+    if system is not None:
+        slopes = at_own_frequency(system, slopes, np.imag)
+    return [slopes[f"term {k}"] for k in range(len(terms))]
+
+
+def stored_and_work(
+    term: NamedTerm, root: complex, right: NDArray[np.complex128]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What a term adds to D and to the work of a cycle (see the module), row by row (n,)."""
+    ahead = term.factor * (term.matrix @ right)
+    behind = np.conj(term.factor) * (term.matrix.conj().T @ right)
+    symmetric = (right.conj() * (ahead + behind)).real / 2
+    skew = (right.conj() * (ahead - behind)).imag / 2
+    if term.part == "C":
+        return 0.0 * symmetric, -symmetric
+    if term.part == "M":
+        return symmetric, root.imag * skew
+    square = abs(root) ** 2 or 1.0
+    return symmetric / square, -root.imag * skew / square
+
+
+def _energy(
+    found: Eigenvalues,
+    each: Sequence[tuple[int, Eigenvalue, Sequence[NamedTerm], Sequence[complex]]],
+    parts: Mapping[str, Sequence[int]],
+) -> Energy:
+    contributions: list[Contribution] = []
+    part_shares: list[PartShare] = []
+    for mode, e, terms, slopes in each:
+        pairs = [stored_and_work(term, e.value, e.right) for term in terms]
+        stored = sum((one for one, _ in pairs), np.zeros(e.right.size))
+        total = float(stored.sum())
+        size = sum(abs(float(one.sum())) for one, _ in pairs)
+        oscillates = e.value.imag > 0.0 and abs(total) > NO_CYCLE * size
+        for name, rows in parts.items():
+            if any(not 0 <= row < e.right.size for row in rows):
+                words = f"must be rows from 0 to {e.right.size - 1}"
+                raise InputError(f"parts: {name}: is not allowed; it {words}")
+        works = [work / total for _, work in pairs] if oscillates else []
+        for k, (term, slope) in enumerate(zip(terms, slopes, strict=True)):
+            finite = bool(np.isfinite(slope))
+            weight = {"M": 0.0, "C": 1.0, "K": 2.0}[term.part]
+            row = Contribution(
+                mode,
+                e.frequency_hz,
+                e.growth_rate,
+                term.part,
+                term.name,
+                term.role,
+                float(works[k].sum()) if oscillates else None,
+                float(weight * slope.imag) / math.tau if finite else None,
+                float(0.01 * slope.real) if finite else None,
+                float(0.01 * slope.imag) / math.tau if finite else None,
+            )
+            contributions.append(row)
+        for name, rows in parts.items():
+            energy = float(stored[list(rows)].sum()) / total if oscillates else None
+            growth = float(sum(work[list(rows)].sum() for work in works)) if oscillates else None
+            part_shares.append(PartShare(mode, name, energy, growth))
+    return Energy(found.name, tuple(contributions), tuple(part_shares))

@@ -1,0 +1,38 @@
+"""`squeal critical-speeds`: speeds of a rotor at which a whirl frequency is the speed, or a
+multiple of it, with whirl directions and the Campbell diagram.
+
+squeal critical-speeds rotor.yaml --max 900 --figure campbell.png
+squeal critical-speeds rotor.yaml --max 900 --orders 1:2 --band 10:1000
+"""
+
+import argparse
+
+import squeal
+from squeal.cli.command import Parser, Reply
+from squeal.cli.options import add_option, numbers, take, take_files, write_files
+from squeal.errors import InputError
+from squeal.io.scene import Scene
+from squeal.io.writing import picked
+
+ORDERS = numbers("numbers above 0, such as 1:2", lambda *each: all(n > 0.0 for n in each))
+
+
+def options(parser: Parser) -> None:
+    """Options of `squeal critical-speeds`."""
+    take(parser, "high low band memory")
+    words = "multiples of the speed (1)"
+    add_option(parser, "--orders", metavar="N:N", read=ORDERS, default=(1.0,), help=words)
+    take_files(parser, table="the critical speeds", figure="the Campbell diagram")
+
+
+def run(given: argparse.Namespace) -> Reply:
+    """Read the rotor and answer."""
+    subject = given.source.subject()
+    if isinstance(subject, Scene):
+        raise InputError(f"{given.source.name}: is a pad; a system with a speed is allowed")
+    if given.high is None:
+        raise InputError("--max: missing; the highest speed in rad/s is required")
+    low = given.low or 0.0
+    answer = squeal.critical_speeds(subject, low=low, **picked(given, "high orders band memory"))
+    write_files(given, answer)
+    return Reply.of(answer)
