@@ -19,7 +19,7 @@ from page.export import (
     parameters,
 )
 from squeal.article.cases import CASES, stem
-from squeal.equilibrium.find import UNSTABLE
+from squeal.equilibrium.damping import UNSTABLE
 from squeal.io.scene import DAMPING, Scene, read_scene
 from squeal.model.contact import (
     STATES,

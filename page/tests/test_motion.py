@@ -10,7 +10,7 @@ import pytest
 
 from page.export import SPRINGS, bits
 from page.tests.conftest import as_json
-from squeal.equilibrium.find import branch_of
+from squeal.equilibrium.path import branch_of
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import FORMULATION_CHOICES, Formulation

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from squeal.analysis.pads import analyse
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import COORDINATES, Scene, check_simulation
 from squeal.io.writing import Answer, Column, Table, number
@@ -190,8 +190,8 @@ def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, flo
 def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
     """A cycle in SI units."""
     model, units = shooting.model(cycle.value), shooting.units
-    extrema, c, grid = Extrema(model), model.c, Grid(cycle.course, 16)
-    extrema.see(cycle.course)
+    extrema, c, grid = Extrema(model), model.c, Grid(cycle.segment, 16)
+    extrema.observe(cycle.segment)
     q, v = c.place(grid.states[:3]), np.array(c.place(grid.states[3:]))
     whole, bare = (
         net_loads(np, each, model.law, q, grid.steps.on[:, None])

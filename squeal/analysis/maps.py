@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from squeal.analysis.answers import led
 from squeal.analysis.stack import QUIET, Names, PadStack, parameters, verdicts
-from squeal.equilibrium.statics import LIMITS, Places, excursion
+from squeal.equilibrium.statics import LIMITS, excursion
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Column, Table, in_order, picked, plain, unit_word
@@ -174,12 +174,12 @@ def codes_at(scene: Scene, names: Names, values: np.ndarray) -> PointVerdicts:
     stack = PadStack.of(scene, names, values)
     places, unknown = stack.at_mu()
     codes = np.where(unknown, UNKNOWN, BEYOND_FOLD).astype(np.int8)
-    here = np.flatnonzero(places.there)
-    at = Places(*(part[..., here] for part in places))
+    here = np.flatnonzero(places.exists)
+    at = places.some(here)
     codes[here] = verdicts(*stack.matrices(here, at))
     contact = np.full(stack.n, 1, dtype=np.int8)
     for i, state in enumerate(scene.pad_model.states):
-        own = places.there & np.all(places.touching == np.array(state)[:, None], axis=0)
+        own = places.exists & np.all(places.touching == np.array(state)[:, None], axis=0)
         contact[own] = i
     beyond = np.zeros((3, stack.n), dtype=bool)
     if not stack.linear:

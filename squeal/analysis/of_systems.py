@@ -16,6 +16,7 @@ from squeal.analysis.ranges import PROVED_ROWS, system_statement
 from squeal.analysis.sensitivity import Sensitivity
 from squeal.analysis.systems.known import (
     accuracy_by_digits,
+    data_of,
     digits_of_files,
     error_bounds,
     open_by_digits,
@@ -137,10 +138,10 @@ class Question:
             )
 
     def eigenvalues(
-        self, at: float | None = None, look: Sweep | None = None, prove: bool = False
+        self, at: float | None = None, look: Sweep | None = None, prove: bool = True
     ) -> Eigenvalues:
         """The roots that are wanted, with what proves them complete, or of a large system from the
-        basis of a first look. `prove` asks the referee, see `system_roots`."""
+        basis of a first look. `prove` asks the referee of all roots of a small one."""
         file, free = self.file, self.system.parameter
         if at is not None:
             self._warn_of_unused_parameter()
@@ -150,7 +151,8 @@ class Question:
             roots = looked_at(look.source[1], self.wanted, {free: system.parameters[free]})
         else:
             bounded = error_bounds(file, system) or tuple
-            roots = system_roots(system, self.wanted, bounded=bounded, prove=prove)
+            data = data_of(file, system) if prove else None
+            roots = system_roots(system, self.wanted, bounded=bounded, data=data)
         doubts = [*roots.doubts, *file.assumptions]
         criterion = roots.criterion
         if roots.verdict is None:
@@ -218,7 +220,7 @@ class Question:
         # of joined components the count is that of the reduced system, as its own words say; what
         # was guessed has a line of its own
         line = "" if self.joined or doubts else statement.words
-        proof: dict[str, Any] = {"proof": statement.to_dict(), "proof_line": line} if prove else {}
+        proof: dict[str, Any] = {"proof": statement.to_dict(), "proof_line": line}
         return Eigenvalues(*head, certified, roots.count, words, *more, **proof, source=source)
 
     def sweep(
@@ -241,11 +243,17 @@ class Question:
         high: float,
         low: float | None = None,
         workers: int | None = None,
-        prove: bool = False,
+        prove: bool | None = None,
     ) -> Thresholds:
-        """Every threshold of the wanted roots from low to high. `prove` asks the referee."""
+        """Every threshold of the wanted roots from low to high, and what the referee says of them.
+
+        `prove` asks it to, or not to; left out, it judges what it can. What it refutes is searched
+        again.
+        """
         system = self.system
-        if prove and not (system.n <= PROVED_ROWS and system.real and self.wanted == Wanted()):
+        provable = system.n <= PROVED_ROWS and system.real and self.wanted == Wanted()
+        provable &= self.file.assembly is None and not self.file.assumptions
+        if prove and not provable:
             raise InputError(
                 f"prove: all thresholds of real systems of up to {PROVED_ROWS} rows can be proved, "
                 "without a band or a region"

@@ -18,7 +18,7 @@ from squeal.analysis.answers import (
     shape_rows,
 )
 from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.equilibrium.statics import excursion
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
@@ -43,6 +43,7 @@ from squeal.model.contact import State, contact_law
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
 from squeal.schema import NOT_NEGATIVE, Number, Place, Several
 
+MATRIX_DIGITS = "12 digits"  # to which those of an equilibrium are taken to be known
 MU_MAX = Number(low=0.0, high=1000.0)
 MUS = Several(NOT_NEGATIVE, "a sequence of numbers of at least 0")
 SAMPLES = 201  # values of mu at which modes are drawn
@@ -180,8 +181,12 @@ def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape,
     return tuple(shapes)
 
 
-def eigenvalues(scene: Scene, at: float | None = None) -> Eigenvalues:
-    """The eigenvalues about the sliding equilibrium at a friction, the scene's own if left out."""
+def eigenvalues(scene: Scene, at: float | None = None, prove: bool = True) -> Eigenvalues:
+    """The eigenvalues about the sliding equilibrium at a friction, the scene's own if left out.
+
+    With `prove` the referee judges them, the matrices taken for known to 12 digits: those of an
+    equilibrium are computed numbers.
+    """
     scene = scene if at is None else scene.replace(mu=at)
     analysis = analyse(scene)
     names, units = ("x", "y", "theta"), ("m", "m", "rad")
@@ -201,11 +206,20 @@ def eigenvalues(scene: Scene, at: float | None = None) -> Eigenvalues:
     shapes = mode_shapes(spectrum, (1.0, 1.0, scene.pad.w))
     rows = shape_rows(shapes, names, "largest of x, y, w theta 1 m")
     judgement = analysis.judgement
-    head = scene.model, "mu", scene.pad.mu, spectrum.eigenvalues, judgement.verdict, str(judgement)
-    proven = all(e.residual <= ACCEPTED for e in spectrum.eigenvalues)
-    count = len(spectrum)  # M is regular: all roots of the characteristic polynomial
+    words: tuple[str | None, str] = judgement.verdict, str(judgement)
+    roots = tuple(spectrum.eigenvalues)
+    proven = all(root.residual <= ACCEPTED for root in roots)
+    proof: dict[str, Any] = {}
+    if prove:
+        from squeal.analysis.systems.proofs import Data, refereed  # no other question needs it
+
+        roots, words, statement = refereed(analysis.matrices, roots, words, Data(MATRIX_DIGITS))
+        proven = statement.status == "proved"
+        proof = {"proof": statement.to_dict(), "proof_line": statement.words}
+    head = scene.model, "mu", scene.pad.mu, roots, *words
+    count = len(roots)  # M is regular: all roots of the characteristic polynomial
     more: Any = ("", rows, details, (note,), "", analysis.warnings, (scene, analysis))
-    return Eigenvalues(*head, _growing(scene, analysis), proven, count, *more)
+    return Eigenvalues(*head, _growing(scene, analysis), proven, count, *more, **proof)
 
 
 def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
@@ -236,12 +250,13 @@ def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
     return Sweep(scene.model, "mu", tuple(steps), losses, own, source=scene)
 
 
-def critical_friction(scene: Scene, high: float = 2.0, prove: bool = False) -> Thresholds:
+def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = False) -> Thresholds:
     """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
 
     The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
-    the last entry. With `prove` the referee judges it up to the first loss of stability; `proof`
-    says up to where, and thresholds there get the intervals in which they are proved.
+    the last entry. With `prove`, or None, the referee judges the list; `proof` says up to where,
+    and thresholds there get the intervals in which they are proved. What it refutes is searched
+    again, with the place in question as one that is looked at.
 
     Raises InputError for a friction that is not `MU_MAX`, ComputationError if there is no
     equilibrium without friction.
@@ -251,15 +266,31 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool = False) -> T
     if path is not None and path.mu_end <= 0.0:
         raise ComputationError(f"no threshold can be given: {path.end}")
     M, C, K = checked(*system(0.0))
-    at_zero = roots_and_verdict(M, C, K)[1].verdict
     if path is not None and hidden(reduce(M, C, K), C, K):
         raise ComputationError(f"no threshold can be given: {STIFF}")
+    answer = _listed(scene, high, system, path)
+    if prove is False:
+        return answer
+    fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))
+    proved, refuted = _proved(answer, fastest)
+    if refuted is not None:
+        again, still = _proved(_listed(scene, high, system, path, [refuted]), fastest)
+        return proved if still is not None else again
+    return proved
+
+
+def _listed(
+    scene: Scene, high: float, system: System, path: Path | None, looked_at: Sequence[float] = ()
+) -> Thresholds:
+    """The thresholds without a proof; `looked_at` are values of friction at which steps end."""
+    at_zero = roots_and_verdict(*checked(*system(0.0)))[1].verdict
     end = high if path is None else path.mu_end
     fold, reach = None if path is None else path.fold, end
     if path is not None and fold is not None:
         # nearer to it rounding makes thresholds, and at it the contact may have changed
         reach = max(fold * (1 - 1e-9) - path.error(fold), fold / 2)
-    located = thresholds(system, reach, path.breakpoints if path else ())
+    breakpoints = [*(path.breakpoints if path else ()), *looked_at]
+    located = thresholds(system, reach, breakpoints)
     points, crossings = located.points, located.crossings
     words, admissible_to, warnings = f"mu = {high:g} is reached", end, list[str]()
     if path is not None:
@@ -277,18 +308,19 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool = False) -> T
     events = tuple(points), tuple(crossings), words, located.certified, tuple(warnings)
     details = {"admissible_to": min(admissible_to, end)}
     head = scene.model, "mu", 0.0, end, at_zero
-    answer = Thresholds(*head, *events, details=details, source=(scene, path))
-    return _proved(answer, M, K, fold) if prove else answer
+    return Thresholds(*head, *events, details=details, source=(scene, path))
 
 
-def _proved(answer: Thresholds, M: np.ndarray, K: np.ndarray, fold: float | None) -> Thresholds:
-    """The answer with what the referee says of it up to the first loss of stability."""
+def _proved(answer: Thresholds, fastest: float) -> tuple[Thresholds, float | None]:
+    """The answer with what the referee says of it, and the friction at which it is refuted.
+
+    fastest: the fastest root without friction, rad/s.
+    """
     from squeal.analysis.ranges import pad_statement  # here, since few answers need it
 
     scene, path = answer.source
     start = np.zeros(3) if path is None else np.array(path.equilibrium(0.0).q)
     losses = [point.mu for point in answer.points if point.kind in GROWING]
-    fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))
     statement, places = pad_statement(
         damped_model(scene),
         start,
@@ -296,9 +328,12 @@ def _proved(answer: Thresholds, M: np.ndarray, K: np.ndarray, fold: float | None
         answer.high,
         losses[0] if losses else None,
         fastest,
-        fold,
+        None if path is None else path.fold,
     )
-    return with_places(answer, statement, places)
+    refuted = None
+    if statement.is_refuted and statement.where is not None:
+        refuted = float(statement.where.real)
+    return with_places(answer, statement, places), refuted
 
 
 def with_places(

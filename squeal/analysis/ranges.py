@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.analysis.answers import OPEN
-from squeal.analysis.systems.proofs import DATA, Statement
+from squeal.analysis.systems.proofs import HALF_ULP, Statement
 from squeal.errors import InputError
 from squeal.linear.events import Crossing
 from squeal.linear.system import TermSystem
@@ -23,8 +23,9 @@ if TYPE_CHECKING:  # scenes start without the referee
 NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"
 RATE = 1e-6  # growth below which nothing is told apart, of the fastest root
 WIDTHS = (1e-10, 1e-8)  # half widths, of a threshold, in which it may be proved
-BEFORE_FOLD = 1e-4  # of the friction at a fold: what is left out before it
-BEYOND = 1e-3  # of a threshold: how far beyond it what grows is proved, at most
+BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be followed
+AS_GIVEN = "as given"  # the entries of pads
+DISAGREES = "the referee disagrees: "
 PROVED_ROWS = 20  # up to which thresholds of systems are always asked for
 WORK = 4e5  # intervals of one gap times the squared rows and a constant
 
@@ -45,13 +46,18 @@ class RangeStatement(Statement):
     high: float = 0.0
 
     @property
+    def is_refuted(self) -> bool:
+        """Whether it is open because the referee disagrees."""
+        return self.reason.startswith(DISAGREES)
+
+    @property
     def words(self) -> str:
         """In a line below a list."""
         if self.status == "proved":
-            given = " (entries as given)" * (self.data != DATA)
+            given = " (entries as given)" * (self.data != HALF_ULP)
             extent = f"up to {self.parameter} = {self.until:.9g}"
-            growth = f"{self.growth_below or 0.0:.3g} 1/s"
-            return f"proved: no other mode grows by more than {growth} {extent}{given}"
+            growth = f" by more than {self.growth_below:.3g} 1/s" if self.growth_below else ""
+            return f"proved: no other mode grows{growth} {extent}{given}"
         where = "" if self.where is None else f" (near {self.parameter} = {self.where.real:.9g})"
         return f"{OPEN}{self.reason}{where}"
 
@@ -71,7 +77,7 @@ def stated(proof: Proof, parameter: str, extent: Interval, high: float) -> Range
     growth = proof.growth_below if status == "proved" else None
     reason = proof.reason
     if proof.status == "refuted":
-        reason = f"the referee disagrees: {reason}"
+        reason = f"{DISAGREES}{reason}"
     until = extent[1] if status == "proved" else high
     more = (parameter, extent[0], until, high)
     return RangeStatement(status, proof.by, growth, proof.data, reason, where, *more)
@@ -121,7 +127,8 @@ def pad_statement(
     fastest: float,
     fold: float | None,
 ) -> tuple[RangeStatement, list[Interval]]:
-    """What is proved of a pad up to its first loss of stability, and in which intervals.
+    """What is proved of a pad along its branch, beyond its first loss of stability at least, and in
+    which intervals.
 
     Parameters
     ----------
@@ -140,24 +147,37 @@ def pad_statement(
     fold : float or None
         The friction at which the branch of equilibria turns back.
     """
-    until = high if fold is None else fold * (1.0 - BEFORE_FOLD)
-    if first is not None and first < until:
-        later = [one.mu for one in crossings if one.mu > first * (1.0 + 1e-9)]
-        nearest = min([*later, until])
-        until = first + min(BEYOND * first, (nearest - first) / 2.0)
-    seen = [one for one in crossings if one.mu <= until]
-    extent = (0.0, until)
-    from squeal.proof.pads import PadBranch
-    from squeal.proof.referee import Proof
+    from squeal.proof.branches import PadBranch
+    from squeal.proof.pads import Claim, prove_pad
 
+    listed = sorted(crossings, key=lambda one: one.mu)
+    claims = [Claim(one.mu, _rise(one)) for one in listed]
+    end = high if fold is None else fold * BEYOND_FOLD
     try:
-        branch = PadBranch(model, start, *extent)
+        branch = PadBranch(model, start, 0.0, end)
     except ImportError:
-        proof = Proof("open", reason=NO_BALLS)
-        return stated(proof, "mu", extent, high), []
-    cuts = [cell.high for cell in branch.cells]
-    proof, places = _proved(branch, extent, seen, RATE * fastest, cuts)
-    return stated(proof, "mu", extent, high), places if proof.status == "proved" else []
+        return RangeStatement("open", None, reason=NO_BALLS, until=high, high=high), []
+    proof = prove_pad(branch, claims, fold, first, RATE * fastest)
+    words = proof.reason
+    if proof.status == "refuted":
+        words = f"{DISAGREES}{words}"
+    if proof.status != "proved":
+        where = None if proof.where is None else complex(proof.where)
+        statement = RangeStatement(
+            "open", "enclosure", data=AS_GIVEN, reason=words, where=where, until=high, high=high
+        )
+        return statement, []
+    until = min(proof.until, high)
+    statement = RangeStatement(
+        "proved", "enclosure", proof.growth_below, AS_GIVEN, until=until, high=high
+    )
+    return statement, list(proof.places)
+
+
+def _rise(crossing: Crossing) -> int:
+    """By how much the number of growing roots rises at a crossing."""
+    roots = 2 if crossing.kind == "flutter" else 1
+    return roots if crossing.direction == "up" else -roots
 
 
 def _factor(term: Any, system: TermSystem) -> Callable[[Any], Any] | None:
@@ -183,7 +203,7 @@ def system_statement(
             [Term(_dense(term.matrix), _factor(term, system)) for term in terms]
             for terms in system.parts
         )
-        provider = Terms(M, C, K, DATA)
+        provider = Terms(M, C, K, HALF_ULP)
     except ImportError:
         return stated(Proof("open", reason=NO_BALLS), system.parameter, extent, high), []
     most = int(WORK / (200.0 + 6.0 * system.n**2))

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from squeal.analysis.pads import analyse, critical_friction
 from squeal.analysis.stack import parameters
 from squeal.equilibrium import Path
-from squeal.equilibrium.find import (
+from squeal.equilibrium.damping import (
     damping_matrix,
     normalised_damping,
     normalised_damping_slope,

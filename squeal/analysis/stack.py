@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.equilibrium.branch import CHANGE, LOST, NOWHERE, REACHED, TURNS, Branches, follow
-from squeal.equilibrium.find import UNSTABLE, normalised_damping, rests
-from squeal.equilibrium.statics import Places, Statics
+from squeal.equilibrium.branch import BranchEnd, Branches, NodeKind, follow
+from squeal.equilibrium.damping import UNSTABLE, normalised_damping
+from squeal.equilibrium.find import rests
+from squeal.equilibrium.statics import Equilibria, Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.linear import VERDICTS, damped_verdicts, undamped_verdicts
@@ -99,33 +100,33 @@ class PadStack:
         return np.broadcast_to(np.asarray(self.statics.model.pad.mu, dtype=float), (self.n,))
 
     @cached_property
-    def rest(self) -> Places:
+    def rest(self) -> Equilibria:
         """Where the pads rest without friction."""
         return rests(self.statics, self.n)
 
     def branches(self, mu_max: np.ndarray) -> tuple[Branches, np.ndarray]:
         """The branches from mu = 0 to mu_max (n,), and pads (n,) whose branch was lost."""
         branches = follow(self.statics, self.rest, mu_max)
-        return branches, branches.end == LOST
+        return branches, branches.end == BranchEnd.LOST
 
-    def origin(self, mu: np.ndarray) -> Places:
+    def origin(self, mu: np.ndarray) -> Equilibria:
         """Full contact about the origin at frictions mu (k,)."""
         z = np.zeros((4, mu.size))
         z[3] = mu
         on = np.ones((self.statics.model.law.points, mu.size), dtype=bool)
-        return Places(z, on, np.ones(mu.size, dtype=bool))
+        return Equilibria(z, on, np.ones(mu.size, dtype=bool))
 
-    def at_mu(self) -> tuple[Places, np.ndarray]:
+    def at_mu(self) -> tuple[Equilibria, np.ndarray]:
         """The equilibrium of each pad at its own friction, and where (n,) that is unknown."""
         at = self.origin(self.mu)
         if self.linear:
             return at, np.zeros(self.n, dtype=bool)
         branches, unknown = self.branches(self.mu)
         if not branches.owner.size:  # none rests anywhere
-            return at._replace(there=~at.there), unknown
+            return at._replace(exists=~at.exists), unknown
         z, on, there = branches.at(np.arange(self.n), self.mu)
         hidden = there & self.statics.hidden(z)
-        return Places(z, on, there & on.any(axis=0) & ~hidden), unknown | hidden
+        return Equilibria(z, on, there & on.any(axis=0) & ~hidden), unknown | hidden
 
     @cached_property
     def damping(self) -> np.ndarray | None:
@@ -147,7 +148,7 @@ class PadStack:
             alpha, beta = damping.rayleigh
             damping = Damping(rayleigh=(alpha * units.time, beta / units.time))
         B, stable = normalised_damping(damping, self._at_rest)
-        stable |= False if self.linear else ~self.rest.there
+        stable |= False if self.linear else ~self.rest.exists
         if not stable.all():
             own = zip(self.names, self.values[:, int(np.argmin(stable))], strict=True)
             at = ", ".join(f"{name} = {value:.6g}" for name, value in own)
@@ -159,10 +160,10 @@ class PadStack:
         """Mass-normalised stiffness (n, 3, 3) without friction."""
         at = self.origin(np.zeros(self.n))
         if not self.linear:
-            at = self.rest._replace(touching=self.rest.touching | ~self.rest.there)
+            at = self.rest._replace(touching=self.rest.touching | ~self.rest.exists)
         return self._matrices(np.arange(self.n), at)[0]
 
-    def _matrices(self, pad: np.ndarray, at: Places) -> Stiffness:
+    def _matrices(self, pad: np.ndarray, at: Equilibria) -> Stiffness:
         """Mass-normalised stiffness, and what falling friction adds to the damping, (k, 3, 3)."""
         part = self.statics.pick(pad)
         model, q = part.model.replace(mu=at.z[3]), part.place(at.z)
@@ -173,7 +174,7 @@ class PadStack:
             falling = normalised(model.pad, rates)
         return normalised(model.pad, K), falling
 
-    def matrices(self, pad: np.ndarray, at: Places) -> Stiffness:
+    def matrices(self, pad: np.ndarray, at: Equilibria) -> Stiffness:
         """Mass-normalised stiffness and damping (k, 3, 3) of pads (k,) about places, the damping
         None where no pad has any."""
         A, B = self._matrices(pad, at)
@@ -189,8 +190,8 @@ class PadStack:
         of it, are zero.
         """
         places, unknown = self.at_mu()
-        here = np.flatnonzero(places.there)
-        A, B = self.matrices(here, Places(*(part[..., here] for part in places)))
+        here = np.flatnonzero(places.exists)
+        A, B = self.matrices(here, Equilibria(*(part[..., here] for part in places)))
         if B is None:
             values = np.sqrt(-np.linalg.eigvals(A).astype(complex))
             values = np.where(values.real < 0.0, -values, values)
@@ -216,24 +217,26 @@ class PadStack:
         starts, stops = np.zeros(self.n), np.full(self.n, mu_max)
         jumps = unknown = nowhere = np.zeros(self.n, dtype=bool)
         lost, kinds = np.full(self.n, np.nan), [""] * self.n
-        at: Callable[[np.ndarray, np.ndarray], Places] = lambda _, mu: self.origin(mu)  # noqa: E731
+        at: Callable[[np.ndarray, np.ndarray], Equilibria] = lambda _, mu: self.origin(mu)  # noqa: E731
         if not self.linear:
             branches, unknown = self.branches(np.full(self.n, mu_max))
-            nowhere = branches.end == NOWHERE
+            nowhere = branches.end == BranchEnd.NO_EQUILIBRIUM
             lost = np.where(nowhere, 0.0, branches.mu_end)
-            lost[branches.end == REACHED] = np.nan
-            kinds = ["fold" if end == TURNS else "end of the branch" for end in branches.end]
+            lost[branches.end == BranchEnd.REACHED] = np.nan
+            kinds = [
+                "fold" if end == BranchEnd.FOLD else "end of the branch" for end in branches.end
+            ]
             j = np.arange(len(branches.owner))
             j = j[j < branches.last[branches.owner]]
             owner, starts, stops = branches.owner[j], branches.z[3, j], branches.z[3, j + 1]
-            jumps = branches.kind[j] == CHANGE
+            jumps = branches.kind[j] == NodeKind.CONTACT_CHANGE
             at = branches.at
 
         def calm_at(pad: np.ndarray, mu: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             """Where nothing grows, and the margins of stability."""
             places = at(pad, mu)
             A, B = self.matrices(pad, places)
-            return np.isin(verdicts(A, B), QUIET) & places.there, margins(A, B)
+            return np.isin(verdicts(A, B), QUIET) & places.exists, margins(A, B)
 
         parts = np.maximum(np.ceil((stops - starts) / mu_max * LEVELS), 2).astype(int) + 1
         piece = np.repeat(np.arange(len(parts)), parts)
@@ -285,7 +288,7 @@ class PadStack:
         hertz = np.where(np.array(kinds) == "fold", 0.0, np.nan)
         places = at(who, high)
         A, B = self.matrices(who, places)
-        codes = np.where(places.there, verdicts(A, B), QUIET[0])
+        codes = np.where(places.exists, verdicts(A, B), QUIET[0])
         for i, code, frequency in zip(who, codes, self.meeting(A, B), strict=True):
             if code not in QUIET:
                 kinds[i] = VERDICTS[code]

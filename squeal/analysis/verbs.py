@@ -46,7 +46,7 @@ def _answer(verb: str, subject: object, **options: Any) -> Any:
     """
     scene = isinstance(subject, Scene)
     for name in OF_SYSTEMS if scene else OF_SCENES:
-        if name == "prove" and verb == "thresholds":
+        if name == "prove" and verb in ("eigenvalues", "thresholds"):
             continue
         value = options.pop(name, None)
         if value is not None and value is not False:
@@ -138,7 +138,7 @@ def eigenvalues(
     memory: Positive | None = None,
     progress: Progress | None = None,
     look: Sweep | None = None,
-    prove: bool = False,
+    prove: bool = True,
 ) -> Eigenvalues:
     """Compute eigenvalues, and the verdict on them.
 
@@ -161,9 +161,9 @@ def eigenvalues(
     look : Sweep, optional
         A first look over the value: above 400 rows its basis answers, and nothing is certified.
     prove : bool
-        Whether the referee judges all roots of a system of up to 400 rows. What it proves is then
-        certified, what hangs on the last digits of the entries has no verdict, and what it refutes
-        is replaced.
+        Whether the referee judges all roots of a pad, or of a system of up to 400 rows. What it
+        proves is certified, what hangs on the last digits of the entries has no verdict, and what
+        it refutes is replaced.
 
     Returns
     -------
@@ -241,7 +241,7 @@ def thresholds(
     memory: Positive | None = None,
     progress: Progress | None = None,
     workers: Workers | None = None,
-    prove: bool = False,
+    prove: bool | None = None,
 ) -> Thresholds:
     """Find every change of stability over a range of the friction or of the free parameter.
 
@@ -254,9 +254,9 @@ def thresholds(
     low : float, optional
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
-    prove : bool
-        Let the referee judge a pad up to its first loss of stability, or a system of up to 20 rows
-        over the whole range: `proof` of the answer says what is proved, and of which extent.
+    prove : bool, optional
+        Whether the referee judges the list; left out, it does of pads and of systems of up to 20
+        rows. `proof` of the answer says what is proved, and of which extent.
 
     Returns
     -------

@@ -21,8 +21,8 @@ def options(parser: Parser) -> None:
     take(parser, "high", high=2.0)
     words = "how the first loss of stability moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
-    words = "let a referee judge a pad up to its first loss, or all thresholds of up to 20 rows"
-    parser.add_argument("--prove", action="store_true", help=words)
+    words = "let a referee judge the thresholds (as it does of pads and of up to 20 rows), or not"
+    parser.add_argument("--prove", action=argparse.BooleanOptionalAction, help=words)
     take(parser, "workers low band region memory")
     take_changes(parser)
     take_files(parser, table="the thresholds", figure="a picture of the way to them")

@@ -22,8 +22,9 @@ def options(parser: Parser) -> None:
     take(parser, "values workers band")
     words = "how each eigenvalue moves with each parameter"
     parser.add_argument("--sensitivity", action="store_true", help=words)
-    words = "let a referee judge all roots of up to 400 rows: proved, open or refuted"
-    parser.add_argument("--prove", action="store_true", help=words)
+    words = "let a referee judge all roots of a pad or of up to 400 rows, which is the rule"
+    both = argparse.BooleanOptionalAction
+    parser.add_argument("--prove", action=both, default=True, help=words)
     words = "what the verdict was held against too"
     parser.add_argument("--verbose", action="store_true", help=words)
     take(parser, "at modes region method memory shape test")
@@ -39,7 +40,7 @@ def run(given: argparse.Namespace) -> Reply:
     subject = source.subject()
     scene = isinstance(subject, Scene)
     if scene:
-        refuse(given, "at method shape shapes test prove", f"{source.name}, a scene")
+        refuse(given, "at method shape shapes test", f"{source.name}, a scene")
     elif given.at is not None and f"parameters.{subject.system.parameter}" in source.changes:
         raise InputError(f"{said(given, 'at')}: --set gives it too; one of both is allowed")
     elif (given.shape or given.shapes) and subject.coordinates is None:

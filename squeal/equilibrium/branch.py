@@ -11,21 +11,39 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
-from squeal.equilibrium.statics import Places, Statics, newton, solve_stack
+from squeal.equilibrium.statics import Equilibria, Statics, newton, solve_stack
 from squeal.model.equations import natural_units, net_loads
 from squeal.numerics import differentiation
 from squeal.numerics.differentiation import Dual
+from squeal.schema import Place
 
-NODE, CHANGE, FOLD = range(3)
-"""Kinds of a node: a point of the branch, a change of contact, a smooth fold."""
-GOING, REACHED, TURNS, LOST, AWAY, SEPARATED, TILTED, NOWHERE = range(8)
-"""How a branch ends, see `squeal.equilibrium.Path.end`; NOWHERE has no place of rest."""
+
+class NodeKind(IntEnum):
+    """What happens at a node of a branch."""
+
+    POINT = 0
+    CONTACT_CHANGE = 1
+    FOLD = 2
+
+
+class BranchEnd(IntEnum):
+    """How a branch ends, in words in `squeal.equilibrium.path.Path.end`."""
+
+    GOING = 0
+    REACHED = 1
+    FOLD = 2
+    LOST = 3
+    UNBOUNDED = 4
+    SEPARATED = 5
+    TILTED = 6
+    NO_EQUILIBRIUM = 7  # without friction, where it would begin
 
 
 @dataclass(frozen=True)
@@ -47,6 +65,14 @@ class BranchOptions:
     most_steps: int = 4000
     farthest: float = 100.0  # free lengths of both springs: the equilibrium has run away
     looks: int = 6  # places within a step at which events are looked for
+    halvings: int = 15  # of the interval between two of these, to tell which event comes first
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not value > 0:
+                raise (Place("BranchOptions") / name).must_be(value, "a number above 0")
+        if not self.cosine < 1.0:
+            raise (Place("BranchOptions") / "cosine").must_be(self.cosine, "a number below 1")
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,9 +81,9 @@ class Branches:
 
     statics: of the pads; scale (4, n): what makes lengths and tangents of a pad; side (n,): sign of
     the balance's determinant, which it keeps as long as mu rises; end (n,): how each branch ends,
-    the last node being where. Of each node: owner (m,): its pad; z (4, m) = (x, y, w theta, mu) in
-    its units; arrives, leaves (4, m): unit tangents of scale z before and behind it; touching
-    (points, m): the contact state behind it; kind (m,): `NODE`, `CHANGE`, `FOLD`.
+    the last node being where, see `BranchEnd`. Of each node: owner (m,): its pad; z (4, m) =
+    (x, y, w theta, mu) in its units; arrives, leaves (4, m): unit tangents of scale z before and
+    behind it; touching (points, m): the contact state behind it; kind (m,): see `NodeKind`.
     """
 
     statics: Statics
@@ -78,12 +104,13 @@ class Branches:
 
     @cached_property
     def mu_end(self) -> np.ndarray:
-        """The largest mu (n,) of each pad; NaN without a place of rest."""
-        mu, there = np.full(len(self.end), np.nan), self.end != NOWHERE
-        mu[there] = self.z[3, self.last[there]]
+        """The largest mu (n,) of each pad; NaN without an equilibrium."""
+        mu = np.full(len(self.end), np.nan)
+        exists = self.end != BranchEnd.NO_EQUILIBRIUM
+        mu[exists] = self.z[3, self.last[exists]]
         return mu
 
-    def at(self, pad: np.ndarray, mu: np.ndarray) -> Places:
+    def at(self, pad: np.ndarray, mu: np.ndarray) -> Equilibria:
         """The equilibria of pads (k,) at mu (k,), at a change of contact in the new state.
 
         There is none beyond `mu_end`.
@@ -91,38 +118,65 @@ class Branches:
         # complex numbers are sorted by their real parts, then by their imaginary ones
         keys = self.owner + 1j * self.z[3]
         node = np.maximum(np.searchsorted(keys, pad + 1j * mu, side="right") - 1, 0)
-        z, touching = self.z[:, node], self.touching[:, node]
-        there = (mu >= 0.0) & (mu <= self.mu_end[pad])
-        go = np.flatnonzero(there & (z[3] != mu))
-        if not go.size:
-            return Places(z, touching, there)
-        a, b, pad, target = node[go], node[go] + 1, pad[go], mu[go]
-        start, end, part = self.z[:, a], self.z[:, b], self.statics.pick(pad)
-        curve = _cubic(start, end, self.leaves[:, a], self.arrives[:, b], self.scale[:, pad])
-        share = (target - start[3]) / (end[3] - start[3])  # as if mu rose evenly,
-        share = np.where(self.kind[b] == FOLD, 1.0 - np.sqrt(1.0 - share), share)  # or to its top
+        z = self.z[:, node]
+        touching = self.touching[:, node]
+        exists = (mu >= 0.0) & (mu <= self.mu_end[pad])
+        between = np.flatnonzero(exists & (z[3] != mu))  # behind the node, before the next one
+        if between.size:
+            touching_there = touching[:, between]
+            corrected, good = self._between(
+                node[between], pad[between], mu[between], touching_there
+            )
+            missed = np.flatnonzero(~good)
+            if missed.size:  # a component runs far ahead of the others
+                followed, reached = self._followed(
+                    node[between[missed]],
+                    pad[between[missed]],
+                    mu[between[missed]],
+                    touching_there[:, missed],
+                )
+                corrected[:, missed] = followed
+                good[missed] = reached
+            z[:, between] = corrected
+            exists[between] = good
+        return Equilibria(z, touching, exists)
+
+    def _between(
+        self, node: np.ndarray, pad: np.ndarray, mu: np.ndarray, touching: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Equilibria (4, k) of pads at mu (k,) behind nodes, by Newton's method from the curve to
+        the next nodes; true (k,) where it leads to this branch."""
+        following = node + 1
+        start = self.z[:, node]
+        end = self.z[:, following]
+        curve = _cubic(
+            start, end, self.leaves[:, node], self.arrives[:, following], self.scale[:, pad]
+        )
+        share = (mu - start[3]) / (end[3] - start[3])  # as if mu rose evenly,
+        to_top = 1.0 - np.sqrt(1.0 - share)  # or to its top
+        share = np.where(self.kind[following] == NodeKind.FOLD, to_top, share)
         guess = polyval(share, curve, tensor=False)
-        guess[3] = target
-        root, side = part.settle(guess, 1.0 * touching[:, go], 12)
+        guess[3] = mu
+        root, side = self.statics.pick(pad).settle(guess, 1.0 * touching, 12)
         # across a fold the sign differs; other branches lie farther off
         near = np.abs(root - guess).max(axis=0) <= np.abs(end - start).max(axis=0)
         good = (side == self.side[pad]) & near
         # within rounding of a fold the balance is singular, and the cubic as good as it gets
-        close = (self.end[pad] == TURNS) & (end[3] - target <= 1e-8 * end[3])
-        z[:, go], there[go] = np.where(good, root, guess), good | close
-        missed = go[~there[go]]
-        if missed.size:  # a component runs far ahead of the others
-            on = touching[:, missed]
-            before = Places(self.z[:, node[missed]], on, np.ones(missed.size, dtype=bool))
-            branch = follow(part.pick(~there[go]), before, mu[missed])
-            same = (branch.touching[:, branch.last] == on).all(axis=0)
-            z[:, missed] = branch.z[:, branch.last]
-            there[missed] = same & (branch.end == REACHED)
-        return Places(z, touching, there)
+        at_fold = (self.end[pad] == BranchEnd.FOLD) & (end[3] - mu <= 1e-8 * end[3])
+        return np.where(good, root, guess), good | at_fold
+
+    def _followed(
+        self, node: np.ndarray, pad: np.ndarray, mu: np.ndarray, touching: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """The same by following the branches of k pads again from nodes to mu (k,)."""
+        start = Equilibria(self.z[:, node], touching, np.ones(node.size, dtype=bool))
+        branch = follow(self.statics.pick(pad), start, mu)
+        same_contact = (branch.touching[:, branch.last] == touching).all(axis=0)
+        return branch.z[:, branch.last], same_contact & (branch.end == BranchEnd.REACHED)
 
 
 def follow(
-    statics: Statics, start: Places, mu_max: np.ndarray, options: BranchOptions | None = None
+    statics: Statics, start: Equilibria, mu_max: np.ndarray, options: BranchOptions | None = None
 ) -> Branches:
     """Continue equilibria without friction until mu reaches mu_max, or turns back.
 
@@ -135,36 +189,59 @@ def follow(
     mu_max : (n,)
         Where to stop, at least 0.
     """
-    o, (z, touching, there) = options or BranchOptions(), start
-    n = len(there)
-    state, scale = np.array(touching, dtype=bool), np.ones((4, n))
+    options = options or BranchOptions()
+    z, _, exists = start
+    n = len(exists)
+    state = np.array(start.touching, dtype=bool)
+    scale = np.ones((4, n))
     scale[:3] /= natural_units(statics.model, (0.0,) * 6).length
-    J = statics.linearised(z, 1.0 * state)[1]
+    _, J = statics.linearised(z, 1.0 * state)
     with np.errstate(all="ignore"):
         side = np.sign(np.linalg.det(np.moveaxis(J[:, :3], -1, 0)))
     # dz/dmu: without friction no branch turns back
-    ahead = _along(J, np.tile(np.eye(4)[:, 3:], n)) * scale
+    ahead = _null_vectors(J, np.tile(np.eye(4)[:, 3:], n)) * scale
     moves = np.sqrt((ahead[:3] ** 2).sum(axis=0))
     # mu counts as what it displaces at the start
-    ahead[3] = scale[3] = np.where(np.isfinite(moves), np.maximum(moves, 1e-3), 1.0)
-    step = np.full(n, o.first_step)
-    front = _Front(statics, np.arange(n), z, state, _unit(ahead), step, scale, mu_max)
-    end = np.where(there, np.where(mu_max > z[3], GOING, REACHED), NOWHERE)
-    end[(end == GOING) & statics.hidden(z)] = LOST
-    _, owner, z, state, ahead, *_ = front.pick(there)
-    nodes: list[tuple[np.ndarray, ...]] = [(owner, z, ahead, ahead, state, 0 * owner)]
-    front = front.pick(end == GOING)
-    for _ in range(o.most_steps):
+    scale[3] = np.where(np.isfinite(moves), np.maximum(moves, 1e-3), 1.0)
+    ahead[3] = scale[3]
+    end = np.where(mu_max > z[3], BranchEnd.GOING, BranchEnd.REACHED)
+    end = np.where(exists, end, BranchEnd.NO_EQUILIBRIUM)
+    end[(end == BranchEnd.GOING) & statics.hidden(z)] = BranchEnd.LOST
+    front = _Front(
+        part=statics,
+        owner=np.arange(n),
+        z=z,
+        state=state,
+        ahead=_unit(ahead),
+        step=np.full(n, options.first_step),
+        scale=scale,
+        mu_max=mu_max,
+    )
+    begin = front.pick(exists)
+    first_nodes = _Nodes(
+        owner=begin.owner,
+        z=begin.z,
+        arrives=begin.ahead,
+        leaves=begin.ahead,
+        touching=begin.state,
+        kind=np.full(begin.owner.size, NodeKind.POINT),
+    )
+    nodes = [first_nodes]
+    front = front.pick(end == BranchEnd.GOING)
+    for _ in range(options.most_steps):
         if not front.owner.size:
             break
-        front, taken, why = front.moved(o)
-        end[front.owner] = why
+        front, taken, step_end = front.moved(options)
+        end[front.owner] = step_end
         nodes.append(taken)
-        front = front if (why == GOING).all() else front.pick(why == GOING)
-    end[front.owner] = LOST
-    whole = [np.concatenate(part, axis=-1) for part in zip(*nodes, strict=True)]
-    order = np.argsort(whole[0], kind="stable")
-    return Branches(statics, scale, side, end, *(part[..., order] for part in whole))
+        going = step_end == BranchEnd.GOING
+        if not going.all():
+            front = front.pick(going)
+    end[front.owner] = BranchEnd.LOST
+    every = _Nodes(*(np.concatenate(arrays, axis=-1) for arrays in zip(*nodes, strict=True)))
+    by_pad = np.argsort(every.owner, kind="stable")
+    every = every.some(by_pad)
+    return Branches(statics=statics, scale=scale, side=side, end=end, **every._asdict())
 
 
 def _cubic(
@@ -173,19 +250,52 @@ def _cubic(
     """Coefficients (4, 4, k) of a curve from places a to b (4, k) with unit tangents start, end."""
     chord = b - a
     length = np.sqrt(((chord * scale) ** 2).sum(axis=0)) / scale
-    start, end = length * start, length * end
-    return np.array([a, start, 3 * chord - 2 * start - end, start + end - 2 * chord])
+    at_start = length * start
+    at_end = length * end
+    return np.array([a, at_start, 3 * chord - 2 * at_start - at_end, at_start + at_end - 2 * chord])
 
 
-def _along(J: np.ndarray, row: np.ndarray) -> np.ndarray:
+def _null_vectors(J: np.ndarray, row: np.ndarray) -> np.ndarray:
     """Null vectors (4, k) of J (3, 4, k) with row . v = 1."""
     A = np.concatenate([np.moveaxis(J, -1, 0), row.T[:, None, :]], axis=1)
-    return np.asarray(solve_stack(A, np.tile(np.eye(4)[:, 3:], (len(A), 1, 1)))[0][:, :, 0].T)
+    right_sides = np.tile(np.eye(4)[:, 3:], (len(A), 1, 1))
+    vectors, _ = solve_stack(A, right_sides)
+    return np.asarray(vectors[:, :, 0].T)
 
 
 def _unit(v: np.ndarray) -> np.ndarray:
+    """Vectors (4, k) of length 1; where there is none zero."""
     with np.errstate(all="ignore"):
         return np.nan_to_num(v / np.sqrt((v * v).sum(axis=0)))
+
+
+class _Nodes(NamedTuple):
+    """Nodes of branches, see `Branches`."""
+
+    owner: np.ndarray
+    z: np.ndarray
+    arrives: np.ndarray
+    leaves: np.ndarray
+    touching: np.ndarray
+    kind: np.ndarray
+
+    def some(self, which: np.ndarray) -> _Nodes:
+        """Some of the nodes, by numbers or bools."""
+        return _Nodes(*(array[..., which] for array in self))
+
+
+class _Located(NamedTuple):
+    """Events (k,) located on steps: place z (4, k), unit tangent of scale z there, derivative of
+    the event function by z (4, k), whether it was located (k,), and which event it is (k,)."""
+
+    z: np.ndarray
+    tangent: np.ndarray
+    slope: np.ndarray
+    good: np.ndarray
+    event: np.ndarray
+
+
+NO_EVENT = -1
 
 
 class _Front(NamedTuple):
@@ -205,8 +315,24 @@ class _Front(NamedTuple):
     scale: np.ndarray
     mu_max: np.ndarray
 
+    @property
+    def tilted(self) -> int:
+        """Number of the event that the pad turns past 90 degrees; contact changes come before."""
+        return len(self.state)
+
+    @property
+    def range_end(self) -> int:
+        """Number of the event that mu reaches the end of the range."""
+        return len(self.state) + 1
+
+    @property
+    def fold(self) -> int:
+        """Number of the event that mu turns back."""
+        return len(self.state) + 2
+
     def pick(self, i: np.ndarray) -> _Front:
-        return _Front(self.part.pick(i), *(a[..., i] for a in self[1:]))
+        """Some of the branches, by numbers or bools."""
+        return _Front(self.part.pick(i), *(array[..., i] for array in self[1:]))
 
     def solve(
         self, start: np.ndarray, condition: Callable[[_Front, np.ndarray, np.ndarray], np.ndarray]
@@ -221,126 +347,202 @@ class _Front(NamedTuple):
 
         z, J, good = newton(conditions, start, 1.0 / self.scale[0])
         with np.errstate(all="ignore"):
-            turn = _unit(_along(J[:3], self.ahead * self.scale) * self.scale)
-        return z, turn, J[3], good
+            tangent = _unit(_null_vectors(J[:3], self.ahead * self.scale) * self.scale)
+        return z, tangent, J[3], good
 
-    def events(self, z: np.ndarray) -> np.ndarray:
-        """The events but the last, positive behind them, at places (4, ..., k)."""
-        side = np.where(self.state, 1.0, -1.0).reshape(-1, *[1] * (z.ndim - 2), z.shape[-1])
+    def event_functions(self, z: np.ndarray) -> np.ndarray:
+        """Of the events but the fold, positive behind them, at places (4, ..., k)."""
+        outwards = np.where(self.state, 1.0, -1.0)
+        outwards = outwards.reshape(-1, *[1] * (z.ndim - 2), z.shape[-1])
         tilt = self.part.tilt(z)
-        ends = np.sign(tilt.real) * tilt - math.pi / 2, z[3] - self.mu_max
-        return np.concatenate([side * self.part.gaps(z), ends])
+        past_upright = np.sign(tilt.real) * tilt - math.pi / 2
+        past_range = z[3] - self.mu_max
+        return np.concatenate([outwards * self.part.gaps(z), (past_upright, past_range)])
 
-    def turning(self, z: np.ndarray) -> np.ndarray:
-        """The determinant of the balance's derivative by q, zero at folds, at z (4, ..., k)."""
-        c, one = self.part.model.c._replace(mu=z[3]), np.eye(3).reshape(3, 3, *[1] * (z.ndim - 1))
-        q, law = tuple(map(Dual, self.part.place(z), one)), self.part.model.law
-        f = net_loads(differentiation, c, law, q, 1.0 * self.state[:, None])
-        x, y, turn = (load.slope for load in f)
-        return np.asarray((x * np.cross(y, turn, axis=0)).sum(axis=0))
+    def determinant(self, z: np.ndarray) -> np.ndarray:
+        """Of the balance's derivative by q, zero at folds, at z (4, ..., k)."""
+        c = self.part.model.c._replace(mu=z[3])
+        directions = np.eye(3).reshape(3, 3, *[1] * (z.ndim - 1))
+        q = tuple(map(Dual, self.part.place(z), directions))
+        loads = net_loads(differentiation, c, self.part.model.law, q, 1.0 * self.state[:, None])
+        by_x, by_y, by_turn = (load.slope for load in loads)
+        return np.asarray((by_x * np.cross(by_y, by_turn, axis=0)).sum(axis=0))
 
     def over(self, z: np.ndarray) -> np.ndarray:
-        """Which events but the last lie behind places (4, ..., k), beyond rounding."""
-        values = self.events(z)
+        """Which events but the fold lie behind places (4, ..., k), beyond rounding."""
+        values = self.event_functions(z)
         over = np.asarray(values > 0.0)
         if over.any():
-            over[:-2] &= values[:-2] > self.part.rounding(z)
-            over[-1] &= values[-1] > 1e-15 * self.mu_max
+            over[: self.tilted] &= values[: self.tilted] > self.part.rounding(z)
+            over[self.range_end] &= values[self.range_end] > 1e-15 * self.mu_max
         return over
 
     def past(self, curve: np.ndarray, share: np.ndarray, fold: bool) -> np.ndarray:
-        """Which events, the last or all others, lie behind shares (..., k) of curves."""
+        """Which events, the fold or all others, lie behind shares (..., k) of curves."""
         if fold:
-            return np.asarray(polyval(share, polyder(curve[:, 3]), tensor=False) < 0.0)[None]
+            mu_rate = polyval(share, polyder(curve[:, 3]), tensor=False)
+            return np.asarray(mu_rate < 0.0)[None]
         return self.over(polyval(share, curve, tensor=False))
 
     def located(
-        self, new: np.ndarray, curve: np.ndarray, between: Any, fold: bool, o: BranchOptions
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """A fold, or the first of the other events, between two shares of steps to new places:
-        where it is, tangent and its derivative there, if it was located, and which it is."""
-        each, points, (low, high) = np.arange(self.owner.size), len(self.state), between
-        for _ in range(15):  # halvings tell which event comes first
+        self,
+        new: np.ndarray,
+        curve: np.ndarray,
+        low: np.ndarray,
+        high: np.ndarray,
+        fold: bool,
+        options: BranchOptions,
+    ) -> _Located:
+        """A fold, or the first of the other events, between the shares low and high (k,) of steps
+        along curves to new places (4, k)."""
+        branches = np.arange(self.owner.size)
+        for _ in range(options.halvings):
             middle = (low + high) / 2
             beyond = self.past(curve, middle, fold).any(axis=0)
-            low, high = np.where(beyond, low, middle), np.where(beyond, middle, high)
+            low = np.where(beyond, low, middle)
+            high = np.where(beyond, middle, high)
         event = np.argmax(self.past(curve, high, fold), axis=0)
 
         def condition(some: _Front, z: np.ndarray, i: np.ndarray) -> np.ndarray:
-            return some.turning(z) if fold else some.events(z)[event[i], :, np.arange(i.size)].T
+            if fold:
+                return some.determinant(z)
+            return some.event_functions(z)[event[i], :, np.arange(i.size)].T
 
-        z, turn, slope, good = self.solve(polyval(high, curve, tensor=False), condition)
-        if not fold:
+        z, tangent, slope, good = self.solve(polyval(high, curve, tensor=False), condition)
+        if fold:
+            event = np.full(event.size, self.fold)
+        else:
             others = self.over(z)
-            others[event, each] = False
-            # a gap has to pass zero along the branch
-            passes = ((slope * turn / self.scale).sum(axis=0) > 0.0) | (event >= points)
-            good &= ~others.any(axis=0) & passes
-            z[3] = np.where(event == points + 1, self.mu_max, z[3])
-        # and to lie between the present place and the new one, to a millionth of the step
-        ways = [(p - self.z) * self.scale / self.step for p in (z, new)]
-        way, whole = ((self.ahead * one).sum(axis=0) for one in ways)
-        far = np.sqrt((ways[0] ** 2).sum(axis=0))
-        good &= (way >= -1e-6) & (way <= whole + 1e-6) & (far <= way / o.cosine + 1e-6)
-        return z, turn, slope, good, np.where(fold, points + 2, event)
+            others[event, branches] = False
+            rate = (slope * tangent / self.scale).sum(axis=0)  # of the event function
+            is_gap = event < self.tilted
+            good &= ~others.any(axis=0) & ((rate > 0.0) | ~is_gap)
+            z[3] = np.where(event == self.range_end, self.mu_max, z[3])
+        return _Located(z, tangent, slope, good & self._on_the_way(z, new, options), event)
 
-    def rises(self, z: np.ndarray, turn: np.ndarray, o: BranchOptions) -> np.ndarray:
-        """False for steps to places z with tangents `turn` on which mu may turn back twice."""
-        rate = polyder(_cubic(self.z, z, self.ahead, turn, self.scale)[:, 3])
-        slow, fast = np.sort([rate[0], rate.sum(axis=0)], axis=0)
+    def _on_the_way(self, z: np.ndarray, new: np.ndarray, options: BranchOptions) -> np.ndarray:
+        """Whether (k,) places z (4, k) lie between the present places and new ones, to a millionth
+        of the step, and not far aside."""
+        way = (z - self.z) * self.scale / self.step
+        whole_way = (new - self.z) * self.scale / self.step
+        forwards = (self.ahead * way).sum(axis=0)
+        step_forwards = (self.ahead * whole_way).sum(axis=0)
+        distance = np.sqrt((way**2).sum(axis=0))
+        between = (forwards >= -1e-6) & (forwards <= step_forwards + 1e-6)
+        return np.asarray(between & (distance <= forwards / options.cosine + 1e-6))
+
+    def rises(self, z: np.ndarray, tangent: np.ndarray, options: BranchOptions) -> np.ndarray:
+        """False for steps to places z with given tangents on which mu may turn back twice."""
+        rate = polyder(_cubic(self.z, z, self.ahead, tangent, self.scale)[:, 3])
+        at_start = rate[0]
+        at_end = rate.sum(axis=0)
+        slow, fast = np.sort([at_start, at_end], axis=0)
         with np.errstate(all="ignore"):
-            share = np.clip(np.nan_to_num(-rate[1] / (2 * rate[2])), 0.0, 1.0)
-            within = polyval(share, rate, tensor=False)
-        even = (fast <= o.ratio * slow) & (within >= o.slower * slow)
-        return np.asarray((slow <= 0.0) | (self.step < o.closest) | even)
+            extremum = np.clip(np.nan_to_num(-rate[1] / (2 * rate[2])), 0.0, 1.0)
+            within = polyval(extremum, rate, tensor=False)
+        even = (fast <= options.ratio * slow) & (within >= options.slower * slow)
+        return np.asarray((slow <= 0.0) | (self.step < options.closest) | even)
 
-    def moved(self, o: BranchOptions) -> tuple[_Front, tuple[np.ndarray, ...], np.ndarray]:
-        """The ends after one more step, up to the first event on it, or half as far ahead where it
-        is refused; the nodes of steps that were taken; how (k,) branches end there if they do."""
-        row, points = self.ahead * self.scale, len(self.state)
+    def _stepped(
+        self, options: BranchOptions
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Places a step ahead, corrected in the plane across, tangents there, derivatives of the
+        condition, and where (k,) the step may be taken."""
+        row = self.ahead * self.scale
         guess = self.z + self.step * self.ahead / self.scale
         plane = (row * guess).sum(axis=0)
-        z, turn, slope, good = self.solve(
-            guess, lambda _, z, i: (row[:, None, i] * z).sum(axis=0) - plane[i]
-        )
+
+        def in_plane(_some: _Front, z: np.ndarray, i: np.ndarray) -> np.ndarray:
+            return np.asarray((row[:, None, i] * z).sum(axis=0) - plane[i])
+
+        z, tangent, slope, good = self.solve(guess, in_plane)
         with np.errstate(all="ignore"):
-            good &= (((z - guess) * self.scale) ** 2).sum(axis=0) <= (o.correction * self.step) ** 2
-        good &= (turn * self.ahead).sum(axis=0) >= o.cosine
-        good &= self.rises(z, turn, o)
-        z, event = np.where(good, z, self.z), np.full(good.size, -1)
-        shares = np.linspace(0.0, 1.0, o.looks + 1)
+            correction = (((z - guess) * self.scale) ** 2).sum(axis=0)
+            good &= correction <= (options.correction * self.step) ** 2
+        good &= (tangent * self.ahead).sum(axis=0) >= options.cosine
+        good &= self.rises(z, tangent, options)
+        return z, tangent, slope, good
+
+    def moved(self, options: BranchOptions) -> tuple[_Front, _Nodes, np.ndarray]:
+        """The ends after one more step, up to the first event on it, or half as far ahead where it
+        is refused; the nodes of steps that were taken; how (k,) branches end there if they do."""
+        z, tangent, slope, good = self._stepped(options)
+        z = np.where(good, z, self.z)
+        event = np.full(good.size, NO_EVENT)
+        shares = np.linspace(0.0, 1.0, options.looks + 1)
         for fold in (True, False):  # other events lie on the way to the fold
-            curve = _cubic(self.z, z, self.ahead, turn, self.scale)
+            curve = _cubic(self.z, z, self.ahead, tangent, self.scale)
             past = np.any(self.past(curve[:, :, None], shares[1:, None], fold), axis=0)
             i = np.flatnonzero(good & past.any(axis=0))
             if i.size:
-                stop = np.argmax(past[:, i], axis=0)
-                between = shares[stop], shares[stop + 1]
-                found = self.pick(i).located(z[:, i], curve[:, :, i], between, fold, o)
-                z[:, i], turn[:, i], slope[:, i], good[i], event[i] = found
-        z, ahead = np.where(good, z, self.z), np.where(good, turn, self.ahead)
-        kind = np.select([event == points + 2, (event >= 0) & (event < points)], [FOLD, CHANGE])
-        i, state = np.flatnonzero(good & (kind == CHANGE)), self.state.copy()
-        state[event[i], i] ^= True
-        apart = np.asarray(np.all(~state, axis=0))
-        if i.size:
-            J = self.part.pick(i).linearised(z[:, i], 1.0 * state[:, i])[1]
-            new = _unit(_along(J, slope[:, i]) * self.scale[:, i])
-            ahead[:, i] = np.where(apart[i], ahead[:, i], new)
-        state[:, apart] = self.state[:, apart]  # as it came
-        pad, far = self.part.model.pad, np.max(np.abs(z * self.scale), axis=0)
-        ends = {
-            SEPARATED: apart,
-            REACHED: event == points + 1,
-            TURNS: (kind == FOLD) | (ahead[3] < 0.0),
-            TILTED: event == points,
-            AWAY: np.max(np.abs(z[:2]), axis=0) > o.farthest * (pad.L1 + pad.L2),
-            LOST: self.part.hidden(z),
-        }
-        why = np.where(good, np.select(list(ends.values()), list(ends), GOING), GOING)
-        longer = np.minimum(2.0 * self.step, o.longest_step * (1.0 + 0.1 * far))
+                first = np.argmax(past[:, i], axis=0)
+                low, high = shares[first], shares[first + 1]
+                found = self.pick(i).located(z[:, i], curve[:, :, i], low, high, fold, options)
+                z[:, i] = found.z
+                tangent[:, i] = found.tangent
+                slope[:, i] = found.slope
+                good[i] = found.good
+                event[i] = found.event
+        z = np.where(good, z, self.z)
+        is_change = (event != NO_EVENT) & (event < self.tilted)
+        kind = np.full(event.size, NodeKind.POINT)
+        kind[event == self.fold] = NodeKind.FOLD
+        kind[is_change] = NodeKind.CONTACT_CHANGE
+        ahead, state, separated = self._behind_changes(
+            np.flatnonzero(good & is_change), event, z, np.where(good, tangent, self.ahead), slope
+        )
+        step_end = self._ends(z, ahead, event, separated, options)
+        step_end = np.where(good, step_end, BranchEnd.GOING)
+        farthest = np.max(np.abs(z * self.scale), axis=0)
+        longer = np.minimum(2.0 * self.step, options.longest_step * (1.0 + 0.1 * farthest))
         step = np.where(good, longer, self.step / 2)
-        why[step < o.shortest_step] = LOST
-        nodes = self.owner, z, turn, ahead, state, kind
+        step_end[step < options.shortest_step] = BranchEnd.LOST
+        nodes = _Nodes(
+            owner=self.owner, z=z, arrives=tangent, leaves=ahead, touching=state, kind=kind
+        )
         front = self._replace(z=z, state=state, ahead=ahead, step=step)
-        return front, tuple(part[..., good] for part in nodes), why
+        return front, nodes.some(good), step_end
+
+    def _behind_changes(
+        self,
+        changed: np.ndarray,
+        event: np.ndarray,
+        z: np.ndarray,
+        ahead: np.ndarray,
+        slope: np.ndarray,
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Tangents (4, k), contact states (points, k) and where (k,) the pad has separated, behind
+        the changes of contact of some branches, numbers (j,); a pad that has separated keeps its
+        tangent and state."""
+        state = self.state.copy()
+        state[event[changed], changed] ^= True
+        separated = np.asarray(np.all(~state, axis=0))
+        ahead = ahead.copy()
+        if changed.size:
+            _, J = self.part.pick(changed).linearised(z[:, changed], 1.0 * state[:, changed])
+            scale = self.scale[:, changed]
+            turned = _unit(_null_vectors(J, slope[:, changed]) * scale)
+            ahead[:, changed] = np.where(separated[changed], ahead[:, changed], turned)
+        state[:, separated] = self.state[:, separated]
+        return ahead, state, separated
+
+    def _ends(
+        self,
+        z: np.ndarray,
+        ahead: np.ndarray,
+        event: np.ndarray,
+        separated: np.ndarray,
+        options: BranchOptions,
+    ) -> np.ndarray:
+        """How (k,) branches end at places z, the first reason that holds, else `GOING`."""
+        pad = self.part.model.pad
+        far = np.max(np.abs(z[:2]), axis=0) > options.farthest * (pad.L1 + pad.L2)
+        reasons = {
+            BranchEnd.SEPARATED: separated,
+            BranchEnd.REACHED: event == self.range_end,
+            BranchEnd.FOLD: (event == self.fold) | (ahead[3] < 0.0),
+            BranchEnd.TILTED: event == self.tilted,
+            BranchEnd.UNBOUNDED: far,
+            BranchEnd.LOST: self.part.hidden(z),
+        }
+        return np.select(list(reasons.values()), list(reasons), BranchEnd.GOING)

@@ -1,34 +1,22 @@
-"""Equilibria of one pad: its places of rest without friction, all at its friction, its branch over
-mu, and the damping matrix that refers to its modes at rest."""
+"""Equilibria by search: where pads rest without friction, and all of one pad at its friction."""
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
-from squeal.equilibrium import branch as ends
-from squeal.equilibrium.branch import CHANGE, NODE, Branches, BranchOptions, follow
-from squeal.equilibrium.statics import LIMITS, WHY_HIDDEN, Places, Statics, excursion
+from squeal.equilibrium.statics import LIMITS, WHY_HIDDEN, Equilibria, Statics, excursion
 from squeal.errors import ComputationError
-from squeal.io.scene import Damping, Scene
 from squeal.model.contact import State
-from squeal.model.equations import Linearisation, PadModel, linearise, natural_units, net_loads
-from squeal.model.pad import Coefficients, pose
-from squeal.numerics.differentiation import STEP, with_derivative
+from squeal.model.equations import PadModel, natural_units
 
 ALIKE = 1e-9  # of a potential energy: what two places with the same may differ by
 MOST = 200  # pads that are searched together; bounds the memory
-UNITS = 4.0 * float(np.finfo(float).eps)  # by which each coefficient and each load may be off
-OF_LOADS = ("k1", "k2", "k3", "k4", "k_c", "F_n")  # to each of which one load is proportional
-UNSTABLE = "modal damping ratios need stable modes, and the pad is unstable without friction"
-NO_START = (
-    "without friction the pad has no place of rest nearby where the surfaces press on each other"
-)
+SAME_PLACE = 1e-6  # relative distance of two places that count as one
 
 
 @dataclass(frozen=True)
@@ -76,88 +64,133 @@ def record(
         if not excesses:
             raise ComputationError(f"no equilibrium can be given: {WHY_HIDDEN}")
         excesses += (WHY_HIDDEN,)
-    units, (R_n, delta) = statics.units, map(float, statics.resultant(z, state))
+    units = statics.units
+    R_n, delta = statics.resultant(z, state)
     # in partial contact that of the integral law in every formulation
-    potential = float(statics.model.energy(statics.place(z), np.zeros(3), state)) * units.energy
-    place = tuple(statics.to_si(z).tolist()), float(z[3]), state
-    loads = R_n * units.force, delta * units.length
-    return Equilibrium(*place, *loads, potential, on_branch, excesses=excesses)
+    potential = statics.model.energy(statics.place(z), np.zeros(3), state)
+    x, y, theta = statics.to_si(z).tolist()
+    return Equilibrium(
+        q=(x, y, theta),
+        mu=float(z[3]),
+        state=state,
+        R_n=float(R_n) * units.force,
+        delta=float(delta) * units.length,
+        potential=float(potential) * units.energy,
+        on_branch=on_branch,
+        excesses=excesses,
+    )
 
 
 def _near_seeds(statics: Statics, n: int) -> np.ndarray:
     """Places (4, seeds, n) of the size of the load, and about half as far off as `LIMITS`."""
-    own = natural_units(statics.model, (0.0,) * 6).length * np.ones(n)
-    half = statics.model.pad.w / 2 * np.ones(n)
-    near, tilts = (0.0, -1.0, 1.0), (0.0, -1.0, 1.0, -10.0, 10.0)
-    small, wide = (np.array([*itertools.product(near, near, t)]) for t in (tilts, near))
+    load_size = natural_units(statics.model, (0.0,) * 6).length * np.ones(n)
+    half_width = statics.model.pad.w / 2 * np.ones(n)
+    steps = (0.0, -1.0, 1.0)
+    tilts = (0.0, -1.0, 1.0, -10.0, 10.0)
+    near = np.array([*itertools.product(steps, steps, tilts)])
+    wide = np.array([*itertools.product(steps, steps, steps)])
     wide = wide * [LIMITS.travel, LIMITS.travel, LIMITS.tilt]
-    seeds = np.concatenate([small.T[:, :, None] * own, wide.T[:, :, None] * half], axis=1)
-    return np.concatenate([seeds, 0.0 * seeds[:1]])
+    seeds = np.concatenate(
+        [near.T[:, :, None] * load_size, wide.T[:, :, None] * half_width], axis=1
+    )
+    without_friction = np.zeros_like(seeds[:1])
+    return np.concatenate([seeds, without_friction])
 
 
 def _far_seeds(statics: Statics) -> np.ndarray:
     """Places (4, seeds, 1) as far off as the springs are long, at all tilts."""
-    pad, sides = statics.model.pad, (-1.0, 0.0, 1.0)
-    lengths, limit = (pad.L1, pad.L2), 0.98 * np.pi / 2
-    tilts = pad.w * (np.linspace(-limit, limit, 13) - pad.theta0)
-    places = sorted({(s * x, s * y) for s in lengths for x in sides for y in sides})
-    return np.array([(*place, tilt, 0.0) for place in places for tilt in tilts]).T[:, :, None]
+    pad = statics.model.pad
+    steepest = 0.98 * np.pi / 2
+    tilts = pad.w * (np.linspace(-steepest, steepest, 13) - pad.theta0)
+    sides = (-1.0, 0.0, 1.0)
+    places = set()
+    for length in (pad.L1, pad.L2):
+        places |= {(length * x, length * y) for x, y in itertools.product(sides, sides)}
+    seeds = [(x, y, tilt, 0.0) for (x, y), tilt in itertools.product(sorted(places), tilts)]
+    return np.array(seeds).T[:, :, None]
 
 
-def _search(
-    statics: Statics, seeds: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Newton's method from all seeds (4, seeds, n) in each contact state: places (4, tries, n),
-    states (points, tries), which (tries, n) are equilibria that press, energies of equilibria."""
-    states = np.array([*filter(any, statics.model.states)], dtype=float).T
-    tries, n = states.shape[1] * seeds.shape[1], seeds.shape[2]
-    on = np.repeat(states, seeds.shape[1], axis=1)
-    each = np.repeat(on, n, axis=1)
+class _Search(NamedTuple):
+    """Where Newton's method led n pads in some tries each: places z (4, tries, n), contact states
+    (points, tries), which (tries, n) are equilibria that press on the surface, and potential
+    energies (tries, n) of equilibria, else inf."""
+
+    z: np.ndarray
+    touching: np.ndarray
+    presses: np.ndarray
+    energy: np.ndarray
+
+
+def _search(statics: Statics, seeds: np.ndarray) -> _Search:
+    """Newton's method from all seeds (4, seeds, n) in each contact state."""
+    states = np.array([state for state in statics.model.states if any(state)], dtype=float).T
+    per_state, n = seeds.shape[1:]
+    tries = states.shape[1] * per_state
+    touching = np.repeat(states, per_state, axis=1)
+    touching_of_each = np.repeat(touching, n, axis=1)
+    starts = np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1)
     part = statics.pick(np.tile(np.arange(n), tries))
-    z, sides = part.settle(np.tile(seeds, (1, states.shape[1], 1)).reshape(4, -1), each, 60)
-    with np.errstate(all="ignore"):  # where nothing is met
-        met = (sides != 0.0) & part.admits(z, each)
-        presses = met & part.presses(z)
-        energy = np.where(met, part.model.energy(part.place(z), np.zeros(3), each), np.inf)
-    return z.reshape(4, tries, n), on, presses.reshape(tries, n), energy.reshape(tries, n)
+    z, sides = part.settle(starts, touching_of_each, 60)
+    with np.errstate(all="ignore"):  # where there is none
+        is_equilibrium = (sides != 0.0) & part.admits(z, touching_of_each)
+        presses = is_equilibrium & part.presses(z)
+        energy = part.model.energy(part.place(z), np.zeros(3), touching_of_each)
+        energy = np.where(is_equilibrium, energy, np.inf)
+    return _Search(
+        z=z.reshape(4, tries, n),
+        touching=touching,
+        presses=presses.reshape(tries, n),
+        energy=energy.reshape(tries, n),
+    )
 
 
-def _least(statics: Statics, n: int) -> Places:
+def _least(statics: Statics, n: int) -> Equilibria:
     """Where each of n pads rests, of all places that the load reaches."""
-    z, on, presses, energy = _search(statics, _near_seeds(statics, n))
-    tries = on.shape[1]
+    search = _search(statics, _near_seeds(statics, n))
+    tries = search.touching.shape[1]
     part = statics.pick(np.tile(np.arange(n), tries))
-    with np.errstate(all="ignore"):  # where nothing was met
-        beyond = excursion(part, z.reshape(4, -1), np.repeat(on, n, axis=1)).beyond().any(axis=0)
-        # admissible ones go before others, which do not count where the pad hangs in its springs
-        fits = presses & ~beyond.reshape(tries, n)
-        hangs = energy.min(axis=0) < np.where(presses, energy, np.inf).min(axis=0)
-        choose = np.where(fits.any(axis=0), fits, presses & ~hangs)
-        energy = np.where(choose, energy, np.inf)
+    touching_of_each = np.repeat(search.touching, n, axis=1)
+    with np.errstate(all="ignore"):  # where there is none
+        excursions = excursion(part, search.z.reshape(4, -1), touching_of_each)
+        beyond = excursions.beyond().any(axis=0).reshape(tries, n)
+        admissible = search.presses & ~beyond
+        # others count where there is none, unless the pad hangs in its springs with less energy
+        least_pressing = np.where(search.presses, search.energy, np.inf).min(axis=0)
+        hangs = search.energy.min(axis=0) < least_pressing
+        has_admissible = admissible.any(axis=0)
+        candidates = np.where(has_admissible, admissible, search.presses & ~hangs)
+        energy = np.where(candidates, search.energy, np.inf)
         least = energy.min(axis=0)
-        alike = choose & (energy <= least + ALIKE * np.abs(least))
+        alike = candidates & (energy <= least + ALIKE * np.abs(least))
     # of two with the same energy that further along the surface's motion: there friction pushes
-    best = np.argmax(np.where(alike, z[0], -np.inf), axis=0)
-    return Places(z[:, best, np.arange(n)], on[:, best] > 0.0, np.any(choose, axis=0))
+    best = np.argmax(np.where(alike, search.z[0], -np.inf), axis=0)
+    return Equilibria(
+        z=search.z[:, best, np.arange(n)],
+        touching=search.touching[:, best] > 0.0,
+        exists=np.any(candidates, axis=0),
+    )
 
 
-def rests(statics: Statics, n: int) -> Places:
+def rests(statics: Statics, n: int) -> Equilibria:
     """Where n pads rest without friction.
 
     Newton's method from the initial position finds the only place of a law that turns the pad back.
     Where it fails, and with other laws, it starts from all places that the load reaches.
     """
-    statics = dataclasses.replace(statics, model=statics.model.replace(mu=0.0))
-    z, sides = statics.settle(np.zeros((4, n)), None, 40)
-    touching = statics.gaps(z) < 0.0
-    there = (sides == -1.0) & statics.presses(z) & (statics.model.law.sign > 0.0)
-    left = np.flatnonzero(~there)
-    for start in range(0, left.size, MOST):
-        i = left[start : start + MOST]
-        found = _least(statics.pick(i), i.size)
-        there[i], good = found.there, i[found.there]
-        z[:, good], touching[:, good] = found.z[:, found.there], found.touching[:, found.there]
-    return Places(z, touching, there)
+    without_friction = dataclasses.replace(statics, model=statics.model.replace(mu=0.0))
+    z, sides = without_friction.settle(np.zeros((4, n)), None, 40)
+    touching = without_friction.gaps(z) < 0.0
+    turns_back = statics.model.law.sign > 0.0
+    exists = (sides == -1.0) & without_friction.presses(z) & turns_back
+    missing = np.flatnonzero(~exists)
+    for start in range(0, missing.size, MOST):
+        i = missing[start : start + MOST]
+        least = _least(without_friction.pick(i), i.size)
+        exists[i] = least.exists
+        found = i[least.exists]
+        z[:, found] = least.z[:, least.exists]
+        touching[:, found] = least.touching[:, least.exists]
+    return Equilibria(z, touching, exists)
 
 
 def find_all(model: PadModel) -> list[Equilibrium]:
@@ -168,266 +201,19 @@ def find_all(model: PadModel) -> list[Equilibrium]:
     one presses on the surface.
     """
     statics = Statics.of(model)
-    roots: list[tuple[np.ndarray, np.ndarray]] = []
     seeds = np.concatenate([_near_seeds(statics, 1), _far_seeds(statics)], axis=1)
     seeds[3] = model.pad.mu
-    places, on, presses, _ = _search(statics, seeds)
-    for i in np.flatnonzero(presses):
-        z = places[:, i, 0]
-        apart = [np.abs(z - other).max() for other, _ in roots]  # the same is met from many seeds
-        if min(apart, default=np.inf) >= 1e-6 * (1.0 + np.max(np.abs(z))):
-            roots.append((z, on[:, i] > 0.0))
-    each = (record(statics, z, State(*touching.tolist())) for z, touching in roots)
-    return sorted((e for e in each if e is not None), key=lambda e: e.potential)
-
-
-def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
-    """The equilibrium that a query is about, and how it was reached or why there is none.
-
-    It is the one on the branch continued from mu = 0, if that rises up to the pad's mu, else the
-    one of least potential energy there, with a warning.
-    """
-    path = Path(model, branch_of(model, model.pad.mu))
-    if path.branch.end[0] == ends.REACHED:
-        taken = path.equilibrium(model.pad.mu)
-        if taken is not None:
-            return taken, "on the branch continued from mu = 0"
-    others = find_all(dataclasses.replace(model, damping=None))
-    if others:
-        beyond = f"the equilibrium is not on the branch from mu = 0: {path.end}"
-        return dataclasses.replace(others[0], beyond=beyond), f"least potential energy; {path.end}"
-    return None, f"no steady sliding exists: {path.end}, and no other equilibrium was found"
-
-
-def branch_of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Branches:
-    """The branch of one pad from mu = 0 to mu_max, for any friction and damping of its own."""
-    statics = Statics.of(dataclasses.replace(model, damping=None).replace(mu=0.0))
-    return follow(statics, rests(statics, 1), np.array([mu_max]), options)
-
-
-@dataclass(frozen=True, eq=False)
-class Path:
-    """The branch of one pad as a function of mu, from mu = 0 up to its first fold or to its end.
-
-    mu_end is its largest mu.
-    """
-
-    model: PadModel
-    branch: Branches
-
-    @staticmethod
-    def of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Path:
-        """Follow the branch of a pad (its own mu is ignored) up to mu_max.
-
-        Raises ComputationError if there is no equilibrium in contact at mu = 0.
-        """
-        path = Path(model, branch_of(model, mu_max, options))
-        if not path.branch.z.size:
-            raise ComputationError(NO_START)
-        return path
-
-    @property
-    def statics(self) -> Statics:
-        """The pad's statics in its natural units."""
-        return self.branch.statics
-
-    @property
-    def end(self) -> str:
-        """Why the path stops, in words."""
-        mu, end = self.mu_end, self.branch.end[0]
-        if end == ends.NOWHERE:
-            return NO_START
-        why = f": {WHY_HIDDEN}" if self.statics.hidden(self.branch.z[:, -1:]).any() else ""
-        return {
-            ends.REACHED: f"mu = {mu:.9g} is reached" if mu else "mu = 0",
-            ends.TURNS: f"the branch from mu = 0 turns back in a fold at mu = {mu:.9g}",
-            ends.LOST: f"the branch from mu = 0 is lost at mu = {mu:.9g}{why}",
-            ends.AWAY: f"the equilibrium runs away to infinity near mu = {mu:.9g}",
-            ends.SEPARATED: f"contact is lost at mu = {mu:.9g}",
-            ends.TILTED: f"the pad turns past 90 degrees on the branch at mu = {mu:.9g}",
-        }[int(end)]
-
-    @cached_property
-    def mu_end(self) -> float:
-        """The largest mu on the path."""
-        return float(self.branch.mu_end[0])
-
-    @cached_property
-    def fold(self) -> float | None:
-        """The mu at which the branch turns back, None if it does not."""
-        return self.mu_end if self.branch.end[0] == ends.TURNS else None
-
-    @cached_property
-    def breakpoints(self) -> list[float]:
-        """Values of mu at which the contact state changes."""
-        return [float(mu) for mu in self.branch.z[3, self.branch.kind == CHANGE]]
-
-    def places(self, mus: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
-        """Equilibria (4, k) in natural units at mus and contact states (points, k), at a change
-        the new one.
-
-        Raises ComputationError beyond the path.
-        """
-        mu = np.asarray(mus, dtype=float)
-        z, touching, there = self.branch.at(np.zeros(mu.size, dtype=int), mu)
-        if not there.all():
-            lost = mu[np.argmin(there)]
-            why = "it is lost" if 0.0 <= lost <= self.mu_end else self.end
-            raise ComputationError(f"no equilibrium at mu = {lost:.9g}: {why}")
-        return z, touching
-
-    def at(self, mu: float) -> tuple[np.ndarray, State]:
-        """The equilibrium z (4,) at mu and its contact state. Raises as `places` does."""
-        z, touching = self.places([mu])
-        return z[:, 0], State(*touching[:, 0].tolist())
-
-    def error(self, mu: float) -> float:
-        """How far rounding may move a change of contact or a fold at mu; 0 elsewhere.
-
-        Rounding of each coefficient moves all conditions together, that of each load one by one.
-        """
-        branch, part = self.branch, self.statics
-        law, error = part.model.law, 0.0
-        for node in np.flatnonzero((branch.z[3] == mu) & (branch.kind != NODE)):
-            z, before = branch.z[:, node, None], 1.0 * branch.touching[:, node - 1, None]
-            changed = np.flatnonzero(branch.touching[:, node - 1] != branch.touching[:, node])
-            pairs = part.linearised(z, before), with_derivative(part.gaps, z)
-            both = zip(*pairs, strict=True)
-            left, J = (np.concatenate([a, b[changed]])[..., 0] for a, b in both)
-            # at a fold three conditions do: along the branch mu is stationary
-            by = np.linalg.lstsq(J.T, np.eye(4)[3])[0]
-            size = np.array([float(v) for v in part.model.c._replace(mu=mu)])
-            shifted = Coefficients(*(size[:, None] * (1.0 + 1j * STEP * np.eye(size.size))))
-            q = shifted.place(z.astype(complex))
-            f, gaps = net_loads(np, shifted, law, q, before[:, 0]), law.gaps(shifted, pose(np, q))
-            rows = f.x, f.y, f.moment / part.model.pad.w, *(gaps[i] for i in changed)
-            rates = np.imag(np.broadcast_arrays(*rows)) / STEP
-            loads = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
-            shift = np.abs(by @ rates).sum() + (np.abs(by) @ np.abs(loads)).sum()
-            below = 0.0 if changed.size else self._below(z, before)
-            error = max(error, UNITS * shift + below + abs(by @ left) + np.spacing(mu))
-        return float(error)
-
-    def _below(self, z: np.ndarray, state: np.ndarray) -> float:
-        """How far mu at z (4, 1), where rounding of the determinant left a fold, is below its top:
-        with the slope of mu along the branch there and its rate, half the slope^2 / rate."""
-        ahead = 1e-4 * np.abs(z).max()
-
-        def along(z: np.ndarray) -> np.ndarray:
-            return np.linalg.svd(self.statics.linearised(z, state)[1][..., 0])[2][3]
-
-        turn = along(z)
-        later = along(z + ahead * turn[:, None])
-        rate = later[3] * np.sign(later @ turn) - turn[3]
-        return float(turn[3] ** 2 / 2 * ahead / abs(rate))
-
-    def equilibrium(self, mu: float) -> Equilibrium | None:
-        """The equilibrium at mu in SI units; None beyond the path."""
-        if not 0.0 <= mu <= self.mu_end:
-            return None
-        z, state = self.at(mu)
-        return record(self.statics, z, state, on_branch=True)
-
-    def __call__(self, mu: float) -> Linearisation:
-        """M, C, K about the equilibrium at mu, SI units."""
-        return self.many([mu])[0]
-
-    def many(self, mus: Sequence[float]) -> list[Linearisation]:
-        """M, C, K at each mu, which together take hardly longer than one."""
-        z, touching = self.places(mus)
-        model = self.model.replace(mu=np.array(mus, dtype=float))
-        M, C, K = linearise(model, self.statics.to_si(z), 1.0 * touching)
-        return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(len(mus))]
-
-    def shaken(self, mu: float) -> list[tuple[tuple[np.ndarray, ...], ...]]:
-        """M, C, K at mu, and their derivatives by relative changes of x, of y and of theta."""
-        (z, touching), h = self.places([mu]), 1e-12
-        at = self.statics.to_si(z * (1.0 + h * np.eye(4, 4, 1)))
-        M, *rest = linearise(self.model.replace(mu=mu), at, np.repeat(1.0 * touching, 4, 1))
-        own, *others = np.moveaxis(np.array(rest), -1, 0)
-        return [((M, *own), (0 * M, *(one - own) / h)) for one in others]
-
-
-def normalised_damping(damping: Damping, A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """B (..., 3, 3) that ratios or Rayleigh's factors give z'' + B z' + A z = 0; where they can.
-
-    Rayleigh's factors make alpha + beta A of its symmetric part, ratios sum_i 2 z_i w_i v_i v_i' of
-    its modes A v_i = w_i^2 v_i by rising w_i. The second result (...) is false where such a mode is
-    unstable, so that it has no damping ratio.
-    """
-    A = (A + np.swapaxes(A, -1, -2)) / 2
-    if damping.rayleigh is not None:
-        alpha, beta = damping.rayleigh
-        return alpha * np.eye(3) + beta * A, np.ones(A.shape[:-2], dtype=bool)
-    squares, modes = np.linalg.eigh(A)
-    rates = 2 * np.array(damping.ratios) * np.sqrt(np.maximum(squares, 0.0))
-    B = modes * rates[..., None, :] @ np.swapaxes(modes, -1, -2)
-    return B, squares[..., 0] >= -1e-12 * squares[..., -1]
-
-
-def normalised_damping_slope(damping: Damping, A: np.ndarray, dA: np.ndarray) -> np.ndarray:
-    """The derivative (3, 3) of `normalised_damping` where A (3, 3) changes by dA.
-
-    By the formula of Daleckii and Krein for a function of a symmetric matrix; NaN where two modes
-    of one frequency have different ratios.
-    """
-    A, dA = (A + A.T) / 2, (dA + dA.T) / 2
-    if damping.rayleigh is not None:
-        return np.asarray(damping.rayleigh[1] * dA)
-    squares, modes = np.linalg.eigh(A)
-    w, z = np.sqrt(np.maximum(squares, 0.0)), np.array(damping.ratios)
-    apart = np.subtract.outer(squares, squares)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        alike = np.where(np.equal.outer(z, z), np.where(z > 0.0, z / w, 0.0), np.nan)
-        quotients = np.where(apart == 0.0, alike, 2 * np.subtract.outer(z * w, z * w) / apart)
-    return np.asarray(modes @ (quotients * (modes.T @ dA @ modes)) @ modes.T)
-
-
-def damping_matrix(scene: Scene) -> np.ndarray:
-    """C (3, 3) in SI units; zero if the scene names no damping.
-
-    Modal ratios and Rayleigh damping refer to the modes, the mass and the stiffness about the
-    equilibrium without friction. The matrix is then the same in every linearisation and in every
-    contact state of a simulation. Raises ComputationError where a mode with a ratio is unstable,
-    or where there is no equilibrium to refer to.
-    """
-    damping = scene.damping
-    if damping is None:
-        return np.zeros((3, 3))
-    if damping.matrix is not None:
-        return np.array(damping.matrix)
-    M, _, K = linearise(*without_friction(scene))
-    root = np.sqrt(np.diag(M))
-    B, stable = normalised_damping(damping, K / np.outer(root, root))
-    if not stable:
-        raise ComputationError(UNSTABLE)
-    return np.asarray(root[:, None] * B * root)
-
-
-def damped_model(scene: Scene) -> PadModel:
-    """The scene's pad with its damping matrix. Raises ComputationError, see `damping_matrix`."""
-    if scene.damping is None:
-        return scene.pad_model
-    rows = tuple(map(tuple, damping_matrix(scene).tolist()))
-    return dataclasses.replace(scene.pad_model, damping=rows)
-
-
-def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
-    """What ratios and Rayleigh damping refer to: the pad without friction, its place q (3,) (SI),
-    its contact. Raises ComputationError where there is no such place."""
-    numbers = {name: float(value) for name, value in scene.pad.given().items()}
-    model = scene.pad_model.replace(**(numbers | {"mu": 0.0}))
-    q, state = _rest_without_friction(model)
-    return model, q.copy(), state
-
-
-@lru_cache  # of a continuation over friction or damping all scenes refer to the same place
-def _rest_without_friction(model: PadModel) -> tuple[np.ndarray, State]:
-    """The place q (3,) (SI) of a pad whose friction is zero, and its contact there."""
-    if model.linear:
-        return np.zeros(3), model.full
-    path = Path(model, branch_of(model, 0.0))
-    if not path.branch.z.size:
-        raise ComputationError(f"ratios and rayleigh refer to the pad without friction: {NO_START}")
-    z, state = path.at(0.0)
-    return path.statics.to_si(z), state
+    search = _search(statics, seeds)
+    places: list[np.ndarray] = []
+    equilibria: list[Equilibrium] = []
+    for i in np.flatnonzero(search.presses):
+        z = search.z[:, i, 0]
+        # the same is found from many seeds
+        distances = [np.abs(z - other).max() for other in places]
+        if min(distances, default=np.inf) < SAME_PLACE * (1.0 + np.max(np.abs(z))):
+            continue
+        places.append(z)
+        equilibrium = record(statics, z, State(*(search.touching[:, i] > 0.0).tolist()))
+        if equilibrium is not None:
+            equilibria.append(equilibrium)
+    return sorted(equilibria, key=lambda equilibrium: equilibrium.potential)

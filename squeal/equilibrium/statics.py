@@ -16,6 +16,9 @@ from squeal.model.pad import Coefficients, Pose, pose, springs
 from squeal.numerics.differentiation import with_derivative
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what is added
+NEWTON_ROUNDING = 0.1  # size of what Newton's method rounds, where the load displaces by about one
+CONVERGED = 1e-12  # relative step of Newton's method
+STALLED = 1e-7  # relative step that counts as converged where the next one is no shorter
 HIDDEN = 1e-4  # of a penetration that may be rounding, by a bound that is some 100 times the error
 WHY_HIDDEN = (
     "rounding of the pad's place is too large beside how deep it presses into the surface, which "
@@ -23,12 +26,16 @@ WHY_HIDDEN = (
 )
 
 
-class Places(NamedTuple):
-    """Equilibria of n pads: z (4, n), contact states touching (points, n), where (n,) one is."""
+class Equilibria(NamedTuple):
+    """Of n pads: places z (4, n), contact states touching (points, n), whether (n,) one exists."""
 
     z: np.ndarray
     touching: np.ndarray
-    there: np.ndarray
+    exists: np.ndarray
+
+    def some(self, which: np.ndarray) -> Equilibria:
+        """Those of some pads, by numbers or bools."""
+        return Equilibria(*(array[..., which] for array in self))
 
 
 def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -39,8 +46,8 @@ def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     except np.linalg.LinAlgError:
         with np.errstate(all="ignore"):
             regular = np.abs(np.linalg.det(A)) > 0.0
-        A = np.where(regular[:, None, None], A, np.eye(A.shape[1]))
-        return np.linalg.solve(A, b), regular
+        identity = np.eye(A.shape[1])
+        return np.linalg.solve(np.where(regular[:, None, None], A, identity), b), regular
 
 
 def newton(
@@ -55,8 +62,11 @@ def newton(
     unit (k,): beside which (x, y, w theta) are rounded; longest (m, k): the longest step. Returns
     also the derivative (m, m, k) before the last step, and where (k,) it converged to rounding.
     """
-    x, (m, k) = start.copy(), start.shape
-    slope, last, good = np.empty((m, m, k)), np.full(k, np.inf), np.zeros(k, dtype=bool)
+    x = start.copy()
+    m, k = start.shape
+    slope = np.empty((m, m, k))
+    last_change = np.full(k, np.inf)
+    good = np.zeros(k, dtype=bool)
     going = np.arange(k)
     for _ in range(passes):
         with np.errstate(all="ignore"):
@@ -64,14 +74,17 @@ def newton(
             step, regular = solve_stack(np.moveaxis(J, -1, 0), value.T[:, :, None])
             move = step[:, :, 0].T
             if longest is not None:
-                move = move / np.fmax(1.0, (np.abs(move) / longest[:, going]).max(axis=0))
+                excess = (np.abs(move) / longest[:, going]).max(axis=0)
+                move = move / np.fmax(1.0, excess)
             x[:, going] -= move
             size = unit[going] + np.max(np.abs(x[:3, going]), axis=0)
             change = np.where(regular, np.max(np.abs(move), axis=0) / size, np.inf)
         slope[:, :, going] = J
         # next to a fold rounding keeps steps from shrinking further
-        done = (change <= 1e-12) | ((change <= 1e-7) & (change >= last[going]))
-        last[going], good[going] = change, done
+        stalled = (change <= STALLED) & (change >= last_change[going])
+        done = (change <= CONVERGED) | stalled
+        last_change[going] = change
+        good[going] = done
         going = going[~done & np.isfinite(x[:, going]).all(axis=0)]
         if not going.size:
             break
@@ -93,10 +106,14 @@ class Statics:
 
     def pick(self, index: np.ndarray) -> Statics:
         """Of the pads those that `index` names, numbers or bools."""
-        pad, model = copy.copy(self.model.pad), copy.copy(self.model)
-        vars(pad).update({name: v[index] for name, v in pad.given().items() if np.ndim(v)})
-        c = Coefficients(*(v[index] if np.ndim(v) else v for v in self.model.c))
-        vars(model).update(pad=pad, c=c)  # neither checked nor computed again
+        # copies, so that nothing is checked or computed again
+        pad = copy.copy(self.model.pad)
+        for name, value in pad.given().items():
+            if np.ndim(value):
+                vars(pad)[name] = value[index]
+        c = Coefficients(*(value[index] if np.ndim(value) else value for value in self.model.c))
+        model = copy.copy(self.model)
+        vars(model).update(pad=pad, c=c)
         return dataclasses.replace(self, model=model)
 
     def place(self, z: np.ndarray) -> np.ndarray:
@@ -130,11 +147,15 @@ class Statics:
     def rounding(self, z: np.ndarray) -> np.ndarray:
         """How far rounding of what a gap is the sum of may move it at z (4, ...), (points, ...)."""
         c = self.model.c
-        put = abs(c.gap_l) + abs(c.gap_t) + self.model.law.absolute_gap * abs(self.model.pad.y0)
-        sizes = Coefficients(*map(np.abs, c))._replace(gap_l=put, gap_t=put)
+        law = self.model.law
+        initial = abs(c.gap_l) + abs(c.gap_t)
+        if law.absolute_gap:
+            initial = initial + abs(self.model.pad.y0)
+        # the gap with every term of its sum positive
+        sizes = Coefficients(*map(np.abs, c))._replace(gap_l=initial, gap_t=initial)
         at = Pose(*map(np.abs, pose(np, tuple(self.place(z)))))
-        # and of Newton's method, in units in which the load displaces by about one
-        return ROUNDING * (np.array(self.model.law.gaps(sizes, at)) + 0.1)
+        summands = np.array(law.gaps(sizes, at))
+        return ROUNDING * (summands + NEWTON_ROUNDING)
 
     def touches(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at z (4, ...) touches the surface, if only to rounding, shape (...)."""
@@ -142,27 +163,33 @@ class Statics:
 
     def hidden(self, z: np.ndarray) -> np.ndarray:
         """Where rounding hides whether and how a pad at z (4, ...) touches, shape (...)."""
-        error, deepest = np.max(self.rounding(z), axis=0), np.max(-self.gaps(z), axis=0)
+        error = np.max(self.rounding(z), axis=0)
+        deepest = np.max(-self.gaps(z), axis=0)
         return np.asarray(self.touches(z) & (error > HIDDEN * deepest))
 
     def presses(self, z: np.ndarray) -> np.ndarray:
         """Where a pad at rest at z (4, ...) presses on the surface, shape (...): by lying below it,
         or if rounding hides that by a load, or by springs beyond the rounding of their forces."""
-        c, at = self.model.c, pose(np, tuple(self.place(z)))
-        one, two = (np.hypot(*at.displacement(x, y)) for x, y in ((c.r1x, c.r1y), (c.r2x, c.r2y)))
-        forced = -springs(np, c, at).y > ROUNDING * (c.k1 * one + c.k2 * two + 0.1)
+        c = self.model.c
+        at = pose(np, tuple(self.place(z)))
+        moved_1 = np.hypot(*at.displacement(c.r1x, c.r1y))
+        moved_2 = np.hypot(*at.displacement(c.r2x, c.r2y))
+        rounding = ROUNDING * (c.k1 * moved_1 + c.k2 * moved_2 + NEWTON_ROUNDING)
+        forced = -springs(np, c, at).y > rounding
         return np.asarray(self.touches(z) & (~self.hidden(z) | (c.F_n > 0.0) | forced))
 
     def admits(self, z: np.ndarray, touching: np.ndarray) -> np.ndarray:
         """Where gaps at z (4, k) agree with the state touching (points, k), to rounding, and the
         lower face faces the surface."""
-        gaps, rounding = self.gaps(z), self.rounding(z)
+        gaps = self.gaps(z)
+        rounding = self.rounding(z)
         # in the state of the gaps too: the line law has a pole where both gaps vanish
         with np.errstate(all="ignore"):
-            left = np.max(np.abs(self.residual(z, 1.0 * (gaps < 0.0))), axis=0)
-        balanced = left <= 1e3 * np.max(rounding, axis=0) + 1e-9
+            imbalance = np.max(np.abs(self.residual(z, 1.0 * (gaps < 0.0))), axis=0)
+        balanced = imbalance <= 1e3 * np.max(rounding, axis=0) + 1e-9
         wrong = np.any(np.where(touching, gaps, -gaps) > rounding, axis=0)
-        return np.asarray((np.abs(self.tilt(z)) < np.pi / 2) & balanced & ~wrong)
+        upright = np.abs(self.tilt(z)) < np.pi / 2
+        return np.asarray(upright & balanced & ~wrong)
 
     def resultant(self, z: np.ndarray, state: Touching) -> tuple[Any, Any]:
         """R_n and its distance delta, as the formulation counts it."""
@@ -179,26 +206,30 @@ class Statics:
         pad as if in full contact, which pulls it back. Returns also the signs (k,) of the balance's
         determinant, 0 where it does not converge or where the pad has turned past 90 degrees.
         """
-        n, pad = z.shape[1], self.model.pad
+        n = z.shape[1]
+        pad = self.model.pad
 
-        def balance(x: np.ndarray, i: np.ndarray) -> np.ndarray:
+        def balance(q: np.ndarray, i: np.ndarray) -> np.ndarray:
             part = self if i.size == n else self.pick(i)
-            at = np.array([*x, np.broadcast_to(z[3, i], x.shape[1:])])
+            at = np.array([*q, np.broadcast_to(z[3, i], q.shape[1:])])
             if touching is None:
                 gaps = part.gaps(at[:, 0].real)
-                on = (gaps < 0.0) + 1.0 * np.all(gaps >= 0.0, axis=0)
+                separated = np.all(gaps >= 0.0, axis=0)
+                on = (gaps < 0.0) + 1.0 * separated
             else:
                 on = touching[:, i]
             return part.residual(at, on[:, None])
 
         # no leap to a place that the start has nothing to do with
-        reach = 0.5 * (pad.w + np.maximum(pad.L1, pad.L2)), 0.3 * pad.w
-        longest = np.array([np.broadcast_to(reach[i], n) for i in (0, 0, 1)])
+        longest = np.empty((3, n))
+        longest[:2] = 0.5 * (pad.w + np.maximum(pad.L1, pad.L2))
+        longest[2] = 0.3 * pad.w
         q, J, good = newton(balance, z[:3], np.ones(n), passes, longest)
-        found = np.concatenate([q, z[3:]])
+        places = np.concatenate([q, z[3:]])
         with np.errstate(all="ignore"):
             sides = np.sign(np.linalg.det(np.moveaxis(J, -1, 0)))
-        return found, np.where(good & (np.abs(self.tilt(found)) < np.pi / 2), sides, 0.0)
+        upright = np.abs(self.tilt(places)) < np.pi / 2
+        return places, np.where(good & upright, sides, 0.0)
 
 
 class Excursion(NamedTuple):
@@ -214,23 +245,32 @@ class Excursion(NamedTuple):
 
     def beyond(self) -> np.ndarray:
         """Which of the three exceeds its limit, shape (3, ...)."""
-        return np.array([~(np.asarray(v) <= limit) for v, limit in zip(self, LIMITS, strict=True)])
+        within = [np.asarray(value) <= limit for value, limit in zip(self, LIMITS, strict=True)]
+        return ~np.array(within)  # also what is not a number
 
     def warnings(self) -> tuple[str, ...]:
         """A sentence for each limit that one equilibrium exceeds."""
-        pressing = "with {:.3g} times the" if np.isfinite(self.reaction) else "without a"
-        words = (
-            "is tilted by {:.3g} degrees",
-            "lies {:.3g} times the pad's half length (or a spring's, if shorter) off the initial "
-            "position",
-            f"presses {pressing} load",
-        )
-        own, most = ((np.degrees(e.tilt), e.travel, e.reaction) for e in (self, LIMITS))
-        return tuple(
-            f"the equilibrium {text.format(value)}; the model means at most {limit:.3g}"
-            for text, value, limit, beyond in zip(words, own, most, self.beyond(), strict=True)
-            if beyond
-        )
+        tilted, travelled, pressed = self.beyond().tolist()
+        sentences = []
+        if tilted:
+            sentences.append(
+                f"the equilibrium is tilted by {np.degrees(self.tilt):.3g} degrees; the model "
+                f"means at most {np.degrees(LIMITS.tilt):.3g}"
+            )
+        if travelled:
+            sentences.append(
+                f"the equilibrium lies {self.travel:.3g} times the pad's half length (or a "
+                "spring's, if shorter) off the initial position; the model means at most "
+                f"{LIMITS.travel:.3g}"
+            )
+        if pressed:
+            with_load = f"with {self.reaction:.3g} times the"
+            pressing = with_load if np.isfinite(self.reaction) else "without a"
+            sentences.append(
+                f"the equilibrium presses {pressing} load; the model means at most "
+                f"{LIMITS.reaction:.3g}"
+            )
+        return tuple(sentences)
 
 
 # largest of an equilibrium of the model; those of the article's pads have 0.03, 0.03 and below 1
@@ -247,13 +287,16 @@ LIMITS = Excursion(
 
 def excursion(statics: Statics, z: np.ndarray, touching: Any) -> Excursion:
     """The excursion of equilibria z (4,) or (4, n) with a contact state, or factors (points, n)."""
-    pad, start = statics.model.pad, np.zeros_like(z)
-    start[3] = z[3]
-    put = statics.gaps(start) < 0.0
+    pad = statics.model.pad
+    initial = np.zeros_like(z)
+    initial[3] = z[3]
+    touching_at_first = statics.gaps(initial) < 0.0
     with np.errstate(all="ignore"):  # no place where there is no force; a pad without any load
-        pressed = np.where(put.any(axis=0), statics.resultant(start, 1.0 * put)[0], 0.0)
+        initial_reaction, _ = statics.resultant(initial, 1.0 * touching_at_first)
+        pressed = np.where(touching_at_first.any(axis=0), initial_reaction, 0.0)
+        reaction, _ = statics.resultant(z, np.asarray(touching, dtype=float))
         return Excursion(
-            np.abs(statics.tilt(z)),
-            np.hypot(z[0], z[1]) / np.minimum(pad.w, np.minimum(pad.L1, pad.L2)),
-            statics.resultant(z, np.asarray(touching, dtype=float))[0] / np.fmax(pad.F_n, pressed),
+            tilt=np.abs(statics.tilt(z)),
+            travel=np.hypot(z[0], z[1]) / np.minimum(pad.w, np.minimum(pad.L1, pad.L2)),
+            reaction=reaction / np.fmax(pad.F_n, pressed),
         )

@@ -397,11 +397,12 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
     return spectrum_of(reduce(M, C, K))
 
 
-def spectrum_of(reduced: Reduced) -> Spectrum:
-    """As `complex_eigenvalues`, for a system in mass-normalised coordinates."""
+def spectrum_of(reduced: Reduced, roots: Roots | None = None) -> Spectrum:
+    """As `complex_eigenvalues`, for a system in mass-normalised coordinates, with its `roots_of` if
+    they are known."""
     A, B = reduced.A, np.zeros_like(reduced.A) if reduced.B is None else reduced.B
     reach = dependence(reduced)
-    values, x, y, condition, rounding = roots_of(reduced, reach)
+    values, x, y, condition, rounding = roots or roots_of(reduced, reach)
     if (reach != reach.T).any():
         ahead, behind = (
             sorted(components(reach), key=lambda rows: each[rows[0]].sum())
@@ -453,10 +454,13 @@ def _physical(T: Array, z: ComplexArray) -> ComplexArray:
     return np.asarray(vectors, dtype=complex)
 
 
-def hidden(reduced: Reduced, C: Array | None, K: Array) -> bool:
+def hidden(reduced: Reduced, C: Array | None, K: Array, roots: Roots | None = None) -> bool:
     """True if rounding leaves a root too few digits, or there are more of zero than K and C leave
-    free: where a mass is light, a spring stiff or a damper strong beside others."""
-    roots, zeros = roots_of(reduced), 0
+    free: where a mass is light, a spring stiff or a damper strong beside others. `roots` are those
+    of the system, if they are known."""
+    zeros = 0
+    if roots is None:
+        roots = roots_of(reduced)
     for rows in components(dependence(reduced)):
         own = np.ix_(rows, rows)
         rank = scaled_rank(K[own])

@@ -216,6 +216,7 @@ class PointContact(Springs):
 
     parameters: ClassVar[tuple[str, ...]] = ("k3", "k4")
     absolute_gap = False
+    gaps = staticmethod(gaps)  # those of `Springs`, whose weights are 1 and 0
     springs = (Spring(-1.0, "k3"), Spring(1.0, "k4"))
     plotted = (
         Signal("F3", "F_n", "F_{s,3}", "leading edge", "leading-edge force"),

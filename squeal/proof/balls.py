@@ -81,8 +81,8 @@ class Balls:
 
     def scaled(self, exponents: Any) -> Balls:
         """Entries times powers of two; what underflows is covered by the radius."""
-        mid = np.ldexp(self.mid, exponents)
-        lost = np.ldexp(mid, -exponents) != self.mid
+        mid = _shifted(self.mid, exponents)
+        lost = _shifted(mid, -exponents) != self.mid
         rad = np.ldexp(self.rad, exponents)
         rad = rad + TINY * (lost | ((self.rad > 0.0) & (rad < TINY)))
         return Balls(mid, rad)
@@ -116,7 +116,22 @@ class Balls:
         return upper(size(self.mid) + self.rad, 2)
 
 
-def half_widths(X: Floats, data: str) -> Floats:
+def _shifted(X: NDArray, exponents: Any) -> NDArray:
+    """Real or complex entries times powers of two."""
+    if np.iscomplexobj(X):
+        return np.asarray(np.ldexp(X.real, exponents) + 1j * np.ldexp(X.imag, exponents))
+    return np.asarray(np.ldexp(X, exponents))
+
+
+def middle_and_radius(ball: Any) -> tuple[float, float]:
+    """A double and how far the numbers of a ball (`flint.arb`) may lie from it."""
+    middle = float(ball.mid())
+    if (ball - middle).is_zero():
+        return middle, 0.0
+    return middle, float(np.nextafter(float((ball - middle).abs_upper()), np.inf))
+
+
+def half_widths(X: NDArray, data: str) -> Floats:
     """How far the true entries may lie from given ones.
 
     Parameters
@@ -132,6 +147,9 @@ def half_widths(X: Floats, data: str) -> Floats:
     ValueError
         For any other data.
     """
+    if np.iscomplexobj(X):
+        sums = half_widths(X.real, data) + half_widths(X.imag, data)
+        return np.where(sums > 0.0, upper(sums, 1), 0.0)
     if data == AS_GIVEN:
         return np.zeros(X.shape)
     if data == HALF_ULP:
@@ -146,11 +164,13 @@ def half_widths(X: Floats, data: str) -> Floats:
     return np.where(X == 0.0, 0.0, upper(0.5 * 10.0**places, 100))
 
 
-def doubles(X: NDArray[Any]) -> Floats:
-    """The same real numbers as doubles.
+def doubles(X: NDArray[Any]) -> NDArray[Any]:
+    """The same real or complex numbers as doubles.
 
     Raises ValueError where one is none: an integer beyond 2^53, or a longer float.
     """
+    if X.dtype.kind == "c":
+        return np.asarray(doubles(X.real) + 1j * doubles(X.imag))
     floats = X.astype(float)
     # as objects the comparison is of the numbers themselves
     if X.dtype.itemsize > 4 and X.dtype != floats.dtype:
@@ -162,7 +182,7 @@ def doubles(X: NDArray[Any]) -> Floats:
 
 @dataclass(frozen=True, eq=False)
 class Quadratic:
-    """All real systems M q'' + C q' + K q = 0 with matrices in balls (n, n).
+    """All systems M q'' + C q' + K q = 0 with matrices in balls (n, n), real or complex.
 
     Attributes
     ----------
@@ -186,19 +206,19 @@ class Quadratic:
     def of(M: ArrayLike, C: ArrayLike | None, K: ArrayLike, data: str = AS_GIVEN) -> Quadratic:
         """The system of float matrices (n, n), C None without damping, known as `data` says.
 
-        Raises ValueError unless the matrices are real and square, of one size, of entries that
-        doubles hold.
+        Raises ValueError unless the matrices are square, of one size, of entries that doubles hold.
         """
         first = np.asarray(M)
         given = [first, np.zeros(first.shape) if C is None else np.asarray(C), np.asarray(K)]
         for X in given:
-            if X.ndim != 2 or X.shape != (len(first), len(first)) or X.dtype.kind not in "biuf":
-                raise ValueError(f"matrices: shape {X.shape}, {X.dtype}; real (n, n) are required")
+            if X.ndim != 2 or X.shape != (len(first), len(first)) or X.dtype.kind not in "biufc":
+                raise ValueError(f"matrices: shape {X.shape}, {X.dtype}; (n, n) are required")
         floats = [doubles(X) for X in given]
         with np.errstate(all="ignore"):
             mass, damping, stiffness = (Balls(X, half_widths(X, data)) for X in floats)
-        symmetric = all(np.array_equal(X.mid, X.mid.T) for X in (mass, stiffness))
-        skew = np.array_equal(damping.mid, -damping.mid.T)
+        real = not any(np.iscomplexobj(X) for X in floats)
+        symmetric = real and all(np.array_equal(X.mid, X.mid.T) for X in (mass, stiffness))
+        skew = real and np.array_equal(damping.mid, -damping.mid.T)
         return Quadratic(mass, damping, stiffness, data, symmetric, skew)
 
     @property
@@ -212,6 +232,11 @@ class Quadratic:
         return self.M, self.C, self.K
 
     @property
+    def is_real(self) -> bool:
+        """True if no entry is complex."""
+        return not any(np.iscomplexobj(X.mid) for X in self.parts)
+
+    @property
     def is_undamped(self) -> bool:
         """True if C is zero."""
         return self.C.is_zero
@@ -219,7 +244,7 @@ class Quadratic:
     @property
     def is_hamiltonian(self) -> bool:
         """True if with each root its mirror image at the imaginary axis is one."""
-        return self.is_undamped or (self.symmetric and self.skew)
+        return self.is_real and (self.is_undamped or (self.symmetric and self.skew))
 
     def block(self, rows: NDArray[np.intp]) -> Quadratic:
         """The system of some rows and columns."""

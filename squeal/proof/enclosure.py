@@ -14,18 +14,29 @@ other rows, wider by N_ji/a, do not meet it.
 
 from __future__ import annotations
 
-from dataclasses import replace
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
-from scipy.linalg import LinAlgError, eig, eigh, lu
-from scipy.sparse.csgraph import connected_components
 
 from squeal.proof.balls import EPS, Balls, Floats, Quadratic, largest, row_sums, size, upper
-from squeal.proof.pieces import INFINITE, Failure, Piece, clusters, distances, pieces_of, touching
+from squeal.proof.chains import Chain, find_chains
+from squeal.proof.pieces import (
+    INFINITE,
+    Failure,
+    Piece,
+    clusters,
+    distances,
+    pieces_of,
+    strong_parts,
+    touching,
+)
 
 LARGEST_CLUSTER = 8  # of which signs of determinants are asked
+POOR = 1e-6  # of the rate of a system: discs as wide come from a poor guess, or from few digits
 LARGEST_E = 0.5  # row sums of |Y B X - 1| up to which the inverse is bounded
 SINGULAR = "the mass matrix is singular, or nearly so"
 BEYOND = "the entries lie beyond double precision"
@@ -49,20 +60,38 @@ def components(system: Quadratic) -> list[NDArray[np.intp]]:
     pattern = np.zeros((system.n, system.n), dtype=bool)
     for X in system.parts:
         pattern |= (X.mid != 0.0) | (X.rad != 0.0)
-    number, labels = connected_components(pattern, directed=True, connection="strong")
-    return [np.flatnonzero(labels == label) for label in range(number)]
+    return strong_parts(pattern)
 
 
-def enclose(block: Quadratic) -> list[Piece] | Failure:
-    """Pieces with all roots of one component, for every matrix in its balls."""
+@dataclass(frozen=True, eq=False)
+class Guess:
+    """Roots (m,), rad/s, and mode shapes (n, m) that somebody computed.
+
+    A proof may be built on them, whatever they are: what is wrong with them widens its discs.
+    """
+
+    values: NDArray[np.complex128]
+    shapes: NDArray[np.complex128]
+
+
+def enclose(block: Quadratic, guess: Guess | None = None) -> list[Piece] | Failure:
+    """Pieces with all roots of one component, for every matrix in its balls.
+
+    Of a damped one they are built on a guess if that proves each root by itself.
+    """
     if not block.is_finite:
         return Failure(INFINITE)
     with np.errstate(all="ignore"):
         try:
-            scaled, rate = _scaled(block)
-            if not scaled.is_finite or not np.isfinite(rate):
+            own, rate, sizes = scaled(block)
+            if not own.is_finite or not np.isfinite(rate):
                 return Failure(BEYOND)
-            discs = _squares(scaled) if block.is_undamped else _first_order(scaled)
+            if block.is_undamped:
+                discs = _squares(own)
+            else:
+                if guess is not None:
+                    guess = Guess(guess.values / rate, guess.shapes / sizes[:, None])
+                discs = _first_order(own, guess)
         except OverflowError:
             return Failure(BEYOND)
         except (LinAlgError, ValueError):
@@ -77,11 +106,14 @@ def enclose(block: Quadratic) -> list[Piece] | Failure:
         radii = upper(radii * rate, 2)
         if not (np.isfinite(centres).all() and np.isfinite(radii).all()):
             return Failure(BEYOND)
-        return pieces_of(centres, radii, block.is_hamiltonian, real)
+        return pieces_of(centres, radii, block.is_real, block.is_hamiltonian, real)
 
 
-def _scaled(block: Quadratic) -> tuple[Quadratic, float]:
-    """The block in another unit of time and of its coordinates, by powers of two."""
+def scaled(block: Quadratic) -> tuple[Quadratic, float, Floats]:
+    """The block in another unit of time and of its coordinates, by powers of two.
+
+    Returns it with the rate (rad/s) that it counts as one, and the units (n,) of its coordinates.
+    """
     mass, damping, stiffness = (float(X.bound().max()) for X in block.parts)
     turn = 0
     if mass and stiffness:
@@ -95,7 +127,7 @@ def _scaled(block: Quadratic) -> tuple[Quadratic, float]:
     own = -np.rint(np.log2(np.where(sizes > 0.0, sizes, 1.0)) / 2.0).astype(int)
     exponents = own[:, None] + own
     M, C, K = (X.scaled(exponents) for X in in_time.parts)
-    return replace(block, M=M, C=C, K=K), float(np.ldexp(1.0, turn))
+    return replace(block, M=M, C=C, K=K), float(np.ldexp(1.0, turn)), np.ldexp(1.0, own)
 
 
 def _squares(block: Quadratic) -> Discs | Failure:
@@ -103,7 +135,9 @@ def _squares(block: Quadratic) -> Discs | Failure:
     M, K = block.M, block.K
     if block.symmetric:
         try:
-            values, X = eigh(K.mid, M.mid)
+            inverse = np.linalg.inv(np.linalg.cholesky(M.mid))
+            values, X = np.linalg.eigh(inverse @ K.mid @ inverse.T)
+            X = inverse.T @ X
         except LinAlgError:
             pass  # M is not positive definite
         else:
@@ -111,36 +145,77 @@ def _squares(block: Quadratic) -> Discs | Failure:
             if isinstance(discs, Discs):
                 # X' M X is close to 1, so that M is positive definite and all s are real
                 return discs._replace(real=np.ones(block.n, dtype=bool))
-    solution = _diagonalised(K, M)
-    if isinstance(solution, Failure):
-        return solution
-    discs = _gershgorin(K, M, *solution)
-    if isinstance(discs, Failure):
+    discs = _of_pencil(K, M)
+    if isinstance(discs, Failure) or not block.is_real:
         return discs
     return discs._replace(real=_real_by_signs(K, M, discs))
 
 
-def _first_order(block: Quadratic) -> Discs | Failure:
+def _first_order(block: Quadratic, guess: Guess | None) -> Discs | Failure:
     """Discs of lambda of a damped block, in the states (q, q')."""
     n = block.n
-    A = Balls(np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n)))
-    B = Balls(np.zeros((2 * n, 2 * n)), np.zeros((2 * n, 2 * n)))
+    kind = float if block.is_real else complex
+    A = Balls(np.zeros((2 * n, 2 * n), dtype=kind), np.zeros((2 * n, 2 * n)))
+    B = Balls(np.zeros((2 * n, 2 * n), dtype=kind), np.zeros((2 * n, 2 * n)))
     A.mid[:n, n:] = np.eye(n)
     A.mid[n:, :n], A.rad[n:, :n] = -block.K.mid, block.K.rad
     A.mid[n:, n:], A.rad[n:, n:] = -block.C.mid, block.C.rad
     B.mid[:n, :n] = np.eye(n)
     B.mid[n:, n:], B.rad[n:, n:] = block.M.mid, block.M.rad
+    if guess is not None and len(guess.values) == 2 * n:
+        discs = _of_guess(A, B, guess)
+        if isinstance(discs, Discs) and _are_apart(discs) and np.all(discs.radii < POOR):
+            return discs
+    return _of_pencil(A, B)
+
+
+def _of_guess(A: Balls, B: Balls, guess: Guess) -> Discs | Failure:
+    """Discs of the eigenvalues of A - s B from guessed ones."""
+    X = np.vstack([guess.shapes, guess.shapes * guess.values])
+    X = X / np.linalg.norm(X, axis=0)
+    try:
+        Y = np.linalg.inv(B.mid @ X)
+    except LinAlgError:
+        return Failure(UNSOLVED)
+    return _gershgorin(A, B, guess.values, X, Y)
+
+
+def _are_apart(discs: Discs) -> bool:
+    """True if no two discs meet."""
+    return len(clusters(discs.centres, discs.radii)) == len(discs.radii)
+
+
+def _of_pencil(A: Balls, B: Balls) -> Discs | Failure:
+    """Discs of the eigenvalues of A - s B, of those that (nearly) lack vectors by chains."""
     solution = _diagonalised(A, B)
     if isinstance(solution, Failure):
         return solution
-    return _gershgorin(A, B, *solution)
+    discs = _gershgorin(A, B, *solution)
+    if isinstance(discs, Discs) and _are_apart(discs):
+        return discs
+    values, X, _ = solution
+    chains = find_chains(A.mid, B.mid, values, X)
+    if not chains:
+        return discs
+    for chain in chains:
+        X = chain.put_into(X)
+    try:
+        Y = np.linalg.inv(B.mid @ X)
+    except LinAlgError:
+        return discs
+    second = _gershgorin(A, B, values, X, Y, chains)
+    if isinstance(second, Failure):
+        return discs
+    if isinstance(discs, Failure) or np.sum(second.radii) < np.sum(discs.radii):
+        return second
+    return discs
 
 
 def _diagonalised(A: Balls, B: Balls) -> tuple[NDArray, NDArray, NDArray] | Failure:
     """Approximate eigenvalues of A - s B, right vectors X, and Y, about the inverse of B X."""
     try:
-        values, X = eig(np.linalg.solve(B.mid, A.mid))
-        if not values.imag.any():
+        values, X = np.linalg.eig(np.linalg.solve(B.mid, A.mid))
+        if not values.imag.any() and not np.iscomplexobj(A.mid):
             values, X = values.real, X.real
         Y = np.linalg.inv(B.mid @ X)
     except LinAlgError:
@@ -148,7 +223,14 @@ def _diagonalised(A: Balls, B: Balls) -> tuple[NDArray, NDArray, NDArray] | Fail
     return values, X, Y
 
 
-def _gershgorin(A: Balls, B: Balls, values: NDArray, X: NDArray, Y: NDArray) -> Discs | Failure:
+def _gershgorin(
+    A: Balls,
+    B: Balls,
+    values: NDArray,
+    X: NDArray,
+    Y: NDArray,
+    chains: Sequence[Chain] = (),
+) -> Discs | Failure:
     """Discs with all eigenvalues of A - s B, see the module."""
     left, right = Balls.exact(Y), Balls.exact(X)
     G = left @ (B @ right)
@@ -164,6 +246,8 @@ def _gershgorin(A: Balls, B: Balls, values: NDArray, X: NDArray, Y: NDArray) -> 
     N = upper(T + inverse @ T, len(D) + 2)
     if not np.isfinite(N).all():
         return Failure(BEYOND)
+    for chain in chains:
+        N = chain.graded(N)
     return Discs(D, _shrunk(D, N), np.zeros(len(D), dtype=bool))
 
 
@@ -245,6 +329,8 @@ def _determinant_sign(A: Balls) -> int:
     The product of the computed triangles lies in the balls once these are widened to reach it, and
     none of the widened balls is singular if |1 - B A| < 1 for an approximate inverse B.
     """
+    from scipy.linalg import lu  # here, since few systems need it
+
     permutation, lower, triangle = lu(A.mid)
     product = Balls.exact(permutation @ lower) @ Balls.exact(triangle)
     reach = upper(size(A.mid - product.mid) + product.rad + EPS * size(A.mid), 4)

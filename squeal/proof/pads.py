@@ -1,609 +1,498 @@
-"""The referee on nonlinear pads: the model's own expressions over balls.
+"""The referee on pads: what grows along the whole branch of equilibria, and where it changes.
 
-The sliding equilibrium q(mu) of F(q, mu) = 0 is enclosed over intervals of friction. With an
-approximate equilibrium c at m, its approximate slope t and Y, about the inverse of J = dF/dq there,
+The number of growing roots is constant along a part of the branch on which no root can reach the
+imaginary axis: where det K, and the discriminant of det(K - s M) in s = -lambda^2 of a pad without
+damping, have no zero. With damping, Hurwitz's last determinant but one takes the place of the
+discriminant; by Orlando's formula it is the product of the sums of all pairs of roots, up to a
+factor. On each part the roots are counted once, by signs of coefficients. det K vanishes where the
+branch turns back.
 
-    e -> -Y F(c + t (mu - m) + .., mu) + (1 - Y J) e
-
-maps a box of deviations e from the line c + t (mu - m) into its interior (Krawczyk's operator):
-then there is exactly one equilibrium in the box at each mu of the interval. Cells with such boxes
-are joined where the box of one holds the equilibrium that the other has at their common friction.
-Within a cell F is that of one contact state. Where a gap vanishes both states have the same loads,
-so that the branch goes on in the other state: in a cell whose box holds the branch between two
-frictions, before and beyond the change. K = -J over the box feeds the enclosure of roots. Needs
-python-flint.
+All that are polynomials of balls along the cells of `branches`. Where their signs stay open the
+cell is narrowed, down to the digits of doubles.
 """
 
 from __future__ import annotations
 
-import math
+import itertools
 from collections.abc import Sequence
-from copy import copy
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from squeal.model.contact import State
-from squeal.model.equations import PadModel, net_loads
-from squeal.model.pad import Coefficients, Pad, coefficients, pose
-from squeal.proof.balls import AS_GIVEN, Balls, Floats, Quadratic
-from squeal.proof.pieces import Failure
-from squeal.proof.ranges import middle_and_radius
+from squeal.proof.balls import AS_GIVEN, Balls, Quadratic, middle_and_radius
+from squeal.proof.branches import (
+    BITS,
+    FRICTION,
+    NEAR,
+    ORDER,
+    Ball,
+    Cell,
+    PadBranch,
+    Polynomial,
+    signs,
+)
 
 try:
     import flint
 except ImportError:  # an extra
     flint = None
 
-Ball = Any
-"""A `flint.arb`."""
-UNITS = ((1, 0, 0, 0), (0, 1, 0, 0), (0, 0, 1, 0))  # slopes of x, y and theta themselves
-UNKNOWNS = 3  # x, y, theta; the fourth slope is that by friction
-INFLATED = 2.0  # boxes are so much wider than the first image of a point
-ROUNDS = 8  # of inflation
-HOPELESS = 1.3  # an image by so much wider than its box: the cell is too wide
-CONTRACTION = 0.33  # of boxes that widths aim at
-NARROWEST = 1e-12  # of the range: a cell that is not halved
-SHORT = 1e-10  # of the range: a cell in which the contact may change
-TIGHT = 0.05  # share of the way of the equilibrium that its enclosure may be off
-LOST = "the equilibrium is not enclosed"
+DEGREE = 2 * ORDER  # of polynomials along a cell; higher powers become part of a ball
+SAME = 1e-8  # of friction: a threshold so close to a change of the count is that change
+NARROWINGS = 9  # of a cell
+SLOW = 0.25  # of a cell: what is left of it after a narrowing without progress
+COST_OF_SLOW = 3  # of `NARROWINGS`, of such a one
+WIDE = 0.1  # of t: a part that is halved before it is narrowed
+COEFFICIENTS_OPEN = "what grows cannot be counted"
+TOUCHES = "roots meet without crossing the axis"
 
 
-@dataclass(slots=True, eq=False)  # many are made: frozen ones would take three times as long
-class Line:
-    """Numbers c + s d + r that depend on one d: a first-order Taylor model.
+@dataclass(frozen=True)
+class Claim:
+    """A printed threshold: friction, and by how much the number of growing roots rises."""
 
-    centre, slope, rest: balls of c, s and r; reach: ball of d, with its middle at zero.
+    mu: float
+    rise: int
+
+
+@dataclass(frozen=True)
+class PadProof:
+    """What is proved of a pad.
+
+    status: `proved`, `open` or `refuted`; until: the friction up to which the list is proved;
+    places: for each claim up to there the interval in which it is proved; growth_below: nothing
+    else grows faster up to there, 1/s; reason, where: why it is open or refuted, or is not proved
+    beyond `until`, and the friction.
     """
 
-    centre: Ball
-    slope: Ball
-    rest: Ball
-    reach: Ball
-
-    def ball(self) -> Ball:
-        """All its numbers."""
-        return self.centre + self.slope * self.reach + self.rest
-
-    def __add__(self, other: Any) -> Line:
-        if not isinstance(other, Line):
-            return Line(self.centre + other, self.slope, self.rest, self.reach)
-        slope = self.slope + other.slope
-        return Line(self.centre + other.centre, slope, self.rest + other.rest, self.reach)
-
-    def __neg__(self) -> Line:
-        return Line(-self.centre, -self.slope, -self.rest, self.reach)
-
-    def __sub__(self, other: Any) -> Line:
-        return self + (-other)
-
-    def __rsub__(self, other: Any) -> Line:
-        return -self + other
-
-    def __mul__(self, other: Any) -> Line:
-        if not isinstance(other, Line):
-            return Line(self.centre * other, self.slope * other, self.rest * other, self.reach)
-        slope = self.centre * other.slope + self.slope * other.centre
-        steep = self.slope * other.slope * self.reach * self.reach
-        straight = other.centre + other.slope * self.reach
-        rest = steep + self.rest * (straight + other.rest)
-        rest += other.rest * (self.centre + self.slope * self.reach)
-        return Line(self.centre * other.centre, slope, rest, self.reach)
-
-    def __truediv__(self, other: Any) -> Line:
-        return self * other.inverse() if isinstance(other, Line) else self * (1 / _ball(other))
-
-    def __rtruediv__(self, other: Any) -> Line:
-        return self.inverse() * other
-
-    __radd__ = __add__
-    __rmul__ = __mul__
-
-    def inverse(self) -> Line:
-        """One over it."""
-        at = 1 / self.centre
-        return self._applied(at, -at * at, 2 / self._hull() ** 3)
-
-    def sin(self) -> Line:
-        """The sine."""
-        return self._applied(self.centre.sin(), self.centre.cos(), -self._hull().sin())
-
-    def cos(self) -> Line:
-        """The cosine."""
-        return self._applied(self.centre.cos(), -self.centre.sin(), -self._hull().cos())
-
-    def sqrt(self) -> Line:
-        """The square root."""
-        root = self.centre.sqrt()
-        whole = self._hull()
-        return self._applied(root, 0.5 / root, -0.25 / (whole * whole.sqrt()))
-
-    def _hull(self) -> Ball:
-        """All its numbers and those between them and its centre, which may be none of them."""
-        return self.ball().union(self.centre)
-
-    def _applied(self, value: Ball, slope: Ball, curvature: Ball) -> Line:
-        """A function of it: value and slope at its centre, second derivative over its hull."""
-        deviation = self.slope * self.reach + self.rest
-        rest = slope * self.rest + curvature / 2 * deviation * deviation
-        return Line(value, slope * self.slope, rest, self.reach)
+    status: Literal["proved", "open", "refuted"]
+    until: float
+    places: tuple[tuple[float, float], ...] = ()
+    growth_below: float = 0.0
+    reason: str = ""
+    where: float | None = None
 
 
-@dataclass(slots=True, eq=False)  # many are made: frozen ones would take three times as long
-class Jet:
-    """A number, a `Line` or a ball, and its slopes by x, y, theta and mu."""
+class Problem(NamedTuple):
+    """What is open or refuted, and at which friction."""
 
-    value: Any
-    slopes: tuple[Any, ...]
-
-    @staticmethod
-    def of(x: Any) -> Jet:
-        """x itself, or a constant."""
-        return x if isinstance(x, Jet) else Jet(x, (0, 0, 0, 0))
-
-    def __add__(self, other: Any) -> Jet:
-        if not isinstance(other, Jet):
-            return Jet(self.value + other, self.slopes)
-        pairs = zip(self.slopes, other.slopes, strict=True)
-        return Jet(self.value + other.value, tuple([_sum(a, b) for a, b in pairs]))
-
-    def __neg__(self) -> Jet:
-        return Jet(-self.value, tuple([-a for a in self.slopes]))
-
-    def __sub__(self, other: Any) -> Jet:
-        return self + (-other)
-
-    def __rsub__(self, other: Any) -> Jet:
-        return -self + other
-
-    def __mul__(self, other: Any) -> Jet:
-        if not isinstance(other, Jet):
-            return Jet(self.value * other, tuple([_product(a, other) for a in self.slopes]))
-        slopes = []
-        for a, b in zip(self.slopes, other.slopes, strict=True):
-            slopes.append(_sum(_product(a, other.value), _product(b, self.value)))
-        return Jet(self.value * other.value, tuple(slopes))
-
-    def __truediv__(self, other: Any) -> Jet:
-        if not isinstance(other, Jet):
-            return self * (1 / other)
-        return self * other._inverse()
-
-    def __rtruediv__(self, other: Any) -> Jet:
-        return self._inverse() * other
-
-    __radd__ = __add__
-    __rmul__ = __mul__
-
-    def _inverse(self) -> Jet:
-        """One over it."""
-        value = 1 / self.value
-        return self.applied(value, -(value * value))
-
-    def applied(self, value: Any, slope: Any) -> Jet:
-        """A function of it, from its value and its slope there."""
-        return Jet(value, tuple([_product(a, slope) for a in self.slopes]))
+    status: Literal["open", "refuted"]
+    reason: str
+    where: float
 
 
-def _sum(a: Any, b: Any) -> Any:
-    """a + b, for free where one is the whole number 0: most slopes are."""
-    if type(a) is int and a == 0:
-        return b
-    if type(b) is int and b == 0:
-        return a
-    return a + b
+class Part(NamedTuple):
+    """A part low <= t <= high of a cell; growing: how many roots grow, None where a sign is open;
+    folds: whether det K is among the open signs."""
+
+    cell: Cell
+    low: float
+    high: float
+    growing: int | None
+    folds: bool = False
 
 
-def _product(slope: Any, factor: Any) -> Any:
-    """slope factor, for free where the slope is the whole number 0 or 1: most are."""
-    if type(slope) is int:
-        return slope if slope == 0 else factor if slope == 1 else factor * slope
-    return slope * factor
+@dataclass
+class Event:
+    """A place where the number of growing roots may change.
 
-
-class Functions:
-    """The functions that the model's expressions need, of balls and jets."""
-
-    @staticmethod
-    def sin(x: Any) -> Any:
-        """The sine."""
-        if isinstance(x, Jet):
-            return x.applied(x.value.sin(), x.value.cos())
-        return x.sin() if isinstance(x, Line) else _ball(x).sin()
-
-    @staticmethod
-    def cos(x: Any) -> Any:
-        """The cosine."""
-        if isinstance(x, Jet):
-            return x.applied(x.value.cos(), -x.value.sin())
-        return x.cos() if isinstance(x, Line) else _ball(x).cos()
-
-    @staticmethod
-    def sqrt(x: Any) -> Any:
-        """The square root."""
-        if isinstance(x, Jet):
-            root = x.value.sqrt()
-            return x.applied(root, 0.5 / root)
-        return x.sqrt() if isinstance(x, Line) else _ball(x).sqrt()
-
-
-class Doubles:
-    """The same of jets of doubles: approximate, for Newton's method alone."""
-
-    @staticmethod
-    def sin(x: Jet) -> Jet:
-        """The sine."""
-        return x.applied(math.sin(x.value), math.cos(x.value))
-
-    @staticmethod
-    def cos(x: Jet) -> Jet:
-        """The cosine."""
-        return x.applied(math.cos(x.value), -math.sin(x.value))
-
-    @staticmethod
-    def sqrt(x: Jet) -> Jet:
-        """The square root."""
-        root = math.sqrt(x.value)
-        return x.applied(root, 0.5 / root)
-
-
-def _ball(x: Any) -> Ball:
-    return flint.arb(x)
-
-
-def _pad_of_balls(pad: Pad) -> Pad:
-    """The pad with its numbers as exact balls."""
-    new = copy(pad)
-    for name, value in pad.given().items():
-        vars(new)[name] = flint.arb(float(value))
-    return new
-
-
-@dataclass(frozen=True, eq=False)
-class Cell:
-    """An interval of friction with one equilibrium in a box at each value.
-
-    low, high: of friction; state: which contact points touch; centre (3,): c, at `middle`; slope
-    (3,): t; box: deviations from the line, three balls, that hold one equilibrium; image: narrower
-    ones that hold it too; share: how much of the box these take, at most.
+    low, high: of friction; before, after: numbers of growing roots; parts: those whose signs are
+    open; is_fold: whether the branch turns back.
     """
 
     low: float
     high: float
-    state: State
-    middle: float
-    centre: Floats
-    slope: Floats
-    box: tuple[Ball, ...]
-    image: tuple[Ball, ...]
-    share: float = 0.0
-
-    def within(self, other: Cell) -> bool:
-        """Whether it is a part of another one."""
-        return self.state == other.state and other.low <= self.low <= self.high <= other.high
-
-    def places(self, low: float, high: float) -> list[Line]:
-        """The equilibria over a part of the interval."""
-        return self._around(low, high, self.image)
-
-    def widest(self) -> list[Line]:
-        """All places of the box."""
-        return self._around(self.low, self.high, self.box)
-
-    def _around(self, low: float, high: float, box: Sequence[Ball]) -> list[Line]:
-        friction = _friction(low, high)
-        shift = friction.centre - self.middle
-        places = []
-        for c, t, e in zip(self.centre.tolist(), self.slope.tolist(), box, strict=True):
-            places.append(Line(c + t * shift, flint.arb(t), e, friction.reach))
-        return places
-
-    def holds(self, other: Cell, low: float, high: float) -> bool:
-        """Whether the box holds the equilibria of another cell from low to high."""
-        own = self._around(low, high, [flint.arb(0)] * UNKNOWNS)
-        for box, line, place in zip(self.box, own, other.places(low, high), strict=True):
-            if not box.contains((place - line).ball()):
-                return False
-        return True
+    before: int
+    after: int
+    parts: list[Part] = field(default_factory=list)
+    is_fold: bool = False
 
 
-class PadBranch:
-    """The systems about the sliding equilibrium of a pad, over intervals of friction.
+def prove_pad(
+    branch: PadBranch,
+    claims: Sequence[Claim],
+    fold: float | None,
+    first: float | None,
+    growth_below: float,
+) -> PadProof:
+    """Whether the number of growing roots changes at the claimed thresholds and nowhere else.
+
+    Proved is the list up to a friction: to the end of the branch, or at least beyond the first
+    loss of stability. What follows beyond it is then open.
 
     Parameters
     ----------
-    model : PadModel
-        The pad and its contact model.
-    start : array_like (3,)
-        An approximate equilibrium (x, y, theta) at the lowest friction; the branch through it is
-        meant.
-    low, high : float
-        The range of friction.
-
-    Raises
-    ------
-    ImportError
-        Without python-flint.
+    branch : PadBranch
+        The equilibria, over the whole range.
+    claims : sequence of Claim
+        The printed thresholds, ascending.
+    fold : float or None
+        The friction at which the branch is said to turn back.
+    first : float or None
+        The printed first loss of stability.
+    growth_below : float
+        A rate, 1/s, above 0: what is claimed where roots meet without crossing.
     """
+    walk = _Walk(branch, claims, fold, growth_below)
+    cap = flint.ctx.cap
+    with flint.ctx.workprec(BITS):
+        problem = walk.problem()
+    flint.ctx.cap = cap
+    growth = growth_below if walk.met else 0.0
+    known = (walk.until, tuple(walk.places), growth)
+    if problem is None:
+        return PadProof("proved", *known)
+    reaches = first is not None and walk.until > first
+    status = "proved" if problem.status == "open" and reaches else problem.status
+    return PadProof(status, *known, problem.reason, problem.where)
 
-    def __init__(self, model: PadModel, start: ArrayLike, low: float, high: float) -> None:
-        if flint is None:
-            raise ImportError("pads need python-flint", name="flint")
-        self.model = model
-        self.low = low
-        self.high = high
-        pad = _pad_of_balls(model.pad)
-        self._fall = pad.fall
-        self._c: Coefficients = coefficients(Functions, pad, model.law.absolute_gap)
-        self.cells: list[Cell] = []
-        self.reason = ""  # why the cells end below `high`
-        self._latest: Cell | None = None  # part of a cell that was asked for last
-        if not model.linear:
-            self._follow(np.asarray(start, float))
 
-    def __call__(self, low: float, high: float) -> tuple[Quadratic, ...] | Failure:
-        if self.model.linear:
-            friction = _friction(low, high)
-            nowhere = [friction * 0] * UNKNOWNS
-            return (self._matrices(nowhere, friction, self.model.full),)
-        if low < self.low or high > (self.cells[-1].high if self.cells else self.low):
-            return Failure(self.reason)
-        systems: list[Quadratic] = []
-        for cell in self.cells:
-            a, b = max(low, cell.low), min(high, cell.high)
-            if a > b or (a == b and low < high):
-                continue
-            places = self._part_of(cell, a, b).places(a, b)
-            systems.append(self._matrices(places, _friction(a, b), cell.state))
-        return tuple(systems)
+class _Walk:
+    """The way along the branch, until it ends or something is open or refuted."""
 
-    def _part_of(self, cell: Cell, low: float, high: float) -> Cell:
-        """A cell of the same equilibria that is narrow enough for a part of the interval."""
-        latest = self._latest
-        if latest is not None and latest.within(cell) and latest.low <= low <= high <= latest.high:
-            cell = latest
-        moves = np.abs(cell.slope) * (high - low)
-        loose = [float(ball.abs_upper()) for ball in cell.image] > TIGHT * moves
-        if not loose.any():
-            return cell
-        middle = (low + high) / 2.0
-        guess = cell.centre + cell.slope * (middle - cell.middle)
-        part = self._cell(low, high, guess, cell.state)
-        if part is None or not cell.holds(part, low, low):
-            return cell
-        if low < high:
-            self._latest = part
-        return part
+    def __init__(
+        self, branch: PadBranch, claims: Sequence[Claim], fold: float | None, growth_below: float
+    ) -> None:
+        self.branch = branch
+        self.fold = fold
+        self.growth_below = growth_below
+        self.waiting = list(claims)
+        self.until = branch.low
+        self.places: list[tuple[float, float]] = []
+        self.met = False  # whether roots meet somewhere without crossing
+        pad = branch.model.pad
+        self.mass = (pad.m, pad.m, pad.I)
+        self.is_damped = branch.model.damping is not None or branch.fall is not None
 
-    def _follow(self, guess: Floats) -> None:
-        """Cells from the lowest friction on, each of the branch of the one before."""
-        place = pose(Functions, tuple(map(flint.arb, guess.tolist())))
-        state = State(*(float(gap.mid()) < 0.0 for gap in self.model.law.gaps(self._c, place)))
-        mu = self.low
-        whole = self.high - self.low
-        width = whole
-        while mu < self.high:
-            if width < NARROWEST * whole:
-                self.reason = f"{LOST} beyond {mu:.9g}"
-                return
-            width = min(width, self.high - mu)
-            cell = self._cell(mu, mu + width, guess, state)
-            joined = cell is not None and self._is_joined(cell)
-            open_points = self._unsettled(cell, cell.low, cell.high) if cell and joined else []
-            if cell is not None and joined and not open_points:
-                self.cells.append(cell)
-            elif cell is not None and len(open_points) == 1 and width <= SHORT * whole:
-                pair = self._changed(cell, open_points[0]) if self.cells else None
-                if pair is None:
-                    self.reason = f"the contact changes at {mu:.9g} in a way that is not resolved"
-                    return
-                self.cells += pair
-                cell = pair[1]
-                state = cell.state
-            elif cell is not None and len(open_points) == 1:
-                ahead = self._change_ahead(cell, open_points[0])
-                if ahead < 0.5 * SHORT * whole:
-                    width = SHORT * whole
-                else:
-                    width = min(max(ahead - 0.3 * SHORT * whole, SHORT * whole), width / 2.0)
-                continue
-            else:
-                width /= 2.0
-                continue
-            mu = cell.high
-            guess = cell.centre + cell.slope * (mu - cell.middle)
-            # the image of a box is half of it and what the slopes change, which goes as the width
-            contraction = max(cell.share - 1.0 / INFLATED, 1e-3)
-            width *= min(max(CONTRACTION / contraction, 0.6), 4.0)
+    def problem(self) -> Problem | None:
+        """What is open or refuted first, None if all is proved."""
+        count: int | None = None
+        open_parts: list[Part] = []
+        change: Ball | None = None  # friction at which the contact changes
+        for cell in self.branch.cells():
+            for part in self._parts(cell):
+                if part.growing is None:
+                    open_parts.append(part)
+                    continue
+                if count is None and open_parts:
+                    return Problem("open", COEFFICIENTS_OPEN, self.branch.low)
+                if count is not None and (open_parts or part.growing != count):
+                    event = self._event(open_parts, change, part, count)
+                    problem = self._judged(event)
+                    if problem is not None:
+                        return problem
+                    if event.is_fold:
+                        return self._at_end(event)
+                open_parts = []
+                change = None
+                count = part.growing
+                self.until = max(self.until, _low(part.cell.at(flint.arb(part.high))[FRICTION]))
+                if self.until >= self.branch.high:
+                    self.until = self.branch.high
+                    return self._at_end(None)
+            change = cell.at(flint.arb(cell.opened).union(flint.arb(cell.end)))[FRICTION]
+        if self.branch.turn is not None:
+            low, high = self.branch.turn
+            return self._at_end(Event(low, high, count or 0, count or 0, [], True))
+        if self.branch.reason:
+            return Problem("open", self.branch.reason, self.until)
+        return Problem("open", COEFFICIENTS_OPEN, self.until)
 
-    def _is_joined(self, cell: Cell) -> bool:
-        """Whether the cell holds the equilibrium that the last one has at its end."""
-        if not self.cells:
-            return True
-        last = self.cells[-1]
-        if cell.state == last.state and cell.holds(last, cell.low, cell.low):
-            return True
-        guess = last.centre + last.slope * (cell.low - last.middle)
-        point = self._cell(cell.low, cell.low, guess, cell.state)
-        if point is None:
-            return False
-        return all(one.holds(point, cell.low, cell.low) for one in (last, cell))
+    def _event(
+        self, open_parts: Sequence[Part], change: Ball | None, part: Part, count: int
+    ) -> Event:
+        """What happens between the last part with a count and the next one."""
+        balls = [one.cell.at(_span(one))[FRICTION] for one in open_parts]
+        if change is not None:
+            balls.append(change)
+        if not balls:  # the counts of two parts that meet differ, which cannot be
+            balls.append(part.cell.at(flint.arb(part.low))[FRICTION])
+        low = min(_low(ball) for ball in balls)
+        high = max(_high(ball) for ball in balls)
+        event = Event(low, high, count, part.growing or 0, list(open_parts))
+        if any(one.folds for one in open_parts) and not self.branch.model.linear:
+            event.is_fold = bool(part.cell.direction(part.high)[FRICTION] < 0.0)
+        return event
 
-    def _gaps(self, cell: Cell, low: float, high: float) -> list[Ball]:
-        """Gaps of the contact points over a part of a cell."""
-        x, y, theta = cell.places(low, high)
-        return [gap.ball() for gap in self.model.law.gaps(self._c, pose(Functions, (x, y, theta)))]
-
-    def _unsettled(self, cell: Cell, low: float, high: float) -> list[int]:
-        """The contact points whose gaps may have another sign than the state of the cell says."""
-        points = []
-        for point, gap in enumerate(self._gaps(cell, low, high)):
-            settled = gap < 0 if cell.state[point] else gap > 0
-            if not settled:
-                points.append(point)
-        return points
-
-    def _change_ahead(self, cell: Cell, point: int) -> float:
-        """About how far beyond the start of a cell the gap of a point vanishes; half of it if not
-        within."""
-        x, y, theta = cell.places(cell.low, cell.high)
-        gap = self.model.law.gaps(self._c, pose(Functions, (x, y, theta)))[point]
-        width = cell.high - cell.low
-        slope = float(gap.slope.mid())
-        ahead = width / 2.0 - float(gap.centre.mid()) / slope if slope else width / 2.0
-        return ahead if abs(ahead - width / 2.0) <= 0.6 * width else width / 2.0
-
-    def _changed(self, cell: Cell, point: int) -> list[Cell] | None:
-        """Cells before and beyond a change of contact at one point, over the same short interval.
-
-        At its end the first state is wrong and the second one right, each for certain; somewhere
-        between the gap vanishes, where both states have the same loads.
-        """
-        after = cell.state.flip(point)
-        width = cell.high - cell.low
-        for _ in range(ROUNDS):
-            high = cell.low + width
-            first = self._cell(cell.low, high, cell.centre, cell.state)
-            if first is None or not self._is_joined(first):
-                return None
-            second = self._cell(cell.low, high, first.centre, after, like=first)
-            if second is None or not second.holds(first, cell.low, high):
-                return None
-            gap = self._gaps(first, high, high)[point]
-            left = gap > 0 if cell.state[point] else gap < 0
-            others = self._unsettled(first, cell.low, high)
-            others += self._unsettled(second, cell.low, high)
-            if set(others) - {point}:
-                return None
-            if left and not self._unsettled(second, high, high):
-                return [first, second]
-            width *= 2.0
+    def _judged(self, event: Event) -> Problem | None:
+        """What is wrong with an event, None if it is one that is printed, or none at all."""
+        middle = (event.low + event.high) / 2.0
+        problem = self._passed(event.low)
+        if problem is not None or event.is_fold:
+            return problem
+        reach = SAME * max(abs(middle), 1e-3 * self.branch.high)
+        mine = [claim for claim in self.waiting if claim.mu <= event.high + reach]
+        rise = sum(claim.rise for claim in mine)
+        if event.after - event.before != rise:
+            words = f"{event.before} roots grow before and {event.after} beyond"
+            if not mine:
+                words += ", which is not listed"
+            return Problem("refuted", words, middle)
+        for claim in mine:
+            self.places.append((min(event.low, claim.mu), max(event.high, claim.mu)))
+        self.waiting = self.waiting[len(mine) :]
+        if not mine and event.parts:
+            self.met = True
+            if not all(self._is_slow(part, event.before) for part in event.parts):
+                return Problem("open", TOUCHES, middle)
         return None
 
-    def _cell(
-        self, low: float, high: float, guess: Floats, state: State, like: Cell | None = None
-    ) -> Cell | None:
-        """A box with one equilibrium at each friction from low to high, None if none is found.
+    def _passed(self, mu: float) -> Problem | None:
+        """What is wrong if a printed threshold was passed without any change."""
+        reach = SAME * max(abs(mu), 1e-3 * self.branch.high)
+        if self.waiting and self.waiting[0].mu < mu - reach:
+            words = "the number of growing roots does not change at a threshold"
+            return Problem("refuted", words, self.waiting[0].mu)
+        return None
 
-        It reaches as far as the places of the cell `like` over the same interval.
-        """
-        middle = (low + high) / 2.0
-        found = self._newton(guess, middle, state)
-        if found is None:
+    def _at_end(self, turn: Event | None) -> Problem | None:
+        """What is wrong where the branch turns back, or reaches the highest friction."""
+        end = self.branch.high if turn is None else turn.low
+        problem = self._passed(end)
+        if problem is not None:
+            return problem
+        if turn is None:
+            if self.fold is not None and self.fold < end * (1.0 - SAME):
+                return Problem("refuted", "the branch does not turn back", self.fold)
             return None
-        centre, slope, inverse = found
-        friction = _friction(low, high)
-        nothing = (flint.arb(0),) * UNKNOWNS
-        line = Cell(low, high, state, middle, centre, slope, nothing, nothing)
-        misses = self._values(line.places(low, high), friction, state)
-        constant = []
-        for row in inverse.tolist():
-            constant.append(-sum((m * y for m, y in zip(misses, row, strict=True)), flint.arb(0)))
-        radii = [1e-18 * float(np.max(np.abs(centre))) + 1e-300] * UNKNOWNS
-        if like is not None:
-            turned = np.abs(like.slope - slope) * (high - low)
-            loose = [float(ball.abs_upper()) for ball in like.image]
-            radii = (2.0 * (np.abs(like.centre - centre) + turned + loose)).tolist()
-        image = constant
-        for _ in range(ROUNDS):
-            reach = [
-                INFLATED * float(ball.abs_upper()) + r for ball, r in zip(image, radii, strict=True)
-            ]
-            if not np.isfinite(reach).all():
-                return None
-            box = tuple(flint.arb(0, r) for r in reach)
-            _, slopes = self._loads(replace(line, box=box).widest(), friction, state)
-            image = []
-            for i, row in enumerate(inverse.tolist()):
-                ball = constant[i]
-                for j, e in enumerate(box):
-                    rest = flint.arb(int(i == j))
-                    for k, y in enumerate(row):
-                        rest -= slopes[k][j] * y
-                    ball += rest * e
-                image.append(ball)
-            shares = [float(ball.abs_upper()) / r for ball, r in zip(image, reach, strict=True)]
-            if all(e.contains_interior(ball) for e, ball in zip(box, image, strict=True)):
-                return Cell(low, high, state, middle, centre, slope, box, tuple(image), max(shares))
-            if not max(shares) < HOPELESS:
-                return None
+        self.until = turn.low
+        if self.fold is None or abs(self.fold - end) > SAME * end:
+            return Problem("refuted", "the branch turns back", end)
         return None
 
-    def _newton(
-        self, guess: Floats, mu: float, state: State
-    ) -> tuple[Floats, Floats, Floats] | None:
-        """An approximate equilibrium, its slope by friction and the inverse of J there."""
-        q = guess
-        on = tuple(int(touches) for touches in state)
-        friction = Jet(mu, (0, 0, 0, 1))
-        c = self.model.c._replace(mu=friction)
-        for _ in range(12):
-            jets = [Jet(v, unit) for v, unit in zip(q.tolist(), UNITS, strict=True)]
-            try:
-                loads = net_loads(Doubles, c, self.model.law, tuple(jets), on)
-            except (ArithmeticError, ValueError):
-                return None
-            F = np.array([Jet.of(v).value for v in loads], dtype=float)
-            J = np.array([Jet.of(v).slopes for v in loads], dtype=float)
-            if not (np.isfinite(F).all() and np.isfinite(J).all()):
-                return None
-            try:
-                inverse = np.linalg.inv(J[:, :UNKNOWNS])
-            except np.linalg.LinAlgError:
-                return None
-            step = inverse @ F
-            q = q - step
-            if np.all(np.abs(step) <= 1e-9 * np.max(np.abs(q))):  # the next one is rounding
-                break
-        return q, -inverse @ J[:, UNKNOWNS], inverse
+    def _parts(self, cell: Cell) -> list[Part]:
+        """The parts of a cell in which no root reaches the axis, and those between them."""
+        return self._parts_between(cell, cell.start, cell.end, NARROWINGS)
 
-    def _values(self, places: Sequence[Line], friction: Line, state: State) -> list[Ball]:
-        """Loads (3) in one contact state."""
-        on = tuple(int(touches) for touches in state)
-        c = self._c._replace(mu=friction)
-        loads = net_loads(Functions, c, self.model.law, tuple(places), on)
-        return [_range(v) for v in loads]
+    def _parts_between(self, cell: Cell, low: float, high: float, narrowings: int) -> list[Part]:
+        """The same of a part of a cell."""
+        K, C = self._matrices(cell)
+        roots = _characteristic(self.mass, K, C)
+        conditions = [roots[0], _hurwitz(roots) if self.is_damped else _discriminant(roots)]
+        found = [signs(_reduced(condition), low, high) for condition in conditions]
+        edges = sorted({edge for pieces in found for piece in pieces for edge in piece[:2]})
+        parts: list[Part] = []
+        for a, b in itertools.pairwise(edges):
+            here = [_sign_within(pieces, a, b) for pieces in found]
+            if all(here):
+                middle = flint.arb((a + b) / 2.0)
+                values = [coefficient(middle) for coefficient in roots]
+                count = _growing(values, here[1], self.is_damped)
+                parts.append(Part(cell, a, b, count, here[0] == 0))
+            elif parts and parts[-1].growing is None:
+                folds = parts[-1].folds or here[0] == 0
+                parts[-1] = Part(cell, parts[-1].low, b, None, folds)
+            else:
+                parts.append(Part(cell, a, b, None, here[0] == 0))
+        refined: list[Part] = []
+        for part in parts:
+            slow = part.high - part.low > SLOW * (high - low)
+            left = narrowings - (COST_OF_SLOW if slow else 1)
+            is_sharp = self.branch.is_sharp(part.cell.at(_span(part))[FRICTION])
+            if part.growing is None and left >= 0 and not is_sharp:
+                refined += self._refined(part, left)
+            else:
+                refined.append(part)
+        return refined
 
-    def _loads(
-        self, places: Sequence[Any], friction: Any, state: State
-    ) -> tuple[list[Ball], list[list[Ball]]]:
-        """Loads (3) and their slopes (3, 4) by x, y, theta and mu in one contact state."""
-        x, y, theta, mu = map(Jet, (*places, friction), (*UNITS, (0, 0, 0, 1)))
-        c = self._c._replace(mu=mu)
-        on = tuple(int(touches) for touches in state)
-        loads = [Jet.of(v) for v in net_loads(Functions, c, self.model.law, (x, y, theta), on)]
-        values = [_range(v.value) for v in loads]
-        return values, [[_range(slope) for slope in v.slopes] for v in loads]
+    def _refined(self, part: Part, narrowings: int) -> list[Part]:
+        """The parts of a part, by narrower cells around it; itself where there are none."""
+        cell = part.cell
+        if self.branch.model.linear:
+            return [part]
+        width = part.high - part.low
+        middle = part.low + width / 2.0
+        pieces = [(part.low, part.high)]
+        if width > WIDE:
+            pieces = [(part.low, middle), (middle, part.high)]
+        found: list[Part] = []
+        for low, high in pieces:
+            share = max(0.6 * (high - low), NEAR)
+            center = cell.middle + cell.half * (low + high) / 2.0
+            narrow = self.branch.narrow(cell, center, cell.half * share)
+            if narrow is None:
+                found.append(Part(cell, low, high, None, part.folds))
+                continue
+            start, end = (_end(narrow, cell, t) for t in (low, high))
+            found += self._parts_between(narrow, start, end, narrowings)
+        return found
 
-    def _matrices(self, places: Sequence[Line], friction: Line, state: State) -> Quadratic:
-        """M, C and K over a box of places and an interval of friction, in one contact state."""
-        _, slopes = self._loads(places, friction, state)
-        K = _balls([[-row[j] for j in range(UNKNOWNS)] for row in slopes])
-        damping = np.zeros((3, 3)) if self.model.damping is None else np.array(self.model.damping)
-        rows = [[flint.arb(v) for v in row] for row in damping.tolist()]
-        if self._fall is not None:
-            share, rate = self._fall
+    def _matrices(self, cell: Cell) -> tuple[list[list[Polynomial]], list[list[Polynomial]]]:
+        """K and C along a cell."""
+        K = [[-slope for slope in row[:FRICTION]] for row in cell.slopes]
+        damping = self.branch.model.damping or ((0.0,) * 3,) * 3
+        C = [[flint.arb_poly([float(v)]) for v in row] for row in damping]
+        if self.branch.fall is not None:
+            share, rate = self.branch.fall
+            friction = cell.places[FRICTION] + flint.arb(0, float(cell.loose[FRICTION]))
             for i in range(3):
-                rows[i][0] -= slopes[i][UNKNOWNS] * friction.ball() * share * rate
-        pad = self.model.pad
-        mass = np.diag([float(v) for v in (pad.m, pad.m, pad.I)])
-        return Quadratic(Balls.exact(mass), _balls(rows), K, AS_GIVEN)
+                C[i][0] = C[i][0] - cell.slopes[i][FRICTION] * friction * (share * rate)
+        return K, C
+
+    def _is_slow(self, part: Part, count: int) -> bool:
+        """Whether no more than `count` roots grow faster than the rate in a part."""
+        from squeal.proof.pieces import growing_counts
+        from squeal.proof.referee import enclosed
+
+        K, C = self._matrices(part.cell)
+        span = _span(part)
+        damping, stiffness = (_balls([[entry(span) for entry in row] for row in X]) for X in (C, K))
+        mass = Balls.exact(np.diag([float(v) for v in self.mass]))
+        finding = enclosed(Quadratic(mass, damping, stiffness, AS_GIVEN))
+        if finding.failure is not None:
+            return False
+        return growing_counts(finding.pieces, self.growth_below)[1] <= count
 
 
-def _friction(low: float, high: float) -> Line:
-    """Friction from low to high."""
-    middle = flint.arb((low + high) / 2.0)
-    ends = (flint.arb(low) - middle, flint.arb(high) - middle)
-    farthest = np.nextafter(max(float(end.abs_upper()) for end in ends), np.inf)
-    reach = flint.arb(0) if low == high else flint.arb(0, float(farthest))
-    return Line(middle, flint.arb(1), flint.arb(0), reach)
+def _span(part: Part) -> Ball:
+    """All t of a part."""
+    return flint.arb(part.low).union(flint.arb(part.high))
 
 
-def _range(x: Any) -> Ball:
-    """All numbers of a `Line` or a ball."""
-    return x.ball() if isinstance(x, Line) else flint.arb(x)
+def _low(ball: Ball) -> float:
+    """A double that is no larger than the numbers of a ball, nearly the least."""
+    return float(np.nextafter(float(ball.lower()), -np.inf))
+
+
+def _high(ball: Ball) -> float:
+    """The same of the largest."""
+    return float(np.nextafter(float(ball.upper()), np.inf))
+
+
+def _end(narrow: Cell, cell: Cell, t: float) -> float:
+    """The share of a narrow cell that is t in a wide one, of the same pivot."""
+    place = float(narrow.share(cell.middle + flint.arb(cell.half) * t).mid())
+    return min(max(place, -1.0), 1.0)
+
+
+def _sign_within(pieces: Sequence[Any], low: float, high: float) -> int:
+    """The sign over an interval that no piece ends within."""
+    middle = (low + high) / 2.0
+    return next((piece.sign for piece in pieces if piece.low <= middle <= piece.high), 0)
+
+
+def _reduced(polynomial: Polynomial) -> Polynomial:
+    """A polynomial with the powers beyond `DEGREE` as a part of the ball of the first one."""
+    known = polynomial.coeffs()
+    if len(known) <= DEGREE + 1:
+        return polynomial
+    rest = sum((abs(c) for c in known[DEGREE + 1 :]), flint.arb(0)).abs_upper()
+    return flint.arb_poly([known[0] + flint.arb(0, rest), *known[1 : DEGREE + 1]])
+
+
+def _product(a: Polynomial, b: Polynomial) -> Polynomial:
+    return _reduced(a * b)
+
+
+def _characteristic(
+    mass: Sequence[float], K: Sequence[Sequence[Any]], C: Sequence[Sequence[Any]]
+) -> list[Polynomial]:
+    """Coefficients, by rising power, of det(K - s M) in s, or of det(K + C r + M r^2) in r.
+
+    The former where C is zero.
+    """
+    damped = any(entry.length() for row in C for entry in row)
+    entries: list[list[list[Any]]] = []
+    for i in range(3):
+        row = []
+        for j in range(3):
+            diagonal = flint.arb_poly([float(mass[i]) if i == j else 0.0])
+            row.append([K[i][j], C[i][j], diagonal] if damped else [K[i][j], -diagonal])
+        entries.append(row)
+    total: list[Any] = []
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        minor = _minus(_times(entries[1][j], entries[2][k]), _times(entries[1][k], entries[2][j]))
+        total = _minus(_times(entries[0][i], minor), [-c for c in total])
+    return total
+
+
+def _times(a: Sequence[Polynomial], b: Sequence[Polynomial]) -> list[Polynomial]:
+    """The product of two polynomials in s whose coefficients are polynomials in t."""
+    product = [flint.arb_poly([0]) for _ in range(len(a) + len(b) - 1)]
+    for i, x in enumerate(a):
+        for j, y in enumerate(b):
+            if x.length() and y.length():
+                product[i + j] = product[i + j] + _product(x, y)
+    return product
+
+
+def _minus(a: Sequence[Polynomial], b: Sequence[Polynomial]) -> list[Polynomial]:
+    """The difference of two of these."""
+    zero = flint.arb_poly([0])
+    pairs = itertools.zip_longest(a, b, fillvalue=zero)
+    return [x - y for x, y in pairs]
+
+
+def _discriminant(roots: Sequence[Polynomial]) -> Polynomial:
+    """Of a cubic."""
+    d, c, b, a = roots
+    bc = _product(b, c)
+    ad = _product(a, d)
+    first = _product(bc, bc + 18 * ad)
+    cubes = _product(a, _product(c, _product(c, c))) + _product(d, _product(b, _product(b, b)))
+    return first - 4 * cubes - 27 * _product(ad, ad)
+
+
+def _hurwitz(roots: Sequence[Polynomial]) -> Polynomial:
+    """Hurwitz's last determinant but one."""
+    n = len(roots) - 1
+    zero = flint.arb_poly([0])
+    rows = []
+    for i in range(1, n):
+        indices = [n - 2 * j + i for j in range(1, n)]
+        rows.append([roots[k] if 0 <= k <= n else zero for k in indices])
+    return _determinant(rows)
+
+
+def _determinant(rows: Sequence[Sequence[Polynomial]]) -> Polynomial:
+    """By minors of the first rows, each once."""
+    n = len(rows)
+    minors: dict[tuple[int, ...], Any] = {(): flint.arb_poly([1])}
+    for row in rows:
+        larger: dict[tuple[int, ...], Any] = {}
+        for columns, minor in minors.items():
+            for j in range(n):
+                if j in columns or not row[j].length():
+                    continue
+                key = tuple(sorted((*columns, j)))
+                sign = (-1) ** (len(columns) - key.index(j))
+                larger[key] = larger.get(key, flint.arb_poly([0])) + sign * _product(row[j], minor)
+        minors = larger
+    return minors.get(tuple(range(n)), flint.arb_poly([0]))
+
+
+def _growing(values: Sequence[Ball], second: int, damped: bool) -> int | None:
+    """How many roots grow, from the coefficients at one place; None if a sign is open."""
+    if damped:
+        return _right_half_plane(values)
+    if second < 0:  # one real s, and a pair
+        last = values[0] * -values[3]
+        return None if last.contains(0) else 2 if last > 0 else 3
+    # three real s = -lambda^2; Descartes' rule counts the negative ones exactly
+    turned = [value if k % 2 == 0 else -value for k, value in enumerate(values)]
+    if any(value.contains(0) for value in turned):
+        return None
+    return sum(1 for a, b in itertools.pairwise(turned) if a * b < 0)
+
+
+def _right_half_plane(values: Sequence[Ball]) -> int | None:
+    """Routh's count of the roots with a positive real part."""
+    upper = list(values[::-1][::2])
+    lower = list(values[::-1][1::2])
+    column = [upper[0]]
+    while lower:
+        column.append(lower[0])
+        if lower[0].contains(0):
+            return None
+        padded = [*lower, flint.arb(0)]
+        ratio = upper[0] / lower[0]
+        following = [upper[k] - ratio * padded[k] for k in range(1, len(upper))]
+        upper = lower
+        lower = following
+    if any(value.contains(0) for value in column):
+        return None
+    return sum(1 for a, b in itertools.pairwise(column) if a * b < 0)
 
 
 def _balls(rows: Sequence[Sequence[Ball]]) -> Balls:

@@ -8,11 +8,10 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse.csgraph import connected_components
 
 from squeal.proof.balls import EPS, Floats
 
-Side = Literal["grows", "decays", "axis", "unknown"]
+Side = Literal["grows", "decays", "axis", "free", "unknown"]
 Means = Literal["enclosure", "exact"]
 INFINITE = "an entry is not finite"
 
@@ -28,8 +27,9 @@ class Piece:
     low, high : float
         Bounds of the real parts of all these roots, 1/s.
     side : str
-        What each of these roots does: `grows`, `decays`, lies on the imaginary `axis`, or
-        `unknown`. It may be known although `low` and `high` do not show it.
+        What each of these roots does: `grows`, `decays`, lies on the imaginary `axis`, is `free`,
+        that is zero within what the data allow, or `unknown`. It may be known although `low` and
+        `high` do not show it.
     real : bool or None
         Whether they are real, None if that is not known.
     by : str
@@ -73,67 +73,91 @@ def touching(a: NDArray, radii_a: Floats, b: NDArray, radii_b: Floats) -> NDArra
     return ~(distances(a, b) > sums)
 
 
+def strong_parts(joined: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """Indices of each strong component of a relation (n, n)."""
+    n = len(joined)
+    others = joined & ~np.eye(n, dtype=bool)
+    linked = np.flatnonzero(others.any(axis=0) & others.any(axis=1))
+    reach = others[np.ix_(linked, linked)] | np.eye(len(linked), dtype=bool)
+    while not reach.all():
+        steps = reach.astype(np.float32)
+        further = steps @ steps > 0.0
+        if np.array_equal(further, reach):
+            break
+        reach = further
+    first = np.arange(n)
+    if len(linked):
+        first[linked] = linked[(reach & reach.T).argmax(axis=1)]
+    order = np.argsort(first, kind="stable")
+    return np.split(order, np.flatnonzero(np.diff(first[order])) + 1) if n else []
+
+
 def clusters(centres: NDArray, radii: Floats) -> list[NDArray[np.intp]]:
     """Indices of the discs of each connected part of their union."""
-    number, labels = connected_components(touching(centres, radii, centres, radii), directed=False)
-    return [np.flatnonzero(labels == label) for label in range(number)]
+    return strong_parts(touching(centres, radii, centres, radii))
 
 
 def pieces_of(
     centres: NDArray[np.complex128],
     radii: Floats,
+    real: bool,
     hamiltonian: bool,
     real_squares: NDArray[np.bool_],
 ) -> list[Piece]:
-    """The pieces of the discs of a real system, each with what its mirror images prove.
+    """The pieces of the discs of a system, each with what its mirror images prove.
 
-    A root's mirror image at the real axis is a root; of a Hamiltonian system that at the imaginary
-    axis too. Where the image of a disc that holds one root meets no disc but this one, the root is
-    its own image. `real_squares` (n,) says of which discs the roots are real or imaginary anyway.
+    Of a real system a root's mirror image at the real axis is a root; of a Hamiltonian system that
+    at the imaginary axis too. Where the image of a disc that holds one root meets no disc but this
+    one, the root is its own image. `real_squares` (n,) says of which discs the roots are real or
+    imaginary anyway.
     """
     parts = clusters(centres, radii)
     label = np.empty(len(centres), dtype=int)
     for number, part in enumerate(parts):
         label[part] = number
 
-    def own_images(images: NDArray[np.complex128]) -> NDArray[np.bool_]:
-        """For each part whether it holds one root that equals its image."""
+    alone = np.bincount(label, minlength=len(parts))[label] == 1
+
+    def are_own_images(images: NDArray[np.complex128]) -> NDArray[np.bool_]:
+        """For each disc whether it alone holds one root, which equals its image."""
         meets = touching(images, radii, centres, radii)
-        alone = np.zeros(len(parts), dtype=bool)
-        for number, part in enumerate(parts):
-            others = meets[part][:, label != number]
-            alone[number] = len(part) == 1 and not others.any()
-        return alone
+        meets_others = meets & (label[:, None] != label)
+        return alone & ~meets_others.any(axis=1)
 
-    on_real_axis = own_images(centres.conj())
-    on_imaginary_axis = np.zeros(len(parts), dtype=bool)
+    on_real_axis = np.zeros(len(centres), dtype=bool)
+    if real:
+        on_real_axis = are_own_images(centres.conj())
+    on_imaginary_axis = np.zeros(len(centres), dtype=bool)
     if hamiltonian:
-        on_imaginary_axis = own_images(-centres.conj())
+        on_imaginary_axis = are_own_images(-centres.conj())
+    off_real = np.abs(centres.imag) > radii
+    off_imaginary = np.abs(centres.real) > radii
+    lows = np.nextafter(centres.real - radii, -np.inf)
+    highs = np.nextafter(centres.real + radii, np.inf)
     pieces = []
-    for number, part in enumerate(parts):
-        c, r = centres[part], radii[part]
-        off_real = bool(np.all(np.abs(c.imag) > r))
-        off_imaginary = bool(np.all(np.abs(c.real) > r))
+    for part in parts:
+        first = part[0]
         squares = bool(real_squares[part].all())
-        axis = bool(on_imaginary_axis[number]) or (squares and off_real)
-        on_real = bool(on_real_axis[number]) or (squares and off_imaginary)
-        real = True if on_real else False if off_real else None
-        pieces.append(_piece(c, r, axis, real))
+        is_off_real = bool(off_real[part].all())
+        is_off_imaginary = bool(off_imaginary[part].all())
+        is_on_real_axis: bool | None = None
+        if on_real_axis[first] or (squares and is_off_imaginary):
+            is_on_real_axis = True
+        elif is_off_real:
+            is_on_real_axis = False
+        low = float(lows[part].min())
+        high = float(highs[part].max())
+        side: Side = "unknown"
+        if on_imaginary_axis[first] or (squares and is_off_real):
+            side = "axis"
+            low = 0.0
+            high = 0.0
+        elif low > 0.0:
+            side = "grows"
+        elif high < 0.0:
+            side = "decays"
+        pieces.append(Piece(centres[part], radii[part], low, high, side, is_on_real_axis))
     return pieces
-
-
-def _piece(centres: NDArray, radii: Floats, axis: bool, real: bool | None) -> Piece:
-    """A piece, its side from where it lies or from what else is known."""
-    if axis:
-        return Piece(centres, radii, 0.0, 0.0, "axis", real)
-    low = float(np.min(np.nextafter(centres.real - radii, -np.inf)))
-    high = float(np.max(np.nextafter(centres.real + radii, np.inf)))
-    side: Side = "unknown"
-    if low > 0.0:
-        side = "grows"
-    elif high < 0.0:
-        side = "decays"
-    return Piece(centres, radii, low, high, side, real)
 
 
 def growing_counts(pieces: Sequence[Piece], rate: float = 0.0) -> tuple[int, int]:

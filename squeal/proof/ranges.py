@@ -14,7 +14,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squeal.proof.balls import AS_GIVEN, Balls, Quadratic, half_widths, upper
+from squeal.proof.balls import (
+    AS_GIVEN,
+    Balls,
+    Quadratic,
+    half_widths,
+    middle_and_radius,
+    upper,
+)
 from squeal.proof.pieces import Failure, growing_counts
 from squeal.proof.referee import Proof, enclosed, unstable_count
 
@@ -87,14 +94,6 @@ def _multiplied(X: Balls, factor: Any) -> Balls:
     middle, radius = middle_and_radius(flint.arb(factor))
     product = X.times(middle)
     return Balls(product.mid, upper(product.rad + np.abs(X.mid) * radius + X.rad * radius, 4))
-
-
-def middle_and_radius(ball: Any) -> tuple[float, float]:
-    """A double and how far the numbers of a ball (`flint.arb`) may lie from it."""
-    middle = float(ball.mid())
-    if (ball - middle).is_zero():
-        return middle, 0.0
-    return middle, float(np.nextafter(float((ball - middle).abs_upper()), np.inf))
 
 
 def prove_gap(

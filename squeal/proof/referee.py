@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.csgraph import connected_components
 
 from squeal.proof.balls import AS_GIVEN, HALF_ULP, Floats, Quadratic, half_widths, upper
-from squeal.proof.enclosure import components, enclose
-from squeal.proof.exact import exact_roots
-from squeal.proof.pieces import Failure, Means, Piece, growing_counts, touching
+from squeal.proof.enclosure import Guess, components, enclose, scaled
+from squeal.proof.free import with_free_motions
+from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_parts, touching
 
 Status = Literal["proved", "open", "refuted"]
 LAST_DIGITS = "the answer hangs on the last digits of the entries"
@@ -32,17 +31,36 @@ class RootList:
         How far each may lie from a root of the system, rad/s.
     verdict : str or None
         `stable`, `marginal`, `flutter` or `divergence`; None if none is given.
+    shapes : ndarray (n, m), optional
+        Their mode shapes, if they are printed: a proof that is built on them costs less.
     """
 
     values: NDArray[np.complex128]
     errors: Floats
     verdict: str | None = None
+    shapes: NDArray[np.complex128] | None = None
 
     @staticmethod
-    def of(values: ArrayLike, errors: ArrayLike, verdict: str | None = None) -> RootList:
+    def of(
+        values: ArrayLike,
+        errors: ArrayLike,
+        verdict: str | None = None,
+        shapes: ArrayLike | None = None,
+    ) -> RootList:
         """The list of array-likes (m,). Raises ValueError if they differ in length."""
         roots = np.asarray(values, dtype=complex).reshape(-1)
-        return RootList(roots, np.broadcast_to(np.asarray(errors, float), roots.shape), verdict)
+        distances = np.broadcast_to(np.asarray(errors, float), roots.shape)
+        if shapes is None:
+            return RootList(roots, distances, verdict)
+        return RootList(roots, distances, verdict, np.asarray(shapes, dtype=complex))
+
+    def guess(self, rows: NDArray[np.intp]) -> Guess | None:
+        """The roots and shapes for a component; None unless it has all rows of the system."""
+        if self.shapes is None or self.shapes.shape != (len(rows), len(self.values)):
+            return None
+        if not (np.isfinite(self.values).all() and np.isfinite(self.shapes).all()):
+            return None
+        return Guess(self.values, self.shapes)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,10 +121,12 @@ class Count:
 
 @dataclass(frozen=True, eq=False)
 class Finding:
-    """Pieces of each component, or why there are none; `data` is what they hold for."""
+    """Pieces of each component, or why there are none; `data` is what they hold for, `real` says
+    that the system is."""
 
     parts: list[list[Piece] | Failure]
     data: str
+    real: bool = True
 
     @property
     def failure(self) -> Failure | None:
@@ -119,15 +139,41 @@ class Finding:
         return [piece for part in self.parts if not isinstance(part, Failure) for piece in part]
 
     @property
+    def deciding(self) -> list[Piece]:
+        """The pieces that decide the verdict: of a complex system, whose roots below the real axis
+        mean nothing, those that may reach above it."""
+        if self.real:
+            return self.pieces
+        return [p for p in self.pieces if np.max(p.centres.imag + p.radii) >= 0.0]
+
+    @property
     def by(self) -> Means:
         """The stronger of the means that were needed."""
         return "exact" if any(piece.by == "exact" for piece in self.pieces) else "enclosure"
 
 
-def enclosed(system: Quadratic) -> Finding:
-    """Enclosures of the roots of each strong component."""
-    parts = [enclose(system.block(rows)) for rows in components(system)]
-    return Finding(parts, system.data)
+def enclosed(system: Quadratic, answer: RootList | None = None) -> Finding:
+    """Enclosures of the roots of each strong component, built on those of an answer if possible."""
+    parts: list[list[Piece] | Failure] = []
+    for rows in components(system):
+        guess = None if answer is None else answer.guess(rows)
+        parts.append(enclose(system.block(rows), guess))
+    return Finding(parts, system.data, system.is_real)
+
+
+def _with_free_motions(system: Quadratic, finding: Finding) -> Finding:
+    """The same with motions marked that are free within the data."""
+    parts = list(finding.parts)
+    for number, rows in enumerate(components(system)):
+        part = parts[number]
+        if (
+            not isinstance(part, Failure)
+            and system.is_real
+            and any(piece.side == "unknown" for piece in part)
+        ):
+            block, _, _ = scaled(system.block(rows))
+            parts[number] = with_free_motions(block, part)
+    return replace(finding, parts=parts)
 
 
 def _made_exact(system: Quadratic, finding: Finding) -> Finding:
@@ -135,12 +181,15 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
 
     It is the same unless the balls are within the last digit of the doubles.
     """
-    if any(np.any(X.rad > half_widths(X.mid, HALF_ULP)) for X in system.parts):
+    wide = any(np.any(X.rad > half_widths(X.mid, HALF_ULP)) for X in system.parts)
+    if wide or not system.is_real:
         return finding
+    from squeal.proof.exact import exact_roots  # here, since few systems need python-flint
+
     parts = list(finding.parts)
     for number, rows in enumerate(components(system)):
         part = parts[number]
-        if not isinstance(part, Failure) and all(piece.is_sharp for piece in part):
+        if not isinstance(part, Failure) and all(p.is_sharp or p.side == "free" for p in part):
             continue
         exact = exact_roots(system.block(rows))
         if not isinstance(exact, Failure):
@@ -166,9 +215,10 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
     answer : RootList
         What is printed of them.
     """
-    finding = enclosed(system)
+    finding = _with_free_motions(system, enclosed(system, answer))
     proof = judge_finding(finding, answer)
-    if proof.status != "open":
+    # a list without a verdict is asked for what its verdict may be
+    if proof.status == "refuted" or (proof.status == "proved" and len(proof.verdicts) == 1):
         return proof
     exact = _made_exact(system, finding)
     second = judge_finding(exact, answer)
@@ -186,13 +236,14 @@ def judge(
     errors: ArrayLike | None = None,
     verdict: str | None = None,
     data: str = HALF_ULP,
+    shapes: ArrayLike | None = None,
 ) -> Proof:
     """Whether all roots of a dense system, and the verdict on them, are printed right.
 
     Parameters
     ----------
     M, C, K : array_like (n, n)
-        Real matrices, C None without damping.
+        Real or complex matrices, C None without damping.
     values : array_like (m,)
         All finite roots, rad/s.
     errors : array_like (m,), optional
@@ -201,11 +252,13 @@ def judge(
         `stable`, `marginal`, `flutter` or `divergence`.
     data : str
         `as given`, `half an ulp`, or a number of digits such as `10 digits`.
+    shapes : array_like (n, m), optional
+        The mode shapes, however they were computed; a proof that is built on them costs less.
 
     Raises
     ------
     ValueError
-        If the matrices are not real and square, of one size, or `data` is none of these.
+        If the matrices are not square, of one size, or `data` is none of these.
 
     Examples
     --------
@@ -215,7 +268,7 @@ def judge(
     >>> judge([[1.0]], [[0.5]], [[4.0]], [-0.25 + 1.98j, -0.25 - 1.98j], 1e-3).reason
     'no root lies within the error of a listed one'
     """
-    printed = RootList.of(values, math.inf if errors is None else errors, verdict)
+    printed = RootList.of(values, math.inf if errors is None else errors, verdict, shapes)
     return prove_roots(Quadratic.of(M, C, K, data), printed)
 
 
@@ -244,7 +297,8 @@ def _open(finding: Finding, reason: str, where: complex | None, errors: Floats) 
     pieces = finding.pieces
     growth, verdicts = math.inf, frozenset[str]()
     if finding.failure is None:
-        growth, verdicts = growth_bound(pieces), possible_verdicts(pieces)
+        growth = growth_bound(finding.deciding)
+        verdicts = possible_verdicts(finding.deciding)
     return Proof(
         "open", finding.by, growth, finding.data, reason, where, errors, verdicts, tuple(pieces)
     )
@@ -252,28 +306,29 @@ def _open(finding: Finding, reason: str, where: complex | None, errors: Floats) 
 
 def growth_bound(pieces: Sequence[Piece]) -> float:
     """A rate (1/s), at least 0, that only roots of pieces that grow for sure exceed."""
-    return max([0.0, *(piece.high for piece in pieces if piece.side == "unknown")])
+    return max([0.0, *(piece.high for piece in pieces if piece.side in ("unknown", "free"))])
 
 
-def possible_verdicts(pieces: Sequence[Piece]) -> frozenset[str]:
-    """The verdicts that the roots of pieces allow.
+def possible_verdicts(pieces: Sequence[Piece], free_is_zero: bool = True) -> frozenset[str]:
+    """The verdicts that the roots of pieces allow, free motions taken for zero.
 
     The root of largest real part names it: `flutter` if it is one of a pair, else `divergence`.
     Where none grows it is `marginal` if one lies on the imaginary axis, else `stable`.
     """
+    on_the_axis = ("axis", "free") if free_is_zero else ("axis",)
     verdicts: set[str] = set()
     surely = [piece.low for piece in pieces if piece.side == "grows"]
     leading = max(surely, default=-math.inf)
-    unknown = [piece for piece in pieces if piece.side == "unknown"]
+    unknown = [p for p in pieces if p.side not in ("grows", "decays", *on_the_axis)]
     for piece in pieces:
-        if piece.side in ("axis", "decays") or piece.high < leading:
+        if piece.side in (*on_the_axis, "decays") or piece.high < leading:
             continue
         if piece.real is not True:
             verdicts.add("flutter")
         if piece.real is not False:
             verdicts.add("divergence")
     if not surely:
-        on_axis = any(piece.side == "axis" for piece in pieces)
+        on_axis = any(piece.side in on_the_axis for piece in pieces)
         if on_axis or unknown:
             verdicts.add("marginal")
         if not on_axis:
@@ -290,20 +345,21 @@ def judge_finding(finding: Finding, answer: RootList) -> Proof:
     pieces = finding.pieces
     with np.errstate(all="ignore"):
         status, reason, where = _compare(pieces, answer, errors)
-    verdicts = possible_verdicts(pieces)
+    deciding = finding.deciding
+    verdicts = possible_verdicts(deciding)
     if status != "refuted" and answer.verdict is not None and verdicts != {answer.verdict}:
-        if answer.verdict not in verdicts:
+        if answer.verdict not in possible_verdicts(deciding, free_is_zero=False):
             status = "refuted"
             reason = f"the verdict is {' or '.join(sorted(verdicts))}, not {answer.verdict}"
             where = None
         elif status == "proved":
             status = "open"
             vague = max(
-                (p for p in pieces if p.side == "unknown"), key=lambda p: p.high, default=None
+                (p for p in deciding if p.side == "unknown"), key=lambda p: p.high, default=None
             )
             where = None if vague is None else complex(vague.centres[0])
             reason = f"the verdict may be {' or '.join(sorted(verdicts))}"
-    growth = growth_bound(pieces)
+    growth = growth_bound(deciding)
     return Proof(
         status, finding.by, growth, finding.data, reason, where, errors, verdicts, tuple(pieces)
     )
@@ -320,8 +376,12 @@ def _compare(
         return "refuted", "a value of the list is not finite", None
     owner = np.repeat(np.arange(len(pieces)), [piece.count for piece in pieces])
     joined = touching(centres, radii, centres, radii) | (owner[:, None] == owner)
-    groups, label = connected_components(joined, directed=False)
-    sizes = np.bincount(label, minlength=groups)
+    parts = strong_parts(joined)
+    groups = len(parts)
+    sizes = np.array([len(part) for part in parts], dtype=int)
+    label = np.empty(len(centres), dtype=int)
+    for group, part in enumerate(parts):
+        label[part] = group
     if len(values) != len(centres):
         # a list of another length is wrong whatever its errors are
         at = None
@@ -330,9 +390,8 @@ def _compare(
             at = complex(centres[int(np.argmax(gaps - radii))])
         return "refuted", f"{len(values)} roots are listed, there are {len(centres)}", at
     meets = touching(values, claimed, centres, radii)
-    reached = np.zeros((len(values), groups), dtype=bool)
-    for group in range(groups):
-        reached[:, group] = meets[:, label == group].any(axis=1)
+    of_group = label[:, None] == np.arange(groups)
+    reached = meets.astype(np.float32) @ of_group.astype(np.float32) > 0.0
     lost = np.flatnonzero(~reached.any(axis=1))
     if lost.size:
         value = complex(values[lost[0]])
@@ -340,16 +399,13 @@ def _compare(
     for group in np.flatnonzero(reached.sum(axis=0) < sizes).tolist():
         place = complex(centres[label == group][0])
         return "refuted", "a root is missing from the list", place
-    depth = np.abs(values[:, None] - centres) - radii
-    nearest = label[np.argmin(depth, axis=1)] if len(values) else label
+    away = np.abs(values[:, None] - centres)
+    nearest = label[np.argmin(away - radii, axis=1)] if len(values) else label
     for group in np.flatnonzero(np.bincount(nearest, minlength=groups) != sizes).tolist():
         place = complex(centres[label == group][0])
         return "open", "listed values cannot be told apart", place
-    for group in range(groups):
-        inside = label == group
-        mine = np.flatnonzero(nearest == group)
-        reach = np.abs(values[mine, None] - centres[inside]) + radii[inside]
-        errors[mine] = upper(reach.max(axis=1), 8)
+    farthest = np.where(nearest[:, None] == label, away + radii, 0.0).max(axis=1, initial=0.0)
+    errors[:] = upper(farthest, 8)
     wide = np.flatnonzero(errors > claimed)
     if wide.size:
         worst = int(wide[np.argmax(errors[wide] - claimed[wide])])

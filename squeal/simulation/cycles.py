@@ -11,35 +11,47 @@ switching surface, is therefore the identity, and the variational equations run 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from operator import itemgetter
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
+from squeal.model.contact import State
 from squeal.model.equations import PadModel, Units
 from squeal.numerics.differentiation import complex_step
-from squeal.simulation.hybrid import Course, state_of, state_rates, whole
+from squeal.simulation.hybrid import Segment, state_of, state_rates, whole
 from squeal.simulation.run import make_integrator
 
-PARTS = 8  # Runge-Kutta steps of the variational equations in a step of the motion
+SUBSTEPS = 8  # Runge-Kutta steps of the variational equations in a step of the motion
 TOLERANCE = 1e-12  # of the integration
 CLOSED = 1e-9  # how far apart, relative to its size, a motion's ends may be to count as closed
 PASSES = 12  # of Newton's method
-STEP = 1e-6  # in the scaled parameter, for the derivative by it
+PASSES_AHEAD = 6  # of Newton's method from a guess on a branch's tangent
+DIFFERENCE = 1e-6  # of the scaled parameter, for the derivative by it
 RETURNED = 1e-6  # relative distance of two passages that count as a return
 PASSAGES = 9  # most passages in a period
 STRAIGHT = 0.9  # least cosine of the angle by which a branch turns in a step
 HALVINGS = 12  # of a step, to locate what happens in it
 RESTING = 1e-4  # relative speed of a motion that has come to rest
-SHRUNK = 1e-3  # of the greatest step of a branch: a step this short does not pass small cycles
+SHORTEST = 1e-3  # of the greatest step of a branch: it does not pass small cycles, nor go on below
+GROWTH = 1.5  # of a step after one that succeeded
 CLOSED_CURVE, RESTS = "the branch is closed", "the motion comes to rest"
 CRITICAL = 0.05  # most distance from the unit circle of a multiplier that crosses it
+AT_ONE = 0.99  # least real part of a multiplier near the unit circle that counts as near 1
+UNDECIDED = 1e-6  # least distance from 1 at which the largest multiplier decides stability
+
+VALUE = 7  # place of the parameter in the unknowns (z, T, value)
 
 
-def deviations(model: PadModel, course: Course) -> np.ndarray:
-    """The matrix of small deviations (6, 6) along a motion, in natural units."""
-    steps, one, product = course.steps, np.eye(6), np.eye(6)
-    h = steps.h[:, None, None] / PARTS
+def deviations(model: PadModel, segment: Segment) -> np.ndarray:
+    """The matrix of small deviations (6, 6) along a motion, in natural units.
+
+    All steps of the motion are integrated at once, then multiplied.
+    """
+    steps = segment.steps
+    identity = np.eye(6)
+    h = steps.h[:, None, None] / SUBSTEPS
 
     def rates(share: float) -> np.ndarray:
         """The matrices A (s, 6, 6) of the linear equations at a share of each step."""
@@ -47,13 +59,17 @@ def deviations(model: PadModel, course: Course) -> np.ndarray:
         slopes = complex_step(lambda state: state_rates(model, state, steps.on), states)
         return np.moveaxis(slopes, -1, 0)
 
-    matrices, end = np.broadcast_to(one, (len(h), 6, 6)), rates(0.0)
-    for part in range(PARTS):  # of all steps at once
-        k1, middle, end = end, rates((part + 0.5) / PARTS), rates((part + 1.0) / PARTS)
-        k2 = middle @ (one + h / 2 * k1)
-        k3 = middle @ (one + h / 2 * k2)
-        k4 = end @ (one + h * k3)
-        matrices = (one + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)) @ matrices
+    matrices = np.broadcast_to(identity, (len(h), 6, 6))
+    end = rates(0.0)
+    for substep in range(SUBSTEPS):
+        k1 = end
+        middle = rates((substep + 0.5) / SUBSTEPS)
+        end = rates((substep + 1.0) / SUBSTEPS)
+        k2 = middle @ (identity + h / 2 * k1)
+        k3 = middle @ (identity + h / 2 * k2)
+        k4 = end @ (identity + h * k3)
+        matrices = (identity + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)) @ matrices
+    product = identity
     for matrix in matrices:
         product = matrix @ product
     return product
@@ -65,9 +81,9 @@ class Cycle:
 
     state (6,): a state that it passes; period; monodromy (6, 6): the matrix of small deviations
     over a period; value: of the scaled parameter; gap: distance of its ends, relative to its size;
-    course: it itself; turn: what happens at it on a branch, empty for nothing: a fold, a
-    period doubling, a torus (a complex pair leaves or enters the unit circle) or a grazing (the
-    sequence of contact states changes).
+    segment: the motion over the period; turn: what happens at it on a branch, empty for nothing: a
+    fold, a period doubling, a torus (a complex pair leaves or enters the unit circle) or a grazing
+    (the sequence of contact states changes).
     """
 
     state: np.ndarray
@@ -75,7 +91,7 @@ class Cycle:
     monodromy: np.ndarray
     value: float
     gap: float
-    course: Course
+    segment: Segment
     turn: str = ""
 
     @property
@@ -106,20 +122,29 @@ class Cycle:
         """Whether small deviations decay; None where the multipliers do not decide, which errors
         may move as they move that of a shift in time."""
         largest = abs(self.multipliers[0])
-        if abs(largest - 1.0) <= 1e-6 + 10.0 * abs(self.trivial - 1.0):
+        error = abs(self.trivial - 1.0)
+        if abs(largest - 1.0) <= UNDECIDED + 10.0 * error:
             return None
         return bool(largest < 1.0)
 
     @cached_property
-    def contacts(self) -> tuple[Any, ...]:
+    def contacts(self) -> tuple[State, ...]:
         """The contact states that it passes, in order, from the one with most contact on."""
-        states = [state_of(on) for on in self.course.on.T]
-        turns = [(*states[i:], *states[:i]) for i in range(len(states))]
-        return max(turns, default=())
+        states = [state_of(on) for on in self.segment.on.T]
+        orders = [(*states[i:], *states[:i]) for i in range(len(states))]
+        return max(orders, default=())
+
+    @property
+    def of_any_amplitude(self) -> bool:
+        """Whether it is one of a family of linear vibrations at one value of the parameter."""
+        return not self.contacts and self.stable is None
 
 
-Point = tuple[Cycle, np.ndarray]
-"""A cycle and the direction (8,) of its branch."""
+class Point(NamedTuple):
+    """A cycle and the unit direction (8,) of its branch, in (z, T, value)."""
+
+    cycle: Cycle
+    direction: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -139,7 +164,7 @@ class Shooting:
     def _rates(self, state: np.ndarray, value: float) -> np.ndarray:
         return state_rates(self.model(value), state)
 
-    def motion(self, state: np.ndarray, time: float, value: float, dense: bool = False) -> Course:
+    def motion(self, state: np.ndarray, time: float, value: float, dense: bool = False) -> Segment:
         """The motion from a state (6,) over some time. Raises ComputationError."""
         model = self.model(value)
         integrator = make_integrator(model, TOLERANCE, "auto")
@@ -147,47 +172,62 @@ class Shooting:
 
     def over(self, state: np.ndarray, period: float, value: float) -> Cycle:
         """The motion from a state over some time, as a cycle."""
-        course = self.motion(state, period, value, True)
-        gap = float(np.abs(course.end[:, 0] - state).max() / np.abs(state).max())
-        small = deviations(self.model(value), course)
-        return Cycle(state, period, small, value, gap, course)
+        segment = self.motion(state, period, value, dense=True)
+        distance = np.abs(segment.end[:, 0] - state).max()
+        return Cycle(
+            state=state,
+            period=period,
+            monodromy=deviations(self.model(value), segment),
+            value=value,
+            gap=float(distance / np.abs(state).max()),
+            segment=segment,
+        )
 
     def solve(
-        self, guess: np.ndarray, direction: np.ndarray | None = None, most: int = PASSES
+        self, guess: np.ndarray, direction: np.ndarray | None = None, passes: int = PASSES
     ) -> Point:
         """The cycle next to a guess (z, T, value), and the direction of its branch.
 
         The correction is orthogonal to `direction`, whose sense the branch's has; without one, the
         value is held. Raises ComputationError where Newton's method does not converge.
         """
-        along = np.eye(8)[7] if direction is None else direction
-        x = guess.copy()
-        phase = self._rates(x[:6], x[7])
+        e_value = np.eye(8)[VALUE]
+        orthogonal_to = e_value if direction is None else direction
+        # of the states that a cycle passes the one in a plane across the motion of the guess
+        phase = self._rates(guess[:6], guess[VALUE])
         phase /= np.linalg.norm(phase)
-        for _ in range(most):
-            cycle, J = self.over(x[:6], x[6], x[7]), np.zeros((8, 8))
-            end = cycle.course.end[:, 0]
+        x = guess.copy()
+        for _ in range(passes):
+            state, period, value = x[:6], x[6], x[VALUE]
+            cycle = self.over(state, period, value)
+            end = cycle.segment.end[:, 0]
+            end_at_next_value = self.motion(state, period, value + DIFFERENCE).end[:, 0]
+            J = np.zeros((8, 8))
             J[:6, :6] = cycle.monodromy - np.eye(6)
-            J[:6, 6] = self._rates(end, x[7])
-            J[:6, 7] = (self.motion(x[:6], x[6], x[7] + STEP).end[:, 0] - end) / STEP
+            J[:6, 6] = self._rates(end, value)
+            J[:6, VALUE] = (end_at_next_value - end) / DIFFERENCE
             J[6, :6] = phase
-            J[7] = along
-            closed = cycle.gap < CLOSED
-            residual = [*(end - x[:6]), phase @ (x[:6] - guess[:6]), along @ (x - guess)]
+            J[7] = orthogonal_to
             try:
-                step = np.linalg.solve(J, np.eye(8)[7] if closed else residual)
+                if cycle.gap < CLOSED:
+                    tangent = np.linalg.solve(J, e_value)
+                    return Point(cycle, tangent / np.linalg.norm(tangent))
+                residual = np.zeros(8)
+                residual[:6] = end - state
+                residual[6] = phase @ (state - guess[:6])
+                residual[7] = orthogonal_to @ (x - guess)
+                x = x - np.linalg.solve(J, residual)
             except np.linalg.LinAlgError:
                 break
-            if closed:
-                return cycle, step / np.linalg.norm(step)
-            x = x - step
             if not (x[6] > 0.0 and np.all(np.isfinite(x))):
                 break
         raise ComputationError("no periodic motion was found next to the guess")
 
-    def _tried(self, *how: Any) -> Point | None:
+    def _solve_or_none(
+        self, guess: np.ndarray, direction: np.ndarray | None = None, passes: int = PASSES
+    ) -> Point | None:
         try:
-            return self.solve(*how)
+            return self.solve(guess, direction, passes)
         except ComputationError:
             return None
 
@@ -196,136 +236,212 @@ class Shooting:
     ) -> tuple[Cycle | None, str]:
         """The cycle to which the motion from a state settles within so many windows of time, or
         None with the reason. Raises ComputationError where the model ends."""
-        rate, changes = 0.0, 0
-        fastest = max(1e-6, float(np.linalg.norm(self._rates(state, value))))
+        speed = 0.0
+        changes = 0
+        resting = RESTING * max(1e-6, float(np.linalg.norm(self._rates(state, value))))
         for _ in range(windows):
-            course = self.motion(state, window, value)
-            state, changes = course.end[:, 0], len(course.t)
-            rate = float(np.linalg.norm(self._rates(state, value)))
-            if not changes and rate <= RESTING * fastest:
+            segment = self.motion(state, window, value)
+            state = segment.end[:, 0]
+            changes = len(segment.t)
+            speed = float(np.linalg.norm(self._rates(state, value)))
+            if not changes and speed <= resting:
                 break
-            begin, period = _return(course)
-            if period:  # from between two changes, so that none falls on an end
+            begin, period = _return(segment)
+            if period:
+                # from between two changes, so that none falls on an end
                 begin = self.motion(begin, 0.01 * period, value).end[:, 0]
                 cycle, _ = self.solve(np.concatenate([begin, [period, value]]))
                 return self._shortest(cycle), ""
         if changes:
             return None, "contact goes on changing and the motion does not return to itself"
-        if rate <= RESTING * fastest:
+        if speed <= resting:
             return None, RESTS
         return None, "the motion still oscillates, without a change of contact"
 
     def _shortest(self, cycle: Cycle) -> Cycle:
         """The cycle over its least period: a slow transient returns late, after several of them."""
-        for parts in range(len(cycle.course.t), 1, -1):
+        for parts in range(len(cycle.segment.t), 1, -1):
             part = self.over(cycle.state, cycle.period / parts, cycle.value)
             if part.gap < RETURNED:
-                return self.solve(part.unknowns)[0]
+                return self.solve(part.unknowns).cycle
         return cycle
 
     def branch(
-        self, own: Cycle, towards: float, ends: tuple[float, float], step: float, most: int
+        self,
+        first: Cycle,
+        towards: float,
+        ends: tuple[float, float],
+        longest_step: float,
+        most: int,
     ) -> tuple[list[Cycle], str]:
-        """Cycles along the branch from one in the sense in which the value goes `towards` (+1 or
-        -1), and why no more follow.
+        """Cycles along the branch from a first one in the sense in which the value goes `towards`
+        (+1 or -1), and why no more follow.
 
-        Steps of at most `step` in (z, T, value), shortened where Newton's method fails; ends after
-        `most` cycles, outside the values `ends`, or where it fails with a thousandth of the step.
+        Steps of at most `longest_step` in (z, T, value), shortened where Newton's method fails;
+        ends after `most` cycles, outside the values `ends`, or where it fails with a thousandth of
+        the step.
         """
+        low, high = ends
         members: list[Cycle] = []
-        cycle, way = self.solve(own.unknowns)
-        way *= np.sign(way[7]) * towards
-        size, (low, high) = step, ends
-        speed = first = self._rates(cycle.state, cycle.value)
+        present = self.solve(first.unknowns)
+        present = Point(
+            present.cycle, present.direction * (np.sign(present.direction[VALUE]) * towards)
+        )
+        step = longest_step
+        rates_at_first = self._rates(present.cycle.state, present.cycle.value)
+        rates = rates_at_first
         while len(members) < most:
-            found = self._tried(cycle.unknowns + size * way, way, 6)
-            if found is None or found[1] @ way <= STRAIGHT:  # may be a jump between branches
-                size /= 2.0
-                if size < 1e-3 * step:
+            guess = present.cycle.unknowns + step * present.direction
+            following = self._solve_or_none(guess, present.direction, PASSES_AHEAD)
+            if following is None or following.direction @ present.direction <= STRAIGHT:
+                step /= 2.0  # may be a jump between branches
+                if step < SHORTEST * longest_step:
                     return members, "no further cycle was found"
                 continue
-            after, turned = found
-            rates = self._rates(after.state, after.value)
-            resting = np.linalg.norm(rates) < RESTING * np.linalg.norm(first)
-            beyond = rates @ speed < 0.0  # past the equilibrium the same cycles follow
+            after = following.cycle
+            rates_after = self._rates(after.state, after.value)
+            resting = np.linalg.norm(rates_after) < RESTING * np.linalg.norm(rates_at_first)
+            beyond = rates_after @ rates < 0.0  # past the equilibrium the same cycles follow
             if resting or beyond:
                 # a long step may come to either also from small cycles that do not shrink to it
-                size /= 2.0
-                if size < SHRUNK * step:
+                step /= 2.0
+                if step < SHORTEST * longest_step:
                     return members, "the cycle shrinks to the equilibrium"
                 continue
-            speed = rates
-            met = self._turns((cycle, way), size, found)
-            for k, (a, b) in enumerate(zip([cycle, *met], [*met, after], strict=True)):
-                if (a.value - own.value) * (b.value - own.value) < 0.0:
-                    back = any(one.turn == "fold" for one in met)  # the value turns in this step
-                    again = self._between(*((a, b) if back else (cycle, after)), own.value)
-                    if any(abs(one.period / own.period - 1.0) < RETURNED for one in again):
-                        return members + met[:k] + again, CLOSED_CURVE
-            members += [one for one in met if low <= one.value <= high]
+            turns = self._turns(present, step, following)
+            closing = self._closing(first, present.cycle, turns, after)
+            if closing is not None:
+                return members + closing, CLOSED_CURVE
+            members += [cycle for cycle in turns if low <= cycle.value <= high]
             if not low <= after.value <= high:
-                return members + self._between(cycle, after, min(max(after.value, low), high)), ""
+                end = min(max(after.value, low), high)
+                return members + self._between(present.cycle, after, end), ""
             members.append(after)
-            if not after.contacts and after.stable is None:
+            if after.of_any_amplitude:
                 return members, "without a change of contact, cycles of any amplitude follow"
-            cycle, way, size = after, turned, min(1.5 * size, step)
+            rates = rates_after
+            present = following
+            step = min(GROWTH * step, longest_step)
         return members, f"{most} cycles were followed"
+
+    def _closing(
+        self, first: Cycle, before: Cycle, turns: list[Cycle], after: Cycle
+    ) -> list[Cycle] | None:
+        """The last cycles of a branch that passes its first one within a step, None if it does not.
+
+        before, turns, after: the cycles of the step in order.
+        """
+        value_turns = any(cycle.turn == "fold" for cycle in turns)
+        in_order = [before, *turns, after]
+        for passed in range(len(in_order) - 1):
+            a = in_order[passed]
+            b = in_order[passed + 1]
+            if (a.value - first.value) * (b.value - first.value) < 0.0:
+                ends = (a, b) if value_turns else (before, after)
+                again = self._between(*ends, first.value)
+                if any(abs(cycle.period / first.period - 1.0) < RETURNED for cycle in again):
+                    return turns[:passed] + again
+        return None
 
     def _between(self, cycle: Cycle, beyond: Cycle, value: float) -> list[Cycle]:
         """The cycle at a value between two, where there is one."""
         share = (value - cycle.value) / (beyond.value - cycle.value)
         guess = cycle.unknowns + share * (beyond.unknowns - cycle.unknowns)
-        guess[7] = value
-        found = self._tried(guess)
-        return [found[0]] if found else []
+        guess[VALUE] = value
+        found = self._solve_or_none(guess)
+        return [] if found is None else [found.cycle]
 
-    def _turns(self, first: Point, size: float, last: Point) -> list[Cycle]:
+    def _turns(self, first: Point, step: float, last: Point) -> list[Cycle]:
         """What happens within a step, in order, each located by bisection."""
-        (cycle, way), met = first, list[tuple[float, Cycle]]()
-        linear = not last[0].contacts and last[0].stable is None  # at one value, with any amplitude
+        located: list[tuple[float, Cycle]] = []
         for kind, sign in SIGNS.items():
-            low, before = 0.0, sign(*first)
-            while before != sign(*last) and low < size and (kind == "grazing" or not linear):
-                high, found = size, last
-                for _ in range(HALVINGS):
-                    middle = (low + high) / 2.0
-                    one = self._tried(cycle.unknowns + middle * way, way)
-                    if one is None:
-                        break
-                    if sign(*one) == before:
-                        low = middle
-                    else:
-                        high, found = middle, one
-                crosses = any(
-                    abs(abs(m) - 1.0) < CRITICAL and m.real < 0.99 for m in found[0].multipliers
-                )
-                if kind in ("fold", "grazing") or crosses:  # no pair that meets elsewhere
-                    met.append((high, replace(found[0], turn=kind)))
-                low, before = high, sign(*found)
-        return [one for _, one in sorted(met, key=lambda each: each[0])]
+            if last.cycle.of_any_amplitude and kind != "grazing":
+                continue
+            low = 0.0
+            sign_at_low = sign(*first)
+            while sign_at_low != sign(*last) and low < step:
+                high, at_high = self._first_change(first, sign, sign_at_low, low, (step, last))
+                # a pair of multipliers that meets elsewhere crosses no unit circle
+                if kind in ("fold", "grazing") or _is_critical(at_high.cycle):
+                    located.append((high, replace(at_high.cycle, turn=kind)))
+                low = high
+                sign_at_low = sign(*at_high)
+        located.sort(key=itemgetter(0))
+        return [cycle for _, cycle in located]
+
+    def _first_change(
+        self,
+        first: Point,
+        sign: "Sign",
+        sign_at_low: Any,
+        low: float,
+        beyond: tuple[float, Point],
+    ) -> tuple[float, Point]:
+        """By bisection where, from `low` on, a sign changes on a step from its first point: how far
+        along, and the point behind the change. `beyond`: an end with another sign."""
+        high, at_high = beyond
+        for _ in range(HALVINGS):
+            middle = (low + high) / 2.0
+            guess = first.cycle.unknowns + middle * first.direction
+            point = self._solve_or_none(guess, first.direction)
+            if point is None:
+                break
+            if sign(*point) == sign_at_low:
+                low = middle
+            else:
+                high = middle
+                at_high = point
+        return high, at_high
 
 
-SIGNS: dict[str, Callable[[Cycle, np.ndarray], Any]] = {
-    "fold": lambda cycle, way: way[7] > 0.0,
-    "period doubling": lambda cycle, _: sum(
-        m.real < -1.0 for m in cycle.multipliers if m.imag == 0.0
-    ),
-    "torus": lambda cycle, _: sum(abs(m) > 1.0 for m in cycle.multipliers if m.imag > 0.0),
-    "grazing": lambda cycle, _: cycle.contacts,
+def _is_critical(cycle: Cycle) -> bool:
+    """Whether a multiplier other than one near 1 lies on the unit circle."""
+    return any(
+        abs(abs(multiplier) - 1.0) < CRITICAL and multiplier.real < AT_ONE
+        for multiplier in cycle.multipliers
+    )
+
+
+def _value_rises(_cycle: Cycle, direction: np.ndarray) -> bool:
+    return bool(direction[VALUE] > 0.0)
+
+
+def _real_multipliers_below_minus_one(cycle: Cycle, _direction: np.ndarray) -> int:
+    return sum(m.real < -1.0 for m in cycle.multipliers if m.imag == 0.0)
+
+
+def _pairs_outside_the_unit_circle(cycle: Cycle, _direction: np.ndarray) -> int:
+    return sum(abs(m) > 1.0 for m in cycle.multipliers if m.imag > 0.0)
+
+
+def _contact_states(cycle: Cycle, _direction: np.ndarray) -> tuple[State, ...]:
+    return cycle.contacts
+
+
+Sign = Callable[[Cycle, np.ndarray], Any]
+SIGNS: dict[str, Sign] = {
+    "fold": _value_rises,
+    "period doubling": _real_multipliers_below_minus_one,
+    "torus": _pairs_outside_the_unit_circle,
+    "grazing": _contact_states,
 }
 """What changes of a cycle, with the direction of its branch, at each kind of turn."""
 
 
-def _return(course: Course) -> tuple[np.ndarray, float]:
+def _return(segment: Segment) -> tuple[np.ndarray, float]:
     """The state (6,) from which a separation repeats and the time until then, 0 if none does."""
-    lost = np.flatnonzero(course.on[course.point, np.arange(len(course.t))] == 0)
-    if not lost.size:
-        return course.end[:, 0], 0.0
-    first, alike = lost[0], (course.on == course.on[:, lost[:1]]).all(axis=0)
-    same = lost[alike[lost] & (course.point[lost] == course.point[first])]
-    states, size = course.state[:, same[1 : PASSAGES + 1]], np.abs(course.state[:, same]).max()
-    apart = np.abs(states - course.state[:, [first]]).max(axis=0)
-    returns = same[1:][np.flatnonzero(apart < RETURNED * size)]
-    return course.state[:, first], float(
-        course.t[returns[0]] - course.t[first]
-    ) if returns.size else 0.0
+    changes = np.arange(len(segment.t))
+    separations = np.flatnonzero(segment.on[segment.point, changes] == 0)
+    if not separations.size:
+        return segment.end[:, 0], 0.0
+    first = separations[0]
+    same_contact = (segment.on == segment.on[:, [first]]).all(axis=0)
+    same_point = segment.point == segment.point[first]
+    passages = separations[(same_contact & same_point)[separations]]
+    start = segment.state[:, first]
+    later = passages[1 : PASSAGES + 1]
+    size = np.abs(segment.state[:, passages]).max()
+    distances = np.abs(segment.state[:, later] - start[:, None]).max(axis=0)
+    returns = later[distances < RETURNED * size]
+    period = float(segment.t[returns[0]] - segment.t[first]) if returns.size else 0.0
+    return start, period

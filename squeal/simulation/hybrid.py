@@ -1,12 +1,13 @@
 """The hybrid run: smooth steps joined at the contact changes (Table 1, Fig. 3, Fig. 8).
 
 An integrator carries one motion, or several side by side, through contact changes and hands over a
-`Course`. Functions see courses as they come, so that memory does not grow with the time.
+`Segment`. Observers see the segments as they come, so that memory does not grow with the time.
 """
 
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from enum import IntEnum
 from functools import cached_property
 from typing import Any, NamedTuple, Protocol
 
@@ -17,6 +18,7 @@ from squeal.model.contact import ContactLaw, State, Touching
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, pose
 from squeal.numerics.differentiation import complex_step
+from squeal.schema import Place
 
 # Where the model ends: what has happened when a limit is reached.
 LIMITS = (
@@ -30,19 +32,34 @@ LIMITS = (
 # with it the motion, jumps at zero.
 COLLAPSED = 1e-6
 
+_TINY = float(np.finfo(float).tiny)
+_ROUNDING = 8.0 * float(np.finfo(float).eps)
+
+
+class Limit(IntEnum):
+    """What ended a motion before its time; from 0 on the entry of `LIMITS`."""
+
+    FAILED = -2  # the integrator could not carry it on
+    NONE = -1
+    TURNED = 0
+    SPRING_1 = 1
+    SPRING_2 = 2
+    SURFACE_SPEED = 3
+
 
 class ModelEnd(ComputationError):
-    """A motion leaves the model's range, at the entry `limit` of `LIMITS`."""
+    """A motion leaves the model's range, for a reason of `LIMITS`."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """How motions are integrated and looked at, beside the tolerance of a scene.
+    """How motions are integrated and observed, beside the tolerance of a scene.
 
-    Lengths and times are in natural units, see `squeal.model.equations.natural_units`.
+    Lengths and times are in natural units, see `squeal.model.equations.natural_units`. Raises
+    InputError for a value that is not positive.
     """
 
-    # steps of one motion after which observers look at it; bounds the memory of a run
+    # steps of one motion after which observers see it; bounds the memory of a run
     steps_at_once: int = 5000
     # steps of a motion of an ensemble; one that needs more is given up
     most_steps: int = 1_000_000
@@ -54,6 +71,8 @@ class Options:
     first_step: float = 1e-3
     # angle (rad) by which a level pad on the surface is turned: no length has no centre
     least_turn: float = 1e-15
+    # share of the whole time that a segment without a contact change must advance
+    least_progress: float = 1e-9
     # tolerance above which the compiler may regroup sums: a step is a third cheaper, but rounding
     # drifts, which a hundred scenes' energy shows at finer tolerances
     regrouped_above: float = 1e-14
@@ -62,9 +81,16 @@ class Options:
     # places in each step at which signals are read first, at most 20
     samples: int = 8
     # longest step of SciPy's integrator, which sees contact changes at the ends of steps only, and
-    # the time after which observers look at its motion
+    # the time after which observers see its motion
     scipy_step: float = 0.2
     scipy_time: float = 2000.0
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not value > 0:
+                raise (Place("Options") / name).must_be(value, "a number above 0")
+        if not 3 <= self.samples <= 20:
+            raise (Place("Options") / "samples").must_be(self.samples, "a number from 3 to 20")
 
 
 DEFAULT = Options()
@@ -95,15 +121,24 @@ class Steps(NamedTuple):
         return np.asarray(states)
 
 
+class DenseOutput(NamedTuple):
+    """The smooth steps of a segment without their contact; fields as in `Steps`."""
+
+    lane: np.ndarray
+    t: np.ndarray
+    h: np.ndarray
+    series: np.ndarray
+
+
 @dataclass(frozen=True)
-class Course:
+class Segment:
     """A part of n motions in natural units, one after the other.
 
     law: the contact law; c: coefficients (n,); t0, t1 (n,): begin and end; first (points, n):
     contact at the begin, 0 or 1; end (6, n): state at the end; lane, point, t (e,), state (6, e):
-    contact changes, in order of motion and time; count (n,): integration steps; limit (n,): the
-    entry of `LIMITS` that ended it, -1 for none, -2 where it could not be carried on; smooth: as
-    in `Steps`, without contact, empty without dense output.
+    motion, contact point, time and state of each contact change, in order of motion and time;
+    count (n,): integration steps; limit (n,): what ended it, see `Limit`; smooth: the steps, None
+    without dense output.
     """
 
     law: ContactLaw
@@ -118,15 +153,17 @@ class Course:
     state: np.ndarray
     count: np.ndarray
     limit: np.ndarray
-    smooth: tuple[np.ndarray, ...] = ()
+    smooth: DenseOutput | None = None
 
-    def _contact(self, lane: np.ndarray, changes: Any) -> np.ndarray:
-        """Contact (points, k) of motions (k,) after so many (k,) of all changes."""
+    def _contact(self, lane: np.ndarray, changes: np.ndarray) -> np.ndarray:
+        """Contact (points, k) of motions (k,) behind the first so many (k,) of all changes."""
+        # how often each point has changed, over all motions, behind 0, 1, ... changes
         flips = np.zeros((len(self.first), len(self.lane) + 1), dtype=int)
         flips[self.point, np.arange(1, flips.shape[1])] = 1
         flips = flips.cumsum(axis=1)
-        before = np.searchsorted(self.lane, lane)
-        return np.asarray((self.first[:, lane] ^ flips[:, changes] ^ flips[:, before]) & 1)
+        changes_of_earlier_motions = np.searchsorted(self.lane, lane)
+        flips_of_the_motion = flips[:, changes] ^ flips[:, changes_of_earlier_motions]
+        return np.asarray((self.first[:, lane] ^ flips_of_the_motion) & 1)
 
     @cached_property
     def on(self) -> np.ndarray:
@@ -137,14 +174,17 @@ class Course:
     def last(self) -> np.ndarray:
         """Contact (points, n) of 0 or 1 at the end."""
         lane = np.arange(len(self.t0))
-        return self._contact(lane, np.searchsorted(self.lane, lane, side="right"))
+        changes = np.searchsorted(self.lane, lane, side="right")
+        return self._contact(lane, changes)
 
     @cached_property
     def steps(self) -> Steps:
         """Its steps, where there is dense output."""
+        assert self.smooth is not None
         lane, t, h, series = self.smooth
+        # complex numbers are sorted by their real parts, then by their imaginary ones
         changes = np.searchsorted(self.lane + 1j * self.t, lane + 1j * t, side="right")
-        return Steps(lane, t, h, series, self._contact(lane, changes))
+        return Steps(lane, t, h, series, on=self._contact(lane, changes))
 
     @cached_property
     def wrong(self) -> np.ndarray:
@@ -155,27 +195,45 @@ class Course:
 
     def coefficients(self, lane: np.ndarray) -> Coefficients:
         """Coefficients of some motions (k,), of a single one (1,)."""
-        return Coefficients(*(v[lane] for v in self.c)) if len(self.t0) > 1 else self.c
+        if len(self.t0) == 1:
+            return self.c
+        return Coefficients(*(values[lane] for values in self.c))
 
     def at(self, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """States (k, 6) and contact (points, k) of a single motion at times (k,)."""
         steps = self.steps.some(np.searchsorted(self.steps.t[1:], t))
-        share = (t - steps.t) / np.maximum(steps.h, np.finfo(float).tiny)  # one may have no length
+        length = np.maximum(steps.h, _TINY)  # a step may take no time
+        share = (t - steps.t) / length
         return steps.states(share).T, steps.on
 
     @staticmethod
-    def joined(parts: Sequence["Course"]) -> "Course":
+    def joined(parts: Sequence["Segment"]) -> "Segment":
         """The parts of one motion, one after the other, as one."""
-        first, last = parts[0], parts[-1]
-        lane, point, t, state = (
-            np.concatenate([getattr(part, name) for part in parts], axis=-1)
-            for name in ("lane", "point", "t", "state")
+        if len(parts) == 1:
+            return parts[0]
+        first = parts[0]
+        last = parts[-1]
+        smooth = None
+        dense = [part.smooth for part in parts if part.smooth is not None]
+        if dense:
+            smooth = DenseOutput(
+                *(np.concatenate(arrays, axis=-1) for arrays in zip(*dense, strict=True))
+            )
+        return Segment(
+            law=last.law,
+            c=last.c,
+            t0=first.t0,
+            t1=last.t1,
+            first=first.first,
+            end=last.end,
+            lane=np.concatenate([part.lane for part in parts]),
+            point=np.concatenate([part.point for part in parts]),
+            t=np.concatenate([part.t for part in parts]),
+            state=np.concatenate([part.state for part in parts], axis=-1),
+            count=np.sum([part.count for part in parts], axis=0),
+            limit=last.limit,
+            smooth=smooth,
         )
-        count = np.sum([part.count for part in parts], axis=0)
-        pairs = zip(*(part.smooth for part in parts), strict=True)
-        smooth = tuple(np.concatenate(each, axis=-1) for each in pairs)
-        ends = first.t0, last.t1, first.first, last.end
-        return Course(last.law, last.c, *ends, lane, point, t, state, count, last.limit, smooth)
 
 
 class Integrator(Protocol):
@@ -186,8 +244,8 @@ class Integrator(Protocol):
 
     def run(
         self, contact: np.ndarray, t: float, state: np.ndarray, stop: float, dense: bool
-    ) -> Course:
-        """A course from contact (points,) and state (6,) at t on: to `stop`, to a limit, for a
+    ) -> Segment:
+        """A segment from contact (points,) and state (6,) at t on: to `stop`, to a limit, for a
         bounded number of steps, or to a change of contact beside which another point is near the
         surface.
 
@@ -202,11 +260,12 @@ def state_of(contact: np.ndarray) -> State:
 
 def state_rates(model: PadModel, state: np.ndarray, on: Touching | None = None) -> np.ndarray:
     """Rates (6, ...) of scaled states (6, ...), where no contact is given in that of their gaps."""
-    q, rates = (np.array(model.c.place(part)) for part in (state[:3], state[3:]))
-    touching = 1.0 * (model.gaps(q) < 0.0) if on is None else on
-    x, y, turn = model.loads(q, touching, rates)
     c = model.c
-    return np.array([*state[3:], x / c.m, y / c.m, turn * c.w / c.I])
+    q = np.array(c.place(state[:3]))
+    velocity = np.array(c.place(state[3:]))
+    touching = 1.0 * (model.gaps(q) < 0.0) if on is None else on
+    force_x, force_y, moment = model.loads(q, touching, velocity)
+    return np.array([*state[3:], force_x / c.m, force_y / c.m, moment * c.w / c.I])
 
 
 def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT) -> np.ndarray:
@@ -215,16 +274,19 @@ def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT
     A point that starts on the switching surface, to rounding, belongs to the side to which the
     first motion takes it; a short Runge-Kutta step tells which, since the loads are continuous.
     """
-    state, pad, step = np.asarray(state, dtype=float), model.pad, options.first_step
+    state = np.asarray(state, dtype=float)
+    pad = model.pad
     heights = model.gaps(model.c.place(state))
-    rounding = 8 * np.finfo(float).eps * (pad.h + pad.w + abs(pad.y0) + abs(state[1]))
+    rounding = _ROUNDING * (pad.h + pad.w + abs(pad.y0) + abs(state[1]))
     near = np.abs(heights) <= rounding
     if np.any(near):
+        step = options.first_step
         k1 = state_rates(model, state)
         k2 = state_rates(model, state + step * k1)
         moved = state[:3] + step * state[3:] + step**2 / 6 * (2 * k1 + k2)[3:]
         # the change of the gap, not the gap: an offset of rounding size must not decide
-        heights = np.where(near, model.gaps(model.c.place(moved)) - heights, heights)
+        change = model.gaps(model.c.place(moved)) - heights
+        heights = np.where(near, change, heights)
     return np.asarray(heights < 0.0).astype(int)
 
 
@@ -242,25 +304,52 @@ def off_level(
     leading, trailing = model.gaps(model.c.place(np.asarray(state, dtype=float)))
     level = np.abs(leading - trailing) < options.least_turn * model.pad.w
     turn = level * options.least_turn * (contact[0] - contact[1])
-    return state + np.multiply.outer(np.eye(6)[2], turn) if np.any(turn) else state
+    if not np.any(turn):
+        return state
+    w_theta = np.eye(6)[2]
+    return state + np.multiply.outer(w_theta, turn)
 
 
-def _late(model: PadModel, course: Course, point: int) -> np.ndarray:
+def _simultaneous(model: PadModel, segment: Segment, point: int) -> np.ndarray:
     """The other points that have passed their switching surface in the same instant as `point`, at
-    the end of a course.
+    the end of a segment.
 
     Such a crossing lies behind the located one by rounding and would not be seen again: its gap
     is as far beyond zero as that of the located point, which rounding may leave just before it.
     """
-    wrong, contact = course.wrong[:, 0], course.last[:, 0]
+    wrong = segment.wrong[:, 0]
     near = wrong >= -abs(wrong[point])
     near[point] = False
     if near.any():
-        end = np.asarray(course.end[:, 0], dtype=float)
-        place, speed = (np.array(model.c.place(part)) for part in (end[:3], end[3:]))
-        rates = complex_step(model.gaps, place, along=speed)
-        near &= np.where(contact > 0, rates, -rates) > 0.0
+        end = np.asarray(segment.end[:, 0], dtype=float)
+        q = np.array(model.c.place(end[:3]))
+        velocity = np.array(model.c.place(end[3:]))
+        gap_rates = complex_step(model.gaps, q, along=velocity)
+        away = np.where(segment.last[:, 0] > 0, gap_rates, -gap_rates) > 0.0
+        near &= away
     return np.flatnonzero(near)
+
+
+def _with_simultaneous(model: PadModel, segment: Segment) -> Segment:
+    """A segment that ends at a change, with those of other points in the same instant."""
+    points = _simultaneous(model, segment, int(segment.point[-1]))
+    order = np.append(np.arange(len(segment.t)), np.full(len(points), -1))  # the last one again
+    return dataclasses.replace(
+        segment,
+        lane=segment.lane[order],
+        point=np.append(segment.point, points),
+        t=segment.t[order],
+        state=segment.state[:, order],
+    )
+
+
+class MotionEnd(NamedTuple):
+    """Final time and state (6,) in natural units, number of steps and of contact changes."""
+
+    t: float
+    state: np.ndarray
+    steps: int
+    changes: int
 
 
 def integrate(
@@ -269,51 +358,53 @@ def integrate(
     units: Units,
     state: np.ndarray,
     stop: float,
-    see: Sequence[Callable[[Course], Any]] = (),
+    observers: Sequence[Callable[[Segment], Any]] = (),
     dense: bool = False,
     options: Options = DEFAULT,
-) -> tuple[float, np.ndarray, int, int]:
-    """Run a scaled pad to `stop` (natural units), whose courses some functions see; `dense` ones
-    hold the motion between changes.
+) -> MotionEnd:
+    """Run a scaled pad from a state (6,) to `stop`, both in natural units.
 
-    Returns the final time and state (6,), the number of steps and the number of contact changes.
-    Raises ModelEnd after the last course before the model ends, and ComputationError where a
+    Each segment is handed to the observers; with `dense` it holds the motion between changes.
+    Raises ModelEnd after the last segment before the model ends, and ComputationError where a
     contact change was missed.
     """
+
+    def instant() -> str:
+        return f"t = {float(t) * units.time:.9g} s"
+
     contact = first_contact(model, state, options)
     state = off_level(model, state, contact, options)
-    t, steps, changed = 0.0, 0, 0
+    t = 0.0
+    steps = 0
+    changes = 0
     while t < stop:
-        course = integrator.run(contact, t, state, stop, dense)
-        begun, t, state, limit = t, course.t1[0], course.end[:, 0], int(course.limit[0])
-        at = f"t = {float(t) * units.time:.9g} s"
-        point = int(course.point[-1]) if course.t.size and course.t[-1] == t else -1
-        missed = course.wrong[:, 0] > options.missed
-        if missed.any():
+        segment = integrator.run(contact, t, state, stop, dense)
+        begin = t
+        t = segment.t1[0]
+        state = segment.end[:, 0]
+        limit = int(segment.limit[0])
+        if (segment.wrong[:, 0] > options.missed).any():
             raise ComputationError(
-                f"a contact change was missed before {at}; ask for a smaller tolerance"
+                f"a contact change was missed before {instant()}; ask for a smaller tolerance"
             )
         if limit < 0 and t < stop:
-            if point >= 0:
-                late = _late(model, course, point)
-                again = np.append(np.arange(len(course.t)), np.full(len(late), -1))
-                changes: Any = {
-                    name: getattr(course, name).take(again, axis=-1)
-                    for name in ("lane", "t", "state")
-                }
-                course = dataclasses.replace(course, point=np.append(course.point, late), **changes)
-                state = off_level(model, state, course.last[:, 0], options)
-            elif t - begun < 1e-9 * stop:
+            ends_at_a_change = segment.t.size and segment.t[-1] == t
+            if ends_at_a_change:
+                segment = _with_simultaneous(model, segment)
+                state = off_level(model, state, segment.last[:, 0], options)
+            elif t - begin < options.least_progress * stop:
                 raise ComputationError(
-                    f"no progress beyond {at}; a spring may have collapsed to zero length there"
+                    f"no progress beyond {instant()}; a spring may have collapsed to zero length "
+                    "there"
                 )
-        contact = course.last[:, 0]
-        steps, changed = steps + int(course.count[0]), changed + len(course.t)
-        for function in see:
-            function(course)
+        contact = segment.last[:, 0]
+        steps += int(segment.count[0])
+        changes += len(segment.t)
+        for observe in observers:
+            observe(segment)
         if limit >= 0:
-            raise ModelEnd(f"{LIMITS[limit]} at {at}; the model ends there")
-    return t, state, steps, changed
+            raise ModelEnd(f"{LIMITS[limit]} at {instant()}; the model ends there")
+    return MotionEnd(t, state, steps, changes)
 
 
 def whole(
@@ -323,8 +414,8 @@ def whole(
     state: np.ndarray,
     stop: float,
     dense: bool = False,
-) -> Course:
-    """The motion that `integrate` runs, as one course."""
-    courses: list[Course] = []
-    integrate(model, integrator, units, state, stop, [courses.append], dense)
-    return Course.joined(courses)
+) -> Segment:
+    """The motion that `integrate` runs, as one segment."""
+    segments: list[Segment] = []
+    integrate(model, integrator, units, state, stop, [segments.append], dense)
+    return Segment.joined(segments)

@@ -1,6 +1,6 @@
 """What is watched along a run, and what a motion comes to: its frequency, amplitude and growth.
 
-Each observer sees the courses as they come and holds no more than its own result, so memory does
+Each observer sees the segments as they come and holds no more than its own result, so memory does
 not grow with the length of the run. `Grid` serves single motions and ensembles alike.
 """
 
@@ -17,7 +17,7 @@ from squeal.model.contact import ContactLaw
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Coefficients, facing, pose
 from squeal.numerics.oscillation import exponent, line, swing
-from squeal.simulation.hybrid import DEFAULT, Course, Options, state_of
+from squeal.simulation.hybrid import DEFAULT, Options, Segment, state_of
 
 UNITS = {"t": "s"} | {name: INITIAL.keys[name].unit for name in COORDINATES}
 LAST = 0.25  # share of the run that is its last part
@@ -41,17 +41,20 @@ class Grid:
     """Motions read at the same places of all their steps.
 
     count: places in each; shares (k,) of a step, weights (k,) of quadrature over it; states
-    (6, k, s); t (k, s): times.
+    (6, k, s); t (k, s): times; c: coefficients of the steps; coefficients_of: of motions by number;
+    first (n,): the first step of each motion.
     """
 
-    def __init__(self, course: Course, count: int) -> None:
-        self.steps = steps = course.steps
+    def __init__(self, segment: Segment, count: int) -> None:
+        steps = segment.steps
+        self.steps = steps
         self.shares, self.weights = lobatto(count)
         powers = self.shares[:, None] ** np.arange(len(steps.series))
         self.states = np.tensordot(powers, steps.series, 1).swapaxes(0, 1)
         self.t = steps.t + steps.h * self.shares[:, None]
-        self._of, self.c = course.coefficients, course.coefficients(steps.lane)
-        self.first = np.searchsorted(steps.lane, np.arange(len(course.t0)))  # of each motion
+        self.c = segment.coefficients(steps.lane)
+        self.coefficients_of = segment.coefficients
+        self.first = np.searchsorted(steps.lane, np.arange(len(segment.t0)))
 
     def read(self, signal: Read) -> np.ndarray:
         """A signal (..., k, s) at all places."""
@@ -65,34 +68,47 @@ class Grid:
         Returns their steps (m,), shares (m,) of them, and values (m,), exact to rounding.
         """
         high = np.fmax.reduce(values)
-        some = np.flatnonzero(high + 0.5 * (high - np.fmin.reduce(values)) > enough)
-        shares, values, enough = self.shares[:, None], values[:, some], enough[some]
-        # parabolas through three samples each
-        left = np.diff(values, axis=0) / np.diff(shares, axis=0)
-        bend = np.diff(left, axis=0) / (shares[2:] - shares[:-2])
-        middle = (shares[1:] + shares[:-1]) / 2.0
+        low = np.fmin.reduce(values)
+        promising = np.flatnonzero(high + 0.5 * (high - low) > enough)
+        values = values[:, promising]
+        shares = self.shares[:, None]
+        # the top of a parabola through each three samples: place, and height over the middle one
+        slopes = np.diff(values, axis=0) / np.diff(shares, axis=0)
+        curvature = np.diff(slopes, axis=0) / (shares[2:] - shares[:-2])
+        middles = (shares[1:] + shares[:-1]) / 2.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            top = middle[:-1] - left[:-1] / (2.0 * bend)
-            rise = -bend * (top - shares[1:-1]) ** 2
-        low, high = middle[:-1].copy(), middle[1:].copy()
-        low[0], high[-1] = 0.0, 1.0
-        near = (bend < 0.0) & (top >= low) & (top <= high)
-        i, which = np.nonzero(near & (values[1:-1] + 2.0 * rise > enough))
-        step, at, low, high = some[which], top[i, which], self.shares[i], self.shares[i + 2]
+            top = middles[:-1] - slopes[:-1] / (2.0 * curvature)
+            rise = -curvature * (top - shares[1:-1]) ** 2
+        # each parabola serves the part of the step that is nearest to its middle sample
+        left = middles[:-1].copy()
+        right = middles[1:].copy()
+        left[0] = 0.0
+        right[-1] = 1.0
+        has_top = (curvature < 0.0) & (top >= left) & (top <= right)
+        may_be_enough = values[1:-1] + 2.0 * rise > enough[promising]
+        parabola, column = np.nonzero(has_top & may_be_enough)
+        step = promising[column]
+        share = top[parabola, column]
         if not step.size:
-            return step, at, at
-        steps, apart = self.steps.some(step), 1e-3 * (high - low)
-        c = self._of(steps.lane)
+            return step, share, share
+        least = self.shares[parabola]
+        most = self.shares[parabola + 2]
+        steps = self.steps.some(step)
+        c = self.coefficients_of(steps.lane)
+        distance = 1e-3 * (most - least)
 
         def value(share: np.ndarray) -> np.ndarray:
             return signal(c, steps.states(share), steps.on)
 
         for _ in range(2):  # Newton's method on differences
-            before, here, after = value(at - apart), value(at), value(at + apart)
+            before = value(share - distance)
+            here = value(share)
+            after = value(share + distance)
             with np.errstate(divide="ignore", invalid="ignore"):
-                moved = apart * (after - before) / (2.0 * (2.0 * here - before - after))
-            at = np.clip(at + np.where(np.isfinite(moved), moved, 0.0), low, high)
-        return step, at, np.fmax(value(at), here)
+                move = distance * (after - before) / (2.0 * (2.0 * here - before - after))
+            move = np.where(np.isfinite(move), move, 0.0)
+            share = np.clip(share + move, least, most)
+        return step, share, np.fmax(value(share), here)
 
     def ranges(
         self, signal: Read, values: np.ndarray | None = None, since: np.ndarray | None = None
@@ -102,22 +118,33 @@ class Grid:
         values (k, s): the signal at all places, if it is known; since (n,): times before which
         samples do not count. inf and -inf stand for a signal that a motion nowhere has.
         """
-        whole = values = self.read(signal) if values is None else values
-        begin = np.full(len(self.first), -np.inf) if since is None else since
-        begin = begin[self.steps.lane]
-        if since is not None:  # a peak beside the first sample that counts does so too
+        values = self.read(signal) if values is None else values
+        lane = self.steps.lane
+        if since is None:
+            begin = np.full(len(lane), -np.inf)
+            counting = values
+            around_peaks = values
+        else:
+            begin = since[lane]
             counts = self.t >= begin - 1e-12 * np.abs(begin)
-            values, whole = (np.where(c, values, np.nan) for c in (counts, counts.any(axis=0)))
+            counting = np.where(counts, values, np.nan)
+            # a peak beside the first sample that counts does so too
+            around_peaks = np.where(counts.any(axis=0), values, np.nan)
+        widest = np.diff(self.shares).max()
         ends = []
         for sign in (-1.0, 1.0):
-            each = np.fmax.reduce(sign * values)
-            best = np.fmax.reduceat(np.where(np.isnan(each), -np.inf, each), self.first)
-            step, share, tops = self.peaks(
-                lambda *where, s=sign: s * signal(*where), sign * whole, best[self.steps.lane]
-            )
-            reach = share + np.diff(self.shares).max()
-            late = self.steps.t[step] + self.steps.h[step] * reach >= begin[step]
-            np.fmax.at(best, self.steps.lane[step[late]], tops[late])
+
+            def signed(
+                c: Coefficients, states: np.ndarray, on: np.ndarray, sign: float = sign
+            ) -> np.ndarray:
+                return sign * signal(c, states, on)
+
+            highest = np.fmax.reduce(sign * counting)
+            highest = np.where(np.isnan(highest), -np.inf, highest)
+            best = np.fmax.reduceat(highest, self.first)
+            step, share, tops = self.peaks(signed, sign * around_peaks, best[lane])
+            late = self.steps.t[step] + self.steps.h[step] * (share + widest) >= begin[step]
+            np.fmax.at(best, lane[step[late]], tops[late])
             ends.append(sign * best)
         return np.array(ends).T
 
@@ -162,12 +189,14 @@ class Events:
     """The list of contact changes."""
 
     def __init__(self, model: PadModel, units: Units) -> None:
-        self._model, self._units, self._events = model, units, list[Event]()
+        self._model = model
+        self._units = units
+        self._events: list[Event] = []
 
-    def see(self, course: Course) -> None:
-        contact = np.concatenate([course.first, course.on], axis=1)
+    def observe(self, segment: Segment) -> None:
+        contact = np.concatenate([segment.first, segment.on], axis=1)
         names = [self._model.state_name(state_of(on)) for on in contact.T]
-        times = (course.t * self._units.time).tolist()
+        times = (segment.t * self._units.time).tolist()
         self._events += map(Event, times, names[:-1], names[1:])
 
     def result(self) -> tuple[Event, ...]:
@@ -178,12 +207,13 @@ class Shares:
     """Share of time spent in each contact state."""
 
     def __init__(self, model: PadModel, stop: float) -> None:
-        self._model, self._stop = model, stop
+        self._model = model
+        self._stop = stop
         self._time = dict.fromkeys(model.law.meanings, 0.0)
 
-    def see(self, course: Course) -> None:
-        contact = np.concatenate([course.first, course.on], axis=1)
-        spent = np.diff(np.concatenate([course.t0, course.t, course.t1]))
+    def observe(self, segment: Segment) -> None:
+        contact = np.concatenate([segment.first, segment.on], axis=1)
+        spent = np.diff(np.concatenate([segment.t0, segment.t, segment.t1]))
         for time, on in zip(spent.tolist(), contact.T, strict=True):
             self._time[self._model.state_name(state_of(on))] += time
 
@@ -195,33 +225,40 @@ class Extrema:
     """Least and greatest values of the plotted signals, forces over F_n and delta over w."""
 
     def __init__(self, model: PadModel, options: Options = DEFAULT) -> None:
-        self._law, self._count = model.law, options.samples
+        self._law = model.law
+        self._count = options.samples
         self._ranges = np.array([[np.inf, -np.inf]] * len(model.law.plotted))
 
-    def see(self, course: Course) -> None:
-        grid, signals = Grid(course, self._count), plotted(self._law)
+    def observe(self, segment: Segment) -> None:
+        grid = Grid(segment, self._count)
+        signals = plotted(self._law)
         for which, values in enumerate(grid.read(signals)):
             ((low, high),) = grid.ranges(one_of(signals, which), values)
-            known = self._ranges[which]
-            known[:] = min(known[0], low), max(known[1], high)
+            so_far = self._ranges[which]
+            so_far[0] = min(so_far[0], low)
+            so_far[1] = max(so_far[1], high)
 
     def result(self) -> dict[str, tuple[float, float] | None]:
-        pairs = zip(self._law.plotted, self._ranges.tolist(), strict=True)
-        named = {signal.name: (low, high) for signal, (low, high) in pairs}
-        return {n: ends if math.isfinite(ends[1]) else None for n, ends in named.items()}
+        extrema: dict[str, tuple[float, float] | None] = {}
+        for signal, (low, high) in zip(self._law.plotted, self._ranges.tolist(), strict=True):
+            extrema[signal.name] = (low, high) if math.isfinite(high) else None
+        return extrema
 
 
 class Samples:
     """The states (n, 6) and contact (points, n) at given rising times (n,), in natural units."""
 
     def __init__(self, model: PadModel, times: np.ndarray) -> None:
-        self.times, self.states = times, np.full((len(times), 6), np.nan)
+        self.times = times
+        self.states = np.full((len(times), 6), np.nan)
         self.on = np.zeros((model.law.points, len(times)))
 
-    def see(self, course: Course) -> None:
-        i = np.searchsorted(self.times, course.t0[0])
-        j = np.searchsorted(self.times, course.t1[0], side="right")
-        self.states[i:j], self.on[:, i:j] = course.at(self.times[i:j])
+    def observe(self, segment: Segment) -> None:
+        first = np.searchsorted(self.times, segment.t0[0])
+        end = np.searchsorted(self.times, segment.t1[0], side="right")
+        states, on = segment.at(self.times[first:end])
+        self.states[first:end] = states
+        self.on[:, first:end] = on
 
 
 class History(Samples):
@@ -230,17 +267,19 @@ class History(Samples):
     def __init__(self, model: PadModel, units: Units, stop: float, samples: int) -> None:
         self._seconds = np.linspace(0.0, stop, samples)
         super().__init__(model, self._seconds / units.time)
-        self._model, self._units = model, units
+        self._model = model
+        self._units = units
 
     def result(self) -> dict[str, np.ndarray]:
         model = self._model
-        kinds, which_kind = np.unique(self.on, axis=1, return_inverse=True)
-        names = [model.state_name(state_of(kind)) for kind in kinds.T]
+        contacts, which = np.unique(self.on, axis=1, return_inverse=True)
+        names = [model.state_name(state_of(contact)) for contact in contacts.T]
         columns = {"t": self._seconds}
         columns |= dict(zip(COORDINATES, self._units.to_si(self.states).T, strict=True))
-        columns["state"] = np.array(names)[which_kind]
+        columns["state"] = np.array(names)[which]
         signals = plotted(model.law)(model.c, self.states.T, self.on)
-        columns |= {s.name: v for s, v in zip(model.law.plotted, signals, strict=True)}
+        for signal, values in zip(model.law.plotted, signals, strict=True):
+            columns[signal.name] = values
         return columns
 
 
@@ -249,24 +288,34 @@ class Sliding:
     (finding E16); speed and time in natural units."""
 
     def __init__(self, speed: float, options: Options = DEFAULT) -> None:
-        self._speed, self._count = speed, options.samples
+        self._speed = speed
+        self._count = options.samples
         self.lost: float | None = None
 
     def _excess(self, _c: Coefficients, states: np.ndarray, _on: np.ndarray) -> np.ndarray:
         return np.asarray(states[3] - self._speed)
 
-    def see(self, course: Course) -> None:
-        grid, steps = Grid(course, self._count), course.steps
+    def observe(self, segment: Segment) -> None:
+        if self.lost is not None:
+            return
+        grid = Grid(segment, self._count)
+        steps = segment.steps
         values = grid.read(self._excess)
-        step, at, top = grid.peaks(self._excess, values, np.zeros(len(steps.t)))
-        lost = np.append(grid.t[values >= 0.0], (steps.t[step] + steps.h[step] * at)[top >= 0.0])
-        if lost.size and self.lost is None:
-            high = lost.min()
-            low = max(grid.t[grid.t < high].max(initial=-np.inf), course.t0[0])
-            while low < (middle := low + (high - low) / 2) < high:
-                late = course.at(np.array([middle]))[0][0, 3] >= self._speed
-                low, high = (low, middle) if late else (middle, high)
-            self.lost = float(high)
+        step, share, top = grid.peaks(self._excess, values, np.zeros(len(steps.t)))
+        times_of_peaks = steps.t[step] + steps.h[step] * share
+        too_fast = np.append(grid.t[values >= 0.0], times_of_peaks[top >= 0.0])
+        if not too_fast.size:
+            return
+        # bisection, down to neighbouring numbers, between the last time before and the first one
+        high = too_fast.min()
+        low = max(grid.t[grid.t < high].max(initial=-np.inf), segment.t0[0])
+        while low < (middle := low + (high - low) / 2) < high:
+            states, _ = segment.at(np.array([middle]))
+            if states[0, 3] >= self._speed:
+                high = middle
+            else:
+                low = middle
+        self.lost = float(high)
 
 
 @dataclass(frozen=True)
@@ -292,19 +341,28 @@ class Response:
 
     def rows(self) -> list[tuple[str, str]]:
         """Name and value of each, for people."""
-        unknown, growth = "cannot be told", self.growth_rate
-        sizes = (f"{name} {number(v)} {UNITS[name]}" for name, v in (self.amplitude or {}).items())
-        frequency = self.frequency_hz
-        grows = f"{number(growth or 0.0)} 1/s at {number(self.growth_frequency_hz or 0.0)} Hz"
+        unknown = "cannot be told"
+        frequency = amplitude = growth = unknown
+        if self.frequency_hz is not None:
+            frequency = f"{number(self.frequency_hz)} Hz"
+        if self.amplitude:
+            sizes = [
+                f"{name} {number(size)} {UNITS[name]}" for name, size in self.amplitude.items()
+            ]
+            amplitude = ", ".join(sizes)
+        if self.growth_rate is not None:
+            hertz = number(self.growth_frequency_hz or 0.0)
+            growth = f"{number(self.growth_rate)} 1/s at {hertz} Hz"
+        settled = {True: "yes", False: "no", None: unknown}[self.settled]
         return [
-            ("dominant frequency", unknown if frequency is None else f"{number(frequency)} Hz"),
-            ("amplitude", ", ".join(sizes) or unknown),
-            ("growth at the start", unknown if growth is None else grows),
-            ("settled", {True: "yes", False: "no", None: unknown}[self.settled]),
+            ("dominant frequency", frequency),
+            ("amplitude", amplitude),
+            ("growth at the start", growth),
+            ("settled", settled),
         ]
 
 
-class Watch:
+class ResponseObserver:
     """Samples of the start, of the last part and of the kinetic energy, in natural units."""
 
     def __init__(self, model: PadModel, units: Units, stop: float) -> None:
@@ -318,39 +376,58 @@ class Watch:
         first = np.arange(min(32_768, int(stop / self._step) + 1)) * self._step
         last = stop - first[first <= LAST * stop][::-1]
         # places that no frequency is in step with
-        number = np.arange(200 * PARTS)
-        spread = stop * (number + np.random.default_rng(0).random(len(number))) / len(number)
-        self._samples = [Samples(model, times) for times in (first, last, spread)]
-        self._changed = np.inf
+        cells = np.arange(200 * PARTS)
+        spread = stop * (cells + np.random.default_rng(0).random(len(cells))) / len(cells)
+        self._first = Samples(model, first)
+        self._last = Samples(model, last)
+        self._spread = Samples(model, spread)
+        self._first_change = np.inf
 
-    def see(self, course: Course) -> None:
-        for samples in self._samples:
-            samples.see(course)
-        self._changed = min([self._changed, *course.t[:1].tolist()])
+    def observe(self, segment: Segment) -> None:
+        for samples in (self._first, self._last, self._spread):
+            samples.observe(segment)
+        if segment.t.size:
+            self._first_change = min(self._first_change, float(segment.t[0]))
 
     def result(self) -> Response:
-        first, last, spread = (samples.states for samples in self._samples)
-        energy = (self._mass * spread[:, 3:] ** 2).sum(axis=1).reshape(PARTS, -1).mean(axis=1)
+        energy = self._energy_of_parts()
+        last = self._last.states
         greatest = float(np.sqrt(energy.max()))
         if greatest <= 1e-11:  # in natural units: only rounding
             return Response(amplitude=self._amplitude(last), settled=True)
         found: dict[str, Any] = {}
-        rate, begun = self._units.time, first[self._samples[0].times < self._changed]
-        if (growth := exponent(begun, self._step)) is not None:
-            found["growth_rate"] = growth.real / rate
-            found["growth_frequency_hz"] = growth.imag / (2 * np.pi * rate)
+        time = self._units.time
+        before_any_change = self._first.states[self._first.times < self._first_change]
+        growth = exponent(before_any_change, self._step)
+        if growth is not None:
+            found["growth_rate"] = growth.real / time
+            found["growth_frequency_hz"] = growth.imag / (2 * np.pi * time)
         frequency, share = line(last[:, 3:] * np.sqrt(self._mass), self._step)
         if frequency * self._step * len(last) >= PERIODS:
             if share >= LINE:
-                found["frequency_hz"] = frequency / rate
-            parts = np.array([swing(part[:, :3]) for part in np.split(last, [len(last) // 2])])
-            a, b = parts[:, np.argmax(parts.sum(axis=0))]
-            if abs(a - b) <= STEADY * max(a, b):
+                found["frequency_hz"] = frequency / time
+            if self._is_steady(last):
                 found["amplitude"] = self._amplitude(last)
             before, late = np.sqrt(energy.reshape(-1, PARTS // 10).mean(axis=1))[-2:]
-            if late < 0.01 * greatest or late >= (1.0 - STEADY) * before:
-                found["settled"] = bool(late < 0.01 * greatest)
+            at_rest = late < 0.01 * greatest
+            if at_rest or late >= (1.0 - STEADY) * before:
+                found["settled"] = bool(at_rest)
         return Response(**found)
+
+    def _energy_of_parts(self) -> np.ndarray:
+        """Mean kinetic energy, doubled, in each of `PARTS` equal parts of the run."""
+        energy = (self._mass * self._spread.states[:, 3:] ** 2).sum(axis=1)
+        return np.asarray(energy.reshape(PARTS, -1).mean(axis=1))
+
+    @staticmethod
+    def _is_steady(states: np.ndarray) -> bool:
+        """Whether the two halves of states (n, 6) have the same amplitude, in the coordinate that
+        moves most."""
+        halves = np.split(states, [len(states) // 2])
+        swings = np.array([swing(half[:, :3]) for half in halves])
+        largest = np.argmax(swings.sum(axis=0))
+        a, b = swings[:, largest]
+        return bool(abs(a - b) <= STEADY * max(a, b))
 
     def _amplitude(self, states: np.ndarray) -> dict[str, float]:
         whole = np.append(swing(states[:, :3]), np.zeros(3))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from operator import itemgetter
 from types import ModuleType
@@ -26,9 +26,9 @@ from squeal.simulation.observers import (
     Extrema,
     History,
     Response,
+    ResponseObserver,
     Shares,
     Sliding,
-    Watch,
 )
 from squeal.simulation.scipy_solver import SciPyIntegrator
 
@@ -75,57 +75,74 @@ class Simulation(Answer):
 
     def parts(self) -> Sequence[str | Table]:
         """Final state, shares, extrema, response, contact changes, and whether sliding holds."""
-        over, final = contact_law(self.model).plotted, zip(UNITS.items(), self.final, strict=True)
-        sections: dict[tuple[str, str], list[tuple[str, str]]] = {
-            ("final state", "at"): [(name, f"{number(v, 9)} {unit}") for (name, unit), v in final]
-        }
+        head = (
+            f"model {self.model}, {self.method}, tolerance {self.tolerance:g}: {self.steps} steps, "
+            f"{self.contact_changes} contact changes"
+        )
+        state = [
+            (name, f"{number(value, 9)} {unit}")
+            for (name, unit), value in zip(UNITS.items(), self.final, strict=True)
+        ]
+        parts: list[str | Table] = [head, _section("final state", "at", state)]
         if self.shares is not None:
             shares = [(state, f"{100 * share:.3f} %") for state, share in self.shares.items()]
-            sections["share of time", "state"] = shares
+            parts.append(_section("share of time", "state", shares))
         if self.extrema is not None:
-            sections["extrema", "signal"] = [
-                (f"{name}/{signal.over}", " to ".join(map(number, ends)) if ends else "none")
-                for signal, (name, ends) in zip(over, self.extrema.items(), strict=True)
-            ]
+            parts.append(_section("extrema", "signal", self._extrema_rows()))
         if self.response is not None:
-            sections["response", ""] = self.response.rows()
+            parts.append(_section("response", "", self.response.rows()))
         if self.events is not None:
             events = [(f"{e.t:.9g} s", f"{e.source} -> {e.target}") for e in self.events]
-            sections["contact changes", "t"] = events
-        words = "sliding: the surface stays faster than the pad"
+            parts.append(_section("contact changes", "t", events))
         if self.sliding_lost_at is not None:
-            words = (
+            parts.append(
                 "WARNING: the pad reaches the speed V of the surface at t = "
                 f"{self.sliding_lost_at:.9g} s; the equations do not hold from there on"
             )
-        right = Column("", value=itemgetter(1))
-        return [
-            f"model {self.model}, {self.method}, tolerance {self.tolerance:g}: {self.steps} steps, "
-            f"{self.contact_changes} contact changes",
-            *(
-                Table((Column(head, value=itemgetter(0)), right), rows, title, f"{title}: none")
-                for (title, head), rows in sections.items()
-            ),
-            *([] if self.sliding_holds is None else [words]),
-        ]
+        elif self.sliding_holds is not None:
+            parts.append("sliding: the surface stays faster than the pad")
+        return parts
+
+    def _extrema_rows(self) -> list[tuple[str, str]]:
+        """Each signal over its scale, and its least and greatest value."""
+        rows = []
+        plotted = contact_law(self.model).plotted
+        for signal, (name, ends) in zip(plotted, (self.extrema or {}).items(), strict=True):
+            span = f"{number(ends[0])} to {number(ends[1])}" if ends else "none"
+            rows.append((f"{name}/{signal.over}", span))
+        return rows
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of `squeal simulate`: only what the scene asked for."""
-        events, history = self.events, dict[str, Any](self.history or {}).items()
-        asked: dict[str, Any] = {
-            "events": events and [{"t": e.t, "from": e.source, "to": e.target} for e in events],
-            "shares": self.shares,
-            "extrema": self.extrema,
-            "response": self.response and dataclasses.asdict(self.response),
-            "history": {n: [plain(v) for v in c.tolist()] for n, c in history} or None,
-            "sliding_lost_at": self.sliding_lost_at,
-        }
-        return {
+        result: dict[str, Any] = {
             "model": self.model,
             "final": dict(zip(UNITS, self.final, strict=True)),
-            **{name: value for name, value in asked.items() if value is not None},
-            **picked(self, "sliding_holds method tolerance steps contact_changes"),
         }
+        if self.events is not None:
+            result["events"] = [
+                {"t": event.t, "from": event.source, "to": event.target} for event in self.events
+            ]
+        if self.shares is not None:
+            result["shares"] = self.shares
+        if self.extrema is not None:
+            result["extrema"] = self.extrema
+        if self.response is not None:
+            result["response"] = dataclasses.asdict(self.response)
+        if self.history is not None:
+            result["history"] = {
+                name: [plain(value) for value in column.tolist()]
+                for name, column in self.history.items()
+            }
+        if self.sliding_lost_at is not None:
+            result["sliding_lost_at"] = self.sliding_lost_at
+        result |= picked(self, "sliding_holds method tolerance steps contact_changes")
+        return result
+
+
+def _section(title: str, head: str, rows: Sequence[tuple[str, str]]) -> Table:
+    """A table of names and values, or "title: none"."""
+    columns = (Column(head, value=itemgetter(0)), Column("", value=itemgetter(1)))
+    return Table(columns, rows, title, f"{title}: none")
 
 
 def heyoka() -> ModuleType:
@@ -159,14 +176,14 @@ def first_place(scene: Scene) -> tuple[float, ...]:
         return scene.initial
     from squeal.equilibrium import sliding_equilibrium  # a motion from elsewhere needs none
 
-    found, how = sliding_equilibrium(scene.pad_model)
-    if found is None:
-        raise ComputationError(f"initial: {how}")
-    x, y, theta = (a + b for a, b in zip(found.q, scene.initial[:3], strict=True))
+    equilibrium, message = sliding_equilibrium(scene.pad_model)
+    if equilibrium is None:
+        raise ComputationError(f"initial: {message}")
+    x, y, theta = np.add(equilibrium.q, scene.initial[:3]).tolist()
     if abs(scene.pad.theta0 + theta) >= math.pi / 2:
         raise ComputationError(
             f"initial: theta: {scene.initial[2]:g} turns the pad past 90 degrees from the "
-            f"equilibrium at {found.q[2]:g}"
+            f"equilibrium at {equilibrium.q[2]:g}"
         )
     return (x, y, theta, *scene.initial[3:])
 
@@ -174,13 +191,32 @@ def first_place(scene: Scene) -> tuple[float, ...]:
 def in_natural_units(scene: Scene) -> tuple[Units, PadModel, np.ndarray, float]:
     """Units of a scene's motion, and its pad, first state (6,) and length of time in them."""
     assert scene.stop is not None  # as a scene that is simulated has it
-    first, model = first_place(scene), scene.pad_model
+    first = first_place(scene)
+    model = scene.pad_model
     units = natural_units(model, first)
     if scene.damping is not None:
-        from squeal.equilibrium.find import damped_model
+        from squeal.equilibrium.damping import damped_model
 
         model = damped_model(scene)
     return units, units.scaled(model), units.to_scaled(np.array(first)), scene.stop / units.time
+
+
+def _observers(
+    scene: Scene, model: PadModel, units: Units, stop: float, options: Options
+) -> dict[str, Any]:
+    """An observer for each output of a scene, by name; `model` and `stop` in natural units."""
+    observers: dict[str, Any] = {}
+    if "events" in scene.outputs:
+        observers["events"] = Events(model, units)
+    if "shares" in scene.outputs:
+        observers["shares"] = Shares(model, stop)
+    if "extrema" in scene.outputs:
+        observers["extrema"] = Extrema(model, options)
+    if "history" in scene.outputs:
+        observers["history"] = History(model, units, scene.stop or 0.0, scene.samples or 0)
+    if "response" in scene.outputs:
+        observers["response"] = ResponseObserver(model, units, stop)
+    return observers
 
 
 @public
@@ -224,27 +260,28 @@ def simulate(
     """
     check_simulation(scene)
     units, model, start, stop = in_natural_units(scene)
-    wanted: dict[str, Callable[[], Any]] = {
-        "events": lambda: Events(model, units),
-        "shares": lambda: Shares(model, stop),
-        "extrema": lambda: Extrema(model, options),
-        "history": lambda: History(model, units, scene.stop or 0.0, scene.samples or 0),
-        "response": lambda: Watch(model, units, stop),
-    }
-    watched = {name: make() for name, make in wanted.items() if name in scene.outputs}
-    see = [one.see for one in watched.values()]
+    observers = _observers(scene, model, units, stop, options)
+    observe = [observer.observe for observer in observers.values()]
+    sliding = None
     if scene.pad.V is not None:
         sliding = Sliding(scene.pad.V / units.velocity, options)
-        see.append(sliding.see)
+        observe.append(sliding.observe)
     if progress is not None:
-        see.append(lambda course: progress(float(course.t1[0]) / stop))
-    dense = scene.pad.V is not None or bool(watched.keys() - {"events", "shares"})
+        observe.append(lambda segment: progress(float(segment.t1[0]) / stop))
+    dense = sliding is not None or bool(observers.keys() - {"events", "shares"})
     integrator = make_integrator(model, scene.tolerance, backend, options)
-    t, state, *counts = integrate(model, integrator, units, start, stop, see, dense, options)
-    found = {name: one.result() for name, one in watched.items()}
-    if scene.pad.V is not None:
-        found["sliding_holds"] = sliding.lost is None
-        found["sliding_lost_at"] = sliding.lost and sliding.lost * units.time
-    final = (t * units.time, *(float(v) for v in units.to_si(state)))
-    how: Any = (integrator.method, integrator.tolerance, *counts)
-    return Simulation(scene.model, final, *how, **found)
+    end = integrate(model, integrator, units, start, stop, observe, dense, options)
+    results = {name: observer.result() for name, observer in observers.items()}
+    if sliding is not None:
+        results["sliding_holds"] = sliding.lost is None
+        if sliding.lost is not None:
+            results["sliding_lost_at"] = sliding.lost * units.time
+    return Simulation(
+        model=scene.model,
+        final=(end.t * units.time, *units.to_si(end.state).tolist()),
+        method=integrator.method,
+        tolerance=integrator.tolerance,
+        steps=end.steps,
+        contact_changes=end.changes,
+        **results,
+    )

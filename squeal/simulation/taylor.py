@@ -9,7 +9,7 @@ import math
 from collections.abc import Sequence
 from functools import lru_cache
 from threading import get_ident
-from typing import Any
+from typing import Any, NamedTuple
 
 import heyoka as hy
 import numpy as np
@@ -18,9 +18,17 @@ from squeal.errors import ComputationError
 from squeal.model.contact import ContactLaw, Touching
 from squeal.model.equations import PadModel, net_loads, term_count
 from squeal.model.pad import Coefficients, Number, at_speed, facing, pose, spring_vectors
-from squeal.simulation.hybrid import COLLAPSED, DEFAULT, LIMITS, Course, Options
+from squeal.simulation.hybrid import (
+    COLLAPSED,
+    DEFAULT,
+    LIMITS,
+    DenseOutput,
+    Limit,
+    Options,
+    Segment,
+)
 
-# its warnings would go to standard output; a lost root shows in the check at the end of a course
+# its warnings would go to standard output; a lost root shows in the check at the end of a segment
 hy.set_logger_level_critical()
 
 # A gap that is exactly zero at the start of a step hides the next root of the same step from
@@ -34,7 +42,10 @@ FAINT = 1e-30
 UNROLLED = 2
 # of the runtime parameters of `equations`, in their order
 NAMES = Coefficients._fields
+# Numbers of `PadModel.term_values` behind the nine of damping: of friction that falls with speed.
+FALL_SHARE, FALL_RATE, SURFACE_SPEED = 9, 10, 11
 
+_EPS = float(np.finfo(float).eps)
 _ONWARD = (hy.taylor_outcome.success, hy.taylor_outcome.time_limit, hy.taylor_outcome.step_limit)
 
 
@@ -51,20 +62,25 @@ def equations(
     first = len(NAMES) + law.points
     numbers = [hy.par[first + i] for i in range(term_count(terms))]
     state = hy.make_vars("x", "y", "s", "u", "v", "r")
-    q, (u, v, r) = c.place(state), state[3:]
+    velocities = state[3:]
+    u, v, r = velocities
     if "falling" in terms:
-        c = at_speed(hy, c, (numbers[9], numbers[10]), u)
+        c = at_speed(hy, c, (numbers[FALL_SHARE], numbers[FALL_RATE]), u)
+    q = c.place(state)
     total = net_loads(hy, c, law, q, on)
     rates = [u, v, r, total.x / c.m, total.y / c.m, c.w * total.moment / c.I]
     if "damping" in terms:
         for i in range(3):
-            drag = sum(numbers[3 * i + j] * speed for j, speed in enumerate((u, v, r)))
+            row = numbers[3 * i : 3 * i + 3]
+            drag = sum(entry * speed for entry, speed in zip(row, velocities, strict=True))
             rates[3 + i] = rates[3 + i] - drag
     at = pose(hy, q)
-    lengths = [hy.sqrt(vx * vx + vy * vy) for vx, vy in spring_vectors(c, at)]
-    limits = [facing(c, at), lengths[0] / c.L1 - COLLAPSED, lengths[1] / c.L2 - COLLAPSED]
+    limits = [facing(c, at)]
+    for (vx, vy), free_length in zip(spring_vectors(c, at), (c.L1, c.L2), strict=True):
+        length = hy.sqrt(vx * vx + vy * vy)
+        limits.append(length / free_length - COLLAPSED)
     if "falling" in terms:
-        limits.append(numbers[11] - u)
+        limits.append(numbers[SURFACE_SPEED] - u)
     system = list(zip(state, rates, strict=True))
     return system, list(law.gaps(c, at)), [FAINT * limit for limit in limits]
 
@@ -80,11 +96,24 @@ def rising(heights: Sequence[Any], on: Touching) -> list[Any]:
     return [(2.0 * touches - 1.0) * gap - NEVER_ZERO for gap, touches in pairs]
 
 
+class ContactChange(NamedTuple):
+    """A change that a callback has seen: motion, contact point, time, bytes of the state (6,)."""
+
+    motion: int
+    point: int
+    t: Any
+    state: bytes
+
+
 class Machine:
     """A compiled integrator of a contact law, for every pad.
 
-    `lanes` motions side by side, or with 0 a single one in numbers of `fp_type`. It comes as its
-    last user left it, and each use sets all of its parameters and state.
+    It carries `lanes` motions side by side, or with 0 a single one in numbers of `fp_type`. It
+    comes as its last user left it: `start` sets all of its parameters and state.
+
+    log: the contact changes since it was last cleared; first_motion: number of the motion in the
+    first lane; clear: gap below which a single motion stops at a change, see `Options.clear`;
+    pars (k, lanes), state (6, lanes): views of heyoka's own arrays.
     """
 
     def __init__(
@@ -96,77 +125,138 @@ class Machine:
         lanes: int,
         regrouped: bool,
     ) -> None:
+        self.law = law
+        self.lanes = lanes
+        self.log: list[ContactChange] = []
+        self.first_motion = 0
+        self.clear = 0.0
         on = state_parameters(law)
         system, heights, limits = equations(law, on, terms)
-        self.law, self.lanes = law, lanes
-        self.log: list[tuple[Any, ...]] = []  # motion, point, time, state of the changes
-        self.base: int  # the motion in the first lane
-        self.clear: float  # see `Options`
-        upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
-        how: Any = {"fp_type": fp_type}
-        none = fp_type(0.0)
-        # No cooldown: once the state has changed, the same gap passes zero in the other sense.
         event = hy.t_event_batch if lanes else hy.t_event
-        events = [
-            event(e, direction=upwards, callback=self._on_change(i), cooldown=none, **how)
-            for i, e in enumerate(rising(heights, on))
-        ] + [event(limit, direction=downwards, **how) for limit in limits]
-        how |= {"tol": fp_type(tolerance), "t_events": events, "fast_math": regrouped}
-        how["compact_mode"] = law.points > UNROLLED or fp_type is not float
+        change = self._change_in_a_lane if lanes else self._change_alone
+        events = []
+        for point, height in enumerate(rising(heights, on)):
+            contact_change = event(
+                height,
+                direction=hy.event_direction.positive,
+                callback=change(point),
+                # once the contact has changed, the same gap passes zero in the other sense
+                cooldown=fp_type(0.0),
+                fp_type=fp_type,
+            )
+            events.append(contact_change)
+        for limit in limits:
+            events.append(event(limit, direction=hy.event_direction.negative, fp_type=fp_type))
+        how: dict[str, Any] = {
+            "fp_type": fp_type,
+            "tol": fp_type(tolerance),
+            "t_events": events,
+            "fast_math": regrouped,
+            "compact_mode": law.points > UNROLLED or fp_type is not float,
+        }
         if fp_type is not float:  # the time goes into the numbers, which no processor has
             how["opt_level"] = 0
-        make, shape = (hy.taylor_adaptive_batch, (lanes,)) if lanes else (hy.taylor_adaptive, ())
-        pars = np.full((len(NAMES) + law.points + term_count(terms), *shape), fp_type(1.0))
-        self.ta = make(system, np.full((6, *shape), none), pars=pars, **how)
-        self.time: Any = self.ta.time if lanes else None
-        # views of its own arrays
-        self.pars, self.state = (v.reshape(len(v), -1) for v in (self.ta.pars, self.ta.state))
-        self.on = list(self.pars[len(NAMES) : len(NAMES) + law.points])
-        self.columns = list(self.state.T)
+        adaptive = hy.taylor_adaptive_batch if lanes else hy.taylor_adaptive
+        shape = (lanes,) if lanes else ()
+        state = np.full((6, *shape), fp_type(0.0))
+        count = len(NAMES) + law.points + term_count(terms)
+        self.ta = adaptive(system, state, pars=np.full((count, *shape), fp_type(1.0)), **how)
+        self.pars = self.ta.pars.reshape(count, -1)
+        self.state = self.ta.state.reshape(6, -1)
+        self._times = np.atleast_1d(self.ta.time)  # of lanes a view, too
+        self._columns = list(self.state.T)
+        self._on = list(self.pars[len(NAMES) : len(NAMES) + law.points])
 
     # heyoka copies callbacks deeply, which leaves functions and what they refer to shared
-    def _on_change(self, point: int) -> Any:
-        log, alone = self.log, not self.lanes
 
-        def change(ta: Any, _sign: int, lane: int = 0) -> bool:
-            touches = self.on[point]
-            touches[lane] = 1.0 - touches.item(lane)
-            t = ta.time if alone else self.time.item(lane)
-            log.append((self.base + lane, point, t, self.columns[lane].tobytes()))
-            return not (alone and self._together(point))
+    def _change_alone(self, point: int) -> Any:
+        """The callback of a single motion: flips the contact of a point, and lets heyoka go on
+        where no other point is near the surface."""
+
+        def change(ta: Any, _sign: int) -> bool:
+            self._flip(point, 0)
+            self.log.append(ContactChange(0, point, ta.time, self._columns[0].tobytes()))
+            return not self._another_point_is_near(point)
 
         return change
 
-    def _together(self, point: int) -> bool:
+    def _change_in_a_lane(self, point: int) -> Any:
+        """The callback of motions side by side: flips the contact of a point in a lane."""
+
+        def change(_ta: Any, _sign: int, lane: int) -> bool:
+            self._flip(point, lane)
+            motion = self.first_motion + lane
+            state = self._columns[lane].tobytes()
+            self.log.append(ContactChange(motion, point, self._times.item(lane), state))
+            return True
+
+        return change
+
+    def _flip(self, point: int, lane: int) -> None:
+        touches = self._on[point]
+        touches[lane] = 1.0 - touches.item(lane)
+
+    def _another_point_is_near(self, point: int) -> bool:
         """Whether another point of a single motion is near the surface, on the other side or on its
         way there, so that it has to be looked at before the motion goes on."""
-        state, on = self.columns[0], self.on
+        state = self._columns[0]
         at = pose(math, self.c.place((0.0, float(state[1]), float(state[2]))))
-        return any(
-            i != point and (-gap if on[i][0] else gap) < self.clear
-            for i, gap in enumerate(self.law.gaps(self.c, at))
-        )
+        for other, gap in enumerate(self.law.gaps(self.c, at)):
+            inside = -gap if self._on[other][0] else gap
+            if other != point and inside < self.clear:
+                return True
+        return False
 
     def start(self, pars: np.ndarray, state: np.ndarray, t: np.ndarray) -> None:
         """Set parameters (k, lanes), states (6, lanes) and times (lanes,)."""
-        self.pars[:], self.state[:] = pars, state
+        self.pars[:] = pars
+        self.state[:] = state
         if self.lanes:
             self.ta.set_time(t)
         else:
             self.ta.time = t[0]
-            self.c = Coefficients(*map(float, pars[: len(NAMES), 0]))
+            self.c = Coefficients(*pars[: len(NAMES), 0].tolist())
+        self.ta.reset_cooldowns()
 
-    def recorded(self, how: dict[str, Any]) -> tuple[list[Any], list[Any]]:
-        """Coefficients and ends of steps, the begin first, which a run with `how` will fill."""
-        tc, time, tcs, times = self.ta.tc, self.time, list[Any](), [np.array(self.ta.time)]
 
-        def record(ta: Any) -> bool:
-            tcs.append(tc.copy())
-            times.append(ta.time if time is None else time.copy())
+class Record:
+    """What heyoka computes in each step, for dense output.
+
+    times: the begin and the ends of steps, numbers or arrays (lanes,); series: coefficients
+    (6, p) or (6, p, lanes) of the state in powers of time.
+    """
+
+    def __init__(self, machine: Machine) -> None:
+        self.times = [np.array(machine.ta.time)]
+        self.series: list[np.ndarray] = []
+
+    def options(self) -> dict[str, Any]:
+        """Of a run of heyoka that is to be recorded."""
+        times = self.times
+        series = self.series
+
+        def keep(ta: Any) -> bool:
+            series.append(ta.tc.copy())
+            times.append(np.array(ta.time))
             return True
 
-        how |= {"write_tc": True, "callback": record}
-        return tcs, times
+        return {"write_tc": True, "callback": keep}
+
+    def smooth(self, first_motion: int) -> DenseOutput:
+        """The steps of the motions from a number on."""
+        t = np.array(self.times).reshape(len(self.times), -1)
+        steps_of_lanes = np.array(self.series)
+        steps_of_lanes = steps_of_lanes.reshape(*steps_of_lanes.shape[:3], -1)
+        lengths = np.diff(t, axis=0)
+        taken = lengths > 0.0  # motions at their end wait for others
+        taken[0] |= ~taken.any(axis=0)  # a change of contact may take no time
+        lane, step = np.nonzero(taken.T)
+        h = lengths[step, lane]
+        series = np.ascontiguousarray(steps_of_lanes[step, :, :, lane].T)
+        # from powers of time to powers of the share of the step
+        powers = np.cumprod(np.broadcast_to(h, (len(series) - 1, len(h))), axis=0)
+        series[1:] *= powers[:, None]
+        return DenseOutput(lane=first_motion + lane, t=t[step, lane], h=h, series=series)
 
 
 @lru_cache
@@ -174,35 +264,34 @@ def _machine(_thread: int, *how: Any) -> Machine:
     return Machine(*how)
 
 
-def _smooth(tcs: list[Any], times: list[Any], base: int) -> tuple[np.ndarray, ...]:
-    """`Course.smooth` of the motions from number `base` on, from what heyoka computes in a step."""
-    t, rows = np.array(times).reshape(len(times), -1), np.array(tcs)
-    h = np.diff(t, axis=0)
-    taken = h > 0.0  # motions at their end wait for others
-    taken[0] |= ~taken.any(axis=0)  # a change of contact may take no time
-    lane, step = np.nonzero(taken.T)
-    h = h[step, lane]
-    series = np.ascontiguousarray(rows.reshape(*rows.shape[:3], -1)[step, :, :, lane].T)
-    # heyoka's are in powers of time
-    series[1:] *= np.cumprod(np.broadcast_to(h, (len(series) - 1, len(h))), axis=0)[:, None]
-    return base + lane, t[step, lane], h, series
-
-
-def limit_of(outcome: Any, points: int) -> int:
-    """The entry of `LIMITS` at which heyoka stopped, -1 where it did not, -2 where it failed."""
-    code = int(outcome)  # not negative where a callback let the motion go on
+def limit_of(outcome: Any, points: int) -> Limit:
+    """What stopped heyoka, with so many contact points before the limits among its events."""
+    code = int(outcome)  # of events: -1, -2, ..., not negative where a callback let it go on
     limit = -code - 1 - points
     if 0 <= limit < len(LIMITS):
-        return limit
-    return -1 if code >= -points or outcome in _ONWARD else -2
+        return Limit(limit)
+    if code >= -points or outcome in _ONWARD:
+        return Limit.NONE
+    return Limit.FAILED
+
+
+def _parameters(model: PadModel, contact: np.ndarray) -> np.ndarray:
+    """Runtime parameters (k, n) of n pads: coefficients, contact (points, n), terms."""
+    points, n = contact.shape
+    terms = model.term_values.reshape(-1, n)
+    rows = np.empty((len(NAMES) + points + len(terms), n))
+    for row, value in zip(rows, model.c, strict=False):
+        row[:] = value
+    rows[len(NAMES) : len(NAMES) + points] = contact
+    rows[len(NAMES) + points :] = terms
+    return rows
 
 
 class TaylorIntegrator:
-    """Integrator over one scaled pad, or over many whose numbers are arrays (n,).
+    """Integrator over one scaled pad.
 
     `fp_type` may be numpy.longdouble or heyoka.real128; the coefficients then stay the doubles of
-    the pad, so that the difference to a double run is that of the integration alone. With `lanes`
-    so many motions run side by side.
+    the pad, so that the difference to a double run is that of the integration alone.
     """
 
     method = "heyoka Taylor"
@@ -213,62 +302,158 @@ class TaylorIntegrator:
         tolerance: float,
         fp_type: Any = float,
         options: Options = DEFAULT,
-        lanes: int = 0,
     ) -> None:
-        least = float(np.finfo(float).eps) if fp_type is float else 0.0
+        least = _EPS if fp_type is float else 0.0
         self.tolerance = max(tolerance, least)
-        self._model, self._fp, self._options, self._lanes = model, fp_type, options, lanes
+        self._model = model
+        self._fp = fp_type
+        self._options = options
 
-    def run(self, contact: np.ndarray, t: Any, state: np.ndarray, stop: Any, dense: bool) -> Course:
-        """See `squeal.simulation.hybrid.Integrator`.
+    def _compiled(self, lanes: int) -> Machine:
+        """The machine of this thread, with an empty log."""
+        regrouped = self._fp is float and self.tolerance > self._options.regrouped_above
+        model = self._model
+        how = (model.law, model.terms, self.tolerance, self._fp, lanes, regrouped)
+        machine = _machine(get_ident(), *how)
+        machine.log.clear()
+        machine.first_motion = 0
+        return machine
 
-        With lanes it carries motions, a multiple of the lanes, from contact (points, n), times (n,)
-        and states (6, n) to their ends, and resolves no changes of several points in one instant.
+    def run(
+        self, contact: np.ndarray, t: Any, state: np.ndarray, stop: Any, dense: bool
+    ) -> Segment:
+        """See `squeal.simulation.hybrid.Integrator`."""
+        law = self._model.law
+        options = self._options
+        machine = self._compiled(lanes=0)
+        number = machine.state.dtype
+        first = np.reshape(contact, (law.points, 1))
+        parameters = _parameters(self._model, first)
+        t0 = np.reshape(t, 1).astype(number)
+        until = np.reshape(stop, 1).astype(number)
+        machine.start(parameters, np.reshape(state, (6, 1)), t0)
+        machine.clear = options.clear * (1.0 + machine.c.w + machine.c.h)
+        record = Record(machine) if dense else None
+        how = record.options() if record is not None else {}
+        result = machine.ta.propagate_until(until[0], max_steps=options.steps_at_once, **how)
+        t1 = np.full(1, machine.ta.time, dtype=number)
+        limit = limit_of(result[0], law.points) if t1[0] < until[0] else Limit.NONE
+        if limit == Limit.FAILED:
+            raise ComputationError(
+                f"the motion is not finite after t = {float(t):.9g} natural time units"
+            )
+        return _segment(
+            machine,
+            parameters,
+            t0=t0,
+            t1=t1,
+            first=first,
+            end=machine.state.copy(),
+            count=np.array([result[3]]),
+            limit=np.array([limit]),
+            smooth=record.smooth(0) if record is not None else None,
+        )
+
+
+class TaylorBatch(TaylorIntegrator):
+    """Integrator over many scaled pads whose numbers are arrays (n,), some at a time side by side.
+
+    It resolves no changes of several points in one instant.
+    """
+
+    def run(
+        self, contact: np.ndarray, t: Any, state: np.ndarray, stop: Any, dense: bool
+    ) -> Segment:
+        """A segment of motions, a multiple of `Options.lanes`, from contact (points, n), times (n,)
+        and states (6, n) to their ends `stop` (n,), or to a limit."""
+        lanes = self._options.lanes
+        machine = self._compiled(lanes)
+        parameters = _parameters(self._model, np.asarray(contact))
+        n = parameters.shape[1]
+        t0 = np.array(t, dtype=float)
+        t1 = np.array(stop, dtype=float)
+        end = np.array(state, dtype=float)
+        count = np.zeros(n, dtype=int)
+        limit = np.full(n, Limit.NONE)
+        parts = []
+        for first in range(0, n, lanes):
+            motions = slice(first, first + lanes)
+            machine.first_motion = first
+            machine.start(parameters[:, motions], end[:, motions], t0[motions])
+            record = Record(machine) if dense else None
+            # of this block alone: views, which the motions fill
+            self._carry(
+                machine, record, t1[motions], end[:, motions], count[motions], limit[motions]
+            )
+            if record is not None:
+                parts.append(record.smooth(first))
+        smooth = None
+        if dense:
+            smooth = DenseOutput(
+                *(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
+            )
+        return _segment(
+            machine,
+            parameters,
+            t0=t0,
+            t1=t1,
+            first=np.asarray(contact),
+            end=end,
+            count=count,
+            limit=limit,
+            smooth=smooth,
+        )
+
+    def _carry(
+        self,
+        machine: Machine,
+        record: Record | None,
+        t: np.ndarray,
+        state: np.ndarray,
+        count: np.ndarray,
+        limit: np.ndarray,
+    ) -> None:
+        """Carry motions side by side from where the machine stands to their ends.
+
+        t (lanes,): the ends, which become where each motion stops; state (6, lanes), count, limit
+        (lanes,): are filled.
         """
-        model, law, options, lanes = self._model, self._model.law, self._options, self._lanes
-        regrouped = self._fp is float and self.tolerance > options.regrouped_above
-        how: Any = (model.terms, self.tolerance, self._fp, lanes, regrouped)
-        own = _machine(get_ident(), law, *how)  # each thread has its own
-        t0, t1 = (np.reshape(v, -1).astype(own.state.dtype) for v in (t, stop))
-        n, first = len(t1), np.reshape(contact, (law.points, -1))
-        c = Coefficients(*(np.broadcast_to(np.asarray(v, dtype=float), n) for v in model.c))
-        numbers = np.concatenate([c, first, model.term_values.reshape(-1, n)])
-        count, limit, end = np.zeros(n, dtype=int), np.full(n, -1), np.array(state).reshape(6, n)
-        smooth = list[tuple[np.ndarray, ...]]()
-        how = {"max_steps": options.most_steps if lanes else options.steps_at_once}
-        own.clear = options.clear * (1.0 + c.w[0] + c.h[0])
-        own.log.clear()
-        for own.base in range(0, n, max(lanes, 1)):
-            each = slice(own.base, own.base + max(lanes, 1))
-            starts, until = (numbers[:, each], end[:, each].copy()), t1[each].copy()
-            own.start(*starts, t0[each])
-            tcs, times = own.recorded(how) if dense else ([], [])
-            while True:
-                own.ta.reset_cooldowns()
-                result = own.ta.propagate_until(until if lanes else until[0], **how)
-                results = own.ta.propagate_res if lanes else [result]
-                count[each] += [one[3] for one in results]
-                t1[each], codes = own.ta.time, [limit_of(one[0], law.points) for one in results]
-                end[:, each] = np.where(limit[each] < 0, own.state, end[:, each])
-                stopped = (t1[each] < until) & (np.array(codes) != -1)
-                limit[each] = np.where(stopped, codes, limit[each])
-                if not lanes or not stopped.any():
-                    break
-                # where one motion ends at a limit, it waits at its start while the others go on
-                until[stopped] = t1[each][stopped]
-                for now, start in zip((own.pars, own.state), starts, strict=True):
-                    now[:, stopped] = start[:, stopped]
-            if lanes:
-                limit[each] = np.where(t1[each] < until, -2, limit[each])
-            elif limit[0] < -1:
-                raise ComputationError(
-                    f"the motion is not finite after t = {float(t):.9g} natural time units"
-                )
-            if dense:
-                smooth.append(_smooth(tcs, times, own.base))
-        lane, point, when, states = zip(*own.log, strict=True) if own.log else ((), (), (), ())
-        order = np.argsort(lane, kind="stable")
-        state = np.frombuffer(b"".join(states), end.dtype).reshape(len(lane), 6)[order].T
-        changes = (np.array(lane, int)[order], np.array(point, int)[order], np.array(when)[order])
-        parts = tuple(np.concatenate(part, axis=-1) for part in zip(*smooth, strict=True))
-        return Course(law, c, t0, t1, first, end, *changes, state, count, limit, parts)
+        points = self._model.law.points
+        how = record.options() if record is not None else {}
+        parameters = machine.pars.copy()
+        start = machine.state.copy()
+        until = t.copy()
+        while True:
+            machine.ta.propagate_until(until, max_steps=self._options.most_steps, **how)
+            results = machine.ta.propagate_res
+            count += [result[3] for result in results]
+            stopped_by = np.array([limit_of(result[0], points) for result in results])
+            going = limit == Limit.NONE
+            t[:] = machine.ta.time
+            state[:, going] = machine.state[:, going]
+            stopped = (t < until) & (stopped_by != Limit.NONE)
+            limit[stopped] = stopped_by[stopped]
+            if not stopped.any():
+                break
+            # a motion that ends at a limit waits at its start while the others go on
+            until[stopped] = t[stopped]
+            machine.pars[:, stopped] = parameters[:, stopped]
+            machine.state[:, stopped] = start[:, stopped]
+            machine.ta.reset_cooldowns()
+        limit[t < until] = Limit.FAILED
+
+
+def _segment(machine: Machine, parameters: np.ndarray, **motions: Any) -> Segment:
+    """What a machine has run with parameters (k, n), and the contact changes of its log."""
+    number = machine.state.dtype
+    changes = sorted(machine.log, key=lambda change: change.motion)
+    states = np.frombuffer(b"".join(change.state for change in changes), number)
+    return Segment(
+        law=machine.law,
+        c=Coefficients(*parameters[: len(NAMES)]),
+        lane=np.array([change.motion for change in changes], dtype=int),
+        point=np.array([change.point for change in changes], dtype=int),
+        t=np.array([change.t for change in changes], dtype=number),
+        state=states.reshape(len(changes), 6).T,
+        **motions,
+    )

@@ -64,8 +64,8 @@ def test_a_list_that_lacks_a_root_is_not_certified(wanted, monkeypatch):
     whole, system = spectrum_of, brake(10, -20.0)
     assert system_roots(system, wanted).certified
 
-    def lacking(reduced):
-        spectrum = whole(reduced)
+    def lacking(*known):
+        spectrum = whole(*known)
         return replace(spectrum, eigenvalues=spectrum.eigenvalues[2:])
 
     monkeypatch.setattr(roots, "spectrum_of", lacking)

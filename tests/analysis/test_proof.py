@@ -86,8 +86,8 @@ def test_a_refuted_answer_never_reaches_the_user(damping, monkeypatch):
     """The solver moves a pair to growth; the listed roots are those of the system all the same."""
     solve = roots_module.spectrum_of
 
-    def wrong(reduced):
-        each = list(solve(reduced).eigenvalues)
+    def wrong(*known):
+        each = list(solve(*known).eigenvalues)
         for k in (0, 1):
             moved = each[k].value + 0.3
             each[k] = type(each[k])(moved, each[k].right, each[k].left, 1e-16, 1.0, 1e-15)
@@ -108,13 +108,17 @@ def test_without_flint_the_enclosure_judges_alone(monkeypatch):
     monkeypatch.setattr(importlib.import_module("squeal.proof.exact"), "flint", None)
     found = squeal.eigenvalues(squeal.System(np.eye(2), K=[[2, 1 / 3], [-1, 2]]), prove=True)
     assert found.certified
-    free = squeal.eigenvalues(squeal.System(np.eye(2), K=[[1, -1], [-1, 1]]), prove=True)
-    assert (free.certified, proof(free)["status"]) == (False, "open")
+    twin = squeal.eigenvalues(squeal.System(np.eye(2), K=[[4, 1], [0, 4]]), prove=True)
+    integers = squeal.System(np.eye(2), K=[[2.0, 4.0], [-1.0, 6.0]])  # a Jordan block at 4
+    defective = squeal.eigenvalues(integers, prove=True)
+    assert twin.certified  # its rows are two components
+    assert (defective.certified, proof(defective)["status"]) == (False, "open")
 
 
-def test_complex_matrices_are_counted():
-    found = squeal.eigenvalues(
-        squeal.System(np.eye(2), K=np.diag([1.0 + 0.1j, 4.0 + 0.4j])), prove=True
-    )
-    assert (proof(found)["status"], proof(found)["by"]) == ("counted", "count")
-    assert found.certified
+def test_complex_matrices_are_proved_by_what_lies_above_the_real_axis():
+    K = np.diag([1.0 + 0.1j, 4.0 - 0.4j])  # a loss factor of each sign: the second mode grows
+    found = squeal.eigenvalues(squeal.System(np.eye(2), K=K))
+    assert (proof(found)["status"], proof(found)["by"]) == ("proved", "enclosure")
+    assert (found.certified, found.verdict) == (True, "flutter")
+    grows = np.sqrt(-K[1, 1]) if np.sqrt(-K[1, 1]).imag > 0 else -np.sqrt(-K[1, 1])
+    assert np.isclose(found.unstable[0].growth_rate, grows.real)

@@ -9,7 +9,7 @@ import squeal
 from squeal.analysis.pads import analyse, branch_system, critical_friction
 from squeal.analysis.sensitivity import of_threshold
 from squeal.analysis.stack import parameters
-from squeal.equilibrium.find import normalised_damping, normalised_damping_slope
+from squeal.equilibrium.damping import normalised_damping, normalised_damping_slope
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.schema import Place

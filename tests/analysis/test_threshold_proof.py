@@ -8,7 +8,7 @@ import pytest
 import squeal
 from squeal.analysis.pads import critical_friction, with_places
 from squeal.analysis.ranges import pad_statement
-from squeal.equilibrium.find import without_friction
+from squeal.equilibrium.damping import without_friction
 from tests.conftest import scene_of
 
 pytest.importorskip("flint")
@@ -74,7 +74,7 @@ def _moved(crossing):
 
 
 def test_without_flint_it_is_open(monkeypatch):
-    for module in ("pads", "ranges"):
+    for module in ("branches", "ranges"):
         monkeypatch.setattr(importlib.import_module(f"squeal.proof.{module}"), "flint", None)
     for subject in (scene_of("b1-a"), flutter(1e-3)):
         answer = squeal.thresholds(subject, prove=True)

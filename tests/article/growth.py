@@ -7,7 +7,7 @@ import numpy as np
 
 from squeal.analysis.pads import at_equilibrium
 from squeal.equilibrium import Equilibrium
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.io.scene import Scene
 from squeal.linear import complex_eigenvalues
 from squeal.simulation.hybrid import integrate
@@ -41,7 +41,7 @@ def fit(scene: Scene, at: Equilibrium) -> tuple[complex, complex] | None:
     motion = Samples(scaled, np.linspace(0.0, stop, SAMPLES))
     integrator = make_integrator(scaled, 1e-15, "auto")
     *_, changes = integrate(
-        scaled, integrator, units, start + size * shape, stop, [motion.see], True
+        scaled, integrator, units, start + size * shape, stop, [motion.observe], True
     )
     if changes:
         return None

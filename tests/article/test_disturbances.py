@@ -9,7 +9,7 @@ from squeal.article.claims.measures import measure
 from squeal.article.studies import basin, grazing, onset, releases
 from squeal.article.studies.basin import sampled_share
 from squeal.article.studies.hammering import contact, motion
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.io.provenance import NOT_INSTALLED
 from squeal.io.scene import read_scene
 from squeal.io.writing import to_json

@@ -7,7 +7,7 @@ import pytest
 
 from squeal.article.studies import onset
 from squeal.equilibrium import sliding_equilibrium
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.io.scene import read_scene
 from tests.article.plain import Plain, move
 from tests.conftest import ROOT, needs_heyoka

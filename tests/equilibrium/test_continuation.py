@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from squeal.analysis.maps import NAMES, Axis, stability_map
-from squeal.equilibrium import Path, branch, find_all, sliding_equilibrium
-from squeal.equilibrium.branch import REACHED, BranchOptions
-from squeal.equilibrium.find import branch_of
+from squeal.equilibrium import Path, find_all, sliding_equilibrium
+from squeal.equilibrium.branch import BranchEnd, BranchOptions, NodeKind
+from squeal.equilibrium.path import branch_of
 from squeal.io.scene import read_scene
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
@@ -32,7 +32,7 @@ def test_ninety_degrees_are_the_end_for_path_search_and_map(turning, beyond):
     axes = Axis("mu", mu * (1 - 1e-12), mu, 2), Axis("h", 0.01401519, 0.01401521, 2)
     (code,) = np.unique(stability_map(scene, axes).codes)
     exists = beyond < 0
-    assert (path.branch.end[0] == REACHED) == exists
+    assert (path.branch.end[0] == BranchEnd.REACHED) == exists
     assert (NAMES[code] != "beyond a fold") == exists
     there = [one for one in find_all(scene.pad_model) if abs(one.q[2]) > 1.4]
     assert bool(there) == exists
@@ -64,7 +64,7 @@ def test_long_steps_pass_over_no_two_folds_and_no_two_contact_changes(seed, mode
 
     def events(options):
         found = branch_of(pad, 2.0, options)
-        return found.z[3, found.kind != branch.NODE]
+        return found.z[3, found.kind != NodeKind.POINT]
 
     close = events(BranchOptions())
     assert len(close) > 0

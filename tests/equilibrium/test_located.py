@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from squeal.analysis.pads import critical_friction
-from squeal.equilibrium import Path, find
+from squeal.equilibrium import Path
+from squeal.equilibrium import path as one_pad
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import State
 from squeal.model.pad import Pad
@@ -78,7 +79,7 @@ def test_folds_and_changes_of_contact_lie_in_their_intervals(scene, kinds):
 
 @pytest.mark.parametrize(("units", "converged"), [(1.0, True), (1e9, False)])
 def test_an_interval_is_as_wide_as_rounding_makes_it(monkeypatch, units, converged):
-    monkeypatch.setattr(find, "UNITS", units * find.UNITS)
+    monkeypatch.setattr(one_pad, "COEFFICIENT_ERROR", units * one_pad.COEFFICIENT_ERROR)
     for scene in (SOFT_FACE, read_scene(SCENES / "b2-c.yaml")):
         fold = critical_friction(scene).points[-1]
         assert (fold.kind, fold.converged) == ("fold", converged)

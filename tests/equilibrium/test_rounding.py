@@ -11,7 +11,8 @@ from squeal.analysis.pads import analyse, critical_friction
 from squeal.analysis.variations import advise
 from squeal.article.commands.sliding import judged_equilibria
 from squeal.equilibrium import find_all, sliding_equilibrium
-from squeal.equilibrium.find import OF_LOADS, rests
+from squeal.equilibrium.find import rests
+from squeal.equilibrium.path import OF_LOADS
 from squeal.equilibrium.statics import Statics
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
@@ -124,7 +125,7 @@ def test_many_pads_at_once_leave_the_same_ones_out():
     force, length = statics.units.force, statics.units.length
     changes = {"F_n": np.array(loads) / force, "y0": np.array(heights) / length}
     pads = Statics(statics.model.replace(**changes), statics.units)
-    assert rests(pads, 3).there.tolist() == expected
+    assert rests(pads, 3).exists.tolist() == expected
     for load, height, there in zip(loads, heights, expected, strict=True):
         e, _ = sliding_equilibrium(HANGS.replace(mu=0.0, F_n=load, y0=height).pad_model)
         assert (e is not None and e.on_branch) == there

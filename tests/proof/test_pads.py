@@ -1,15 +1,20 @@
 """The referee on nonlinear pads, judged by their equations at 50 digits."""
 
+import itertools
+from dataclasses import replace
+
 import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.equilibrium.find import without_friction
+from squeal.analysis.pads import critical_friction
+from squeal.equilibrium.damping import damped_model, without_friction
+from squeal.io.scene import Damping
 from squeal.model.equations import linearise
-from squeal.proof import prove_thresholds
-from squeal.proof.pads import Line, PadBranch
+from squeal.proof.branches import PadBranch, signs
+from squeal.proof.pads import Claim, prove_pad
 from tests.conftest import scene_of
-from tests.exact import Exact, discriminant
+from tests.exact import Exact, det, discriminant
 
 flint = pytest.importorskip("flint")
 
@@ -20,89 +25,155 @@ def digits():
         yield
 
 
-def branch(stem: str, high: float) -> PadBranch:
-    model, start, _ = without_friction(scene_of(stem))
-    return PadBranch(model, start, 0.0, high)
+def branch(scene, high: float) -> PadBranch:
+    _, start, _ = without_friction(scene)
+    return PadBranch(damped_model(scene), start, 0.0, high)
 
 
-def test_taylor_models_hold_what_they_model(digits):
-    """Functions of two of them, at random members, against 50 digits."""
+def as_mpf(ball) -> mp.mpf:
+    """The midpoint of a ball, all its digits."""
+    mantissa, exponent = ball.mid().man_exp()
+    return mp.mpf(int(mantissa)) * mp.mpf(2) ** int(exponent)
+
+
+def test_signs_of_polynomials_are_those_at_50_digits(digits):
+    """Polynomials with roots at random places, some of them double, and with wide coefficients."""
     rng = np.random.default_rng(0)
-    functions = [
-        (lambda x, y: x * y * x - y, lambda x, y: x * y * x - y),
-        (lambda x, y: x.sin() * y.cos(), lambda x, y: mp.sin(x) * mp.cos(y)),
-        (lambda x, y: x / (y * y + 1), lambda x, y: x / (y * y + 1)),
-        (lambda x, y: (x * x + 3.0).sqrt() + 2, lambda x, y: mp.sqrt(x * x + 3) + 2),
-        (lambda x, y: 1 / (2.5 - y.sin()), lambda x, y: 1 / (mp.mpf("2.5") - mp.sin(y))),
-    ]
-    for _ in range(100):
-        reach = 10.0 ** rng.uniform(-8.0, -1.0)
-        d = mp.mpf(rng.uniform(-reach, reach))
-        lines = []
-        members = []
-        for _ in range(2):
-            c, s, r = (float(v) for v in rng.normal(size=3) * (1.0, 1.0, reach))
-            w = reach * float(rng.random())
-            rest = flint.arb(r, w)
-            lines.append(Line(flint.arb(c), flint.arb(s), rest, flint.arb(0, reach)))
-            members.append(c + s * d + r + mp.mpf(w) * mp.mpf(rng.uniform(-1.0, 1.0)))
-        for of_lines, of_numbers in functions:
-            line = of_lines(*lines)
-            value = of_numbers(*members)
-            # the model at this d, not only its range
-            at = line.centre + line.slope * flint.arb(float(d)) + line.rest
-            middle = float(at.mid())
-            radius = mp.mpf(float((at - middle).abs_upper()))
-            assert abs(value - middle) <= radius + mp.mpf(10) ** -15 * abs(middle)
+    for trial in range(60):
+        zeros = rng.uniform(-1.2, 1.2, 4)
+        if trial % 3 == 0:
+            zeros[1] = zeros[0]
+        exact = flint.arb_poly([1])
+        for zero in zeros.tolist():
+            exact = exact * flint.arb_poly([-zero, 1])
+        wide = 10.0 ** rng.uniform(-16.0, -2.0)
+        pieces = signs(exact + flint.arb_poly([flint.arb(0, wide)]), -1.0, 1.0)
+        assert (pieces[0].low, pieces[-1].high) == (-1.0, 1.0)
+        for before, after in itertools.pairwise(pieces):
+            assert before.high == after.low
+        for piece in pieces:
+            for t in np.linspace(piece.low, piece.high, 7).tolist():
+                value = mp.mpf(1)
+                for zero in zeros.tolist():
+                    value *= mp.mpf(t) - mp.mpf(zero)
+                if piece.sign:
+                    assert value * piece.sign > wide / 2
 
 
-def test_the_branch_holds_the_exact_equilibria(digits):
-    """Through a change of contact: at 50 digits the equilibrium of each cell lies in it."""
-    found = branch("b1-b", 2.0)
-    assert len({cell.state for cell in found.cells}) == 2
-    for cell in found.cells[:: max(1, len(found.cells) // 12)]:
-        for mu in (cell.low, (cell.low + cell.high) / 2, cell.high):
-            exact = Exact(scene_of("b1-b"), cell.state).equilibrium(
-                cell.centre + cell.slope * (mu - cell.middle), mu
+@pytest.mark.parametrize("stem", ["b1-b", "b2-a", "b2-b", "b2-c"])
+def test_the_branch_holds_the_exact_equilibria(stem, digits):
+    """Through changes of contact, and around a fold: at 50 digits they lie in their cells."""
+    cells = list(branch(scene_of(stem), 2.0).cells())
+    assert len({cell.state for cell in cells}) == 2
+    for cell in cells:
+        exact = Exact(scene_of(stem), cell.state)
+        for t in (cell.start, (cell.start + cell.end) / 2.0, cell.end):
+            place = cell.at(flint.arb(t))
+            q = [as_mpf(ball) for ball in place]
+            # at the pivot's value: Newton's method at the friction of the middle is not that
+            z = exact.critical(
+                lambda q, mu, c=cell, at=q: [*q, mu][c.pivot] - at[c.pivot], q[:3], q[3]
             )
-            for place, value in zip(cell.places(mu, mu), exact, strict=True):
-                ball = place.ball()
-                miss = abs(value - mp.mpf(float(ball.mid())))
-                assert miss <= mp.mpf(float(ball.rad())) + mp.mpf(10) ** -19
+            for ball, value in zip(place, [*z[0], z[1]], strict=True):
+                miss = abs(value - as_mpf(ball))
+                assert miss <= mp.mpf(float(ball.rad())) + mp.mpf(10) ** -24
+
+
+def claims_of(answer) -> list[Claim]:
+    claims = []
+    for one in answer.crossings:
+        roots = 2 if one.kind == "flutter" else 1
+        claims.append(Claim(one.mu, roots if one.direction == "up" else -roots))
+    return claims
 
 
 def test_first_loss_of_stability_of_a_nonlinear_pad(digits):
     """b1-a flutters where the discriminant at 50 digits vanishes."""
-    found = branch("b1-a", 0.4)
-    exact = Exact(scene_of("b1-a"), found.cells[0].state)
-    cell = found.cells[0]
-    guess = cell.centre + cell.slope * (0.3458 - cell.middle)
+    scene = scene_of("b1-a")
+    guess, state = without_friction(scene)[1:]
+    exact = Exact(scene, state)
     _, onset = exact.critical(lambda q, mu: discriminant(exact.cubic(q, mu)), guess, 0.3458)
-    value = float(onset)
-    interval = (value - 1e-10, value + 1e-10)
-    right = prove_thresholds(found, 0.0, 0.4, [interval], 1e-1, counts=[0, 2])
+    right = prove_pad(branch(scene, 2.0), [Claim(float(onset), 2)], None, float(onset), 1e-1)
+    assert (right.status, right.growth_below, right.until) == ("proved", 0.0, 2.0)
+    ((low, high),) = right.places
+    assert mp.mpf(low) <= onset <= mp.mpf(high)
+    assert high - low < 1e-14
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        [],  # dropped
+        [(0.34586737781 * (1 + 1e-7), 2)],  # moved
+        [(0.34586737781 * (1 - 1e-7), 2)],
+        [(0.3, 2), (0.34586737781, 2)],  # invented
+        [(0.34586737781, -2)],  # the other direction
+        [(0.34586737781, 1)],  # another kind
+        [(0.34586737781, 2), (0.34586737781, 2)],  # doubled
+        [(0.34586737781, 2), (1.5, -2)],  # never regained
+    ],
+)
+def test_wrong_lists_are_refuted(wrong):
+    claims = [Claim(*one) for one in wrong]
+    assert prove_pad(branch(scene_of("b1-a"), 2.0), claims, None, 0.345, 1e-1).status == "refuted"
+
+
+def test_a_fold_is_where_the_determinant_vanishes(digits):
+    scene = scene_of("b2-c")
+    *_, last = branch(scene, 2.0).cells()
+    exact = Exact(scene, last.state)
+    guess = [as_mpf(ball) for ball in last.at(flint.arb(0))]
+    _, fold = exact.critical(lambda q, mu: det(exact.stiffness(q, mu)), guess[:3], guess[3])
+    right = prove_pad(branch(scene, 2.0), [], float(fold), None, 1e-1)
     assert right.status == "proved"
-    moved = [(value + 1e-7, value + 2e-7)]
-    assert prove_thresholds(found, 0.0, 0.4, moved, 1e-1).status == "refuted"
-    assert prove_thresholds(found, 0.0, 0.4, [], 1e-1).status == "refuted"
+    assert abs(right.until - float(fold)) < 1e-13
+    for wrong in (None, float(fold) * (1 + 1e-7), float(fold) * (1 - 1e-7)):
+        assert prove_pad(branch(scene, 2.0), [], wrong, None, 1e-1).status == "refuted"
 
 
-def test_stiffness_over_balls_is_that_of_the_model():
-    """K of a cell of no width is the model's own, to rounding."""
+@pytest.mark.parametrize(("stem", "ratio"), [("b1-a", 0.01), ("b2-a", 0.003), ("b1-d", 0.02)])
+def test_damped_pads_by_eigenvalues_at_40_digits(stem, ratio):
+    """On both sides of what is proved as many roots grow as the list says, and none without."""
+    scene = replace(scene_of(stem), damping=Damping(ratios=[ratio, 2 * ratio, ratio]))
+    answer = critical_friction(scene, prove=True)
+    assert answer.proof["status"] == "proved", answer.proof_line
+    model = damped_model(scene)
+    path = answer.source[1]
+    edges = [0.0]
+    for one in answer.crossings:
+        edges += list(one.interval)
+    edges.append(answer.proof["extent"][1])
+    count = 0
+    rises = [0, *(claim.rise for claim in claims_of(answer))]
+    for rise, (low, high) in zip(rises, zip(edges[::2], edges[1::2], strict=True), strict=True):
+        count += rise
+        for mu in np.linspace(low, high, 6)[1:-1].tolist():
+            e = path.equilibrium(mu)
+            M, C, K = linearise(model.replace(mu=mu), np.array(e.q), e.state)
+            with mp.workdps(40):
+                inverse = mp.matrix(np.diag(1.0 / np.diag(M)))
+                A = mp.zeros(6)
+                A[0:3, 3:6] = mp.eye(3)
+                A[3:6, 0:3] = -inverse * mp.matrix(K)
+                A[3:6, 3:6] = -inverse * mp.matrix(C)
+                roots = mp.eig(A, left=False, right=False)
+            assert sum(root.real > 0 for root in roots) == count
+
+
+def test_stiffness_along_cells_is_that_of_the_model():
+    """K at the start of a branch is the model's own, to rounding."""
     for stem in ("b1-a", "b2-b", "b2-c", "b2-d"):
         model, start, state = without_friction(scene_of(stem))
-        found = PadBranch(model, start, 0.0, 0.1)
-        systems = found(0.0, 0.0)
-        assert isinstance(systems, tuple)
-        (system,) = systems
+        cell = next(iter(PadBranch(model, start, 0.0, 0.1).cells()))
+        t = cell.share(flint.arb(float(start[cell.pivot]) if cell.pivot < 3 else 0.0))
         K = linearise(model, start, state).K
-        assert np.all(np.abs(system.K.mid - K) <= system.K.rad + 1e-11 * np.abs(K).max())
+        for row, expected in zip(cell.slopes, K.tolist(), strict=True):
+            for slope, value in zip(row[:3], expected, strict=True):
+                assert abs(-slope(t) - value) < 1e-9 * np.abs(K).max()
 
 
 def test_a_branch_that_ends_is_open():
-    """A start that is none, and friction outside the range."""
+    """A start that is none."""
     model, start, _ = without_friction(scene_of("b1-a"))
     nowhere = PadBranch(model, start + 1e3, 0.0, 0.1)
-    assert prove_thresholds(nowhere, 0.0, 0.1, [], 1.0).status == "open"
-    found = PadBranch(model, start, 0.0, 0.1)
-    assert prove_thresholds(found, 0.0, 0.2, [], 1.0).status == "open"
+    assert prove_pad(nowhere, [], None, None, 1.0).status == "open"

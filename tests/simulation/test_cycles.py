@@ -12,8 +12,8 @@ from squeal.analysis.cycles import Cycles
 from squeal.analysis.pads import critical_friction
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
-from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Shooting, _return
-from squeal.simulation.hybrid import Course
+from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Point, Shooting, _return
+from squeal.simulation.hybrid import Segment
 from squeal.simulation.run import in_natural_units
 from tests.conftest import ROOT, hammering_scene, needs_heyoka
 from tests.simulation.closed import bouncing, upright
@@ -106,7 +106,7 @@ def test_a_bouncing_mass_without_damping_has_the_period_of_its_closed_form():
     shooting = Shooting(lambda mu: model.replace(mu=mu), units)
     fall, contact, depth = bouncing(pad, height)
     one = shooting.over(start, (2 * fall + contact) / units.time, 0.0)
-    assert np.abs(one.course.end[:, 0] - start).max() < 1e-9
+    assert np.abs(one.segment.end[:, 0] - start).max() < 1e-9
     half = shooting.over(start, (fall + contact / 2) / units.time, 0.0)
     assert half.gap == pytest.approx((height + depth) / height, rel=1e-9)
     assert len(one.contacts) == 4
@@ -167,9 +167,9 @@ def test_multipliers_that_leave_the_unit_circle_name_the_turn(kind, inside, outs
 
 @pytest.mark.parametrize(("largest", "stable"), [(0.9, True), (1.1, False), (1.0, None)])
 def test_a_multiplier_on_the_unit_circle_decides_nothing(largest, stable):
-    course: Any = None
+    segment: Any = None
     small = np.diag([1.0, largest, 0.5, 0.5, 0.0, 0.0])
-    assert Cycle(np.zeros(6), 1.0, small, 0.0, 0.0, course).stable is stable
+    assert Cycle(np.zeros(6), 1.0, small, 0.0, 0.0, segment).stable is stable
 
 
 class OnACurve(Shooting):
@@ -191,9 +191,9 @@ class OnACurve(Shooting):
         small = np.diag([1.0, -1.0 - 0.5 * np.sin(a - 2.0), -1.5, -1.5, 0.0, 0.0])
         small[[2, 3], [3, 2]] = 1.0, 0.1 * np.sin(a - 0.3)
         small[4:, 4:] = (1.0 + 0.5 * np.sin(a + 1.0)) * np.array([[0.6, 0.8], [-0.8, 0.6]])
-        course: Any = SimpleNamespace(on=np.ones((2, 1)))
+        segment: Any = SimpleNamespace(on=np.ones((2, 1)))
         period = 2.0 + 0.3 * np.sin(a) + self.pitch * a
-        return Cycle(place, period, small, np.cos(a), 0.0, course), ahead
+        return Point(Cycle(place, period, small, np.cos(a), 0.0, segment), ahead)
 
     def _rates(self, state, value):
         return np.ones(6)
@@ -246,11 +246,11 @@ def test_a_motion_returns_after_all_the_passages_of_its_period(passages):
     order = np.arange(4 * passages * 3)
     height = 1.0 + order // 4 % passages + 0.1 * (order % 4)
     empty: Any = np.zeros(1)
-    course = Course(
+    segment = Segment(
         empty, empty, empty, empty, np.ones((2, 1), dtype=int), np.zeros((6, 1)),
         0 * order, np.array([1, 0, 0, 1])[order % 4], 5.0 + order * 0.25,
         height * np.ones((6, 1)), empty, empty,
     )  # fmt: skip
-    state, period = _return(course)
+    state, period = _return(segment)
     assert state == pytest.approx(height[0])
     assert period == (passages if passages < 10 else 0.0)

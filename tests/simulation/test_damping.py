@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from squeal.analysis.pads import analyse
-from squeal.equilibrium.find import damping_matrix
+from squeal.equilibrium.damping import damping_matrix
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, read_scene
 from squeal.model.contact import CONSISTENT, Formulation

@@ -1,4 +1,4 @@
-"""On which side motions begin, and what refuses them, by pads on the surface and a false course."""
+"""On which side motions begin, and what refuses them, by pads on the surface and false motion."""
 
 import math
 from dataclasses import replace
@@ -16,9 +16,9 @@ from squeal.model.pad import Coefficients
 from squeal.simulation.hybrid import (
     COLLAPSED,
     LIMITS,
-    Course,
     ModelEnd,
     Options,
+    Segment,
     first_contact,
     integrate,
     state_of,
@@ -62,16 +62,16 @@ UNIT = Units(*np.ones(len(Units.__dataclass_fields__)).tolist())
 
 def falls(**changes):
     """A pad without springs, begun above the surface, and a false integrator that hands over the
-    same course again and again, with some of its parts changed."""
+    same segment again and again, with some of its parts changed."""
     model = PadModel("B1", upright(k1=0.0, k2=0.0))
     none, high = np.zeros((2, 1), dtype=int), np.array([[0.0], [0.5], [0.0], [0.0], [0.0], [0.0]])
     ends: Any = {"t0": np.zeros(1), "t1": np.full(1, 0.5), "first": none, "end": high}
     empty: Any = {"lane": none[0, :0], "point": none[0, :0], "t": np.empty(0), "state": high[:, :0]}
     count: Any = {"count": np.array([7]), "limit": np.array([-1])}
-    course = Course(
+    segment = Segment(
         law=model.law, c=Coefficients(*np.reshape(model.c, (-1, 1))), **ends, **empty, **count
     )
-    wrong: Any = SimpleNamespace(run=lambda *_: replace(course, **changes))
+    wrong: Any = SimpleNamespace(run=lambda *_: replace(segment, **changes))
     return integrate(model, wrong, UNIT, high[:, 0], 0.5)
 
 

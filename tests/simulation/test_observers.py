@@ -44,8 +44,8 @@ def test_each_maximum_of_a_parabola_is_found_wherever_in_its_step_it_lies(count)
     series[:, 0] = -(places**2), 2 * places, -np.ones(len(places))  # -(share - place)^2
     lane = np.zeros(len(places), dtype=int)
     steps = Steps(lane, np.arange(250.0), np.ones(250), series, np.zeros((2, 250)))
-    course: Any = SimpleNamespace(steps=steps, t0=np.zeros(1), coefficients=lambda lane: None)
-    grid = Grid(course, count)
+    segment: Any = SimpleNamespace(steps=steps, t0=np.zeros(1), coefficients=lambda lane: None)
+    grid = Grid(segment, count)
     enough = np.full(250, -np.inf)
     found, share, values = grid.peaks(lambda c, states, on: states[0], grid.states[0], enough)
     assert np.array_equal(np.sort(found), np.arange(250))
@@ -61,13 +61,13 @@ def test_ranges_are_those_of_sines_in_closed_form():
     factorial = np.cumprod(np.maximum(orders, 1.0), axis=0)
     series[:, 0] = size * np.sin(t + phase + orders * np.pi / 2) * h**orders / factorial
     steps = Steps(lane, t, np.full(len(t), h), series, np.ones((2, len(t))))
-    course: Any = SimpleNamespace(steps=steps, t0=np.zeros(2), coefficients=lambda lane: None)
+    segment: Any = SimpleNamespace(steps=steps, t0=np.zeros(2), coefficients=lambda lane: None)
 
     def signal(_c, states, _on):
         return states[0]
 
     for count in (4, 8):
-        grid, ends = Grid(course, count), [[-1.0, 1.0], [2 * np.sin(4.0), 2.0]]
+        grid, ends = Grid(segment, count), [[-1.0, 1.0], [2 * np.sin(4.0), 2.0]]
         assert grid.ranges(signal) == pytest.approx(np.array(ends), rel=1e-10)
         late = [[np.sin(10.3), np.sin(9.3)], [2 * np.sin(4.0), 2 * np.sin(2.0)]]
         found = grid.ranges(signal, since=np.array([9.0, 1.0]))

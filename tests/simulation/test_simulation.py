@@ -82,8 +82,8 @@ def test_energy_is_conserved_without_friction(stem):
     assert stop > 1000 * 2 * math.pi
     lever, energies = np.array([1.0, 1.0, 1.0 / model.pad.w]), []
 
-    def see(course):
-        state, on = course.end[:, 0], course.last[:, 0]
+    def see(segment):
+        state, on = segment.end[:, 0], segment.last[:, 0]
         energies.append(model.energy(state[:3] * lever, state[3:] * lever, on))
 
     integrate(model, TaylorIntegrator(model, 1e-15), units, start, stop, [see])
@@ -148,16 +148,16 @@ def test_a_motion_as_one_course_is_that_of_another_integrator(stem):
         whole(model, make_integrator(model, 1e-12, name), units, start, stop, True)
         for name in INSTALLED
     )
-    for course in (ours, theirs):
-        states, on = course.at(times)
+    for segment in (ours, theirs):
+        states, on = segment.at(times)
         gaps = model.gaps(model.c.place(states[:, :3].T))
         clear = np.abs(gaps) > 1e-6
         assert np.array_equal(on[clear] > 0, gaps[clear] < 0)
-        assert [course.t0[0], course.t1[0], course.limit[0]] == [0.0, stop, -1]
-        assert course.last[:, 0].tolist() == on[:, -1].tolist()
-        assert course.first[:, 0].tolist() == on[:, 0].tolist()
-        assert course.steps.h.sum() == pytest.approx(stop, rel=1e-12)
-        assert len(course.steps.t) == course.count[0]
+        assert [segment.t0[0], segment.t1[0], segment.limit[0]] == [0.0, stop, -1]
+        assert segment.last[:, 0].tolist() == on[:, -1].tolist()
+        assert segment.first[:, 0].tolist() == on[:, 0].tolist()
+        assert segment.steps.h.sum() == pytest.approx(stop, rel=1e-12)
+        assert len(segment.steps.t) == segment.count[0]
     assert len(ours.t) > 1
     assert ours.point.tolist() == theirs.point.tolist()
     assert ours.t == pytest.approx(theirs.t, rel=1e-8)

@@ -8,10 +8,11 @@ from functools import partial
 from typing import Any
 
 from squeal.analysis.answers import OPEN, Sweep, Thresholds
+from squeal.analysis.systems.proofs import Data
 from squeal.analysis.systems.roots import Known, Wanted, is_small, system_roots
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
-from squeal.linear.digits import has_digits, known_to_digits
+from squeal.linear.digits import data_errors, has_digits, known_to_digits
 from squeal.linear.system import TermSystem
 
 
@@ -23,6 +24,18 @@ def error_bounds(file: SystemFile, system: TermSystem) -> Callable[[Known], Know
     if has_digits(system) and not system.follows:
         return partial(known_to_digits, system)
     return None
+
+
+def data_of(file: SystemFile, system: TermSystem) -> Data | None:
+    """What the referee assumes of the entries of a system at its parameters; None of the roots of
+    joined components, which it is not asked of, since nobody gave their matrices."""
+    if file.assembly is not None and file.assembly.reduction:
+        return None
+    if not has_digits(system) or system.follows:
+        return Data()
+    fewest = min(term.digits for term in system.terms if term.digits is not None)
+    errors = (X.toarray() for X in data_errors(system))
+    return Data(f"{fewest} digits", tuple(errors))
 
 
 def digits_of_files(file: SystemFile) -> str:

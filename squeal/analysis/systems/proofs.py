@@ -5,22 +5,54 @@ from __future__ import annotations
 import math
 import warnings
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squeal.analysis.answers import OPEN
-from squeal.analysis.systems.matrices import ALL_ROWS
 from squeal.errors import InputWarning
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue, growing, ordered
 from squeal.linear.matrices import dense
 from squeal.linear.system import Matrix
 
-DATA = "half an ulp"  # what is assumed of the entries of arrays and of files with all digits
+if TYPE_CHECKING:
+    from squeal.proof import Proof, Quadratic
+
+AS_GIVEN = "as given"
+HALF_ULP = "half an ulp"  # is assumed of the entries of arrays and of files with all digits
 Known = tuple[Eigenvalue, ...]
 Words = tuple[str | None, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Data:
+    """What is assumed of the entries of M, C and K.
+
+    words: in words; radii: how far each entry (n, n) of the three may lie from the given one beside
+    half an ulp, None if the words say it.
+    """
+
+    words: str = HALF_ULP
+    radii: tuple[NDArray[np.float64], ...] | None = None
+
+    def around(self, M: NDArray[Any], C: NDArray[Any] | None, K: NDArray[Any]) -> Quadratic:
+        """The system in balls as wide as the data.
+
+        Raises ValueError where an entry is no double.
+        """
+        from squeal.proof.balls import Balls, Quadratic, upper  # scenes start without it
+
+        if self.radii is None:
+            return Quadratic.of(M, C, K, self.words)
+        system = Quadratic.of(M, C, K, HALF_ULP)
+        balls = (
+            Balls(X.mid, np.where(radius > 0.0, upper(X.rad + radius, 2), X.rad))
+            for X, radius in zip(system.parts, self.radii, strict=True)
+        )
+        mass, damping, stiffness = balls
+        return replace(system, M=mass, C=damping, K=stiffness, data=self.words)
 
 
 @dataclass(frozen=True)
@@ -44,7 +76,11 @@ class Statement:
         """In a line below a list."""
         if self.status == "proved":
             growth = "" if not self.growth_below else f" by more than {self.growth_below:.3g} 1/s"
-            given = " (entries as given)" * (self.data != DATA)
+            given = ""
+            if self.data == AS_GIVEN:
+                given = " (entries as given)"
+            elif self.data != HALF_ULP:
+                given = f" (entries known to {self.data})"
             return f"proved: no other mode grows{growth}{given}"
         if self.status == "counted":
             return "counted: an argument-principle count agrees"
@@ -66,38 +102,42 @@ def counted(agrees: bool) -> Statement:
 
 
 def refereed(
-    matrices: tuple[Matrix, Matrix | None, Matrix], every: Known, words: Words
-) -> tuple[Known, Words, Statement | None]:
+    matrices: tuple[Matrix, Matrix | None, Matrix], every: Known, words: Words, data: Data
+) -> tuple[Known, Words, Statement]:
     """All finite roots and the verdict on them as far as the referee lets them pass.
 
-    What it refutes is replaced by the roots that it knows. The statement is None for matrices on
-    which it does not speak.
+    What it refutes is replaced by the roots that it knows. Raises ValueError where an entry
+    is no double.
     """
     M, K = dense(matrices[0]), dense(matrices[2])
     C = None if matrices[1] is None else dense(matrices[1])
-    if len(K) > ALL_ROWS or any(X is not None and np.iscomplexobj(X) for X in (M, C, K)):
-        return every, words, None
-    from squeal.proof import judge  # here, since scenes start without it
+    from squeal.proof import RootList, prove_roots  # here, since scenes start without it
 
-    values = np.array([e.value for e in every], dtype=complex)
-    proof = judge(M, C, K, values, None, words[0], DATA)
+    system = data.around(M, C, K)
+
+    def judge(roots: Known, verdict: str | None) -> Proof:
+        values = np.array([e.value for e in roots], dtype=complex)
+        shapes = None
+        if roots and all(len(e.right) == len(K) for e in roots):
+            shapes = np.column_stack([e.right for e in roots])
+        return prove_roots(system, RootList.of(values, math.inf, verdict, shapes))
+
+    proof = judge(every, words[0])
     if proof.status == "refuted":
         warnings.warn(
             f"the referee refutes the roots that were computed ({proof.reason})",
             InputWarning,
             stacklevel=2,
         )
-        verdicts = proof.verdicts
-        verdict = next(iter(verdicts)) if len(verdicts) == 1 else None
-        values = _centres(proof.pieces)
         refutation = proof.reason
-        proof = judge(M, C, K, values, None, verdict, DATA)
-        if proof.status == "refuted" or not len(values):
+        verdict = next(iter(proof.verdicts)) if len(proof.verdicts) == 1 else None
+        values = _centres(proof.pieces)
+        found = tuple(_solved((M, C, K), z) for z in values[ordered(values)].tolist())
+        proof = judge(found, verdict)
+        if proof.status == "refuted" or not found:
             statement = Statement("open", proof.by, None, proof.data, refutation, None)
             return every, (None, f"{OPEN}{refutation}"), statement
-        every = tuple(_solved((M, C, K), z) for z in values[ordered(values)].tolist())
-        values = np.array([e.value for e in every], dtype=complex)
-        proof = judge(M, C, K, values, None, verdict, DATA)
+        every = found
         words = verdict, f"{OPEN}{refutation}" if verdict is None else "roots of the referee"
     status, reason = proof.status, proof.reason
     where = None if proof.where is None else complex(proof.where)
@@ -105,7 +145,8 @@ def refereed(
         words = None, f"{OPEN}{reason}"
     elif status == "proved" and words[0] is None:
         verdict = next(iter(proof.verdicts)) if len(proof.verdicts) == 1 else None
-        if verdict in ("stable", "marginal"):
+        # what is known to few digits neither grows nor decays
+        if data.words == HALF_ULP and verdict in ("stable", "marginal"):
             words = verdict, f"{verdict}, which is proved although rounding hides it"
         else:
             status, reason = "open", words[1].removeprefix(OPEN)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from squeal.analysis.answers import OPEN
 from squeal.analysis.systems.matrices import ALL_ROWS
-from squeal.analysis.systems.proofs import Statement, counted, refereed
+from squeal.analysis.systems.proofs import Data, Statement, counted, refereed
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.processes import one_thread
 from squeal.io.writing import picked
@@ -31,6 +31,7 @@ from squeal.linear.eigen import (
     growing,
     hidden,
     ordered,
+    roots_of,
     spectrum_of,
 )
 from squeal.linear.matrices import checked, rank_of, reduce, unit_diagonal
@@ -174,19 +175,19 @@ def system_roots(
     wanted: Wanted | None = None,
     changes: Changes | None = None,
     bounded: Callable[[Known], Known] = tuple,
-    prove: bool = False,
+    data: Data | None = None,
 ) -> SystemRoots:
     """The roots of a system at its parameters, some of them changed.
 
     Up to 400 rows all roots are computed and the wanted ones picked; of a larger system those of
     the band or region, or the lowest.
     `bounded` gives roots the error of a reduction or of the digits of data; those whose error
-    reaches over an end of the region are listed. `prove` asks the referee of all roots, where they
-    have no such error. Raises InputError and ComputationError.
+    reaches over an end of the region are listed. With what is assumed of the `data` the referee is
+    asked of all roots of a small system. Raises InputError and ComputationError.
     """
     wanted = wanted or Wanted()
     if is_small(system):
-        roots = _of_all(system.arrays(changes), wanted, bounded, prove)
+        roots = _of_all(system.arrays(changes), wanted, bounded, data)
         return roots if wanted.modes is None else roots.lowest(wanted.modes)
     if system.follows:
         return _at_own_frequencies(system, wanted, changes or {})
@@ -330,7 +331,7 @@ def _of_all(
     matrices: tuple[Matrix, Matrix | None, Matrix],
     wanted: Wanted,
     bounded: Callable[[Known], Known],
-    prove: bool = False,
+    data: Data | None = None,
 ) -> SystemRoots:
     """All roots of a small system, those of the band or region, or the upper ones."""
     M, C, K = matrices
@@ -339,9 +340,9 @@ def _of_all(
     if problem.real:
         with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
             reduced = reduce(M, C, K)
-            if not hidden(reduced, C, K):
-                spectrum = spectrum_of(reduced)
-                every = spectrum.eigenvalues
+            roots = roots_of(reduced)
+            if not hidden(reduced, C, K, roots):
+                every = spectrum_of(reduced, roots).eigenvalues
                 words = judged(every, conservative=form_of([checked(M, C, K)]) != "damped")
     if words is None:
         every = dense_spectrum(M, C, K)
@@ -352,8 +353,9 @@ def _of_all(
         sure = tuple(e for e in every if e.rounding < math.inf)
         words = judged(sure, complete=not any(e.open for e in sure))
     statement: Statement | None = None
-    if prove and problem.real and bounded is tuple:
-        every, words, statement = refereed(matrices, every, words or judged(every))
+    if data is not None:
+        deciding = every if problem.real else _upper(every, None, False)[0]
+        every, words, statement = refereed(matrices, every, words or judged(deciding), data)
     proved = statement is not None and statement.status == "proved"
     known = np.array([e.value for e in every], dtype=complex)
     farthest, region = float(np.max(np.abs(known), initial=0.0)), wanted.rectangle
@@ -362,12 +364,14 @@ def _of_all(
     values = every if problem.real else upper
     words = words or judged(values)
     if region is None:
-        sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
-        count: int | None = 2 * problem.n  # the degree of det P
+        count: int | None
         if proved:
             count = len(every)
-        elif rank_of(sizes) < problem.n:
-            count = count_roots(problem, Disc(2 * max(farthest, problem.rate)), known)
+        else:
+            sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
+            count = 2 * problem.n  # the degree of det P
+            if rank_of(sizes) < problem.n:
+                count = count_roots(problem, Disc(2 * max(farthest, problem.rate)), known)
         if wanted.modes is not None or not problem.real:
             values, count = _upper(every, count, problem.real)
         return SystemRoots(values, None, count, *words, judged_by=statement)

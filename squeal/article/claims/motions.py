@@ -11,7 +11,7 @@ from squeal.io.scene import Scene
 from squeal.model.contact import LEADING, STATES, TRAILING
 from squeal.model.equations import Units
 from squeal.model.pad import Coefficients
-from squeal.simulation.hybrid import Course, whole
+from squeal.simulation.hybrid import Segment, whole
 from squeal.simulation.observers import Grid, Read, face_speed, one_of, plotted
 from squeal.simulation.run import in_natural_units, make_integrator
 
@@ -32,13 +32,13 @@ def measure_alone(scene: Scene) -> dict[str, np.ndarray]:
     """
     units, model, state, stop = in_natural_units(scene)
     integrator = make_integrator(model, scene.tolerance, "auto")
-    course = whole(model, integrator, units, state, stop, True)
+    segment = whole(model, integrator, units, state, stop, True)
     natural = Units(*(np.array([v]) for v in (1.0, units.velocity, 1.0, 1.0)))  # type: ignore[arg-type]
-    return measures(course, natural, FINE)
+    return measures(segment, natural, FINE)
 
 
 def measures(
-    course: Course, units: Units, places: int = PLACES, calm: bool = True
+    segment: Segment, units: Units, places: int = PLACES, calm: bool = True
 ) -> dict[str, np.ndarray]:
     """Measures of n motions, whose signals are read at some places of each step first.
 
@@ -53,12 +53,12 @@ def measures(
     if the speed V of the surface exceeds the latter. Raises InputError for a model with other
     contact points than the two edges.
     """
-    law, n = course.law, len(course.t0)
+    law, n = segment.law, len(segment.t0)
     if law.points != 2:
         raise InputError("measures are those of two edges")
-    touched, spent = _first_contact(course), _times(course)
-    duration = np.where(np.isfinite(touched), course.t1 - touched, 0.0)
-    grid, line = Grid(course, places), not law.plotted[1].is_force
+    touched, spent = _first_contact(segment), _times(segment)
+    duration = np.where(np.isfinite(touched), segment.t1 - touched, 0.0)
+    grid, line = Grid(segment, places), not law.plotted[1].is_force
     signals = plotted(law)
     a, b = grid.read(signals)
 
@@ -87,7 +87,7 @@ def measures(
             "duration": duration * units.time,
             "separated": (_APART @ spent).T * np.reshape(units.time, (-1, 1)),
             "shares": (spent / duration).T,
-            "losses": _losses(course),
+            "losses": _losses(segment),
             "first": span(one_of(signals, 0), a),
             "second": span(one_of(signals, 1), b),
             "together": nothing if line else span(both, a + b),
@@ -97,39 +97,39 @@ def measures(
             "blows": blows,
             "heaviest": heaviest,
             "vanishes": (spent[[1, 1]] if line else _APART @ spent).T / duration[:, None],
-            "calm": _calm(grid, course.t1 - LATE * duration) if calm else np.full(n, np.nan),
+            "calm": _calm(grid, segment.t1 - LATE * duration) if calm else np.full(n, np.nan),
             "fastest": grid.ranges(speed)[:, 1] * units.velocity,
             "face": np.where(np.isfinite(facing_speed), facing_speed, np.nan) * units.velocity,
         }
 
 
-def _first_contact(course: Course) -> np.ndarray:
+def _first_contact(segment: Segment) -> np.ndarray:
     """When (n,) each motion first touches, inf for one that never does."""
-    times = np.where(course.first.any(axis=0), course.t0, np.inf)
-    np.fmin.at(times, course.lane, np.where(np.isinf(times[course.lane]), course.t, np.inf))
+    times = np.where(segment.first.any(axis=0), segment.t0, np.inf)
+    np.fmin.at(times, segment.lane, np.where(np.isinf(times[segment.lane]), segment.t, np.inf))
     return times
 
 
-def _times(course: Course) -> np.ndarray:
+def _times(segment: Segment) -> np.ndarray:
     """Time in each of the four states since first contact, (4, n) in the order of `STATES`."""
-    n = len(course.t0)
-    lane = np.concatenate([np.arange(n), course.lane])
+    n = len(segment.t0)
+    lane = np.concatenate([np.arange(n), segment.lane])
     order = np.argsort(lane, kind="stable")  # the times of one contact state, in order
-    lane, begin = lane[order], np.concatenate([course.t0, course.t])[order]
+    lane, begin = lane[order], np.concatenate([segment.t0, segment.t])[order]
     final = np.append(lane[1:] != lane[:-1], True)
     end = np.append(begin[1:], 0.0)
-    end[final] = course.t1
-    code = [1, 2] @ np.concatenate([course.first, course.on], axis=1)[:, order]
-    counts = (begin > course.t0[lane]) | (code > 0)
+    end[final] = segment.t1
+    code = [1, 2] @ np.concatenate([segment.first, segment.on], axis=1)[:, order]
+    counts = (begin > segment.t0[lane]) | (code > 0)
     spent = np.zeros((4, n))
     np.add.at(spent, (code[counts], lane[counts]), (end - begin)[counts])
     return spent[_CODES]
 
 
-def _losses(course: Course) -> np.ndarray:
-    lost = course.on[course.point, np.arange(len(course.point))] == 0
-    losses: list[list[int]] = [[] for _ in course.t0]
-    for lane, edge in zip(course.lane[lost].tolist(), course.point[lost].tolist(), strict=True):
+def _losses(segment: Segment) -> np.ndarray:
+    lost = segment.on[segment.point, np.arange(len(segment.point))] == 0
+    losses: list[list[int]] = [[] for _ in segment.t0]
+    for lane, edge in zip(segment.lane[lost].tolist(), segment.point[lost].tolist(), strict=True):
         losses[lane].append(edge)
     result = np.empty(len(losses), dtype=object)
     result[:] = [tuple(edges) for edges in losses]

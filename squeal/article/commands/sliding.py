@@ -16,7 +16,7 @@ from squeal.article.equations import bounds, mismatch, rank, stiffness
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take_files
 from squeal.equilibrium import Equilibrium, find_all, sliding_equilibrium
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.writing import Column, Table, number, picked

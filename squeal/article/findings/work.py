@@ -11,7 +11,7 @@ import numpy as np
 from squeal.io.scene import Scene
 from squeal.model.equations import PadModel
 from squeal.model.pad import Loads, at_speed, pose, spring_energy
-from squeal.simulation.hybrid import Course, integrate
+from squeal.simulation.hybrid import Segment, integrate
 from squeal.simulation.observers import Grid
 from squeal.simulation.run import in_natural_units, make_integrator
 
@@ -87,7 +87,7 @@ class _Power:
         contact = model.law.energy(model.c, at, on) + 0.0 * q[1]
         return np.array([kinetic, spring_energy(np, model.c, at), contact, -model.c.F_n * q[1]])
 
-    def see(self, course: Course) -> None:
+    def see(self, course: Segment) -> None:
         model, grid, on = self._model, Grid(course, PLACES), course.steps.on
         turn = np.array([1.0, 1.0, 1.0 / model.pad.w]).reshape(3, *[1] * (grid.states.ndim - 1))
         q, rates = grid.states[:3] * turn, grid.states[3:] * turn

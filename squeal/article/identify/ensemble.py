@@ -17,9 +17,10 @@ from squeal.model.pad import Model, Pad, pose
 from squeal.simulation.hybrid import (
     DEFAULT,
     LIMITS,
-    Course,
+    Limit,
     ModelEnd,
     Options,
+    Segment,
     first_contact,
     integrate,
     off_level,
@@ -29,7 +30,7 @@ from squeal.simulation.run import heyoka
 DONE, REFUSED = 0, 1 + len(LIMITS)  # outcomes; those between are 1 + the index into `LIMITS`
 
 Arrays = dict[str, np.ndarray]
-Measure = Callable[[Course, Units], Arrays]
+Measure = Callable[[Segment, Units], Arrays]
 """Arrays (n, ...) in the units of the pads, from n motions side by side and their units (n,)."""
 
 
@@ -50,19 +51,19 @@ def _some(model: PadModel, which: Any) -> PadModel:
     return dataclasses.replace(model, pad=pad, damping=rows)
 
 
-def _unsure(course: Course, options: Options) -> np.ndarray:
+def _unsure(segment: Segment, options: Options) -> np.ndarray:
     """True (n,) for motions side by side that had better be run alone.
 
     They could not be carried to the end, a gap has the wrong sign there, or several points may have
     changed in one instant.
     """
-    wrong = (course.wrong > options.missed).any(axis=0)
-    doubt = (course.limit == -2) | (wrong & (course.limit == -1))
-    at = course.coefficients(course.lane)
-    heights = np.array(course.law.gaps(at, pose(np, at.place(course.state))))
-    near = np.where(course.on > 0, -heights, heights) < options.clear * (1.0 + at.w + at.h)
-    near[course.point, np.arange(len(course.t))] = False
-    doubt[course.lane[near.any(axis=0)]] = True
+    wrong = (segment.wrong > options.missed).any(axis=0)
+    doubt = (segment.limit == Limit.FAILED) | (wrong & (segment.limit == Limit.NONE))
+    at = segment.coefficients(segment.lane)
+    heights = np.array(segment.law.gaps(at, pose(np, at.place(segment.state))))
+    near = np.where(segment.on > 0, -heights, heights) < options.clear * (1.0 + at.w + at.h)
+    near[segment.point, np.arange(len(segment.t))] = False
+    doubt[segment.lane[near.any(axis=0)]] = True
     return doubt
 
 
@@ -80,28 +81,28 @@ def _motions(
     model, state, stop = units.scaled(model), units.to_scaled(initial.T), stop / units.time
     contact = first_contact(model, state, options)
     state = off_level(model, state, contact, options)
-    integrator = partial(taylor.TaylorIntegrator, tolerance=tolerance, options=options)
     results: Arrays = {}
 
-    def put(pads: np.ndarray, course: Course) -> None:
+    def put(pads: np.ndarray, segment: Segment) -> None:
         """Store what is wanted of the motions of some pads; measures of those that are whole."""
         own = Units(*(v[pads] for v in vars(units).values()))
-        ended, failed = course.limit != -1, course.limit < -1
-        time, final = course.t1 * own.time, np.array(course.end)
+        ended = segment.limit != Limit.NONE
+        failed = segment.limit == Limit.FAILED
+        time, final = segment.t1 * own.time, np.array(segment.end)
         time[failed], final[:, ended] = np.nan, np.nan
         values = {
-            "outcome": np.where(failed, REFUSED, course.limit + 1),
+            "outcome": np.where(failed, REFUSED, segment.limit + 1),
             "ended": time,
             "final": own.to_si(final).T,
-            "steps": course.count,
-            "changes": np.bincount(course.lane, minlength=len(pads)),
+            "steps": segment.count,
+            "changes": np.bincount(segment.lane, minlength=len(pads)),
         }
         if events:
-            table = np.array([course.t * np.asarray(own.time)[course.lane], course.point]).T
+            table = np.array([segment.t * np.asarray(own.time)[segment.lane], segment.point]).T
             values["events"] = np.empty(len(pads), dtype=object)
-            begin = np.searchsorted(course.lane, np.arange(1, len(pads)))
+            begin = np.searchsorted(segment.lane, np.arange(1, len(pads)))
             values["events"][:] = np.split(table, begin)
-        for name, measured in measure(course, own).items() if measure else ():
+        for name, measured in measure(segment, own).items() if measure else ():
             blank = {"f": np.nan, "O": None}.get(measured.dtype.kind, 0)
             values[name] = measured.copy()
             values[name][ended] = blank
@@ -117,22 +118,23 @@ def _motions(
         # of long motions fewer are measured at once: their steps are stored meanwhile
         groups = min(int(800.0 / lengths[order[0]]) + 1, 8) if dense else n
         block, order = np.split(order, [groups * options.lanes])
-        side_by_side = integrator(_some(model, block), lanes=options.lanes)
+        side_by_side = taylor.TaylorBatch(_some(model, block), tolerance, options=options)
         start = contact[:, block], np.zeros(len(block)), state[:, block], stop[block]
-        course = side_by_side.run(*start, dense)
-        doubt = _unsure(course, options)
-        put(block, dataclasses.replace(course, limit=np.where(doubt, -2, course.limit)))
+        segment = side_by_side.run(*start, dense)
+        doubt = _unsure(segment, options)
+        put(block, dataclasses.replace(segment, limit=np.where(doubt, Limit.FAILED, segment.limit)))
         for i in np.unique(block[doubt]).tolist():
             one, own = _some(model, i), Units(*(float(v[i]) for v in vars(units).values()))
-            courses = list[Course]()
-            see, first = [courses.append], state[:, i]
+            segments = list[Segment]()
+            alone = taylor.TaylorIntegrator(one, tolerance, options=options)
+            end, observers = float(stop[i]), [segments.append]
             try:
-                integrate(one, integrator(one), own, first, float(stop[i]), see, dense, options)
+                integrate(one, alone, own, state[:, i], end, observers, dense, options)
             except ModelEnd:
-                pass  # as the last course says
+                pass  # as the last segment says
             except ComputationError:
                 continue
-            put(np.array([i]), Course.joined(courses))
+            put(np.array([i]), Segment.joined(segments))
     return results
 
 

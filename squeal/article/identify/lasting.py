@@ -32,7 +32,7 @@ from squeal.article.identify.population import (
     write_lines,
 )
 from squeal.article.identify.space import LENGTH, MODELS, STOP, TIME, Numbers, stacked
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene
 from squeal.linear.eigen import verdict

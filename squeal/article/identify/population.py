@@ -39,7 +39,7 @@ from squeal.article.identify.space import (
     stacked,
     starts,
 )
-from squeal.equilibrium.branch import REACHED, follow
+from squeal.equilibrium.branch import BranchEnd, follow
 from squeal.equilibrium.find import Equilibrium, record
 from squeal.equilibrium.find import rests as rests_without_friction
 from squeal.equilibrium.statics import Statics
@@ -50,7 +50,7 @@ from squeal.model.contact import CONSISTENT, FULL, NONE, STATES, Formulation, St
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Pad, pose
 from squeal.model.pad import gaps as edge_gaps
-from squeal.simulation.hybrid import Course
+from squeal.simulation.hybrid import Segment
 from squeal.simulation.observers import Grid
 
 SETS, SEED = 1620, 44  # sets drawn, and the seed of the draw
@@ -212,17 +212,17 @@ def motions(
     return Motions(arrays, row.reshape(shape))
 
 
-def edge_shares(course: Course, units: Units) -> Arrays:
+def edge_shares(segment: Segment, units: Units) -> Arrays:
     """Shares (n, 4) of the time in the states of the face's edges, in the order of `STATES`.
 
     Of springs that lie inside the edges and separate later. The time counts from the first place
     that is looked at in which a spring touches.
     """
-    grid = Grid(course, FINE)
+    grid = Grid(segment, FINE)
     gaps = np.array(edge_gaps(grid.c, pose(np, grid.c.place(grid.states))))
     touching = gaps <= 0.0
     weights = grid.weights[:, None] * grid.steps.h
-    n = len(course.t0)
+    n = len(segment.t0)
     spent = np.zeros((n, len(STATES)))
     on = np.asarray(grid.steps.on.any(axis=0))
     touched = np.zeros(on.shape)  # 1 from the first touch of each motion on
@@ -262,7 +262,7 @@ def rests_of(stack: PadModel) -> list[Rest | None]:
     places = branches.at(np.arange(n), mu)
     found: list[Rest | None] = []
     for one in range(n):
-        reached = branches.end[one] == REACHED and places.there[one]
+        reached = branches.end[one] == BranchEnd.REACHED and places.exists[one]
         state = State(*places.touching[:, one].tolist())
         found.append(_rest(single(stack, one), places.z[:, one], state) if reached else None)
     return found

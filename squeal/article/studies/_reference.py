@@ -41,8 +41,8 @@ def reference(scene: Scene, tolerance: float = TOLERANCE) -> Reference:
     else:
         integrator = heyoka().TaylorIntegrator(model, tolerance, number)
     start = np.array([(number or float)(float(v)) for v in first])
-    course = whole(model, integrator, units, start, stop)
-    return Reference(*(np.array(v, dtype=float) for v in (course.end[:, 0], course.t)))
+    segment = whole(model, integrator, units, start, stop)
+    return Reference(*(np.array(v, dtype=float) for v in (segment.end[:, 0], segment.t)))
 
 
 def quad() -> Any:

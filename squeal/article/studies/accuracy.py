@@ -116,9 +116,9 @@ def ours(scene: Scene, tolerance: float) -> Run:
 
     units, model, start, stop = in_natural_units(scene)
     integrator = TaylorIntegrator(model, tolerance)
-    course = whole(model, integrator, units, start, stop)
-    steps = int(course.count[0])
-    return Run(course.end[:3, 0], course.t, steps, steps * order(tolerance))
+    segment = whole(model, integrator, units, start, stop)
+    steps = int(segment.count[0])
+    return Run(segment.end[:3, 0], segment.t, steps, steps * order(tolerance))
 
 
 def batch(scene: Scene, tolerance: float) -> Run:

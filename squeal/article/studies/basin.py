@@ -26,7 +26,7 @@ from squeal.article.studies.onset import (
     settle_late,
 )
 from squeal.article.studies.starts import compression
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 

@@ -18,7 +18,7 @@ from squeal.article.identify.ensemble import Arrays, simulate_many, stack
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.article.studies.onset import LONGER, TOLERANCE, Begun, damped, run
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Scene
 from squeal.model.contact import FULL, TRAIL

@@ -26,7 +26,7 @@ from squeal.article.studies._spread import disturbed, moved
 from squeal.article.studies.energy import under_both_laws
 from squeal.article.studies.starts import compression
 from squeal.equilibrium import sliding_equilibrium
-from squeal.equilibrium.find import damped_model
+from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.io.scene import Damping, Scene
@@ -392,7 +392,7 @@ def airborne(pad: Shooting, cycle: Cycle) -> float:
     """Share of a cycle's period in which no edge touches."""
     model = pad.model(cycle.value)
     shares = Shares(model, cycle.period)
-    shares.see(cycle.course)
+    shares.observe(cycle.segment)
     return shares.result()[model.state_name(NONE)]
 
 

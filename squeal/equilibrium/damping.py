@@ -1,0 +1,110 @@
+"""The damping matrix of a pad, which refers to its modes at rest without friction."""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import lru_cache
+
+import numpy as np
+
+from squeal.equilibrium.path import NO_START, Path, branch_of
+from squeal.errors import ComputationError
+from squeal.io.scene import Damping, Scene
+from squeal.model.contact import State
+from squeal.model.equations import PadModel, linearise
+
+UNSTABLE = "modal damping ratios need stable modes, and the pad is unstable without friction"
+
+
+def normalised_damping(damping: Damping, A: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """B (..., 3, 3) that ratios or Rayleigh's factors give z'' + B z' + A z = 0; where they can.
+
+    Rayleigh's factors make alpha + beta A of its symmetric part, ratios sum_i 2 z_i w_i v_i v_i' of
+    its modes A v_i = w_i^2 v_i by rising w_i. The second result (...) is false where such a mode is
+    unstable, so that it has no damping ratio.
+    """
+    symmetric = (A + np.swapaxes(A, -1, -2)) / 2
+    if damping.rayleigh is not None:
+        alpha, beta = damping.rayleigh
+        everywhere = np.ones(A.shape[:-2], dtype=bool)
+        return alpha * np.eye(3) + beta * symmetric, everywhere
+    squares, modes = np.linalg.eigh(symmetric)
+    rates = 2 * np.array(damping.ratios) * np.sqrt(np.maximum(squares, 0.0))
+    B = modes * rates[..., None, :] @ np.swapaxes(modes, -1, -2)
+    return B, squares[..., 0] >= -1e-12 * squares[..., -1]
+
+
+def normalised_damping_slope(damping: Damping, A: np.ndarray, dA: np.ndarray) -> np.ndarray:
+    """The derivative (3, 3) of `normalised_damping` where A (3, 3) changes by dA.
+
+    By the formula of Daleckii and Krein for a function of a symmetric matrix; NaN where two modes
+    of one frequency have different ratios.
+    """
+    symmetric = (A + A.T) / 2
+    change = (dA + dA.T) / 2
+    if damping.rayleigh is not None:
+        _, beta = damping.rayleigh
+        return np.asarray(beta * change)
+    squares, modes = np.linalg.eigh(symmetric)
+    w = np.sqrt(np.maximum(squares, 0.0))
+    z = np.array(damping.ratios)
+    # differences of f(w^2) = 2 z w over those of w^2; where these vanish the derivative f' = z / w
+    distances = np.subtract.outer(squares, squares)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        derivatives = np.where(z > 0.0, z / w, 0.0)
+        same_ratio = np.equal.outer(z, z)
+        at_one_frequency = np.where(same_ratio, derivatives, np.nan)
+        at_two_frequencies = 2 * np.subtract.outer(z * w, z * w) / distances
+    quotients = np.where(distances == 0.0, at_one_frequency, at_two_frequencies)
+    return np.asarray(modes @ (quotients * (modes.T @ change @ modes)) @ modes.T)
+
+
+def damping_matrix(scene: Scene) -> np.ndarray:
+    """C (3, 3) in SI units; zero if the scene names no damping.
+
+    Modal ratios and Rayleigh damping refer to the modes, the mass and the stiffness about the
+    equilibrium without friction. The matrix is then the same in every linearisation and in every
+    contact state of a simulation. Raises ComputationError where a mode with a ratio is unstable,
+    or where there is no equilibrium to refer to.
+    """
+    damping = scene.damping
+    if damping is None:
+        return np.zeros((3, 3))
+    if damping.matrix is not None:
+        return np.array(damping.matrix)
+    M, _, K = linearise(*without_friction(scene))
+    root = np.sqrt(np.diag(M))
+    B, stable = normalised_damping(damping, K / np.outer(root, root))
+    if not stable:
+        raise ComputationError(UNSTABLE)
+    return np.asarray(root[:, None] * B * root)
+
+
+def damped_model(scene: Scene) -> PadModel:
+    """The scene's pad with its damping matrix. Raises ComputationError, see `damping_matrix`."""
+    if scene.damping is None:
+        return scene.pad_model
+    rows = tuple(map(tuple, damping_matrix(scene).tolist()))
+    return dataclasses.replace(scene.pad_model, damping=rows)
+
+
+def without_friction(scene: Scene) -> tuple[PadModel, np.ndarray, State]:
+    """What ratios and Rayleigh damping refer to: the pad without friction, its place q (3,) (SI),
+    its contact. Raises ComputationError where there is no such place."""
+    numbers = {name: float(value) for name, value in scene.pad.given().items()}
+    numbers["mu"] = 0.0
+    model = scene.pad_model.replace(**numbers)
+    q, state = _rest_without_friction(model)
+    return model, q.copy(), state
+
+
+@lru_cache  # of a continuation over friction or damping all scenes refer to the same place
+def _rest_without_friction(model: PadModel) -> tuple[np.ndarray, State]:
+    """The place q (3,) (SI) of a pad whose friction is zero, and its contact there."""
+    if model.linear:
+        return np.zeros(3), model.full
+    path = Path(model, branch_of(model, 0.0))
+    if not path.branch.z.size:
+        raise ComputationError(f"ratios and rayleigh refer to the pad without friction: {NO_START}")
+    z, state = path.at(0.0)
+    return path.statics.to_si(z), state

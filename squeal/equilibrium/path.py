@@ -1,0 +1,216 @@
+"""The branch of one pad over mu: equilibria, matrices about them, rounding of its events."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from squeal.equilibrium.branch import BranchEnd, Branches, BranchOptions, NodeKind, follow
+from squeal.equilibrium.find import Equilibrium, find_all, record, rests
+from squeal.equilibrium.statics import WHY_HIDDEN, Statics
+from squeal.errors import ComputationError
+from squeal.model.contact import State
+from squeal.model.equations import Linearisation, PadModel, linearise, net_loads
+from squeal.model.pad import Coefficients, pose
+from squeal.numerics.differentiation import STEP, with_derivative
+
+COEFFICIENT_ERROR = 4.0 * float(
+    np.finfo(float).eps
+)  # by which each coefficient and each load may be off
+OF_LOADS = ("k1", "k2", "k3", "k4", "k_c", "F_n")  # to each of which one load is proportional
+NO_START = (
+    "without friction the pad has no place of rest nearby where the surfaces press on each other"
+)
+
+
+def sliding_equilibrium(model: PadModel) -> tuple[Equilibrium | None, str]:
+    """The equilibrium that a query is about, and how it was reached or why there is none.
+
+    It is the one on the branch continued from mu = 0, if that rises up to the pad's mu, else the
+    one of least potential energy there, with a warning.
+    """
+    path = Path(model, branch_of(model, model.pad.mu))
+    if path.branch.end[0] == BranchEnd.REACHED:
+        on_branch = path.equilibrium(model.pad.mu)
+        if on_branch is not None:
+            return on_branch, "on the branch continued from mu = 0"
+    others = find_all(dataclasses.replace(model, damping=None))
+    if others:
+        beyond = f"the equilibrium is not on the branch from mu = 0: {path.end}"
+        return dataclasses.replace(others[0], beyond=beyond), f"least potential energy; {path.end}"
+    return None, f"no steady sliding exists: {path.end}, and no other equilibrium was found"
+
+
+def branch_of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Branches:
+    """The branch of one pad from mu = 0 to mu_max, for any friction and damping of its own."""
+    statics = Statics.of(dataclasses.replace(model, damping=None).replace(mu=0.0))
+    return follow(statics, rests(statics, 1), np.array([mu_max]), options)
+
+
+@dataclass(frozen=True, eq=False)
+class Path:
+    """The branch of one pad as a function of mu, from mu = 0 up to its first fold or to its end.
+
+    mu_end is its largest mu.
+    """
+
+    model: PadModel
+    branch: Branches
+
+    @staticmethod
+    def of(model: PadModel, mu_max: float, options: BranchOptions | None = None) -> Path:
+        """Follow the branch of a pad (its own mu is ignored) up to mu_max.
+
+        Raises ComputationError if there is no equilibrium in contact at mu = 0.
+        """
+        path = Path(model, branch_of(model, mu_max, options))
+        if not path.branch.z.size:
+            raise ComputationError(NO_START)
+        return path
+
+    @property
+    def statics(self) -> Statics:
+        """The pad's statics in its natural units."""
+        return self.branch.statics
+
+    @property
+    def end(self) -> str:
+        """Why the path stops, in words."""
+        end = self.branch.end[0]
+        if end == BranchEnd.NO_EQUILIBRIUM:
+            return NO_START
+        mu = self.mu_end
+        hidden = self.statics.hidden(self.branch.z[:, -1:]).any()
+        why = f": {WHY_HIDDEN}" if hidden else ""
+        return {
+            BranchEnd.REACHED: f"mu = {mu:.9g} is reached" if mu else "mu = 0",
+            BranchEnd.FOLD: f"the branch from mu = 0 turns back in a fold at mu = {mu:.9g}",
+            BranchEnd.LOST: f"the branch from mu = 0 is lost at mu = {mu:.9g}{why}",
+            BranchEnd.UNBOUNDED: f"the equilibrium runs away to infinity near mu = {mu:.9g}",
+            BranchEnd.SEPARATED: f"contact is lost at mu = {mu:.9g}",
+            BranchEnd.TILTED: f"the pad turns past 90 degrees on the branch at mu = {mu:.9g}",
+        }[BranchEnd(end)]
+
+    @cached_property
+    def mu_end(self) -> float:
+        """The largest mu on the path."""
+        return float(self.branch.mu_end[0])
+
+    @cached_property
+    def fold(self) -> float | None:
+        """The mu at which the branch turns back, None if it does not."""
+        return self.mu_end if self.branch.end[0] == BranchEnd.FOLD else None
+
+    @cached_property
+    def breakpoints(self) -> list[float]:
+        """Values of mu at which the contact state changes."""
+        return [float(mu) for mu in self.branch.z[3, self.branch.kind == NodeKind.CONTACT_CHANGE]]
+
+    def places(self, mus: Sequence[float]) -> tuple[np.ndarray, np.ndarray]:
+        """Equilibria (4, k) in natural units at mus and contact states (points, k), at a change
+        the new one.
+
+        Raises ComputationError beyond the path.
+        """
+        mu = np.asarray(mus, dtype=float)
+        equilibria = self.branch.at(np.zeros(mu.size, dtype=int), mu)
+        if not equilibria.exists.all():
+            missing = mu[np.argmin(equilibria.exists)]
+            why = "it is lost" if 0.0 <= missing <= self.mu_end else self.end
+            raise ComputationError(f"no equilibrium at mu = {missing:.9g}: {why}")
+        return equilibria.z, equilibria.touching
+
+    def at(self, mu: float) -> tuple[np.ndarray, State]:
+        """The equilibrium z (4,) at mu and its contact state. Raises as `places` does."""
+        z, touching = self.places([mu])
+        return z[:, 0], State(*touching[:, 0].tolist())
+
+    def error(self, mu: float) -> float:
+        """How far rounding may move a change of contact or a fold at mu; 0 elsewhere.
+
+        Rounding of each coefficient moves all conditions together, that of each load one by one.
+        """
+        branch = self.branch
+        error = 0.0
+        for node in np.flatnonzero((branch.z[3] == mu) & (branch.kind != NodeKind.POINT)):
+            before = branch.touching[:, node - 1]
+            changed = np.flatnonzero(before != branch.touching[:, node])
+            error = max(error, self._error_at(branch.z[:, node, None], before, changed))
+        return float(error)
+
+    def _error_at(self, z: np.ndarray, before: np.ndarray, changed: np.ndarray) -> float:
+        """The same at a node z (4, 1) with the contact (points,) before it, where the points
+        `changed` (j,) change, or none at a fold."""
+        statics = self.statics
+        law = statics.model.law
+        touching = 1.0 * before[:, None]
+        # residuals of the conditions: balance and the gaps that vanish, and their derivative by z
+        balance, balance_slope = statics.linearised(z, touching)
+        gaps, gap_slopes = with_derivative(statics.gaps, z)
+        residual = np.concatenate([balance, gaps[changed]])[..., 0]
+        J = np.concatenate([balance_slope, gap_slopes[changed]])[..., 0]
+        # how far residuals move mu; at a fold, where mu is stationary, three conditions do
+        weights = np.linalg.lstsq(J.T, np.eye(4)[3])[0]
+        # derivatives of the conditions by relative changes of each coefficient
+        sizes = np.array([float(value) for value in statics.model.c._replace(mu=float(z[3, 0]))])
+        shifted = Coefficients(*(sizes[:, None] * (1.0 + 1j * STEP * np.eye(sizes.size))))
+        q = shifted.place(z.astype(complex))
+        f = net_loads(np, shifted, law, q, touching[:, 0])
+        shifted_gaps = law.gaps(shifted, pose(np, q))
+        rows = [f.x, f.y, f.moment / statics.model.pad.w, *(shifted_gaps[i] for i in changed)]
+        rates = np.imag(np.broadcast_arrays(*rows)) / STEP
+        loads = rates[:, [Coefficients._fields.index(name) for name in OF_LOADS]]
+        shift = np.abs(weights @ rates).sum() + (np.abs(weights) @ np.abs(loads)).sum()
+        below_top = 0.0 if changed.size else self._below(z, touching)
+        mu = z[3, 0]
+        return float(
+            COEFFICIENT_ERROR * shift + below_top + abs(weights @ residual) + np.spacing(mu)
+        )
+
+    def _below(self, z: np.ndarray, state: np.ndarray) -> float:
+        """How far mu at z (4, 1), where rounding of the determinant left a fold, is below its top:
+        with the slope of mu along the branch there and its rate, half the slope^2 / rate."""
+        ahead = 1e-4 * np.abs(z).max()
+
+        def tangent_at(z: np.ndarray) -> np.ndarray:
+            _, J = self.statics.linearised(z, state)
+            _, _, rows = np.linalg.svd(J[..., 0])
+            return np.asarray(rows[3])
+
+        tangent = tangent_at(z)
+        later = tangent_at(z + ahead * tangent[:, None])
+        slope = tangent[3]
+        change = later[3] * np.sign(later @ tangent) - slope
+        return float(slope**2 / 2 * ahead / abs(change))
+
+    def equilibrium(self, mu: float) -> Equilibrium | None:
+        """The equilibrium at mu in SI units; None beyond the path."""
+        if not 0.0 <= mu <= self.mu_end:
+            return None
+        z, state = self.at(mu)
+        return record(self.statics, z, state, on_branch=True)
+
+    def __call__(self, mu: float) -> Linearisation:
+        """M, C, K about the equilibrium at mu, SI units."""
+        return self.many([mu])[0]
+
+    def many(self, mus: Sequence[float]) -> list[Linearisation]:
+        """M, C, K at each mu, which together take hardly longer than one."""
+        z, touching = self.places(mus)
+        model = self.model.replace(mu=np.array(mus, dtype=float))
+        M, C, K = linearise(model, self.statics.to_si(z), 1.0 * touching)
+        return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(len(mus))]
+
+    def shaken(self, mu: float) -> list[tuple[tuple[np.ndarray, ...], ...]]:
+        """M, C, K at mu, and their derivatives by relative changes of x, of y and of theta."""
+        z, touching = self.places([mu])
+        h = 1e-12
+        moved = z * (1.0 + h * np.eye(4, 4, 1))  # not at all, then each of three coordinates
+        at = self.statics.to_si(moved)
+        M, *C_and_K = linearise(self.model.replace(mu=mu), at, np.repeat(1.0 * touching, 4, 1))
+        unmoved, *others = np.moveaxis(np.array(C_and_K), -1, 0)
+        return [((M, *unmoved), (0 * M, *(other - unmoved) / h)) for other in others]

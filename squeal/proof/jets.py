@@ -1,0 +1,132 @@
+"""Slopes of the model's own expressions: of Taylor series of balls, and of doubles."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+try:
+    import flint
+except ImportError:  # an extra
+    flint = None
+
+
+@dataclass(slots=True, eq=False)  # many are made: frozen ones take three times as long
+class Jet:
+    """A number, a ball or a series of balls, and its slopes by x, y, theta and mu."""
+
+    value: Any
+    slopes: tuple[Any, ...]
+
+    @staticmethod
+    def of(x: Any) -> Jet:
+        """x itself, or a constant."""
+        return x if isinstance(x, Jet) else Jet(x, (0, 0, 0, 0))
+
+    def __add__(self, other: Any) -> Jet:
+        if not isinstance(other, Jet):
+            return Jet(self.value + other, self.slopes)
+        pairs = zip(self.slopes, other.slopes, strict=True)
+        return Jet(self.value + other.value, tuple([_sum(a, b) for a, b in pairs]))
+
+    def __neg__(self) -> Jet:
+        return Jet(-self.value, tuple([-a for a in self.slopes]))
+
+    def __sub__(self, other: Any) -> Jet:
+        return self + (-other)
+
+    def __rsub__(self, other: Any) -> Jet:
+        return -self + other
+
+    def __mul__(self, other: Any) -> Jet:
+        if not isinstance(other, Jet):
+            return Jet(self.value * other, tuple([_product(a, other) for a in self.slopes]))
+        slopes = []
+        for a, b in zip(self.slopes, other.slopes, strict=True):
+            slopes.append(_sum(_product(a, other.value), _product(b, self.value)))
+        return Jet(self.value * other.value, tuple(slopes))
+
+    def __truediv__(self, other: Any) -> Jet:
+        if not isinstance(other, Jet):
+            one = self.value * 0 + 1  # the quotient of two whole numbers would be rounded
+            slopes = [a if type(a) is int and a == 0 else one * a / other for a in self.slopes]
+            return Jet(self.value / other, tuple(slopes))
+        return self * other._inverse()
+
+    def __rtruediv__(self, other: Any) -> Jet:
+        return self._inverse() * other
+
+    __radd__ = __add__
+    __rmul__ = __mul__
+
+    def _inverse(self) -> Jet:
+        """One over it."""
+        value = 1 / self.value
+        return self.applied(value, -(value * value))
+
+    def applied(self, value: Any, slope: Any) -> Jet:
+        """A function of it, from its value and its slope there."""
+        return Jet(value, tuple([_product(a, slope) for a in self.slopes]))
+
+
+def _sum(a: Any, b: Any) -> Any:
+    """a + b, for free where one is the whole number 0: most slopes are."""
+    if type(a) is int and a == 0:
+        return b
+    if type(b) is int and b == 0:
+        return a
+    return a + b
+
+
+def _product(slope: Any, factor: Any) -> Any:
+    """slope factor, for free where the slope is the whole number 0 or 1: most are."""
+    if type(slope) is int:
+        return slope if slope == 0 else factor if slope == 1 else factor * slope
+    return slope * factor
+
+
+class Functions:
+    """The functions that the model's expressions need, of balls, of series of balls and of jets."""
+
+    @staticmethod
+    def sin(x: Any) -> Any:
+        """The sine."""
+        if isinstance(x, Jet):
+            return x.applied(x.value.sin(), x.value.cos())
+        return x.sin() if hasattr(x, "sin") else flint.arb(x).sin()
+
+    @staticmethod
+    def cos(x: Any) -> Any:
+        """The cosine."""
+        if isinstance(x, Jet):
+            return x.applied(x.value.cos(), -x.value.sin())
+        return x.cos() if hasattr(x, "cos") else flint.arb(x).cos()
+
+    @staticmethod
+    def sqrt(x: Any) -> Any:
+        """The square root."""
+        if isinstance(x, Jet):
+            root = x.value.sqrt()
+            return x.applied(root, 0.5 / root)
+        return x.sqrt() if hasattr(x, "sqrt") else flint.arb(x).sqrt()
+
+
+class Doubles:
+    """The same of jets of doubles: approximate, for Newton's method alone."""
+
+    @staticmethod
+    def sin(x: Jet) -> Jet:
+        """The sine."""
+        return x.applied(math.sin(x.value), math.cos(x.value))
+
+    @staticmethod
+    def cos(x: Jet) -> Jet:
+        """The cosine."""
+        return x.applied(math.cos(x.value), -math.sin(x.value))
+
+    @staticmethod
+    def sqrt(x: Jet) -> Jet:
+        """The square root."""
+        root = math.sqrt(x.value)
+        return x.applied(root, 0.5 / root)
