@@ -25,14 +25,10 @@
 
 BIN := .venv/bin
 ENVIRONMENT := .venv/environment.stamp
-LINTERS := .venv/lint.stamp
-PEERS := .venv/benchmark.stamp
-AUDIT := .venv/audit/stamp
-CITE := .venv/cite/stamp
-CLUSTER := .venv/cluster.stamp
-FUZZ := .venv/fuzz.stamp
-DOCS := .venv/docs.stamp
-RELEASE := .venv/archive/stamp
+# documentation, peers of the benchmarks, cluster, fuzz
+DEVELOP := .venv/develop.stamp
+# release, audit and citation, whose requirements exclude those of the project
+APART := .venv/apart/stamp
 ARCHIVED := dist/squeal-$(shell sed -n 's/^version = "\(.*\)"/\1/p' pyproject.toml)
 # by name: of a folder snakefmt reads nothing where the path to it holds a folder `build`, say
 RULES := Snakefile $(wildcard workflow/rules/*.smk)
@@ -60,7 +56,7 @@ test: $(ENVIRONMENT)
 help:
 	@sed -n '/^#/!q; s/^# //p' Makefile
 
-quick: $(LINTERS)
+quick: $(ENVIRONMENT)
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
 	@$(BIN)/snakefmt --check $(RULES)
@@ -87,16 +83,16 @@ refute: $(ENVIRONMENT)
 real-files: $(ENVIRONMENT)
 	@$(BIN)/python -m workflow.trials.real_files
 
-fuzz: $(FUZZ)
+fuzz: $(DEVELOP)
 	@$(BIN)/python -m benchmarks.fuzz
 
-lint: $(LINTERS)
+lint: $(ENVIRONMENT)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/snakefmt --check $(RULES)
 
-benchmark: $(PEERS)
+benchmark: $(DEVELOP)
 	$(BIN)/python -m benchmarks.precision figures/benchmark.pdf
 	if command -v g++ > /dev/null; then $(BIN)/python -m benchmarks.floor; fi
 	$(BIN)/python benchmarks/map.py
@@ -115,20 +111,20 @@ page-test: $(ENVIRONMENT)
 
 # on one thread, since on a busy machine two of them wait for each other without end
 # with the live page, where clang and lld 19 can build it
-site: $(DOCS)
+site: $(DEVELOP)
 	-@$(BIN)/python -m page.build
 	$(EPOCH) OPENBLAS_NUM_THREADS=1 $(BIN)/sphinx-build -q -W --keep-going -b html docs docs/_build/html
 	$(BIN)/python -m workflow.release.links docs/_build/html
 
-dist: $(RELEASE)
+dist: $(APART)
 	mkdir -p dist && rm -f dist/*.whl dist/*.tar.gz
 	$(EPOCH) $(BIN)/python -m workflow.release.dist dist $(URL)
-	.venv/archive/bin/twine check --strict dist/*.whl dist/*.tar.gz
+	.venv/apart/bin/twine check --strict dist/*.whl dist/*.tar.gz
 
-archive: $(RELEASE) report site dist
+archive: $(APART) report site dist
 	$(BIN)/python -m workflow.release.gather $(ARCHIVED)
-	.venv/archive/bin/python workflow/release/crate.py $(ARCHIVED)
-	.venv/archive/bin/python workflow/release/check_crate.py $(ARCHIVED)
+	.venv/apart/bin/python workflow/release/crate.py $(ARCHIVED)
+	.venv/apart/bin/python workflow/release/check_crate.py $(ARCHIVED)
 	$(BIN)/python workflow/release/pack.py $(ARCHIVED)
 
 verify: $(ENVIRONMENT)
@@ -140,22 +136,22 @@ dispatches: $(ENVIRONMENT)
 manifest: $(ENVIRONMENT)
 	@$(BIN)/python -m workflow.release.verify --write
 
-sbom: $(AUDIT)
+sbom: $(APART)
 	mkdir -p dist
-	.venv/audit/bin/cyclonedx-py environment $(BIN)/python --pyproject pyproject.toml \
+	.venv/apart/bin/cyclonedx-py environment $(BIN)/python --pyproject pyproject.toml \
 		--output-reproducible --output-file dist/sbom.json
 	$(BIN)/python workflow/release/licences.py dist/sbom.json > dist/licences.txt
 
-audit: $(AUDIT)
-	.venv/audit/bin/pip-audit --strict --require-hashes --disable-pip \
+audit: $(APART)
+	.venv/apart/bin/pip-audit --strict --require-hashes --disable-pip \
 		$(foreach list,$(wildcard requirements/*.txt),-r $(list))
 
 codecheck: $(ENVIRONMENT)
 	$(BIN)/python -m workflow.release.codecheck --check
 
-cluster: $(CLUSTER)
+cluster: $(DEVELOP)
 
-cluster-test: $(CLUSTER)
+cluster-test: $(DEVELOP)
 	@workflow/cluster/node.sh start
 	@nice -n 10 $(BIN)/python workflow/cluster/prove.py; status=$$?; workflow/cluster/node.sh stop; exit $$status
 
@@ -168,28 +164,22 @@ rescience: $(ENVIRONMENT)
 	@mkdir -p dist
 	@$(BIN)/python -m workflow.release.rescience > dist/metadata.yaml
 
-cite-check: $(CITE) $(ENVIRONMENT)
-	.venv/cite/bin/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
-	.venv/cite/bin/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
-	.venv/cite/bin/check-jsonschema --builtin-schema vendor.github-issue-forms \
+cite-check: $(APART) $(ENVIRONMENT)
+	.venv/apart/bin/check-jsonschema --builtin-schema vendor.citation-file-format CITATION.cff
+	.venv/apart/bin/check-jsonschema --builtin-schema vendor.github-workflows .github/workflows/*.yml
+	.venv/apart/bin/check-jsonschema --builtin-schema vendor.github-issue-forms \
 		.github/ISSUE_TEMPLATE/bug.yml .github/ISSUE_TEMPLATE/need.yml
-	.venv/cite/bin/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
+	.venv/apart/bin/check-jsonschema --builtin-schema vendor.github-issue-config .github/ISSUE_TEMPLATE/config.yml
 	$(BIN)/python -m workflow.release.codemeta | diff codemeta.json -
 	$(BIN)/python -m workflow.release.codecheck | diff codecheck.yml -
 	$(BIN)/python -m workflow.release.journal | diff paper/paper.md -
 
 lock: $(ENVIRONMENT)
-	$(UV_COMPILE) --group build -o requirements/build.txt
-	$(UV_COMPILE) --group installer -o requirements/installer.txt
-	$(UV_COMPILE) pyproject.toml --extra search --extra proof --group workflow --group test -o requirements/environment.txt
-	$(UV_COMPILE) --group benchmark -c requirements/environment.txt -o requirements/benchmark.txt
-	$(UV_COMPILE) --group archive -o requirements/archive.txt
-	$(UV_COMPILE) --group audit -o requirements/audit.txt
-	$(UV_COMPILE) --group cluster -c requirements/environment.txt -o requirements/cluster.txt
-	$(UV_COMPILE) --group cite -o requirements/cite.txt
-	$(UV_COMPILE) --group fuzz -c requirements/environment.txt -o requirements/fuzz.txt
-	$(UV_COMPILE) --group docs -c requirements/environment.txt -o requirements/docs.txt
-	$(UV_COMPILE) --group lint -c requirements/environment.txt -o requirements/lint.txt
+	$(UV_COMPILE) pyproject.toml --extra search --extra proof --group workflow --group test --group lint \
+		--group build --group installer -o requirements/environment.txt
+	$(UV_COMPILE) --group docs --group benchmark --group cluster --group fuzz \
+		-c requirements/environment.txt -o requirements/develop.txt
+	$(UV_COMPILE) --group archive --group audit --group cite -o requirements/apart.txt
 
 clean:
 	rm -rf dist logs page/built docs/_build docs/generated .snakemake .pytest_cache .mypy_cache .ruff_cache
@@ -200,7 +190,7 @@ clean:
 distclean: clean
 	rm -rf .venv
 
-$(ENVIRONMENT): pyproject.toml $(addprefix requirements/,build.txt installer.txt environment.txt)
+$(ENVIRONMENT): pyproject.toml requirements/environment.txt
 	@workflow/setup/environment.sh
 	@touch $@
 
@@ -210,10 +200,10 @@ machines:
 platforms: $(ENVIRONMENT)
 	@workflow/setup/platforms.sh
 
-.venv/%.stamp: requirements/%.txt $(ENVIRONMENT)
-	@workflow/setup/environment.sh $*
+$(DEVELOP): requirements/develop.txt $(ENVIRONMENT)
+	@workflow/setup/environment.sh develop
 	@touch $@
 
-.venv/%/stamp: requirements/%.txt $(ENVIRONMENT)
-	@workflow/setup/apart.sh $*
+$(APART): requirements/apart.txt $(ENVIRONMENT)
+	@workflow/setup/apart.sh
 	@touch $@

@@ -7,6 +7,7 @@ out) and runs two queries in it to count the modules of the package whose functi
 from __future__ import annotations
 
 import ast
+import graphlib
 import io
 import json
 import os
@@ -52,6 +53,8 @@ NAMES = {
 }
 
 
+UPWARDS = ("squeal.io.writing", "squeal.plots.answers")
+"""The one import upwards: `Answer.plot` draws, and a result loads no plot before."""
 LAYOUT = {
     tokenize.COMMENT,
     tokenize.DEDENT,
@@ -195,6 +198,13 @@ def graph(checkout: Path) -> dict[str, set[str]]:
     return {name: imported(f.read_text(encoding="utf-8"), files) for name, f in files.items()}
 
 
+def downwards(checkout: Path) -> dict[str, set[str]]:
+    """The same without the one import upwards."""
+    links = graph(checkout)
+    links.get(UPWARDS[0], set()).discard(UPWARDS[1])
+    return links
+
+
 def circle(links: Mapping[str, Collection[str]]) -> list[str]:
     """Modules that lie on a circle of imports, sorted; none if there is no circle."""
     left = {name: set(others) for name, others in links.items()}
@@ -212,6 +222,44 @@ def numeric(node: ast.expr) -> bool:
     if isinstance(node, ast.BinOp):
         return numeric(node.left) and numeric(node.right)
     return isinstance(node, ast.Constant) and type(node.value) in (int, float, complex)
+
+
+def picture(links: Mapping[str, Collection[str]]) -> str:
+    """The rooms of the package, a line each, the highest first, and the rooms that each stands on.
+
+    A room that another one named stands on is left out. `links` are the imports of modules, without
+    those upwards. Raises graphlib.CycleError.
+    """
+    below: dict[str, set[str]] = {}
+    for name, others in links.items():
+        room = room_of(name)
+        below.setdefault(room, set()).update(room_of(other) for other in others)
+    for room, others in below.items():
+        others -= {room, "squeal"}
+    below.pop("squeal", None)
+    sorter = graphlib.TopologicalSorter(below)
+    sorter.prepare()
+    order: list[str] = []
+    while sorter.is_active():
+        ready = sorted(sorter.get_ready())
+        order += ready
+        sorter.done(*ready)
+    reach: dict[str, set[str]] = {}
+    for room in order:
+        reach[room] = below[room].union(*(reach[other] for other in below[room]))
+    lines = []
+    for room in reversed(order):
+        direct = {
+            one for one in below[room] if not any(one in reach[other] for other in below[room])
+        }
+        lines.append(f"{room:12s} {' '.join(sorted(direct))}".rstrip())
+    return "\n".join(lines)
+
+
+def room_of(module: str) -> str:
+    """The folder or file directly under the package that holds a module."""
+    parts = module.split(".")
+    return parts[1] if len(parts) > 1 and parts[1] != "__main__" else "squeal"
 
 
 def modules_run(checkout: Path, arguments: list[str]) -> tuple[int, Counter[str]]:
@@ -277,8 +325,11 @@ def main() -> int:
         shares = list(sum((measured[room] for room in rooms), Gauges()).table().values())
         row = "".join(f"{count:10d}" for count in counts) + f"{shares[0]:10d}"
         print(f"{name:14s}{row}" + "".join(f"{share:10.1f}" for share in shares[1:6]))
-    tied = circle({n: o - {"squeal"} for n, o in graph(checkout).items() if n != "squeal"})
+    links = downwards(checkout)
+    tied = circle({n: o - {"squeal"} for n, o in links.items() if n != "squeal"})
     print(f"on a circle of imports: {', '.join(tied) or 'no module'}")
+    if not tied:
+        print(f"the house, each room with those that it stands on:\n{picture(links)}")
     for what, wanted in NAMES.items():
         found = {name: defined[name] for name in wanted if defined[name]}
         print(f"{what}: " + (", ".join(f"{n} {k}" for n, k in found.items()) or "none so named"))

@@ -1,4 +1,4 @@
-"""`.venv/archive/bin/python workflow/release/check_crate.py FOLDER`: is it a Workflow Run RO-Crate?
+"""`.venv/apart/bin/python workflow/release/check_crate.py FOLDER`: is it a Workflow Run RO-Crate?
 
 Checked against the profiles that `roc-validator` ships, without a network: the one context that it
 asks for is answered from the copy in `rocrate`, everything else is refused.

@@ -1,4 +1,4 @@
-"""`.venv/archive/bin/python workflow/release/crate.py FOLDER`: its ro-crate-metadata.json.
+"""`.venv/apart/bin/python workflow/release/crate.py FOLDER`: its ro-crate-metadata.json.
 
 A Workflow Run RO-Crate: the Snakefile is the workflow, its run takes the scenes and gives results,
 figures and report. Needs `rocrate` and nothing of this project; says the same for the same files.

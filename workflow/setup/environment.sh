@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # Makes .venv hold exactly the locked requirements, of groups that it has too, and this project
 # (editable).
-# `environment.sh lint` adds the linters to it, `environment.sh benchmark` the peers.
+# `environment.sh develop` adds documentation, peers of the benchmarks, cluster and fuzz.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 . workflow/setup/system.sh
+. workflow/setup/locked.sh
 
 suits() {
     "$1" -c 'import ensurepip, sys, venv
@@ -45,12 +46,10 @@ uv() {
     [ -x .venv/bin/uv ] && VIRTUAL_ENV=$PWD/.venv .venv/bin/uv --quiet "$@"
 }
 
-# what is locked of the environment and of the groups that were added to it
-locked() {
-    local stamp
-    for stamp in build installer environment .venv/*.stamp; do
-        ls "requirements/$(basename "$stamp" .stamp).txt" 2>/dev/null || true
-    done | sort -u
+# the lock of the environment, and the one that was added to it
+locks() {
+    echo requirements/environment.txt
+    [ ! -e .venv/develop.stamp ] || echo requirements/develop.txt
 }
 
 if [ -n "${1-}" ]; then
@@ -63,10 +62,12 @@ fi
 .venv/bin/python -c '' 2>/dev/null || create
 echo "squeal: installing the Python environment ..."
 # what has no wheel is built with these, not with what the registry holds today
-pip install --require-hashes --only-binary :all: -r requirements/build.txt
-pip install --require-hashes -r requirements/installer.txt || true
+locked setuptools > .venv/first.txt
+pip install --require-hashes --only-binary :all: -r .venv/first.txt
+locked uv > .venv/first.txt
+pip install --require-hashes -r .venv/first.txt || true
 # shellcheck disable=SC2046
-uv pip sync --require-hashes --no-build-isolation --compile-bytecode $(locked) ||
+uv pip sync --require-hashes --no-build-isolation --compile-bytecode $(locks) ||
     pip install --require-hashes --no-build-isolation --use-pep517 -r requirements/environment.txt
 uv pip install --no-deps --no-build-isolation -e . ||
     pip install --no-deps --no-build-isolation -e .
