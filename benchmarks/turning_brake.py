@@ -23,7 +23,7 @@ import numpy as np
 
 import squeal
 from benchmarks.large_peers import eigs_near
-from benchmarks.solid_brake import ROUND, SolidBrake, solid_brake, transport
+from squeal.examples.brake import ROUND, SolidBrake, solid_brake, transport
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 

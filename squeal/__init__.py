@@ -12,7 +12,7 @@ they are first used.
 from __future__ import annotations
 
 import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
 
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from squeal.analysis.state_space import state_space
     from squeal.analysis.variations import Advice, advise
     from squeal.analysis.verbs import (
-        System,
         eigenvalues,
         map,
         reduce,
@@ -43,7 +42,7 @@ if TYPE_CHECKING:
     from squeal.io.system import SystemFile
     from squeal.io.system_files import read_system
     from squeal.io.writing import Answer, Column, Table
-    from squeal.linear.system import Term, TermSystem
+    from squeal.linear.system import System, Term, TermSystem
     from squeal.model.contact import Formulation
     from squeal.model.pad import Pad
     from squeal.reports import Report, report
@@ -63,13 +62,13 @@ _HOMES = {
     "analysis.scatter": "Scatter read_spreads scatter",
     "analysis.sensitivity": "Sensitivity",
     "analysis.variations": "Advice advise",
-    "analysis.verbs": "System eigenvalues map reduce sensitivity sweep thresholds",
+    "analysis.verbs": "eigenvalues map reduce sensitivity sweep thresholds",
     "io.writing": "Answer Column Table",
     "errors": "ComputationError InputError",
     "io.scene": "Damping Scene read_scene",
     "io.system": "SystemFile",
     "io.system_files": "read_system",
-    "linear.system": "Term TermSystem",
+    "linear.system": "System Term TermSystem",
     "model.contact": "Formulation",
     "model.pad": "Pad",
     "reports": "Report report",
@@ -90,14 +89,16 @@ __all__ = [
 # fmt: on
 
 
-def __getattr__(name: str) -> Any:
-    if name == "plots":
-        return importlib.import_module("squeal.plots")
-    if name not in _HOME:
-        raise AttributeError(f"module 'squeal' has no attribute {name!r}")
-    value = getattr(importlib.import_module(f"squeal.{_HOME[name]}"), name)
-    globals()[name] = value
-    return value
+if not TYPE_CHECKING:  # a type checker must refuse a name that there is not
+
+    def __getattr__(name: str) -> object:
+        if name == "plots":
+            return importlib.import_module("squeal.plots")
+        if name not in _HOME:
+            raise AttributeError(f"module 'squeal' has no attribute {name!r}")
+        value = getattr(importlib.import_module(f"squeal.{_HOME[name]}"), name)
+        globals()[name] = value
+        return value
 
 
 def __dir__() -> list[str]:

@@ -18,7 +18,7 @@ from squeal import __version__
 from squeal.analysis.answers import Eigenvalues, Thresholds, basis_text
 from squeal.analysis.check import Check, check
 from squeal.analysis.sensitivity import Sensitivity
-from squeal.analysis.verbs import eigenvalues, sensitivity, thresholds
+from squeal.analysis.verbs import Subject, eigenvalues, sensitivity, thresholds
 from squeal.errors import ComputationError, InputError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
@@ -123,7 +123,7 @@ class Report(Answer):
 
 @public
 def report(
-    subject: object,
+    subject: Subject,
     high: float = 2.0,
     band: tuple[float, float] | None = None,
     memory: Positive | None = None,

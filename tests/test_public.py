@@ -54,7 +54,7 @@ WRONG: list = [
 
 def test_names_for_type_checkers_are_those_that_are_loaded():
     tree = ast.parse((ROOT / "squeal" / "__init__.py").read_text(encoding="utf-8"))
-    (block,) = [node for node in tree.body if isinstance(node, ast.If)]
+    block = next(node for node in tree.body if isinstance(node, ast.If))
     imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
     listed = {alias.name: node.module for node in imports for alias in node.names}
     assert sorted(listed) == squeal.__all__ == sorted(squeal.__all__)

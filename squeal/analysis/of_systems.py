@@ -57,7 +57,7 @@ from squeal.linear import thresholds as linear_thresholds
 from squeal.linear.digits import has_digits
 from squeal.linear.eigen import growing
 from squeal.linear.matrices import dense as plain_matrix
-from squeal.linear.system import TermSystem
+from squeal.linear.system import System
 from squeal.schema import Place
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.components import Assembly
@@ -97,7 +97,7 @@ class Question:
     ) -> Question:
         """Raises InputError, and ComputationError for what does not fit into the memory."""
         file = subject
-        if isinstance(subject, TermSystem):
+        if isinstance(subject, System):
             file = SystemFile(subject, assumptions=subject.assumptions)
         if isinstance(file, Assembly):
             file = SystemFile(file.system, assembly=file)
@@ -122,7 +122,7 @@ class Question:
         return self.file.assembly and self.file.assembly.reduction
 
     @property
-    def system(self) -> TermSystem:
+    def system(self) -> System:
         """The system that is analysed."""
         return self.file.system
 
@@ -320,7 +320,7 @@ class Question:
         return root_sensitivity(system, known or self.eigenvalues())
 
 
-Common = tuple[TermSystem, Wanted, Reduction | None]
+Common = tuple[System, Wanted, Reduction | None]
 
 
 def _cell(common: Common, at: dict[str, float]) -> tuple[int, float]:
@@ -336,7 +336,7 @@ def _cell(common: Common, at: dict[str, float]) -> tuple[int, float]:
     return NAMES.index(verdict_of(roots, errors)), growth
 
 
-def _growing(system: TermSystem, roots: SystemRoots) -> tuple[UnstableMode, ...]:
+def _growing(system: System, roots: SystemRoots) -> tuple[UnstableMode, ...]:
     """What grows among the roots; of a small system with the onset of each."""
     at = system.parameters[system.parameter]
     grow = growing(roots.every)

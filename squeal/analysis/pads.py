@@ -30,7 +30,7 @@ from squeal.linear import (
     Judgement,
     Matrices,
     Spectrum,
-    System,
+    SystemFunction,
     UnstableMode,
     thresholds,
     unstable_modes,
@@ -131,7 +131,7 @@ def roots_and_verdict(
     return spectrum, decide(spectrum.values, spectrum.rounding)
 
 
-def branch_system(scene: Scene, high: float) -> tuple[System, Path | None]:
+def branch_system(scene: Scene, high: float) -> tuple[SystemFunction, Path | None]:
     """mu -> (M, C, K) about the equilibrium on the branch from mu = 0, and the branch's path.
 
     B3 is linearised about the origin at every mu and has no path. Raises ComputationError if
@@ -280,7 +280,11 @@ def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = Fals
 
 
 def _listed(
-    scene: Scene, high: float, system: System, path: Path | None, looked_at: Sequence[float] = ()
+    scene: Scene,
+    high: float,
+    system: SystemFunction,
+    path: Path | None,
+    looked_at: Sequence[float] = (),
 ) -> Thresholds:
     """The thresholds without a proof; `looked_at` are values of friction at which steps end."""
     at_zero = roots_and_verdict(*checked(*system(0.0)))[1].verdict

@@ -10,7 +10,7 @@ from squeal.analysis.pads import analyse
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
 from squeal.linear.matrices import EPS, state_matrices
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
 from squeal.schema import public
 
 STATES = ["x", "y", "theta", "x_dot", "y_dot", "theta_dot"]
@@ -49,22 +49,3 @@ def _of_system(system: TermSystem, value: float | None) -> StateSpace:
         raise InputError(f"{system.name}: M is singular; each row needs a mass")
     A, B = state_matrices(M, damping, K)
     return control.ss(A, B, np.eye(n, 2 * n), np.zeros((n, n)))
-
-
-def system_of(plant: StateSpace) -> TermSystem:
-    """The states x' = A x of a continuous :class:`control.StateSpace` as a system.
-
-    The system has no mass, C = I and K = -A, so that its eigenvalues are the poles; inputs and
-    outputs have no part in it. Raises InputError for a discrete state space.
-
-    >>> plant = control.ss([[0.0, 1.0], [-4.0, -0.4]], [[0.0], [1.0]], [[1.0, 0.0]], 0.0)
-    >>> system_of(plant).n
-    2
-    """
-    if plant.isdtime(strict=True):
-        raise InputError(f"{plant.name}: is discrete in time; a continuous state space is required")
-    n = len(plant.A)
-    mass = Term(np.zeros((n, n)))
-    damping = Term(np.eye(n))
-    stiffness = Term(-np.asarray(plant.A))
-    return TermSystem((mass,), (damping,), (stiffness,), name=plant.name or "system")

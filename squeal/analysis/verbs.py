@@ -6,9 +6,8 @@ answered here; the room of systems is loaded by the first question about one.
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable, Mapping, Sequence
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from squeal.analysis import pads
 from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
@@ -17,136 +16,44 @@ from squeal.analysis.sensitivity import Sensitivity
 from squeal.analysis.sensitivity import sensitivity as pad_sensitivity
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.linear.matrices import given_matrix, is_sparse
-from squeal.linear.system import Term, TermSystem, supported, without_supports
-from squeal.numerics.differentiation import Formula
-from squeal.schema import TEXT, Place, Positive, Whole, kind_of, public
+from squeal.linear.system import System
+from squeal.schema import Place, Positive, Whole, kind_of, public
 
 Progress = Callable[[str], None]
 Modes = Annotated[int, Whole(1, 10**6)]
 Workers = Annotated[int, Whole(1, 256)]
 Band = tuple[float, float]
 Region = tuple[float, float, float, float]
-QUESTION = ("band", "region", "modes", "memory", "progress")
-OF_SYSTEMS = (*QUESTION[:-1], "method", "low", "matrices", "workers", "look", "prove")
-OF_SCENES = ("quantity", "curves")
-PADS: dict[str, Callable[..., Any]] = {
-    "eigenvalues": pads.eigenvalues,
-    "sweep": pads.sweep,
-    "thresholds": pads.critical_friction,
-    "map": stability_map,
-    "sensitivity": pad_sensitivity,
-}
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from squeal.io.system import SystemFile
+    from squeal.sparse.components import Assembly
+
+    SystemSubject: TypeAlias = System | SystemFile | Assembly
+    Subject: TypeAlias = Scene | SystemSubject
+    Values: TypeAlias = Sequence[float] | NDArray[np.floating | np.integer]
+else:  # systems are loaded by the first question about one, which refuses what is none of these
+    Subject = SystemSubject = object
+    Values = Sequence[float]
 
 
-def _answer(verb: str, subject: object, **options: Any) -> Any:
-    """What a verb answers for a pad or a system.
+def _refuse_options(subject: Literal["a scene", "a system"], **options: object) -> None:
+    """Refuse options that were set, but that this kind of subject does not have.
 
-    Raises InputError for what the subject cannot take.
+    Raises InputError.
     """
-    scene = isinstance(subject, Scene)
-    for name in OF_SYSTEMS if scene else OF_SCENES:
-        if name == "prove" and verb in ("eigenvalues", "thresholds"):
-            continue
-        value = options.pop(name, None)
+    other = "a system" if subject == "a scene" else "a scene"
+    for name, value in options.items():
         if value is not None and value is not False:
-            kind, other = ("a scene", "a system") if scene else ("a system", "a scene")
-            raise InputError(f"{name}: is not allowed with {kind}; {other} takes it")
-    if scene:  # a pad is answered at once
-        options.pop("progress", None)
-        return PADS[verb](subject, **options)
-    question = _question(subject, **{n: options.pop(n) for n in QUESTION if n in options})
-    return getattr(question, verb)(**options)
-
-
-def _question(subject: object, **options: Any) -> Any:
-    return importlib.import_module("squeal.analysis.of_systems").Question.of(subject, **options)
-
-
-@public
-def System(
-    M: Any,
-    C: Any = None,
-    K: Any = None,
-    parameters: Mapping[str, float] | None = None,
-    parameter: str = "mu",
-    name: str = "system",
-) -> TermSystem:
-    """A system M q'' + C q' + K q = 0 from arrays in memory.
-
-    Parameters
-    ----------
-    M, C, K : array_like (n, n), SciPy sparse array, or mapping of formulas to such
-        A mapping holds terms by their factors, formulas of the parameters, such as
-        ``{"1": K0, "mu": K1}``. C may be left out. Data frames of pandas and data arrays of xarray
-        must have the same labels. A continuous state space of python-control may stand alone for
-        M: its states x' = A x become C = I and K = -A.
-    parameters : mapping of str to float
-        Named numbers; the free parameter is 0 if it is not among them.
-    parameter, name : str
-        The free parameter, in which thresholds lie; what the system is called.
-
-    Examples
-    --------
-    >>> K0, K1 = [[2, -1], [-1, 2]], [[0, 4 / 3], [0, 0]]
-    >>> coupled = System([[1, 0], [0, 1]], K={"1": K0, "mu": K1})
-    >>> coupled.n, coupled.parameter
-    (2, 'mu')
-    """
-
-    if hasattr(M, "poles") and hasattr(M, "A"):
-        states: Any = importlib.import_module("squeal.analysis.state_space")
-        converted: TermSystem = states.system_of(M)
-        return converted
-    parts: list[tuple[Term, ...]] = []
-    labels: dict[str, list[Any]] = {}
-    for part, given in zip("MCK", (M, C, K), strict=True):
-        several = isinstance(given, Mapping) and not is_sparse(given)
-        each = given if several else {} if given is None else {"1": given}
-        for text, X in each.items():
-            if own := _labels_of(X):
-                title = f"{part} {text}" if several else part
-                labels[f"index of {title}"], labels[f"columns of {title}"] = own
-        with Place("System", part).named():
-            factors = (Formula(TEXT.read(text, Place("factor"))) for text in each)
-            arrays = (given_matrix(X, real=part == "M") for X in each.values())
-            parts.append(tuple(Term(X, f) for X, f in zip(arrays, factors, strict=True)))
-    if K is None:
-        raise InputError("System: K: missing; a matrix or a mapping of formulas to matrices is")
-    _refuse_other_labels(labels)
-    system = TermSystem(parts[0], parts[1], parts[2], parameters or {}, parameter, name)
-    system, supports = without_supports(system)
-    if supports.size:
-        Place("System", "K").warn(supported(supports))
-    return system
-
-
-def _labels_of(matrix: Any) -> tuple[list[Any], list[Any]] | None:
-    """The labels of rows and columns of a data frame (pandas) or a data array (xarray) that has
-    them; None of any other matrix."""
-    if hasattr(matrix, "columns") and hasattr(matrix, "index"):
-        return list(matrix.index), list(matrix.columns)
-    indexes = getattr(matrix, "indexes", {})
-    along = [list(indexes[name]) for name in getattr(matrix, "dims", ()) if name in indexes]
-    return (along[0], along[1]) if len(along) == 2 else None
-
-
-def _refuse_other_labels(labels: Mapping[str, list[Any]]) -> None:
-    """Refuse data frames whose rows or columns have other labels, or another order, than those of
-    the first. Raises InputError."""
-    first = next(iter(labels), "")
-    for name, own in labels.items():
-        if own != labels[first]:
-            raise InputError(
-                f"System: the {name} is not the {first}; labelled matrices must have the same "
-                "labels in the same order as rows and as columns (frame.loc[labels, labels] sorts "
-                "them)"
-            )
+            raise InputError(f"{name}: is not allowed with {subject}; {other} takes it")
 
 
 @public
 def eigenvalues(
-    subject: object,
+    subject: Subject,
     at: float | None = None,
     band: Band | None = None,
     region: Region | None = None,
@@ -160,7 +67,7 @@ def eigenvalues(
 
     Parameters
     ----------
-    subject : Scene, SystemFile or TermSystem
+    subject : Scene, System, Assembly or SystemFile
         A scene is linearised about its sliding equilibrium.
     at : float, optional
         Value of the friction or of the free parameter; left out, the subject's own.
@@ -200,13 +107,19 @@ def eigenvalues(
     >>> squeal.eigenvalues(squeal.System([[1, 0], [0, 1]], K=K), at=1.0).verdict
     'flutter'
     """
-    return _answer("eigenvalues", **locals())
+    if isinstance(subject, Scene):
+        _refuse_options("a scene", band=band, region=region, modes=modes, memory=memory, look=look)
+        return pads.eigenvalues(subject, at, prove)
+    from squeal.analysis.of_systems import Question
+
+    question = Question.of(subject, band, region, modes, memory, progress)
+    return question.eigenvalues(at, look, prove)
 
 
 @public
 def sweep(
-    subject: object,
-    values: Sequence[float],
+    subject: Subject,
+    values: Values,
     band: Band | None = None,
     region: Region | None = None,
     modes: Modes | None = None,
@@ -244,12 +157,26 @@ def sweep(
     >>> [step.verdict for step in sweep.steps]
     ['marginal', 'flutter']
     """
-    return _answer("sweep", **locals())
+    if isinstance(subject, Scene):
+        _refuse_options(
+            "a scene",
+            band=band,
+            region=region,
+            modes=modes,
+            memory=memory,
+            method=method,
+            workers=workers,
+        )
+        return pads.sweep(subject, list(values))
+    from squeal.analysis.of_systems import Question
+
+    question = Question.of(subject, band, region, modes, memory, progress)
+    return question.sweep(list(values), method, workers)
 
 
 @public
 def thresholds(
-    subject: object,
+    subject: Subject,
     high: float = 2.0,
     low: float | None = None,
     band: Band | None = None,
@@ -287,12 +214,20 @@ def thresholds(
     >>> loss.kind, round(loss.mu, 9)
     ('flutter', 0.75)
     """
-    return _answer("thresholds", **locals())
+    if isinstance(subject, Scene):
+        _refuse_options(
+            "a scene", band=band, region=region, memory=memory, low=low, workers=workers
+        )
+        return pads.critical_friction(subject, high, prove)
+    from squeal.analysis.of_systems import Question
+
+    question = Question.of(subject, band, region, None, memory, progress)
+    return question.thresholds(high, low, workers, prove)
 
 
 @public
 def map(
-    subject: object,
+    subject: Subject,
     axes: tuple[Axis, Axis] | None = None,
     quantity: Literal["critical-friction", "growth", "frequency"] | None = None,
     curves: bool = False,
@@ -328,12 +263,19 @@ def map(
     >>> squeal.map(pair, axes).share["flutter"]
     0.4444444444444444
     """
-    return _answer("map", **locals())
+    if isinstance(subject, Scene):
+        _refuse_options("a scene", band=band, memory=memory, workers=workers)
+        return stability_map(subject, axes, quantity, curves)
+    _refuse_options("a system", quantity=quantity, curves=curves)
+    from squeal.analysis.of_systems import Question
+
+    question = Question.of(subject, band, None, None, memory, progress)
+    return question.map(axes, workers)
 
 
 @public
 def sensitivity(
-    subject: object,
+    subject: Subject,
     of: Literal["eigenvalues", "threshold"] = "eigenvalues",
     high: float = 2.0,
     low: float | None = None,
@@ -390,19 +332,33 @@ def sensitivity(
     """
     if known is not None:
         kind_of(Eigenvalues if of == "eigenvalues" else Thresholds).read(known, Place("known"))
-    return _answer("sensitivity", **locals())
+    if isinstance(subject, Scene):
+        _refuse_options(
+            "a scene",
+            band=band,
+            region=region,
+            modes=modes,
+            memory=memory,
+            low=low,
+            matrices=matrices,
+        )
+        return pad_sensitivity(subject, of, high, known)
+    from squeal.analysis.of_systems import Question
+
+    question = Question.of(subject, band, region, modes, memory, progress)
+    return question.sensitivity(of, high, low, known, matrices)
 
 
 @public
 def reduce(
-    subject: object,
-    values: Sequence[float] | None = None,
+    subject: SystemSubject,
+    values: Values | None = None,
     band: Band | None = None,
     region: Region | None = None,
     method: Literal["reduced", "modal"] = "reduced",
     memory: Positive | None = None,
     progress: Progress | None = None,
-) -> TermSystem:
+) -> System:
     """Reduce a system to the roots of a band or region, with the same parameters.
 
     Parameters
@@ -416,7 +372,7 @@ def reduce(
 
     Returns
     -------
-    TermSystem
+    System
         The reduced system, dense.
 
     Examples
@@ -426,5 +382,8 @@ def reduce(
     >>> squeal.eigenvalues(squeal.reduce(chain, band=(0.5, 3.7)), modes=3).values.imag.round(6)
     array([ 6.283185, 12.566371, 18.849556])
     """
-    options = {"band": band, "region": region, "memory": memory, "progress": progress}
-    return _question(subject, **options).reduced(values, method)[0].system
+    from squeal.analysis.of_systems import Question
+
+    question = Question.of(subject, band, region, None, memory, progress)
+    reduction, _ = question.reduced(None if values is None else list(values), method)
+    return reduction.system

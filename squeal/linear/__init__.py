@@ -21,13 +21,13 @@ from squeal.linear.eigen import (
 from squeal.linear.events import Crossing
 from squeal.linear.paths import unstable_modes
 from squeal.linear.sensitivity import sensitivities
-from squeal.linear.system import Matrices, System
+from squeal.linear.system import Matrices, SystemFunction
 from squeal.linear.thresholds import CriticalPoint, Thresholds, thresholds
 
 # fmt: off
 __all__ = [
     "GROWING", "VERDICTS", "CriticalPoint", "Crossing", "Eigenvalue",
-    "Judgement", "Matrices", "Spectrum", "System", "Thresholds",
+    "Judgement", "Matrices", "Spectrum", "SystemFunction", "Thresholds",
     "UnstableMode", "complex_eigenvalues", "damped_verdicts", "judge", "sensitivities",
     "sum_verdicts", "thresholds", "undamped_verdicts", "unstable_modes", "verdict",
 ]

@@ -54,7 +54,7 @@ from squeal.linear.matrices import (
     reduce,
     unit_diagonal,
 )
-from squeal.linear.system import System, TermSystem, matrices_of, with_slopes
+from squeal.linear.system import SystemFunction, TermSystem, matrices_of, with_slopes
 
 ComplexArray = NDArray[np.complex128]
 Bools = NDArray[np.bool_]
@@ -235,7 +235,11 @@ class Continuation:
     """
 
     def __init__(
-        self, system: System, low: float, high: float, options: ContinuationOptions | None = None
+        self,
+        system: SystemFunction,
+        low: float,
+        high: float,
+        options: ContinuationOptions | None = None,
     ) -> None:
         self.system, self.low, self.high = system, low, high
         self.options = options or ContinuationOptions()

@@ -22,11 +22,11 @@ from squeal.linear.eigen import (
     growing,
     ordered,
 )
-from squeal.linear.system import System, matrices_at
+from squeal.linear.system import SystemFunction, matrices_at
 from squeal.linear.thresholds import Thresholds
 
 
-def continued(system: System, values: Sequence[float]) -> Continuation:
+def continued(system: SystemFunction, values: Sequence[float]) -> Continuation:
     """The continuation of a system over a range that holds some values. Raises InputError."""
     low, high = min(values), max(values)
     high = high if high > low else low + 1e-6 * max(abs(low), 1.0)
@@ -192,7 +192,7 @@ def mode_numbers(values: ComplexArray) -> NDArray[np.intp]:
 
 
 def unstable_modes(
-    system: System, mu: float, found: Thresholds | None = None
+    system: SystemFunction, mu: float, found: Thresholds | None = None
 ) -> tuple[UnstableMode, ...]:
     """All modes of system(mu) -> (M, C, K) that grow at mu, the fastest first.
 

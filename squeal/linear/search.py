@@ -34,7 +34,7 @@ from squeal.linear.continuation import (
 from squeal.linear.eigen import UnstableCount, hidden
 from squeal.linear.events import Event, certain, guesses_of, located, windows
 from squeal.linear.matrices import Change, dense, norm_of, reduce
-from squeal.linear.system import Slow, System, TermSystem, matrices_of
+from squeal.linear.system import Slow, SystemFunction, TermSystem, matrices_of
 
 
 def difference(below: State, above: State) -> Iterator[tuple[float, int]]:
@@ -76,7 +76,7 @@ class Searched:
 
 
 def search(
-    system: System, low: float, high: float, options: ContinuationOptions | None = None
+    system: SystemFunction, low: float, high: float, options: ContinuationOptions | None = None
 ) -> Searched:
     """All events for low <= p <= high."""
     options = options or ContinuationOptions()
@@ -282,7 +282,7 @@ class _Factor(NamedTuple):
     change: Change
 
 
-def _factors(system: System) -> list[_Factor]:
+def _factors(system: SystemFunction) -> list[_Factor]:
     if not isinstance(system, TermSystem):
         return []
     name, values = system.parameter, system.values()

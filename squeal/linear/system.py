@@ -18,12 +18,12 @@ import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from squeal.errors import InputError, MatrixError
+from squeal.errors import InputError, MatrixError, within_doubles
 from squeal.linear.matrices import (
     EPS,
     SKEW,
@@ -38,11 +38,26 @@ from squeal.linear.matrices import (
 )
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
 from squeal.numerics.differentiation import ONE, Formula
+from squeal.schema import TEXT, Place, kind_of
+
+if TYPE_CHECKING:
+    from control import StateSpace
 
 Matrix = Any
 """A square NumPy array or SciPy sparse array (n, n)."""
+
+
+class SparseMatrix(Protocol):
+    """A SciPy sparse array or matrix."""
+
+    @property
+    def shape(self) -> tuple[int, ...]: ...
+
+    def tocsc(self) -> Any: ...
+
+
 Matrices = tuple[ArrayLike, ArrayLike | None, ArrayLike]
-System = Callable[[float], Matrices]
+SystemFunction = Callable[[float], Matrices]
 """p -> (M, C, K); C may be None (undamped). A method `many` may give them at several values."""
 
 
@@ -61,20 +76,27 @@ class Term:
         object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())
 
 
-@dataclass(frozen=True, eq=False)
-class TermSystem:
-    """M(p) q'' + C(p) q' + K(p) q = 0, each matrix a sum of terms; C may have none (undamped).
+SystemMatrix = ArrayLike | SparseMatrix | Mapping[str, ArrayLike | SparseMatrix] | tuple[Term, ...]
+"""A matrix as `System` takes it: one array, arrays by their factors, or terms."""
 
-    Raises InputError if matrices differ in shape or a factor names no parameter.
+
+@dataclass(frozen=True, eq=False, init=False)
+class System:
+    """A system M q'' + C q' + K q = 0 from arrays in memory, each matrix a sum of terms.
+
+    Rows that a penalty on the diagonal of K holds are supports: they are left out with a warning.
+    Terms are taken as they are, with all their rows.
 
     Parameters
     ----------
-    M, C, K : tuple of Term
-        Matrices (n, n), dense or sparse, with their factors.
+    M, C, K : array_like (n, n), SciPy sparse array, mapping of formulas to such, or tuple of Term
+        A mapping holds terms by their factors, formulas of the parameters, such as
+        ``{"1": K0, "mu": K1}``. C may be left out (undamped). Data frames of pandas and data arrays
+        of xarray must have the same labels.
     parameters : mapping of str to float
-        Named numbers that the factors depend on.
+        Named numbers that the factors depend on; the free parameter is 0 if it is not among them.
     parameter : str
-        The one that is swept; 0 unless `parameters` names it.
+        The free parameter, in which thresholds lie.
     name : str
         What the system is called.
     follows : tuple of str
@@ -83,12 +105,24 @@ class TermSystem:
     assumptions : tuple of str
         What was guessed when it was made; nothing is certified after it.
 
+    Raises
+    ------
+    InputError
+        If matrices differ in shape, or a factor names no parameter.
+
     Examples
     --------
+    >>> K0, K1 = [[2, -1], [-1, 2]], [[0, 4 / 3], [0, 0]]
+    >>> coupled = System([[1, 0], [0, 1]], K={"1": K0, "mu": K1})
+    >>> coupled.n, coupled.parameter
+    (2, 'mu')
+
+    The same from terms:
+
     >>> import numpy as np
     >>> friction = Term(np.array([[0.0, 1.0], [0.0, 0.0]]), Formula("4/3 * mu"))
     >>> K = np.array([[2.0, -1.0], [-1.0, 2.0]])
-    >>> system = TermSystem((Term(np.eye(2)),), (), (Term(K), friction))
+    >>> system = System((Term(np.eye(2)),), (), (Term(K), friction))
     >>> system(0.75)[2].tolist()
     [[2.0, 0.0], [-1.0, 2.0]]
     >>> system.derivative("mu")[2].round(3).tolist()
@@ -98,13 +132,52 @@ class TermSystem:
     M: tuple[Term, ...]
     C: tuple[Term, ...]
     K: tuple[Term, ...]
-    parameters: Mapping[str, float] = field(default_factory=dict)
-    parameter: str = "mu"
-    name: str = ""
-    follows: tuple[str, ...] = ()
-    assumptions: tuple[str, ...] = ()
+    parameters: Mapping[str, float]
+    parameter: str
+    name: str
+    follows: tuple[str, ...]
+    assumptions: tuple[str, ...]
 
-    def __post_init__(self) -> None:
+    def __init__(
+        self,
+        M: SystemMatrix,
+        C: SystemMatrix | None = None,
+        K: SystemMatrix | None = None,
+        parameters: Mapping[str, float] | None = None,
+        parameter: str = "mu",
+        name: str = "system",
+        follows: tuple[str, ...] = (),
+        assumptions: tuple[str, ...] = (),
+    ) -> None:
+        if K is None:
+            words = "missing; a matrix or a mapping of formulas to matrices is"
+            raise InputError(f"System: K: {words}")
+        given = {part: () if X is None else X for part, X in zip("MCK", (M, C, K), strict=True)}
+        from_terms = all(_are_terms(each) for each in given.values())
+        if not from_terms:  # as somebody typed it
+            if parameters is not None:
+                where = Place("System", "parameters")
+                parameters = kind_of(Mapping[str, float]).read(parameters, where)
+            parameter = TEXT.read(parameter, Place("System", "parameter"))
+            name = TEXT.read(name, Place("System", "name"))
+        object.__setattr__(self, "parameters", parameters or {})
+        object.__setattr__(self, "parameter", parameter)
+        object.__setattr__(self, "name", name)
+        object.__setattr__(self, "follows", follows)
+        object.__setattr__(self, "assumptions", assumptions)
+        with within_doubles():
+            for part, terms in _read_terms(given).items():
+                object.__setattr__(self, part, terms)
+            self._check()
+            if from_terms:
+                return
+            free, supports = without_supports(self)
+        if supports.size:
+            vars(self).update(vars(free))
+            Place("System", "K").warn(supported(supports))
+
+    def _check(self) -> None:
+        """Complete the parameters. Raises InputError for matrices that do not fit together."""
         if not self.M or not self.K:
             raise InputError("M and K: at least one matrix each is required")
         values = {self.parameter: 0.0} | dict(self.parameters)
@@ -124,7 +197,30 @@ class TermSystem:
                     words = f"factor {term.factor.text}: {name} is no parameter; allowed are "
                     raise InputError(f"{letter}: {words}{', '.join(sorted(values))}")
 
-    def __reduce__(self) -> Any:
+    @staticmethod
+    def from_control(plant: StateSpace) -> System:
+        """The states x' = A x of a continuous :class:`control.StateSpace` as a system.
+
+        It has no mass, C = I and K = -A, so that its eigenvalues are the poles; inputs and outputs
+        have no part in it. Raises InputError for a discrete state space.
+
+        Examples
+        --------
+        >>> import control
+        >>> plant = control.ss([[0.0, 1.0], [-4.0, -0.4]], [[0.0], [1.0]], [[1.0, 0.0]], 0.0)
+        >>> System.from_control(plant).n
+        2
+        """
+        if plant.isdtime(strict=True):
+            words = "is discrete in time; a continuous state space is required"
+            raise InputError(f"{plant.name}: {words}")
+        n = len(plant.A)
+        mass = Term(np.zeros((n, n)))
+        damping = Term(np.eye(n))
+        stiffness = Term(-np.asarray(plant.A))
+        return System((mass,), (damping,), (stiffness,), name=plant.name or "system")
+
+    def __reduce__(self) -> tuple[type[System], tuple[object, ...]]:
         parameters = dict(self.parameters)  # a view of them is not sent to other processes
         own = *self.parts, parameters, self.parameter, self.name, self.follows, self.assumptions
         return type(self), own
@@ -179,7 +275,7 @@ class TermSystem:
             raise InputError(f"{name}: is no parameter; allowed are {allowed}")
         return values
 
-    def replace(self, changes: Mapping[str, float]) -> TermSystem:
+    def replace(self, changes: Mapping[str, float]) -> System:
         """The same system with other values of some parameters."""
         return dataclasses.replace(self, parameters=self.values(changes))
 
@@ -197,7 +293,7 @@ class TermSystem:
             omega = math.tau * ((low + high) / 2 if high < math.inf else max(1000.0, low))
         return {name: omega * FREQUENCY[name] for name in self.follows}
 
-    def frozen(self, omega: float | None = None) -> TermSystem:
+    def frozen(self, omega: float | None = None) -> System:
         """The linear system at one frequency (rad/s; see `frequency`)."""
         if not self.follows:
             return self
@@ -252,7 +348,65 @@ class TermSystem:
             return sum((f * convert(t.matrix) for f, t in each if f), zeros((self.n, self.n)))
 
 
-def matrices_of(system: System, ps: Sequence[float]) -> list[tuple[Array, Array, Array]]:
+TermSystem = System
+"""The class by the name that it had when `System` was a function."""
+
+
+def _are_terms(given: object) -> bool:
+    """Whether terms are given, no array."""
+    return isinstance(given, tuple) and all(isinstance(term, Term) for term in given)
+
+
+def _read_terms(given: Mapping[str, Any]) -> dict[str, tuple[Term, ...]]:
+    """The terms of M, C and K: as they are, from arrays, or from mappings of formulas to arrays.
+
+    Raises InputError for what is no matrix, and for data frames whose labels differ.
+    """
+    parts: dict[str, tuple[Term, ...]] = {}
+    labels: dict[str, list[object]] = {}
+    for part, value in given.items():
+        if _are_terms(value):
+            parts[part] = value
+            continue
+        has_factors = isinstance(value, Mapping) and not is_sparse(value)
+        arrays = value if has_factors else {"1": value}
+        terms = []
+        with Place("System", part).named():
+            for factor, array in arrays.items():
+                if (along := _labels_of(array)) is not None:
+                    name = f"{part} {factor}" if has_factors else part
+                    labels[f"index of {name}"], labels[f"columns of {name}"] = along
+                matrix = given_matrix(array, real=part == "M")
+                terms.append(Term(matrix, Formula(TEXT.read(factor, Place("factor")))))
+        parts[part] = tuple(terms)
+    _refuse_other_labels(labels)
+    return parts
+
+
+def _labels_of(matrix: Any) -> tuple[list[object], list[object]] | None:
+    """The labels of rows and columns of a data frame (pandas) or a data array (xarray) that has
+    them; None of any other matrix."""
+    if hasattr(matrix, "columns") and hasattr(matrix, "index"):
+        return list(matrix.index), list(matrix.columns)
+    indexes = getattr(matrix, "indexes", {})
+    along = [list(indexes[name]) for name in getattr(matrix, "dims", ()) if name in indexes]
+    return (along[0], along[1]) if len(along) == 2 else None
+
+
+def _refuse_other_labels(labels: Mapping[str, list[object]]) -> None:
+    """Refuse data frames whose rows or columns have other labels, or another order, than those of
+    the first. Raises InputError."""
+    first = next(iter(labels), "")
+    for name, others in labels.items():
+        if others != labels[first]:
+            raise InputError(
+                f"System: the {name} is not the {first}; labelled matrices must have the same "
+                "labels in the same order as rows and as columns (frame.loc[labels, labels] sorts "
+                "them)"
+            )
+
+
+def matrices_of(system: SystemFunction, ps: Sequence[float]) -> list[tuple[Array, Array, Array]]:
     """M, C (zero without damping) and K, arrays (n, n), at each value.
 
     Raises InputError where the system gives no square, finite, real matrices of one size.
@@ -264,11 +418,11 @@ def matrices_of(system: System, ps: Sequence[float]) -> list[tuple[Array, Array,
 
 
 def with_slopes(
-    system: System, ps: Sequence[float], low: float, high: float, difference: float = 1e-6
+    system: SystemFunction, ps: Sequence[float], low: float, high: float, difference: float = 1e-6
 ) -> list[tuple[Any, Any]]:
     """M, C and K, and their derivatives by the parameter, at each value; as `matrices_of`.
 
-    Derivatives of a TermSystem are exact; of another function they are differences over
+    Derivatives of a System are exact; of another function they are differences over
     `difference` times the range from low to high, one-sided at its ends.
 
     >>> system = lambda p: (np.eye(1), None, np.array([[1 + p * p]]))
@@ -276,7 +430,7 @@ def with_slopes(
     >>> C.item(), K.item(), round(dK.item(), 6)
     (0.0, 2.0, 2.0)
     """
-    if isinstance(system, TermSystem):
+    if isinstance(system, System):
         name, zero = system.parameter, np.zeros((system.n, system.n))
         slopes = (system.derivative(name, {name: p}) for p in ps)
         filled = [[zero if X is None else dense(X) for X in each] for each in slopes]
@@ -287,7 +441,7 @@ def with_slopes(
     return list(zip(at, (last - first) / (after - before)[:, None, None, None], strict=True))
 
 
-def without_supports(system: TermSystem) -> tuple[TermSystem, NDArray[np.intp]]:
+def without_supports(system: System) -> tuple[System, NDArray[np.intp]]:
     """The system without the rows that a penalty on the diagonal of K holds, and these rows.
 
     Finite-element programs write a support as a diagonal entry of 1e22 or more. Rows are supports
@@ -343,7 +497,7 @@ def supported(rows: NDArray[np.intp]) -> str:
     )
 
 
-def matrices_at(system: System, p: float) -> Matrices:
+def matrices_at(system: SystemFunction, p: float) -> Matrices:
     """What a system gives at p. Raises InputError if it is no function that gives M, C and K."""
     given = system(p) if callable(system) else None
     if not isinstance(given, tuple | list) or len(given) != 3:
@@ -377,7 +531,7 @@ class Slow:
     grow or leaves the slow roots too few digits. `growth` is by how much it has increased rounding.
     """
 
-    def __init__(self, system: System, p: float) -> None:
+    def __init__(self, system: SystemFunction, p: float) -> None:
         self._system, self.growth = system, 1.0
         ((self._M, _, K),) = matrices_of(system, [p])
         size = np.sqrt(np.abs(np.diag(self._M)))
@@ -429,7 +583,7 @@ class Slow:
 
 
 def structure_stiffness(
-    system: TermSystem, without: Collection[int] = ()
+    system: System, without: Collection[int] = ()
 ) -> tuple[Matrix, tuple[int, ...]]:
     """The stiffness (n, n) that damping refers to, and which terms of K it is of; `without` some.
 
@@ -445,9 +599,7 @@ def structure_stiffness(
     return (K + K.T) / 2, tuple(i for i, _ in parts)
 
 
-def frictionless(
-    system: TermSystem, changes: Mapping[str, float] | None = None
-) -> dict[str, float]:
+def frictionless(system: System, changes: Mapping[str, float] | None = None) -> dict[str, float]:
     """The nominal parameters, some of them changed, without friction, at which a structure's
     stiffness is taken."""
     name = "mu" if "mu" in system.parameters else system.parameter
@@ -466,12 +618,12 @@ class Damped(NamedTuple):
 
 
 def damped(
-    system: TermSystem,
+    system: System,
     rayleigh: Sequence[float] = (0.0, 0.0),
     ratios: float | Sequence[float] | Callable[[Array], Array] = (),
     structural: float = 0.0,
     own: Mapping[str, Collection[int]] | None = None,
-) -> tuple[TermSystem, tuple[Damped, ...]]:
+) -> tuple[System, tuple[Damped, ...]]:
     """The system with damping of its structure, of which M and the stiffness K have modes Phi; and
     what is damped.
 
@@ -513,9 +665,7 @@ def damped(
     return result, tuple(done)
 
 
-def _with_modal_damping(
-    system: TermSystem, undamped: TermSystem, ratios: Any
-) -> tuple[TermSystem, Damped]:
+def _with_modal_damping(system: System, undamped: System, ratios: Any) -> tuple[System, Damped]:
     """A system with damping of the modes of an undamped one."""
     n, most = system.n, 2000
     K, M, count = structure_stiffness(undamped)[0], undamped.frozen().at()[0], n
@@ -590,7 +740,7 @@ def _dense_modes(K: Array, M: Array, count: int) -> tuple[Array, Array]:
     return squares[:count], modes[:, :count]
 
 
-def _bordered(system: TermSystem, U: Array) -> TermSystem:
+def _bordered(system: System, U: Array) -> System:
     """A sparse system with U U' added to C, a full matrix: by unknowns w = U' q of their own."""
     from scipy.sparse import block_array, csc_array, eye_array
 

@@ -28,7 +28,7 @@ from squeal.linear.eigen import GROWING
 from squeal.linear.events import Crossing, Event, hertz_of, located
 from squeal.linear.matrices import LightMassError
 from squeal.linear.search import Searched, difference, fastest_first, search
-from squeal.linear.system import Slow, System
+from squeal.linear.system import Slow, SystemFunction
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Thresholds:
 
 
 def thresholds(
-    system: System,
+    system: SystemFunction,
     mu_max: float,
     breakpoints: Iterable[float] = (),
     mu_min: float = 0.0,
@@ -81,7 +81,7 @@ def thresholds(
 
     Parameters
     ----------
-    system : System
+    system : SystemFunction
         Smooth between the `breakpoints`.
     mu_max, mu_min : float
         The range.

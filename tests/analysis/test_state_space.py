@@ -46,10 +46,10 @@ def test_a_state_space_becomes_a_system_with_its_poles():
     """Butterworth's third order: poles on the unit circle at 120, 180 and 240 degrees."""
     plant = control.tf2ss([1.0], [1.0, 2.0, 2.0, 1.0])
     exact = np.exp(1j * np.pi * np.array([2, 3, 4]) / 3)
-    assert apart(squeal.eigenvalues(squeal.System(plant)).values, exact) < 1e-12
+    assert apart(squeal.eigenvalues(squeal.System.from_control(plant)).values, exact) < 1e-12
     discrete = control.ss([[0.5]], [[1.0]], [[1.0]], [[0.0]], 0.1)
     with pytest.raises(InputError, match="discrete in time"):
-        squeal.System(discrete)
+        squeal.System.from_control(discrete)
 
 
 def test_a_system_becomes_a_state_space_with_its_roots():

@@ -9,7 +9,7 @@ import numpy as np
 
 from squeal.analysis.pads import branch_system
 from squeal.io.scene import Scene
-from squeal.linear import System, thresholds
+from squeal.linear import SystemFunction, thresholds
 from squeal.linear.eigen import ComplexArray, ordered
 from squeal.linear.matrices import Array
 from squeal.linear.paths import continued, links
@@ -18,7 +18,7 @@ from squeal.linear.system import matrices_at
 SAMPLES = 201  # values of mu
 
 
-def track(system: System, mus: Iterable[float]) -> ComplexArray:
+def track(system: SystemFunction, mus: Iterable[float]) -> ComplexArray:
     """Modes (k, 2n), rad/s, of system(mu) -> (M, C, K) along rising values `mus` (k,).
 
     Columns 2j and 2j + 1 are a mode and its conjugate, by rising frequency at the first value.
