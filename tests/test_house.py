@@ -12,7 +12,7 @@ MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglo
 UPWARDS = ("squeal.io.writing", "squeal.plots.answers")
 """The one import upwards: `Answer.plot` draws, and a result loads no plot before."""
 CEILINGS = {
-    "tokens": (235_500, 175_000),
+    "tokens": (237_000, 175_000),
     "tokens a code line": (12.2, 9.5),
     "paired assignments per 1,000 code lines": (39.8, 3),
     "comprehensions per 1,000 code lines": (68.7, 15),
