@@ -55,11 +55,11 @@ class Check(Answer):
 
     def parts(self) -> list[str | Table]:
         names = ["part", "file", "key", "format", "labels", "factor", "nonzeros", "symmetric"]
-        read = [Column(name, value=itemgetter(name)) for name in names]
+        columns = [Column(name, value=itemgetter(name)) for name in names]
         lines = [f"{name}: {text}" for name, text in self.checks.items()]
         if self.mass is not None and self.centre and self.size:
-            each = self.centre, self.size
-            centre, box = (", ".join(number(x, 4) for x in one) for one in each)
+            centre = ", ".join(number(x, 4) for x in self.centre)
+            box = ", ".join(number(length, 4) for length in self.size)
             mass = f"{number(self.mass)} in the unit of M, centre at ({centre})"
             lines.append(f"mass of the rows that move: {mass}")
             lines.append(f"nodes in a box of {box}")
@@ -69,7 +69,7 @@ class Check(Answer):
         lines.append(f"free motions: {self.free}")
         if self.negative:
             lines.append(f"motions of negative stiffness: {self.negative}")
-        files = Table(read, self.matrices)
+        files = Table(columns, self.matrices)
         head = f"{self.name}: {self.rows} rows"
         return [head, files, "\n".join(lines), self.table(), "\n".join(self.hints)]
 

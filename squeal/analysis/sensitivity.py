@@ -98,7 +98,7 @@ class Sensitivity(Answer):
             if step:
                 rows.append((name, words, *(step * slopes).tolist()))
         rows.sort(key=_effect)
-        ranked = [(*row, (False, 0.0)) for row in rows]
+        ranked = [(*row, (False, 0.0)) for row in rows]  # all alike where a long table is cut
         by_value = "dRe" if self.at is None else f"d {self.parameter}"
         heads = [("parameter", ""), ("change", ""), (by_value, "1/s" if self.at is None else "")]
         heads.append(("df", "Hz"))

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.analysis.answers import Sweep, Thresholds, onset_of
+from squeal.analysis.answers import Step, Sweep, Thresholds, onset_of
 from squeal.linear import GROWING
 from squeal.linear.events import hertz_of
 from squeal.plots.maps import COLOUR_OF, symbol_of
@@ -101,23 +101,36 @@ Span = tuple[float, float, str]
 
 
 def _spans(sweep: Sweep, found: Thresholds | None, ends: tuple[float, float]) -> list[Span]:
-    """Ranges with their verdict: between thresholds, without them between values that have the same
-    one, so that none is claimed where it changes; where there is no equilibrium the last ones."""
+    """Ranges within the ends of the axis, each with its verdict.
+
+    With thresholds these are what lies between them, and "no equilibrium" from the end of what was
+    searched on. Without, a range lies between neighbouring values that have the same verdict, so
+    that none is claimed where it changes.
+    """
+    spans: list[Span] = []
     if found is None:
-        each = [(s.value, s.verdict or (NOWHERE if s.roots is None else "-")) for s in sweep.steps]
-        pairs = itertools.pairwise(each)
-        spans = [(low, high, word) for (low, word), (high, other) in pairs if word == other]
+        for step, following in itertools.pairwise(sweep.steps):
+            if _verdict(step) == _verdict(following):
+                spans.append((step.value, following.value, _verdict(step)))
     else:
         edges = [found.low, *(point.mu for point in found.points), found.high, max(ends)]
-        words = [found.verdict or "-", *(point.kind for point in found.points), NOWHERE]
-        spans = list(zip(edges, edges[1:], words, strict=False))
-    joined = list[Span]()
-    for low, high, word in spans:
-        low, high = max(low, ends[0]), min(high, ends[1])
-        if joined and joined[-1][1:] == (low, word):
-            low = joined.pop()[0]
-        joined += [(low, high, word)] * (high > low)
+        verdicts = [found.verdict or "-", *(point.kind for point in found.points), NOWHERE]
+        spans = list(zip(edges[:-1], edges[1:], verdicts, strict=True))
+    joined: list[Span] = []
+    for begin, end, verdict in spans:
+        low = max(begin, ends[0])
+        high = min(end, ends[1])
+        if joined and joined[-1][1:] == (low, verdict):  # goes on where the last one ends
+            low, _, _ = joined.pop()
+        if high > low:
+            joined.append((low, high, verdict))
     return joined
+
+
+def _verdict(step: Step) -> str:
+    if step.verdict:
+        return step.verdict
+    return NOWHERE if step.roots is None else "-"
 
 
 def sweep_drawing(

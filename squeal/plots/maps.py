@@ -94,19 +94,20 @@ def _cells(axes: Axes, x: np.ndarray, y: np.ndarray, answer: Map, _: float | Non
     colours = [COLOUR_OF.get(verdict, VERDICT_COLOURS[4]) for verdict in answer.verdicts]
     look: Any = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
     axes.pcolormesh(x, y, answer.codes.T, shading="nearest", rasterized=True, **look)
-    some = {verdict: f"{100 * share:.1f} %" for verdict, share in answer.share.items() if share}
-    handles = [
-        Patch(fc=colour, ec="k", lw=0.5, label=f"{verdict} ({some[verdict]})")
-        for verdict, colour in zip(answer.verdicts, colours, strict=True)
-        if verdict in some
-    ]
+    handles = []
+    sentences = []
+    for colour, (verdict, share) in zip(colours, answer.share.items(), strict=True):
+        if share:
+            percent = f"{100 * share:.1f} %"
+            handles.append(Patch(fc=colour, ec="k", lw=0.5, label=f"{verdict} ({percent})"))
+            sentences.append(f"{verdict} {percent}")
     if answer.admissible is not None:
         far = ~answer.admissible & (answer.codes != NAMES.index("beyond a fold"))
         if far.any():
             look = {"hatches": ["////"], "colors": "none", "zorder": 1.5}
             axes.contourf(x, y, far.T.astype(float), [0.5, 1.5], **look)
             handles.append(Patch(fc="none", ec="k", hatch="////", lw=0.5, label="not admissible"))
-    return handles, "Verdict", ", ".join(f"{verdict} {share}" for verdict, share in some.items())
+    return handles, "Verdict", ", ".join(sentences)
 
 
 def _contours(axes: Axes, x: np.ndarray, y: np.ndarray, answer: Map, level: float | None) -> Drawn:

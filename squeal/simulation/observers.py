@@ -63,12 +63,14 @@ class Grid:
     def peaks(
         self, signal: Read, values: np.ndarray, enough: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Maxima between the samples (k, s) of a signal, as far as they may be `enough` (s,).
+        """Maxima between the samples (k, s) of a signal that may exceed `enough` (s,), a number of
+        each step; what surely does not is left out, which saves time.
 
         Returns their steps (m,), shares (m,) of them, and values (m,), exact to rounding.
         """
         high = np.fmax.reduce(values)
         low = np.fmin.reduce(values)
+        # no peak rises over the samples by more than half of their range
         promising = np.flatnonzero(high + 0.5 * (high - low) > enough)
         values = values[:, promising]
         shares = self.shares[:, None]
