@@ -95,9 +95,9 @@ def System(
     """
 
     if hasattr(M, "poles") and hasattr(M, "A"):
-        states: Any = importlib.import_module("squeal.analysis.state_space")
-        converted: TermSystem = states.system_of(M)
-        return converted
+        from squeal.analysis.state_space import system_of
+
+        return system_of(M)
     parts: list[tuple[Term, ...]] = []
     labels: dict[str, list[Any]] = {}
     for part, given in zip("MCK", (M, C, K), strict=True):
@@ -121,7 +121,7 @@ def System(
     return system
 
 
-def _labels_of(matrix: Any) -> tuple[list[Any], list[Any]] | None:
+def _labels_of(matrix: object) -> tuple[list[object], list[object]] | None:
     """The labels of rows and columns of a data frame (pandas) or a data array (xarray) that has
     them; None of any other matrix."""
     if hasattr(matrix, "columns") and hasattr(matrix, "index"):
