@@ -48,7 +48,7 @@ def _picked(found: MatrixFile | dict[str, Any], key: str | None) -> MatrixFile:
     return one if isinstance(one, MatrixFile) else MatrixFile(one)
 
 
-def _described(name: str, matrix: Any) -> str:
+def _described(name: str, matrix: object) -> str:
     """The name of one of several matrices, with its form where the format has one."""
     return f"{name} ({matrix.form})" if isinstance(matrix, UnbuiltMatrix) else name
 

@@ -141,14 +141,14 @@ def mirrored(matrix: Any, sign: int = 1) -> Any:
     return coo_array((np.append(data, sign * data[off]), where), shape=matrix.shape).tocsc()
 
 
-def _with_both_triangles(matrix: Any, sign: int) -> Any:
+def _with_both_triangles(matrix: csc_array, sign: int) -> csc_array:
     """A matrix of a symmetric (1) or skew-symmetric (-1) Harwell-Boeing file, with both triangles.
 
     The format asks for one triangle; some programs write both, which must then agree to the last
     digit. Raises ValueError.
     """
     if is_half(matrix):
-        return mirrored(matrix, sign)
+        return csc_array(mirrored(matrix, sign))
     if abs(matrix - sign * matrix.T).max() > 0.0:
         words = "symmetric" if sign > 0 else "skew-symmetric"
         raise ValueError(f"a {words} file holds both triangles, and they differ")

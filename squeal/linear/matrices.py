@@ -61,14 +61,15 @@ def dense(matrix: Any) -> np.ndarray:
     return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
 
 
-def _unwrapped(value: Any) -> Any:
+def _unwrapped(value: object) -> object:
     """The sparse matrix in a data frame of sparse columns (pandas) or in a data array (xarray);
     anything else as it is."""
     columns: Any = getattr(value, "sparse", None)  # which a frame of dense columns has not
     if hasattr(columns, "to_coo"):
         return columns.to_coo()
-    if hasattr(value, "dims") and is_sparse(getattr(value, "data", None)):
-        return value.data
+    inside = getattr(value, "data", None)
+    if hasattr(value, "dims") and is_sparse(inside):
+        return inside
     return value
 
 

@@ -14,7 +14,7 @@ import math
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,6 +27,9 @@ from squeal.numerics.differentiation import Formula
 from squeal.schema import Place
 from squeal.sparse.first_look import movements
 from squeal.sparse.quadratic import Array, ComplexArray, Factor, factorise
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array, csr_array
 
 SHARE = 1e-4  # of the energy of a boundary motion, below which what it adds inside is left out
 OWN = {"mu": 0.0, "contact": 1.0, "tangential": 1.0}  # parameters of every assembly
@@ -170,7 +173,7 @@ class Component:
         )
         return replace(self, system=system)
 
-    def _turn(self, axis: ArrayLike) -> Any:
+    def _turn(self, axis: ArrayLike) -> csc_array:
         """The sparse matrix J (n, n) of the cross product with a unit axis at each node. Raises
         InputError."""
         from scipy.sparse import coo_array
@@ -669,7 +672,7 @@ def assemble(
 
 
 def _coupling(
-    left: Any, weights: Array, right: Any, factor: str, is_large: bool
+    left: csr_array, weights: Array, right: csr_array, factor: str, is_large: bool
 ) -> tuple[Term, ...]:
     """The term of pairs that pull along `left` (m, n) by weights (m,) times what `right` (m, n)
     measures; none where nothing acts."""

@@ -1,0 +1,83 @@
+"""The brake of the documentation: frequencies of CalculiX with its own contact, and of squeal."""
+
+import importlib.util
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.linear.system import Term, TermSystem
+
+pytestmark = [
+    pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX (ccx) is not installed"),
+    pytest.mark.filterwarnings("ignore::squeal.errors.InputWarning"),  # of nodes inside elements
+]
+SCRIPT = Path(__file__).parents[2] / "docs" / "brake_from_mesh.py"
+GAUSS = np.array([-1.0, 1.0]) / np.sqrt(3.0)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """The script, its brake, the folder of its files, and what CalculiX prints without friction."""
+    found = importlib.util.spec_from_file_location("brake_from_mesh", SCRIPT)
+    script = importlib.util.module_from_spec(found)
+    found.loader.exec_module(script)
+    folder = tmp_path_factory.mktemp("brake")
+    brake = script.Brake()
+    script.write_files(folder, brake, mu=0.0)
+    script.run_calculix(folder, "normal", script.contact_deck(brake))
+    return script, brake, folder, script.printed(folder, "normal")[:, 0]
+
+
+def faces_minus_nodes(script, brake):
+    """The springs over the faces (m, m) less those at the nodes, in the order of the pairs."""
+    place = {second: i for i, (_, second) in enumerate(brake.shares)}
+    areas = -np.diag(list(brake.shares.values()))
+    first = len(brake.disc_elements) + 1
+    for face in brake.faces["pad"]:
+        nodes = brake.pad_elements[face - first][:4]
+        rows = [place[node] for node in nodes]
+        corners = np.array([brake.pad[node][:2] for node in nodes])
+        for a in GAUSS:
+            for b in GAUSS:
+                shapes = np.array(
+                    [(1 - a) * (1 - b), (1 + a) * (1 - b), (1 + a) * (1 + b), (1 - a) * (1 + b)]
+                )
+                slopes = np.array([[b - 1, 1 - b, 1 + b, -1 - b], [a - 1, -1 - a, 1 + a, 1 - a]])
+                area = np.linalg.det(slopes @ corners / 4.0)
+                areas[np.ix_(rows, rows)] += area * np.outer(shapes, shapes) / 16.0
+    return script.STIFFNESS * areas
+
+
+def lowest(system, count=12):
+    values = squeal.eigenvalues(system, band=(500.0, 7000.0)).values.imag
+    return np.sort(values[values > 0])[:count] / (2.0 * np.pi)
+
+
+def test_frequencies_without_friction_are_those_of_calculix(made):
+    script, brake, folder, wanted = made
+    text = (folder / "brake.yaml").read_text()
+    (folder / "reduced.yaml").write_text(f"{text}cutoff: 18000\n")
+    joined = squeal.read_system(folder / "reduced.yaml").assembly
+    assert joined.seats[0].closed.all()
+    at_nodes = lowest(joined.system)
+    assert at_nodes == pytest.approx(wanted[:12], rel=0.017)
+    disc, pad = joined.components
+    normal = np.zeros((len(brake.shares), joined.system.n))
+    rows_of_disc = disc.rows_of([first for first, _ in brake.shares])[:, 2]
+    rows_of_pad = pad.rows_of([second for _, second in brake.shares])[:, 2] + disc.system.n
+    each = np.arange(len(normal))
+    normal[each, rows_of_disc] = -1.0
+    normal[each, rows_of_pad] = 1.0
+    springs = Term(normal.T @ faces_minus_nodes(script, brake) @ normal)
+    system = joined.system
+    over_faces = TermSystem(system.M, system.C, (*system.K, springs), system.parameters)
+    assert lowest(over_faces) == pytest.approx(wanted[:12], rel=1e-3)
+
+
+def test_the_areas_of_the_pairs_are_those_of_the_sector(made):
+    _, brake, _, _ = made
+    angle = 2.0 * np.pi / 5.0
+    assert sum(brake.shares.values()) == pytest.approx(0.5 * (0.10**2 - 0.08**2) * angle)
