@@ -24,6 +24,7 @@ import os
 import re
 import shutil
 import sys
+import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -456,7 +457,9 @@ def compare(folder: Path, close: float) -> int:
     """Ask again; print what differs."""
     stored = json.loads((folder / "answers.json").read_text(encoding="utf-8"))
     questions = [Question(tuple(q["words"]), q["python"]) for q in stored["questions"]]
-    given = answers(folder / "inputs", questions)
+    with tempfile.TemporaryDirectory() as scratch:  # where answers write, and others may compare
+        inputs = Path(shutil.copytree(folder / "inputs", Path(scratch) / "inputs"))
+        given = answers(inputs, questions)
     lines, other = [], 0
     for name, old in stored["answers"].items():
         new = json.loads(json.dumps(given[name]))  # as the stored one went through JSON
