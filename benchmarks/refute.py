@@ -31,6 +31,7 @@ from scipy.optimize import linear_sum_assignment
 
 import squeal
 from squeal.errors import ComputationError
+from squeal.linear.events import Crossing
 from squeal.linear.system import TermSystem
 from squeal.proof import (
     AS_GIVEN,
@@ -481,7 +482,7 @@ def at_a_value(system: Known, rng: Rng) -> Outcome:
 # Judging thresholds
 
 
-def matches(case: Case, crossings: Sequence[squeal.Crossing]) -> bool:
+def matches(case: Case, crossings: Sequence[Crossing]) -> bool:
     """True if the crossings are those that are known, each one once."""
     left = list(crossings)
     for event in case.events:

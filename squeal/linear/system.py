@@ -76,7 +76,7 @@ class Term:
         object.__setattr__(self, "matrix", given_matrix(self.matrix).copy())
 
 
-SystemMatrix = ArrayLike | SparseMatrix | Mapping[str, ArrayLike | SparseMatrix] | tuple[Term, ...]
+SystemMatrix = ArrayLike | Sequence[object] | SparseMatrix | Mapping[str, object] | tuple[Term, ...]
 """A matrix as `System` takes it: one array, arrays by their factors, or terms."""
 
 

@@ -53,8 +53,8 @@ def rotor():
     cross = (whole["K"] - whole["K"].T) / 2
     C = {"1": whole["C"], "speed": whole["G"]}
     K = {"1": whole["K"] - cross, "cross": cross}
-    values = {"speed": 300.0, "cross": 0.4}
-    return squeal.System(whole["M"], C, K, parameters=values, parameter="speed")
+    at = {"speed": 300.0, "cross": 0.4}
+    return squeal.System(whole["M"], C, K, parameters=at, parameter="speed")
 
 
 def joined():
@@ -101,9 +101,10 @@ def test_terms_sum_to_each_root_and_agree_with_differences_of_their_factors(subj
                 roots = roots_by_companion(*(changed[part] for part in "MCK"))
                 moved.append(roots[np.argmin(abs(roots - root))])
             slope = (moved[0] - moved[1]) / (2 * step)
-            near = {"rel": 1e-4, "abs": 1e-7 * abs(root)}
-            assert 100 * row.d_real == pytest.approx(slope.real, **near), row
-            assert 100 * row.d_hz * 2 * np.pi == pytest.approx(slope.imag, **near), row
+            near = 1e-7 * abs(root)
+            assert 100 * row.d_real == pytest.approx(slope.real, rel=1e-4, abs=near), row
+            turned = 100 * row.d_hz * 2 * np.pi
+            assert turned == pytest.approx(slope.imag, rel=1e-4, abs=near), row
 
 
 def test_growth_is_the_work_of_a_cycle_over_twice_the_stored_energy():

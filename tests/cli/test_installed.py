@@ -106,7 +106,7 @@ def test_wheel_and_sdist_hold_every_file_of_the_package(wheel, tmp_path):
     assert {"squeal/py.typed", "squeal/article/report/references.bib"} < kept
     assert kept <= set(zipfile.ZipFile(wheel).namelist())
     assert kept | {"README.md", "LICENSE", "pyproject.toml"} <= packed
-    read = {"benchmarks/turning_brake.py", "docs/theory.md", "paper/report.tex", "workflow/pad.json"}
+    read = {"benchmarks/sizes.py", "docs/theory.md", "paper/report.tex", "workflow/pad.json"}
     assert read | {"tests/conftest.py", "figures/first-query.png"} <= packed  # by tests
 
 

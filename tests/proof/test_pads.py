@@ -2,6 +2,7 @@
 
 import itertools
 from dataclasses import replace
+from typing import Any
 
 import mpmath as mp
 import numpy as np
@@ -70,10 +71,12 @@ def test_the_branch_holds_the_exact_equilibria(stem, digits):
         for t in (cell.start, (cell.start + cell.end) / 2.0, cell.end):
             place = cell.at(flint.arb(t))
             q = [as_mpf(ball) for ball in place]
+
             # at the pivot's value: Newton's method at the friction of the middle is not that
-            z = exact.critical(
-                lambda q, mu, c=cell, at=q: [*q, mu][c.pivot] - at[c.pivot], q[:3], q[3]
-            )
+            def from_pivot(q: Any, mu: Any, pivot: int = cell.pivot, at: Any = q) -> Any:
+                return [*q, mu][pivot] - at[pivot]
+
+            z = exact.critical(from_pivot, q[:3], q[3])
             for ball, value in zip(place, [*z[0], z[1]], strict=True):
                 miss = abs(value - as_mpf(ball))
                 assert miss <= mp.mpf(float(ball.rad())) + mp.mpf(10) ** -24
@@ -134,7 +137,7 @@ def test_a_fold_is_where_the_determinant_vanishes(digits):
 @pytest.mark.parametrize(("stem", "ratio"), [("b1-a", 0.01), ("b2-a", 0.003), ("b1-d", 0.02)])
 def test_damped_pads_by_eigenvalues_at_40_digits(stem, ratio):
     """On both sides of what is proved as many roots grow as the list says, and none without."""
-    scene = replace(scene_of(stem), damping=Damping(ratios=[ratio, 2 * ratio, ratio]))
+    scene = replace(scene_of(stem), damping=Damping(ratios=(ratio, 2 * ratio, ratio)))
     answer = critical_friction(scene, prove=True)
     assert answer.proof["status"] == "proved", answer.proof_line
     model = damped_model(scene)

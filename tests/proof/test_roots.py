@@ -341,4 +341,6 @@ def test_free_bodies_with_damping_and_gyroscopic_terms_are_marginal():
             A = np.block([[np.zeros_like(K), np.eye(2 * nodes)], [-K, -C]])
             values = np.linalg.eigvals(A)
             proof = judge(np.eye(2 * nodes), C, K, values, 1e-5, "marginal")
-            assert (proof.status, proof.verdicts) == ("proved", {"marginal"}), proof.reason
+            assert (proof.status, proof.verdicts) == ("proved", frozenset({"marginal"})), (
+                proof.reason
+            )

@@ -1,6 +1,8 @@
 """Contact that slides at a speed, and components that turn: closed forms, and the contact's own law
 differentiated by differences."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -69,7 +71,7 @@ def test_about_an_axis_the_speed_is_that_of_the_place():
 
 def test_open_pairs_do_not_damp():
     bodies = [point("ground", stiffness=(9.0, 9.0, 9.0)), point("block", load=[0.0, 0.0, -2.0])]
-    pairs = {"sliding": (1, 0, 0), "speed": "1", "slope": "-0.1"}
+    pairs: dict[str, Any] = {"sliding": (1, 0, 0), "speed": "1", "slope": "-0.1"}
     closed = squeal.Contact(("ground", "block"), [(1, 1)], Z, 4.0, **pairs)
     away = squeal.Contact(("ground", "block"), [(1, 1)], Z, 4.0, gap=10.0, **pairs)
     both = squeal.assemble(bodies, [closed, away], {"mu": 0.4})
