@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (252_000, 175_000),
+    "tokens": (255_500, 175_000),
     "tokens a code line": (11.8, 9.5),
     "paired assignments per 1,000 code lines": (30.8, 3),
     "comprehensions per 1,000 code lines": (64.9, 15),
@@ -95,9 +95,9 @@ def test_the_referee_shares_nothing_with_the_solvers():
             assert shared <= {"squeal.model"}, name
 
 
-def test_there_are_at_most_28_rooms():
+def test_there_are_at_most_29_rooms():
     rooms = {room(name) for name in MODULES if not name.endswith("__main__")}
-    assert len(rooms - {"squeal", "squeal.article"}) <= 28, rooms
+    assert len(rooms - {"squeal", "squeal.article"}) <= 29, rooms
 
 
 def test_contributing_shows_the_house_as_it_is():
