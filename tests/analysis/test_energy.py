@@ -1,7 +1,6 @@
 """What feeds a mode: closed forms, work integrated over a cycle, differences of each factor."""
 
 import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from squeal.io.system import SystemFile
 from tests.conftest import ROOT
 from tests.known import system_of
 
-ROTOR = json.loads((Path(__file__).parent.parent / "data" / "rotor.json").read_text("utf-8"))
+ROTOR = json.loads((ROOT / "squeal" / "examples" / "rotor.json").read_text("utf-8"))
 EYE, TURN = np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]])
 STIFF = np.diag([100.0, 120.0])
 
