@@ -53,7 +53,9 @@ def test_nothing_is_overwritten(tmp_path, monkeypatch, capsys):
     assert not (tmp_path / "samples.yaml").exists()
     assert main(["example", "drum"]) == 2
     assert "brake" in capsys.readouterr().err
-    assert main(["example", "pad", "--to", "nowhere"]) == 2
+    assert main(["example", "pad", "--to", "pad.yaml"]) == 2
+    assert main(["example", "pad", "--to", "new"]) == 0
+    assert (tmp_path / "new" / "samples.yaml").is_file()
 
 
 def test_the_solids_are_those_of_scikit_fem():

@@ -21,7 +21,7 @@ def options(parser: Parser) -> None:
     parser.add_argument("--rows", type=int, metavar="N", default=Size.rows, help=words)
     words = "whose program's files a brake of solids has (abaqus)"
     parser.add_argument("--format", choices=FORMS, default=Size.form, help=words)
-    words = "a folder that exists (this one); nothing in it is overwritten"
+    words = "a folder (this one); nothing in it is overwritten"
     parser.add_argument("--to", type=Path, metavar="FOLDER", default=Path(), help=words)
 
 

@@ -183,8 +183,8 @@ def write_example(name: str, folder: Path, size: Size) -> list[str]:
     """
     if name not in EXAMPLES:
         raise InputError(f"{name}: is no example; {', '.join(EXAMPLES)} are")
-    if not folder.is_dir():
-        raise InputError(f"{folder}: is no folder; one that exists is allowed")
+    if folder.exists() and not folder.is_dir():
+        raise InputError(f"{folder}: is no folder")
     with tempfile.TemporaryDirectory() as made:
         place = Path(made)
         EXAMPLES[name].write(place, size)

@@ -36,7 +36,7 @@ def test_console_blocks_show_what_the_commands_print(pad):
     parts = [re.split(r"^\$ squeal (.*)\n", b, flags=re.M)[1:] for b in blocks]
     pairs = [pair for part in parts for pair in zip(part[::2], part[1::2], strict=True)]
     assert [command.split()[0] for command, _ in pairs] == [
-        "critical-friction",
+        "thresholds",
         *2 * ["eigenvalues"],
     ]
     for command, shown in pairs:
