@@ -352,7 +352,10 @@ class Shooting:
         return [] if found is None else [found.cycle]
 
     def _turns(self, first: Point, step: float, last: Point) -> list[Cycle]:
-        """What happens within a step, in order, each located by bisection."""
+        """The cycles within a step of the branch where it folds, grazes or changes stability.
+
+        They stand in their order along the step, each located by bisection between its ends.
+        """
         located: list[tuple[float, Cycle]] = []
         for kind, sign in SIGNS.items():
             if last.cycle.of_any_amplitude and kind != "grazing":
