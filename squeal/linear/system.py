@@ -264,7 +264,7 @@ class System:
 
     @property
     def undamped(self) -> bool:
-        """True if C has no terms and the others are real, so that nothing damps at any frequency."""
+        """True if C has no terms and the others are real: nothing damps at any frequency."""
         return not self.C and self._real_terms
 
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
