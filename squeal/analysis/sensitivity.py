@@ -91,24 +91,29 @@ class Sensitivity(Answer):
         return Table(in_order(heads), rows, title, nothing, itemgetter(-1))
 
     def _table_of_loss(self) -> Table:
-        """What a small step of each parameter moves of the first loss, the strongest first."""
+        """How far a small step of each parameter moves the first loss, the strongest first.
+
+        Where nothing is lost `slopes` is empty, and so is the table.
+        """
         rows = []
         for name, slopes in self.slopes.items():
             step, words = self._step(name)
             if step:
                 rows.append((name, words, *(step * slopes).tolist()))
         rows.sort(key=_effect)
-        ranked = [(*row, (False, 0.0)) for row in rows]  # all alike where a long table is cut
-        by_value = "dRe" if self.at is None else f"d {self.parameter}"
-        heads = [("parameter", ""), ("change", ""), (by_value, "1/s" if self.at is None else "")]
-        heads.append(("df", "Hz"))
+        # a long table is cut by the last cell; where all are alike it keeps the order of above
+        same_rank = (False, 0.0)
+        ranked = [(*row, same_rank) for row in rows]
         if self.at is None:
-            title = nothing = "stability is not lost: nothing moves its loss"
+            moved = ("dRe", "1/s")
+            title = "stability is not lost: nothing moves its loss"
+            if_empty = title
         else:
-            place = f"{self.parameter} = {self.at:.6g}"
-            title = f"what moves the first loss ({self.kind} at {place})"
-            nothing = "no other parameter"
-        return Table(in_order(heads), ranked, title, nothing, itemgetter(-1))
+            moved = (f"d {self.parameter}", "")
+            title = f"what moves the first loss ({self.kind} at {self.parameter} = {self.at:.6g})"
+            if_empty = "no other parameter"
+        heads = [("parameter", ""), ("change", ""), moved, ("df", "Hz")]
+        return Table(in_order(heads), ranked, title, if_empty, itemgetter(-1))
 
     def _step(self, name: str) -> tuple[float, str]:
         """A small step of a parameter in its unit, and in words."""

@@ -103,8 +103,8 @@ Span = tuple[float, float, str]
 def _spans(sweep: Sweep, found: Thresholds | None, ends: tuple[float, float]) -> list[Span]:
     """Ranges within the ends of the axis, each with its verdict.
 
-    With thresholds these are what lies between them, and "no equilibrium" from the end of what was
-    searched on. Without, a range lies between neighbouring values that have the same verdict, so
+    With thresholds these are what lies between them; beyond the last value that was searched there
+    is "no equilibrium". Without, a range lies between neighbouring values of the same verdict, so
     that none is claimed where it changes.
     """
     spans: list[Span] = []
@@ -113,6 +113,7 @@ def _spans(sweep: Sweep, found: Thresholds | None, ends: tuple[float, float]) ->
             if _verdict(step) == _verdict(following):
                 spans.append((step.value, following.value, _verdict(step)))
     else:
+        # the kind of a threshold is the verdict from there up to the next one
         edges = [found.low, *(point.mu for point in found.points), found.high, max(ends)]
         verdicts = [found.verdict or "-", *(point.kind for point in found.points), NOWHERE]
         spans = list(zip(edges[:-1], edges[1:], verdicts, strict=True))
@@ -121,7 +122,7 @@ def _spans(sweep: Sweep, found: Thresholds | None, ends: tuple[float, float]) ->
         low = max(begin, ends[0])
         high = min(end, ends[1])
         if joined and joined[-1][1:] == (low, verdict):  # goes on where the last one ends
-            low, _, _ = joined.pop()
+            low = joined.pop()[0]
         if high > low:
             joined.append((low, high, verdict))
     return joined

@@ -113,13 +113,13 @@ def prove_pad(
     branch: PadBranch,
     claims: Sequence[Claim],
     fold: float | None,
-    first: float | None,
+    first_loss: float | None,
     growth_below: float,
 ) -> PadProof:
     """Whether the number of growing roots changes at the claimed thresholds and nowhere else.
 
-    Proved is the list up to a friction: to the end of the branch, or at least beyond the first
-    loss of stability. What follows beyond it is then open.
+    The list is proved up to `until` of the result: the end of the branch, or a friction beyond the
+    first loss of stability. There it counts as proved too, and `reason` says why the rest is open.
 
     Parameters
     ----------
@@ -129,21 +129,24 @@ def prove_pad(
         The printed thresholds, ascending.
     fold : float or None
         The friction at which the branch is said to turn back.
-    first : float or None
+    first_loss : float or None
         The printed first loss of stability.
     growth_below : float
-        A rate, 1/s, above 0: what is claimed where roots meet without crossing.
+        A rate, 1/s, above 0. Where roots meet without crossing the axis it is shown only that they
+        grow more slowly than this; elsewhere the result says 0.
     """
     walk = _Walk(branch, claims, fold, growth_below)
-    cap = flint.ctx.cap
-    with flint.ctx.workprec(BITS):
-        problem = walk.problem()
-    flint.ctx.cap = cap
-    growth = growth_below if walk.met else 0.0
+    terms_of_series = flint.ctx.cap  # which the walk sets
+    try:
+        with flint.ctx.workprec(BITS):
+            problem = walk.first_problem()
+    finally:
+        flint.ctx.cap = terms_of_series
+    growth = growth_below if walk.roots_met else 0.0
     known = (walk.until, tuple(walk.places), growth)
     if problem is None:
         return PadProof("proved", *known)
-    reaches = first is not None and walk.until > first
+    reaches = first_loss is not None and walk.until > first_loss
     status = "proved" if problem.status == "open" and reaches else problem.status
     return PadProof(status, *known, problem.reason, problem.where)
 
@@ -160,12 +163,12 @@ class _Walk:
         self.waiting = list(claims)
         self.until = branch.low
         self.places: list[tuple[float, float]] = []
-        self.met = False  # whether roots meet somewhere without crossing
+        self.roots_met = False  # whether roots meet somewhere without crossing
         pad = branch.model.pad
         self.mass = (pad.m, pad.m, pad.I)
         self.is_damped = branch.model.damping is not None or branch.fall is not None
 
-    def problem(self) -> Problem | None:
+    def first_problem(self) -> Problem | None:
         """What is open or refuted first, None if all is proved."""
         count: int | None = None
         open_parts: list[Part] = []
@@ -233,7 +236,7 @@ class _Walk:
             self.places.append((min(event.low, claim.mu), max(event.high, claim.mu)))
         self.waiting = self.waiting[len(mine) :]
         if not mine and event.parts:
-            self.met = True
+            self.roots_met = True
             if not all(self._is_slow(part, event.before) for part in event.parts):
                 return Problem("open", TOUCHES, middle)
         return None

@@ -358,13 +358,15 @@ class Shooting:
         """
         located: list[tuple[float, Cycle]] = []
         for kind, sign in SIGNS.items():
+            # vibrations of any amplitude stand at one value: they neither fold nor change stability
             if last.cycle.of_any_amplitude and kind != "grazing":
                 continue
             low = 0.0
             sign_at_low = sign(*first)
-            while sign_at_low != sign(*last) and low < step:
+            sign_at_end = sign(*last)
+            while sign_at_low != sign_at_end and low < step:
                 high, at_high = self._first_change(first, sign, sign_at_low, low, (step, last))
-                # a pair of multipliers that meets elsewhere crosses no unit circle
+                # two real multipliers of product 1 change the sign too, but lie on no unit circle
                 if kind in ("fold", "grazing") or _is_critical(at_high.cycle):
                     located.append((high, replace(at_high.cycle, turn=kind)))
                 low = high

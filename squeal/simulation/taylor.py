@@ -364,8 +364,11 @@ class TaylorBatch(TaylorIntegrator):
     def run(
         self, contact: np.ndarray, t: Any, state: np.ndarray, stop: Any, dense: bool
     ) -> Segment:
-        """A segment of motions, a multiple of `Options.lanes`, from contact (points, n), times (n,)
-        and states (6, n) to their ends `stop` (n,), or to a limit."""
+        """Integrate n motions (a multiple of `Options.lanes`) in their contact (points, n).
+
+        Each goes from its time `t` (n,) and state (6, n) to `stop` (n,), or to an earlier limit of
+        the options; `dense` keeps the whole path.
+        """
         lanes = self._options.lanes
         machine = self._compiled(lanes)
         parameters = _parameters(self._model, np.asarray(contact))
@@ -376,22 +379,23 @@ class TaylorBatch(TaylorIntegrator):
         count = np.zeros(n, dtype=int)
         limit = np.full(n, Limit.NONE)
         parts = []
-        for first in range(0, n, lanes):
-            motions = slice(first, first + lanes)
-            machine.first_motion = first
+        for offset in range(0, n, lanes):
+            motions = slice(offset, offset + lanes)
+            machine.first_motion = offset
             machine.start(parameters[:, motions], end[:, motions], t0[motions])
             record = Record(machine) if dense else None
-            # of this block alone: views, which the motions fill
+            # slices are views: it writes into them where each motion ended
             self._carry(
                 machine, record, t1[motions], end[:, motions], count[motions], limit[motions]
             )
             if record is not None:
-                parts.append(record.smooth(first))
+                parts.append(record.smooth(offset))
         smooth = None
         if dense:
             smooth = DenseOutput(
                 *(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True))
             )
+        # the machine's log holds the contact changes of all blocks
         return _segment(
             machine,
             parameters,
