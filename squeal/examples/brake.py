@@ -2,12 +2,10 @@
 
 A disc clamped at its inner edge and a pad on part of its upper face, linear hexahedra on matching
 meshes. Normal springs join the faces over the whole contact; friction mu times their force acts
-along the disc's motion. `python -m squeal.examples.brake FOLDER [ROWS] [--format abaqus]` writes
-matrices, as that program would, coordinates and a system file that reads them.
+along the disc's motion. `squeal example brake` writes matrices, as a program would, coordinates and
+a system file that reads them.
 """
 
-import argparse
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,7 +15,7 @@ import yaml
 from numpy.typing import NDArray
 
 from squeal.analysis.systems.matrices import write_components, write_system
-from squeal.errors import ComputationError, InputError
+from squeal.errors import InputError
 from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
@@ -427,29 +425,3 @@ def write_parts(folder: Path, brake: SolidBrake) -> None:
         "contact": [between | laws],
     }
     write_text(folder / "assembly.yaml", yaml.safe_dump(document, sort_keys=False))
-
-
-def main() -> int:
-    """Write a brake into the folder that is named."""
-    parser = argparse.ArgumentParser(prog=f"python -m {__spec__.name}", description=__doc__)
-    parser.add_argument("folder", type=Path, help="where to write")
-    parser.add_argument("rows", type=int, nargs="?", default=2000, help="at least so many (2000)")
-    parser.add_argument("--format", choices=["npz", *FILES], default="npz", help="whose files")
-    parts = "disc and pad by themselves, with the contact between them and the load"
-    parser.add_argument("--components", action="store_true", help=parts)
-    given = parser.parse_args()
-    try:
-        brake = solid_brake(given.rows)
-        if given.components:
-            write_parts(given.folder, brake)
-        else:
-            write_brake(given.folder, brake, given.format)
-    except (InputError, ComputationError) as error:
-        print(f"solid brake: {error}", file=sys.stderr)
-        return 2
-    print(f"{brake.system.n} degrees of freedom in {given.folder}")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -192,7 +192,9 @@ def check_regular(M: Any, C: Any, K: Any) -> None:
         z = rate * turn
         if scaled_rank(z * z * M + (0.0 if C is None else z * C) + K) == len(M):
             return
-    raise MatrixError("M, C and K: are singular together, so that every number is a root")
+    raise MatrixError(
+        "M, C and K: are singular together as far as rounding shows, so that every number is a root"
+    )
 
 
 def rank_of(singular: Array, size: float | None = None) -> int:

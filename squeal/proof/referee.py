@@ -17,6 +17,7 @@ from squeal.proof.pieces import Failure, Means, Piece, growing_counts, strong_pa
 
 Status = Literal["proved", "open", "refuted"]
 LAST_DIGITS = "the answer hangs on the last digits of the entries"
+FREE = "free motions neither grow nor decay as far as the entries say"
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,7 +190,7 @@ def _made_exact(system: Quadratic, finding: Finding) -> Finding:
     parts = list(finding.parts)
     for number, rows in enumerate(components(system)):
         part = parts[number]
-        if not isinstance(part, Failure) and all(p.is_sharp or p.side == "free" for p in part):
+        if not isinstance(part, Failure) and all(p.is_sharp and p.side != "free" for p in part):
             continue
         exact = exact_roots(system.block(rows))
         if not isinstance(exact, Failure):
@@ -217,14 +218,19 @@ def prove_roots(system: Quadratic, answer: RootList) -> Proof:
     """
     finding = _with_free_motions(system, enclosed(system, answer))
     proof = judge_finding(finding, answer)
-    # a list without a verdict is asked for what its verdict may be
-    if proof.status == "refuted" or (proof.status == "proved" and len(proof.verdicts) == 1):
+    # a list without a verdict is asked for what its verdict may be, and what may be a free motion
+    # within the data is asked whether it is one of the very numbers that are given
+    is_settled = len(proof.verdicts) == 1 and all(p.side != "free" for p in finding.pieces)
+    if proof.status == "refuted" or (proof.status == "proved" and is_settled):
         return proof
     exact = _made_exact(system, finding)
     second = judge_finding(exact, answer)
     if second.status == "refuted" and second.data != system.data:
         # the given doubles refute it, others within the data may not
-        return _open(exact, f"{LAST_DIGITS}: {second.reason}", second.where, second.errors)
+        has_free = any(p.side == "free" for p in finding.pieces)
+        reason = FREE if has_free else f"{LAST_DIGITS}: {second.reason}"
+        known = finding if has_free else exact  # what all systems within the data have in common
+        return _open(known, reason, second.where, second.errors)
     return second
 
 
@@ -309,26 +315,25 @@ def growth_bound(pieces: Sequence[Piece]) -> float:
     return max([0.0, *(piece.high for piece in pieces if piece.side in ("unknown", "free"))])
 
 
-def possible_verdicts(pieces: Sequence[Piece], free_is_zero: bool = True) -> frozenset[str]:
-    """The verdicts that the roots of pieces allow, free motions taken for zero.
+def possible_verdicts(pieces: Sequence[Piece]) -> frozenset[str]:
+    """The verdicts that the roots of pieces allow.
 
     The root of largest real part names it: `flutter` if it is one of a pair, else `divergence`.
     Where none grows it is `marginal` if one lies on the imaginary axis, else `stable`.
     """
-    on_the_axis = ("axis", "free") if free_is_zero else ("axis",)
     verdicts: set[str] = set()
     surely = [piece.low for piece in pieces if piece.side == "grows"]
     leading = max(surely, default=-math.inf)
-    unknown = [p for p in pieces if p.side not in ("grows", "decays", *on_the_axis)]
+    unknown = [p for p in pieces if p.side not in ("grows", "decays", "axis")]
     for piece in pieces:
-        if piece.side in (*on_the_axis, "decays") or piece.high < leading:
+        if piece.side in ("axis", "decays") or piece.high < leading:
             continue
         if piece.real is not True:
             verdicts.add("flutter")
         if piece.real is not False:
             verdicts.add("divergence")
     if not surely:
-        on_axis = any(piece.side in on_the_axis for piece in pieces)
+        on_axis = any(piece.side == "axis" for piece in pieces)
         if on_axis or unknown:
             verdicts.add("marginal")
         if not on_axis:
@@ -348,7 +353,7 @@ def judge_finding(finding: Finding, answer: RootList) -> Proof:
     deciding = finding.deciding
     verdicts = possible_verdicts(deciding)
     if status != "refuted" and answer.verdict is not None and verdicts != {answer.verdict}:
-        if answer.verdict not in possible_verdicts(deciding, free_is_zero=False):
+        if answer.verdict not in verdicts:
             status = "refuted"
             reason = f"the verdict is {' or '.join(sorted(verdicts))}, not {answer.verdict}"
             where = None
@@ -359,6 +364,8 @@ def judge_finding(finding: Finding, answer: RootList) -> Proof:
             )
             where = None if vague is None else complex(vague.centres[0])
             reason = f"the verdict may be {' or '.join(sorted(verdicts))}"
+            if vague is None:
+                reason = FREE
     growth = growth_bound(deciding)
     return Proof(
         status, finding.by, growth, finding.data, reason, where, errors, verdicts, tuple(pieces)

@@ -19,9 +19,31 @@ from squeal.proof import (
 from squeal.proof.enclosure import components, enclose
 from squeal.proof.exact import exact_roots
 from squeal.proof.pieces import growing_counts
-from squeal.proof.referee import enclosed, possible_verdicts
+from squeal.proof.referee import FREE, enclosed, possible_verdicts
 from tests.proof.families import FAMILIES, Known, sample, unimodular
 
+NEARLY_FREE = (
+    (
+        np.diag([3.0, 3.0, 1.0, 1.0]),
+        [
+            [0.9999999990686774, 0.0, -1.0, 2.0**-30],
+            [0.0, 2.0**-36, -(2.0**-36), 0.0],
+            [-1.0, -(2.0**-36), 1.000000000014552, 0.0],
+            [2.0**-30, 0.0, 0.0, -(2.0**-30)],
+        ],
+        [
+            [10.0, 0.0, -5.0, -5.0],
+            [0.0, 4.0, -4.0, 0.0],
+            [-5.0, -4.0, 9.0, 0.0],
+            [-5.0, 0.0, 0.0, 4.9999999999999964],
+        ],
+    ),
+    (
+        [[-1024.0, 1.5], [0.078125, -9.1552734375e-05]],
+        [[-1280.0, 2.0], [0.09375, -0.0001373291015625]],
+        [[-2304.000000000002, 4.5], [0.16406250000000014, -0.0003204345703125]],
+    ),
+)
 VERDICTS = ("stable", "marginal", "flutter", "divergence")
 
 
@@ -148,9 +170,9 @@ def test_free_body_hangs_on_its_digits(flint):
     values = np.concatenate([1j * roots, -1j * roots])
     ten = judge(np.eye(3), None, K, values, 1e-4, "divergence", "10 digits")
     assert ten.status == "open"  # the data allow it, and a free motion as well
-    assert ten.verdicts == {"marginal"}
+    assert {"marginal", "divergence"} <= ten.verdicts
     free = judge(np.eye(3), None, K, values, 1e-4, "marginal", "10 digits")
-    assert free.status == "proved"
+    assert (free.status, free.reason) == ("open", FREE)
     assert 0.0 < free.growth_below < 1e-4
     # integers sum to zero exactly
     whole = np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
@@ -172,16 +194,15 @@ def chain_held_by(share, n, rng):
 def test_only_growth_below_the_data_is_a_free_motion(n):
     """By the translation q = 1 the data move 1' K 1 by the sum of the half ulps, and no more."""
     rng = np.random.default_rng(n)
-    for share, status in ((0.0, "proved"), (0.3, "proved"), (3.0, "open"), (1e5, "refuted")):
+    for share, status in ((0.0, "open"), (0.3, "open"), (3.0, "open"), (1e5, "refuted")):
         K = chain_held_by(share, n, rng)
         squares, _ = np.linalg.eigh(K)
         squares[0] = 0.0
         values = np.concatenate([1j * np.sqrt(squares), -1j * np.sqrt(squares)])
         proof = judge(np.eye(n), None, K, values, None, "marginal")
         assert proof.status == status
-        if status == "proved":
-            assert sum(piece.count for piece in proof.pieces if piece.side == "free") == 2
-            assert 0.0 < proof.growth_below < 1e-6
+        assert proof.reason in (FREE, "listed values cannot be told apart") or share > 1.0
+        assert proof.growth_below < 1e-6
 
 
 def test_gyroscopic_systems_are_proved_marginal_by_mirror_images():
@@ -324,23 +345,33 @@ def test_of_complex_systems_the_upper_half_plane_decides(data):
     assert proved > 15
 
 
-def test_free_bodies_with_damping_and_gyroscopic_terms_are_marginal():
-    """Their vectors at zero coincide; how many zeros there are follows from the springs alone."""
+def test_free_bodies_with_damping_and_gyroscopic_terms():
+    """Their vectors at zero coincide. Of bars along the axes, whose stiffness is of integers, they
+    are marginal; of bars in any direction the entries are rounded, and do not say it."""
     rng = np.random.default_rng(8)
-    for _ in range(12):
+    for case in range(24):
         nodes = int(rng.integers(2, 7))
-        places = rng.random((nodes, 2))
+        places = rng.integers(0, 5, (nodes, 2)) if case % 2 else rng.random((nodes, 2))
         K = np.zeros((2 * nodes, 2 * nodes))
         for i, j in itertools.combinations(range(nodes), 2):
             bar = np.zeros(2 * nodes)
             bar[[2 * i, 2 * i + 1]] = places[i] - places[j]
             bar[[2 * j, 2 * j + 1]] = places[j] - places[i]
             K += np.outer(bar, bar)
-        spin = np.kron(np.diag(rng.uniform(0.1, 1.0, nodes)), [[0.0, 1.0], [-1.0, 0.0]])
-        for C in (1e-3 * K, spin, spin + 1e-3 * K):
+        spin = np.kron(np.diag(rng.integers(1, 9, nodes) / 8.0), [[0.0, 1.0], [-1.0, 0.0]])
+        for C in (2.0**-10 * K, spin, spin + 2.0**-10 * K):
             A = np.block([[np.zeros_like(K), np.eye(2 * nodes)], [-K, -C]])
             values = np.linalg.eigvals(A)
             proof = judge(np.eye(2 * nodes), C, K, values, 1e-5, "marginal")
-            assert (proof.status, proof.verdicts) == ("proved", frozenset({"marginal"})), (
-                proof.reason
-            )
+            if case % 2:
+                assert (proof.status, proof.verdicts) == ("proved", frozenset({"marginal"}))
+            else:
+                assert proof.status == "open" or proof.by == "exact", proof.reason
+
+
+@pytest.mark.parametrize(("M", "C", "K"), NEARLY_FREE)
+def test_what_is_free_within_the_data_only_is_no_proof_that_it_is_marginal(M, C, K):
+    """Exactly, the first diverges by 2.1e-8 1/s, and the second decays by 1.8e-15 1/s."""
+    n = len(M)
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(M, K), -np.linalg.solve(M, C)]])
+    assert judge(M, C, K, np.linalg.eigvals(A), None, "marginal").status != "proved"

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 AS_GIVEN = "as given"
 HALF_ULP = "half an ulp"  # is assumed of the entries of arrays and of files with all digits
+PRINTED = 1e-6  # of |lambda|: the digits of a table
 Known = tuple[Eigenvalue, ...]
 Words = tuple[str | None, str]
 
@@ -112,7 +113,11 @@ def refereed(
 
     M, K = dense(matrices[0]), dense(matrices[2])
     C = None if matrices[1] is None else dense(matrices[1])
-    from squeal.proof import RootList, prove_roots  # here, since scenes start without it
+    from squeal.proof.referee import (  # here, since scenes start without it
+        FREE,
+        RootList,
+        prove_roots,
+    )
 
     system = data.around(M, C, K)
 
@@ -149,21 +154,31 @@ def refereed(
         # what is known to few digits neither grows nor decays
         if data.words == HALF_ULP and verdict in ("stable", "marginal"):
             words = verdict, f"{verdict}, which is proved although rounding hides it"
+        elif any(piece.side == "free" for piece in proof.pieces):
+            status = "open"
+            reason = FREE
         else:
-            status, reason = "open", words[1].removeprefix(OPEN)
+            status = "open"
+            reason = words[1].removeprefix(OPEN)
     every = _widened(every, proof.errors, words[0])
     growth = proof.growth_below if proof.growth_below < math.inf else None
     return every, words, Statement(status, proof.by, growth, proof.data, reason, where)
 
 
 def _widened(every: Known, errors: NDArray[np.float64], verdict: str | None) -> Known:
-    """Roots with the distances that are proved where these exceed what rounding is taken for."""
-    each = zip(every, errors.tolist(), strict=True)
-    wide = tuple(
-        replace(e, rounding=max(e.rounding, error)) if error < math.inf else e for e, error in each
-    )
+    """Roots with the distances that are proved where these exceed what rounding is taken for.
+
+    One that the printed digits would hide is the error of the root, which is listed.
+    """
+    wide = []
+    for root, distance in zip(every, errors.tolist(), strict=True):
+        if distance < math.inf:
+            root = replace(root, rounding=max(root.rounding, distance))
+            if distance > PRINTED * abs(root.value):
+                root = replace(root, error=max(root.error or 0.0, distance))
+        wide.append(root)
     # the mode that names the verdict stays in the list of those that grow
-    return every if verdict in GROWING and not growing(wide) else wide
+    return every if verdict in GROWING and not growing(wide) else tuple(wide)
 
 
 def _centres(pieces: tuple[Any, ...]) -> NDArray[np.complex128]:
