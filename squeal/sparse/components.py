@@ -25,8 +25,12 @@ from squeal.linear.matrices import EPS, divisor, is_sparse, norm_of
 from squeal.linear.system import Matrix, Term, TermSystem, structure_stiffness
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Place
+from squeal.sparse.factor import Factor, factorise
 from squeal.sparse.first_look import movements
-from squeal.sparse.quadratic import Array, ComplexArray, Factor, factorise
+from squeal.sparse.quadratic import (
+    Array,
+    ComplexArray,
+)
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array, csr_array

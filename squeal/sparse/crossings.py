@@ -39,14 +39,12 @@ from squeal.linear.search import search
 from squeal.linear.system import TermSystem
 from squeal.sparse.dispersive import frozen_parts
 from squeal.sparse.eigensolver import enlarged
+from squeal.sparse.factor import Factor, factorise, factorise_at
 from squeal.sparse.quadratic import (
     ComplexArray,
-    Factor,
     Roots,
     ScaledSystem,
-    combined,
-    factorise,
-    factorise_at,
+    multiply,
 )
 from squeal.sparse.reduction import Reduction, contraction
 
@@ -118,7 +116,7 @@ class Along:
         """The roots (rad/s) at a value of the parameter, of pairs the upper ones."""
         if value not in self._states:
             roots = self.reduction.roots({self.name: value}, left=True)
-            roots = roots.picked(self.region.contains(roots.values))
+            roots = roots.select(self.region.contains(roots.values))
             self._states[value] = state_of(self.reduction.system, self.name, value, roots)
         return self._states[value]
 
@@ -321,7 +319,7 @@ def crossings_along(
         for a, b in itertools.pairwise(values):
             for value, omega, *vectors in along.crossings(a, b, OPTIONS.least * (high - low)):
                 guess = along.scaled.scale * np.array(vectors, dtype=complex)
-                both = combined(reduction.vectors, guess.T)
+                both = multiply(reduction.vectors, guess.T)
                 try:
                     one = confirmed(finer, name, value, omega, *both.T)
                 except ComputationError as error:
@@ -485,10 +483,10 @@ def confirmed(
         if factor is None:
             break
         small = ScaledSystem(reduction.system)
-        both = combined(reduction.vectors.T, np.array([right, left]).T)
+        both = multiply(reduction.vectors.T, np.array([right, left]).T)
         one = axis_crossing(small, name, value, omega, *(both / small.scale[:, None]).T)
         value, omega = one.value, one.omega
-        both = combined(reduction.vectors, (small.scale * np.array([one.vector, one.left])).T)
+        both = multiply(reduction.vectors, (small.scale * np.array([one.vector, one.left])).T)
         right, left = np.hsplit(both / np.linalg.norm(both, axis=0), 2)
         problem = scaled.at({name: value, **scaled.system.frequency(omega)})
         root = np.array([complex(0.0, omega)])

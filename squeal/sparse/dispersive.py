@@ -26,7 +26,14 @@ from squeal.linear.moduli import Modulus
 from squeal.linear.system import TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.eigensolver import OPTIONS as SOLVER
-from squeal.sparse.quadratic import PROGRESS, Array, Roots, combined, factorise_at, listed
+from squeal.sparse.factor import factorise_at
+from squeal.sparse.quadratic import (
+    PROGRESS,
+    Array,
+    Roots,
+    eigenvalues_of,
+    multiply,
+)
 
 Reduction = Any
 """A `Reduction` of squeal.sparse.reduction, whose roots are solved for here."""
@@ -175,9 +182,9 @@ def modes_at_own_frequencies(
     PROGRESS.get()("solving for the roots at their own frequencies")
     (found, unsure), before = settled(reduction, changes), np.inf
     grid = frequencies(system, region)
-    for _ in range(SOLVER.rounds):
+    for _ in range(SOLVER.corrections):
         roots = vectors(reduction, changes, found)
-        x, y = (combined(reduction.vectors, X) for X in (roots.right, roots.left.conj()))
+        x, y = (multiply(reduction.vectors, X) for X in (roots.right, roots.left.conj()))
         problems = [scaled.at({**changes, **system.frequency(z.imag)}) for z in roots.values]
         rests = np.zeros((2, *x.shape), dtype=complex)
         for k, (problem, z) in enumerate(zip(problems, roots.values, strict=True)):
@@ -191,5 +198,5 @@ def modes_at_own_frequencies(
         reduction.extend(np.hstack([factor.solve(rests[k][:, late], k == 1) for k in range(2)]))
         found = [(_own(reduction, changes, z, z.imag, grid) or z, count) for z, count in found]
     full = Roots(roots.values, x, y.conj())
-    each = [listed(one, full.picked(np.array([k])))[0] for k, one in enumerate(problems)]
+    each = [eigenvalues_of(one, full.select(np.array([k])))[0] for k, one in enumerate(problems)]
     return tuple(sorted(each, key=lambda e: e.value.imag)), unsure

@@ -31,18 +31,17 @@ from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.compression import Compression, weights
 from squeal.sparse.dense import dense_values
-from squeal.sparse.eigensolver import corrected, modes_in, orthogonal
+from squeal.sparse.eigensolver import corrected_roots, modes_in, orthogonalise
+from squeal.sparse.factor import Factor, factorise
 from squeal.sparse.quadratic import (
     PROGRESS,
     Array,
     ComplexArray,
-    Factor,
     Quadratic,
     Roots,
     ScaledSystem,
-    combined,
-    factorise,
-    listed,
+    eigenvalues_of,
+    multiply,
 )
 from squeal.sparse.reduction import CONTRACTS, SKETCH, Changes, Reduction, contraction
 
@@ -104,10 +103,10 @@ class Structure:
         """Real modes as columns (n, m): all up to a frequency (rad/s), by block Arnoldi."""
         reach, look, done = highest**2 - self.shift, 2 * OPTIONS.block, 0
         start = np.random.default_rng(0).standard_normal((self.F.shape[0], OPTIONS.block))
-        Q, _ = orthogonal(np.zeros((len(start), 0)), self.factor.solve(self.M @ start))
+        Q, _ = orthogonalise(np.zeros((len(start), 0)), self.factor.solve(self.M @ start))
         H = np.zeros((Q.shape[1], 0))
         while True:
-            new, column = orthogonal(Q, self.factor.solve(self.M @ Q[:, done:]))
+            new, column = orthogonalise(Q, self.factor.solve(self.M @ Q[:, done:]))
             H = np.hstack([np.pad(H, ((0, new.shape[1]), (0, 0))), column])
             done, Q = Q.shape[1], np.hstack([Q, new])
             if done < look and new.size:
@@ -381,12 +380,12 @@ class FirstLook(Reduction):
         if not count:
             none = np.zeros(0)
             return Lack(roots, np.zeros((len(V), 0), complex), none, none, none.astype(bool))
-        X, Y = combined(V, roots.right), combined(V, roots.left)
+        X, Y = multiply(V, roots.right), multiply(V, roots.left)
         R = problem.apply(z, X)
         S = problem.transposed().apply(z, Y.conj()).conj()
         solved = structure.factor.solve(np.hstack([R, S]))
         FR, FS = solved[:, :count], solved[:, count:]
-        meets = Y.conj().T @ combined(problem.M, X), Y.conj().T @ combined(problem.C, X)
+        meets = Y.conj().T @ multiply(problem.M, X), Y.conj().T @ multiply(problem.C, X)
         slope = np.add.outer(z, z) * meets[0] + meets[1]
         right, left = (np.sqrt(np.abs(np.sum(a.conj() * b, axis=0))) for a, b in ((R, FR), (S, FS)))
         rest = self.contraction / max(1.0 - self.contraction, 1.0 - CONTRACTS)
@@ -417,7 +416,7 @@ class FirstLook(Reduction):
         other = z[~wanted & self.region.contains(z)]
         z, errors = lack.roots.values, lack.errors
         inside, coarse = self.region.contains(z), OPTIONS.coarse * np.abs(z)
-        projected = lack.roots.picked(inside)
+        projected = lack.roots.select(inside)
         reaches = self.region.distance(z) <= errors
         if not self.holds or np.any(errors[reaches] > coarse[reaches]):
             found = self._solved(problem, self.region)
@@ -454,10 +453,10 @@ class FirstLook(Reduction):
         the basis, corrected with a factor, or by Krylov subspaces where that does not converge."""
         roots = None
         if factor is not None:
-            roots = corrected(problem, factor, self.vectors, region, eigensolver.OPTIONS)
+            roots = corrected_roots(problem, factor, self.vectors, region, eigensolver.OPTIONS)
         if roots is None:
             roots = modes_in(problem, region, False, self.vectors).roots
-        each = listed(problem, roots)
+        each = eigenvalues_of(problem, roots)
         numbers = [(e.value, e.residual, e.rounding) for e in each]
         values, residuals, errors = np.array(numbers, dtype=complex).reshape(-1, 3).T
         return values, residuals.real, errors.real

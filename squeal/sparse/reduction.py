@@ -19,16 +19,16 @@ from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.dispersive import settled, vectors
-from squeal.sparse.eigensolver import OPTIONS, corrected, enlarged, grown, modes_in
+from squeal.sparse.eigensolver import OPTIONS, corrected_roots, enlarged, grown, modes_in
+from squeal.sparse.factor import Factor
 from squeal.sparse.quadratic import (
     PROGRESS,
     Array,
     ComplexArray,
-    Factor,
     Quadratic,
     Roots,
     ScaledSystem,
-    combined,
+    multiply,
 )
 
 TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
@@ -49,8 +49,8 @@ def contraction(V: Array, inner: NDArray, F: Any, factor: Factor, P: Any) -> flo
     x: Any = np.random.default_rng(1).standard_normal((len(V), 3)).astype(complex)
     for _ in range(1 + POWERS):
         x = x - factor.solve(P @ x)
-        held: Any = np.linalg.solve(inner, combined(V.T, F @ x))
-        x = x - combined(V, held)
+        held: Any = np.linalg.solve(inner, multiply(V.T, F @ x))
+        x = x - multiply(V, held)
         size = np.linalg.norm(x, axis=0)
         x /= np.where(size > 0, size, 1.0)
     return float(size.max())
@@ -113,7 +113,7 @@ class Reduction:
             roots = modes_in(problem, region).roots
         elif self.factor is not None and self.size and self._reaches(problem):
             options = replace(OPTIONS, exact=TOLERANCE / 3, accepted=TOLERANCE / 3)
-            roots = corrected(problem, self.factor, self.vectors, region, options)
+            roots = corrected_roots(problem, self.factor, self.vectors, region, options)
         if roots is None or not (certify or len(roots.values)):  # one may enter as it is corrected
             modes = modes_in(problem, region, False, self.vectors, OPTIONS.accepted)
             roots = modes.roots
@@ -186,7 +186,7 @@ class Reduction:
         """
         if self._own(changes):  # each at its own frequency
             each = enumerate(self.system.frequency(abs(z.imag)) for z in roots.values)
-            picked = [(roots.picked(np.array([k])), {**changes, **at}) for k, at in each]
+            picked = [(roots.select(np.array([k])), {**changes, **at}) for k, at in each]
             return np.array([float(self.residuals(*one)[0]) for one in picked])
         p, size = self.system.values(changes), np.abs(roots.values)
         weights, bounds = [], np.zeros(len(size))
@@ -211,7 +211,7 @@ class Reduction:
             roots = self.roots(changes, left, values)
         errors = self.residuals(roots, changes)
         good = errors <= SPURIOUS
-        return roots.picked(good), errors[good], int(np.sum(~good))
+        return roots.select(good), errors[good], int(np.sum(~good))
 
     def values(self, changes: Changes) -> ComplexArray:
         """The values of these roots alone."""
@@ -242,8 +242,8 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
         around = wide
         while found.size == 0:  # what may enter the region at other values lies around it
             around = around.widened(1.0)
-            if around.radius > scaled.at(values[where]).rate + abs(region.centre):
-                if scaled.n > OPTIONS.steps:
+            if around.radius > scaled.at(values[where]).frequency_scale + abs(region.centre):
+                if scaled.n > OPTIONS.columns:
                     raise ComputationError("no root lies in the region or around it")
                 found.extend(np.eye(scaled.n, dtype=complex))
             else:

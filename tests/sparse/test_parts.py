@@ -10,9 +10,10 @@ from scipy.sparse import csc_array, diags_array
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _same
-from squeal.sparse.eigensolver import OPTIONS, enlarged, grown, near_roots, orthogonal
+from squeal.sparse.eigensolver import enlarged, grown, orthogonalise, roots_near_shift
+from squeal.sparse.factor import factorise
 from squeal.sparse.first_look import Structure, movements
-from squeal.sparse.quadratic import Roots, ScaledSystem, factorise, listed, quadratic
+from squeal.sparse.quadratic import Roots, ScaledSystem, eigenvalues_of, quadratic
 from squeal.sparse.reduction import contraction
 from tests import large
 
@@ -39,7 +40,7 @@ def test_rows_are_scaled_to_a_unit_diagonal_by_powers_of_two(rng):
     slope = problem.slope(value).toarray()
     assert slope == pytest.approx(((ahead - back) / (2 * h)).toarray(), rel=1e-8, abs=1e-7)
     assert problem.slope(2.0).dtype == float
-    assert problem.rate == pytest.approx(np.sqrt(problem.norms[2] / problem.norms[0]))
+    assert problem.frequency_scale == pytest.approx(np.sqrt(problem.norms[2] / problem.norms[0]))
 
 
 @pytest.mark.parametrize(("m", "c", "k"), [(2.0, 0.3, 5.0), (0.1, 7.0, 3.0)])
@@ -54,7 +55,9 @@ def test_conditions_and_vectors_of_one_degree_of_freedom(m, c, k):
     )
     size = abs(z) ** 2 * m + abs(z) * c + k
     order = np.lexsort((z.real, z.imag))
-    each = sorted(listed(problem, Roots(z, x, 1j * x)), key=lambda e: (e.value.imag, e.value.real))
+    each = sorted(
+        eigenvalues_of(problem, Roots(z, x, 1j * x)), key=lambda e: (e.value.imag, e.value.real)
+    )
     for e, j in zip(each, order, strict=True):
         assert e.value == z[j]
         assert e.condition == pytest.approx(size[j] / abs(z[j] * (2 * z[j] * m + c)))
@@ -72,7 +75,7 @@ def test_rounding_of_a_slow_root_is_what_rounding_of_the_stiffness_moves(slow, r
     Q = np.linalg.qr(rng.standard_normal((2, 2)))[0]
     problem = quadratic(np.eye(2), None, Q * [1.0, slow**2] @ Q.T)
     x: Any = Q[:, 1:] / problem.scale[:, None] + 0j
-    (found,) = listed(problem, Roots(np.array([1j * slow]), x, x))
+    (found,) = eigenvalues_of(problem, Roots(np.array([1j * slow]), x, x))
     moved = np.sqrt(slow**2 + 8 * np.finfo(float).eps) - slow
     assert 0.2 * moved < found.rounding < 20 * moved
 
@@ -84,7 +87,7 @@ def test_columns_join_an_orthonormal_basis(kind, rng):
     basis = np.linalg.qr(rng.standard_normal((50, 7)))[0].astype(kind)
     x = rng.standard_normal((50, 4)).astype(kind)
     x[:, 1], x[:, 3] = basis @ np.ones(7) + 1e-4 * x[:, 1], x[:, 0] + basis[:, 2]
-    new, inside = orthogonal(basis, x)
+    new, inside = orthogonalise(basis, x)
     whole = np.hstack([basis, new])
     assert new.shape == (50, 3)
     assert np.abs(whole.conj().T @ whole - np.eye(10)).max() < 40 * eps
@@ -109,7 +112,7 @@ def test_roots_around_a_shift_are_all_within_its_reach(single, shift, rng):
         asked.append(reach)
         return reach > 3.0
 
-    near = near_roots(problem, shift, 3.0, enough, 0, single, OPTIONS)
+    near = roots_near_shift(problem, shift, 3.0, enough, single=single)
     assert near.reach > 3.0 >= max([0.0, *asked[:-1]])
     sure = near.values[abs(near.values - near.shift) < near.reach]
     exact = every[abs(every - near.shift) < near.reach]

@@ -5,7 +5,8 @@ import pytest
 
 from squeal.sparse.argument_principle import NODES
 from squeal.sparse.eigensolver import lowest_modes, modes_in
-from squeal.sparse.quadratic import Factor, ScaledSystem
+from squeal.sparse.factor import Factor
+from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
 from tests.sparse.test_first_look import BRAKE, look_at
 from tests.sparse.test_reduction import REGION, VALUES

@@ -201,7 +201,7 @@ def system_roots(
             solution = modes_in(problem, _searched(wanted.rectangle, bounded))
             limit = None if wanted.band is None else wanted.rectangle.high_real
     except ComputationError:
-        if system.n > SOLVER.dense:
+        if system.n > SOLVER.dense_rows:
             raise
         return _of_all(system.arrays(changes), replace(wanted, modes=modes), bounded).lowest(modes)
     values, count = solution.eigenvalues, solution.count
@@ -222,7 +222,7 @@ def system_roots(
         if farthest > ROUGH * region.high_imag:
             doubts += (f"errors reach up to {farthest / math.tau:.2g} Hz over the ends",)
         values = tuple(e for e in values if _may_lie_in(e, region))
-        outside = _beside(solution.seen, region)
+        outside = _beside(solution.rough_values, region)
     words = judged(values, complete=False)
     known = values, region, count
     roots = SystemRoots(*known, *words, growth_limit=limit, outside=outside, doubts=doubts)
@@ -371,7 +371,8 @@ def _of_all(
             sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
             count = 2 * problem.n  # the degree of det P
             if rank_of(sizes) < problem.n:
-                count = count_roots(problem, Disc(2 * max(farthest, problem.rate)), known)
+                disc = Disc(2 * max(farthest, problem.frequency_scale))
+                count = count_roots(problem, disc, known)
         if wanted.modes is not None or not problem.real:
             values, count = _upper(every, count, problem.real)
         return SystemRoots(values, None, count, *words, judged_by=statement)
