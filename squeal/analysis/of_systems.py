@@ -327,7 +327,9 @@ def _cell(common: Common, at: dict[str, float]) -> tuple[int, float]:
     """The verdict, by its index, and the largest growth at one point of a chart."""
     system, wanted, reduction = common
     if isinstance(reduction, FirstLook):
-        roots, _, errors, *_ = reduction.decided(at, deciding=True)
+        found = reduction.estimate(at, deciding=True)
+        roots = found.values
+        errors = found.errors
     else:
         roots = reduction.values(at) if reduction else roots_of_all(system, wanted, at)
         errors = np.zeros(1)

@@ -26,7 +26,7 @@ from squeal.linear.system import Matrix, Term, TermSystem, structure_stiffness
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Place
 from squeal.sparse.factor import Factor, factorise
-from squeal.sparse.first_look import movements
+from squeal.sparse.first_look import root_error_bounds
 from squeal.sparse.quadratic import (
     Array,
     ComplexArray,
@@ -534,7 +534,7 @@ class Assembly:
             X, Y = (np.array([getattr(e, side) for e in some]).T for side in ("right", "left"))
             slope = np.add.outer(z, z) * (Y.conj().T @ M @ X)
             slope += 0.0 if C is None else Y.conj().T @ C @ X
-            moved, steady = movements(z, slope, *self.lack(z, X, Y, system.parameters))
+            moved, steady = root_error_bounds(z, slope, *self.lack(z, X, Y, system.parameters))
             steady &= (undamped := system.real and not system.C)
             far = np.maximum(moved, assumed_rounding(z, undamped))
             errors = zip(far.tolist(), np.where(steady, 0.0, moved).tolist(), strict=True)

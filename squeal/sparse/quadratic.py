@@ -93,7 +93,7 @@ class Quadratic:
         return Quadratic(M=self.M.T, C=self.C.T, K=self.K.T, scale=self.scale, norms=self.norms)
 
 
-def multiply(A: Matrix, columns: ComplexArray) -> ComplexArray:
+def multiply(A: Matrix, columns: NDArray) -> ComplexArray:
     """A (n, k) times complex columns (k, m), of a real A without a complex copy of it."""
     product = A @ np.hstack([columns.real, columns.imag])
     real, imaginary = np.split(product, 2, axis=1)

@@ -9,12 +9,12 @@ from scipy.sparse import csc_array, diags_array
 
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
-from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _same
+from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _is_same
 from squeal.sparse.eigensolver import enlarged, grown, orthogonalise, roots_near_shift
 from squeal.sparse.factor import factorise
-from squeal.sparse.first_look import Structure, movements
+from squeal.sparse.first_look import Structure, root_error_bounds
 from squeal.sparse.quadratic import Roots, ScaledSystem, eigenvalues_of, quadratic
-from squeal.sparse.reduction import contraction
+from squeal.sparse.reduction import Complement
 from tests import large
 
 ONE: Any = np.eye(3)
@@ -129,17 +129,17 @@ def test_movements_bound_how_far_roots_are(rng):
         z, E = np.array([0.0, 1.0, 3.0j]), 1e-3 * rng.standard_normal((3, 3))
         exact = np.linalg.eigvals(np.diag(z) + E)
         moved = np.abs(exact[:, None] - z).min(axis=0)
-        errors, _ = movements(z, ONE, E, np.zeros((3, 3)))
+        errors, _ = root_error_bounds(z, ONE, E, np.zeros((3, 3)))
         assert np.all(moved <= 1.001 * errors)
         assert np.all(errors <= 1.01 * moved + 20e-6)
-        more, steady = movements(z, 2 * ONE, E, abs(E))
+        more, steady = root_error_bounds(z, 2 * ONE, E, abs(E))
         assert more == pytest.approx(errors, rel=0.1)
         assert steady.tolist() == [True, False, True]
     near, off = np.array([1j, 1.0001j]), np.array([[0.0, 1e-3], [1e-3, 0.0]])
-    errors, steady = movements(near, ONE[:2, :2], off, 0 * off)
+    errors, steady = root_error_bounds(near, ONE[:2, :2], off, 0 * off)
     assert errors == pytest.approx([1e-3, 1e-3], rel=1e-9)  # a pair that meets: the square root
     assert not steady.any()
-    assert np.isinf(movements(near, 0 * off, off, off)[0]).all()
+    assert np.isinf(root_error_bounds(near, 0 * off, off, off)[0]).all()
 
 
 def test_what_a_basis_lacks_contracts_as_the_worst_of_its_directions():
@@ -148,7 +148,7 @@ def test_what_a_basis_lacks_contracts_as_the_worst_of_its_directions():
     F, P = (csc_array(diags_array(d)) for d in (f, p))
     for axes in ([3], [3, 25], [3, 25, 20], range(25, 30)):
         V, left = np.eye(30)[:, list(axes)], np.delete(abs(1 - p / f), list(axes))
-        found = contraction(V, V.T @ (F @ V), F, factorise(F), P)
+        found = Complement(V, V.T @ (F @ V), F, factorise(F)).contraction(P)
         assert found == pytest.approx(left.max(), rel=0.02, abs=1e-12)
 
 
@@ -182,10 +182,10 @@ def test_crossings_at_the_ends_of_a_range():
     assert [c.value for c in _in_range(falls, 0.0, 2.0)] == [1.0]
     assert _in_range(falls, 1.2, 2.0) == _in_range(falls, 0.0, 0.8) == []
     same, other = crossing(1 + 5e-8, 2 + 1e-7), crossing(vector=(0.3, 0.9))
-    assert _same(crossing(), same)
-    assert not any(_same(crossing(), x) for x in (other, crossing(omega=2.1)))
+    assert _is_same(crossing(), same)
+    assert not any(_is_same(crossing(), x) for x in (other, crossing(omega=2.1)))
     one, next_one = (replace(crossing(p), interval=(p, p)) for p in (1.0, 1 + 2e-7))
-    assert not _same(one, next_one)
-    assert _same(crossing(), crossing(1 + 2e-7))  # whose intervals overlap
+    assert not _is_same(one, next_one)
+    assert _is_same(crossing(), crossing(1 + 2e-7))  # whose intervals overlap
     pairs = np.array([[1 + 1j, -1 + 1j], [1 + 1j, 2.0], [1 + 1j, -1e-17 + 1j], [-1.0, 1.0]]).T
     assert _changes_sign(*pairs).tolist() == [True, False, False, True]

@@ -46,5 +46,5 @@ def test_one_for_a_basis_and_none_for_what_it_answers(factorised, scaled):
     look = look_at(BRAKE)
     assert len(factorised) == 2
     for mu in np.linspace(0.0, 0.7, 9):
-        assert len(look.judged({"mu": mu}).values) > 3
+        assert len(look.estimate_by_basis({"mu": mu}).values) > 3
     assert len(factorised) == 2

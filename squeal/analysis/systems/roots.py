@@ -437,14 +437,14 @@ def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rec
 
 def looked_at(look: FirstLook, wanted: Wanted, changes: Changes) -> SystemRoots:
     """The wanted roots at some parameters as a first look has them: nothing counts them."""
-    found, none = look.judged(changes), np.empty(0, dtype=complex)
+    found, none = look.estimate_by_basis(changes), np.empty(0, dtype=complex)
     errors = np.maximum(found.errors, rounding_of(look.scaled.system, found.values))
     each = zip(found.values.tolist(), found.residuals.tolist(), errors.tolist(), strict=True)
     rows = [Eigenvalue(z, none, none, r, math.nan, error) for z, r, error in each]
     values = tuple(rows[k] for k in ordered(found.values))
     limit = None if wanted.band is None else look.region.high_real
     words = judged(values, complete=False)
-    outside = _beside(found.seen.tolist(), look.region)
+    outside = _beside(found.rough_values.tolist(), look.region)
     roots = SystemRoots(values, look.region, None, *words, growth_limit=limit, outside=outside)
     return roots if wanted.modes is None else roots.lowest(wanted.modes)
 
@@ -466,7 +466,7 @@ def reduced_for(
         method = "reduced"  # a first look corrects the roots of constant matrices
     if method == "modal":
         with one_thread():
-            reduction = look = FirstLook(scaled, region, values).made()
+            reduction = look = FirstLook(scaled, region, values).build()
         if not look.holds:
             text = (
                 f"real modes up to {look.reach / math.tau:.4g} Hz and their corrections may "
