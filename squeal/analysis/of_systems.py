@@ -60,7 +60,7 @@ from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.system import System
 from squeal.schema import Place
 from squeal.sparse.argument_principle import Disc, Rectangle
-from squeal.sparse.components import Assembly
+from squeal.sparse.assembly import Assembly
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import Reduction

@@ -25,7 +25,7 @@ from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.schema import NAME, Place
-from squeal.sparse.components import Assembly
+from squeal.sparse.assembly import Assembly
 from squeal.sparse.factor import factorise_at
 from squeal.sparse.quadratic import ScaledSystem
 
