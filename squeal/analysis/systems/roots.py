@@ -39,9 +39,12 @@ from squeal.linear.system import Matrix, TermSystem
 from squeal.schema import Place, row
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots, disc_around
 from squeal.sparse.dense import dense_spectrum, dense_values
-from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
-from squeal.sparse.eigensolver import OPTIONS as SOLVER
-from squeal.sparse.eigensolver import lowest_modes, modes_in
+from squeal.sparse.dispersive import (
+    DispersiveReduction,
+    frequencies,
+    modes_at_own_frequencies,
+)
+from squeal.sparse.eigensolver import DENSE_ROWS, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import ScaledSystem, quadratic
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
@@ -201,7 +204,7 @@ def system_roots(
             solution = modes_in(problem, _searched(wanted.rectangle, bounded))
             limit = None if wanted.band is None else wanted.rectangle.high_real
     except ComputationError:
-        if system.n > SOLVER.dense_rows:
+        if system.n > DENSE_ROWS:
             raise
         return _of_all(system.arrays(changes), replace(wanted, modes=modes), bounded).lowest(modes)
     values, count = solution.eigenvalues, solution.count
@@ -290,6 +293,7 @@ def _beside(seen: Sequence[complex], region: Rectangle) -> tuple[complex, ...] |
 def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) -> SystemRoots:
     """The roots of a band of matrices that depend on the frequency of each; nothing counts them."""
     reduction = reduced_for(system, wanted, [changes])
+    assert isinstance(reduction, DispersiveReduction)
     values, unsure = modes_at_own_frequencies(reduction, changes)
     frozen = len(frequencies(system, reduction.region))
     note = f"each root at its own frequency, found from matrices frozen at {frozen} frequencies"
@@ -474,7 +478,8 @@ def reduced_for(
                 "only); each value is solved on the full system"
             )
     else:
-        reduction = reduce_system(scaled, region, values)
+        kind = DispersiveReduction if system.follows else Reduction
+        reduction = reduce_system(scaled, region, values, kind)
         if not reduction.converged:
             text = (
                 f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "
