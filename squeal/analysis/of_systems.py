@@ -9,11 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds, basis_text, shape_rows
-from squeal.analysis.maps import Axis, Map
 from squeal.analysis.pads import mode_shapes, with_places
 from squeal.analysis.ranges import PROVED_ROWS, system_statement
-from squeal.analysis.sensitivity import Sensitivity
 from squeal.analysis.systems.known import (
     accuracy_by_digits,
     data_of,
@@ -28,7 +25,6 @@ from squeal.analysis.systems.proofs import Statement
 from squeal.analysis.systems.roots import (
     NO_ROOT,
     SystemRoots,
-    Wanted,
     basis_of,
     check_memory,
     is_small,
@@ -58,6 +54,13 @@ from squeal.linear.digits import has_digits
 from squeal.linear.eigen import growing
 from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.system import System
+from squeal.results.columns import basis_text
+from squeal.results.eigenvalues import Eigenvalues, shape_rows
+from squeal.results.map import Axis, Map
+from squeal.results.sensitivity import Sensitivity
+from squeal.results.sources import EigenvalueSelection, SystemSource
+from squeal.results.sweep import Sweep
+from squeal.results.thresholds import Thresholds
 from squeal.schema import Place
 from squeal.sparse.argument_principle import Disc, Rectangle
 from squeal.sparse.components import Assembly
@@ -84,7 +87,7 @@ class Question:
     verbs."""
 
     file: SystemFile
-    wanted: Wanted
+    wanted: EigenvalueSelection
 
     @staticmethod
     def of(
@@ -104,9 +107,9 @@ class Question:
         if not isinstance(file, SystemFile):
             allowed = "it must be a System, an Assembly or what read_system gives"
             raise InputError(f"{type(subject).__name__} is not allowed; {allowed}")
-        if band is None and region is None and Question(file, Wanted()).joined:
+        if band is None and region is None and Question(file, EigenvalueSelection()).joined:
             band = (0.0, file.assembly.cutoff)
-        wanted = Wanted(band, None if region is None else Rectangle(*region), modes)
+        wanted = EigenvalueSelection(band, None if region is None else Rectangle(*region), modes)
         if not is_small(file.system):
             check_memory(file.system, memory)
         top = math.inf if file.assembly is None else file.assembly.cutoff
@@ -147,8 +150,11 @@ class Question:
             self._warn_of_unused_parameter()
             file = replace(file, system=self.system.replace({free: at}))
         system = file.system
-        if look and isinstance(look.source[1], FirstLook) and not is_small(system):
-            roots = looked_at(look.source[1], self.wanted, {free: system.parameters[free]})
+        first_look = None
+        if look is not None and isinstance(look.source, SystemSource):
+            first_look = look.source.reduction
+        if isinstance(first_look, FirstLook) and not is_small(system):
+            roots = looked_at(first_look, self.wanted, {free: system.parameters[free]})
         else:
             bounded = error_bounds(file, system) or tuple
             data = data_of(file, system) if prove else None
@@ -208,7 +214,11 @@ class Question:
                 beside = f"growth was seen too, the fastest at about {fastest}"
             beside = f"Outside of the {'band' if self.wanted.band else 'region'} {beside}"
         words = "" if region is None else self.wanted.words(len(roots.eigenvalues))
-        value, grow, source = system.parameters[free], _growing(system, roots), (file, roots)
+        value, grow, source = (
+            system.parameters[free],
+            _growing(system, roots),
+            SystemSource(file, self.wanted),
+        )
         head = system.name, free, value, roots.eigenvalues, roots.verdict, criterion, grow
         more = (shapes, details, tuple(notes), beside)
         certified = roots.certified and not doubts
@@ -232,7 +242,11 @@ class Question:
         modes = followed(system, self.wanted, values, reduction, workers or 1)
         basis = basis_of(reduction, self.wanted) or self.joined
         answer = Sweep(
-            system.name, system.parameter, *modes, basis=basis, source=(self.file, reduction)
+            system.name,
+            system.parameter,
+            *modes,
+            basis=basis,
+            source=SystemSource(self.file, self.wanted, reduction),
         )
         return sweep_as_known(self.file, self.wanted, answer)
 
@@ -248,7 +262,7 @@ class Question:
         Only `prove` asks the referee.
         """
         system = self.system
-        provable = system.n <= PROVED_ROWS and system.real and self.wanted == Wanted()
+        provable = system.n <= PROVED_ROWS and system.real and self.wanted == EigenvalueSelection()
         provable &= self.file.assembly is None and not self.file.assumptions
         if prove and not provable:
             raise InputError(
@@ -291,7 +305,14 @@ class Question:
         details = {"verdicts": [[NAMES[k] for k in row] for row in codes], "basis": basis}
         largest = "largest_real", "1/s", cells[:, 1].reshape(codes.shape)
         head, notes = (system.name, axes, ("", ""), NAMES), (basis_text(basis),) if basis else ()
-        return Map(*head, codes, largest, details=details, notes=notes, source=(self.file,))
+        return Map(
+            *head,
+            codes,
+            largest,
+            details=details,
+            notes=notes,
+            source=SystemSource(self.file, wanted),
+        )
 
     def reduced(
         self, values: Sequence[float] | None, method: str = "reduced", most: int = SERVED
@@ -320,7 +341,7 @@ class Question:
         return root_sensitivity(system, known or self.eigenvalues())
 
 
-Common = tuple[System, Wanted, Reduction | None]
+Common = tuple[System, EigenvalueSelection, Reduction | None]
 
 
 def _cell(common: Common, at: dict[str, float]) -> tuple[int, float]:
@@ -357,5 +378,10 @@ def _growing(system: System, roots: SystemRoots) -> tuple[UnstableMode, ...]:
 def along(answer: Thresholds) -> Sweep:
     """The eigenvalue paths over the range of thresholds, for a figure."""
     values = np.linspace(answer.low, answer.high, SHOWN).tolist()
-    system, wanted, reduction = answer.source
-    return Sweep(answer.name, answer.parameter, *followed(system, wanted, values, reduction))
+    assert isinstance(answer.source, SystemSource)
+    source = answer.source
+    return Sweep(
+        answer.name,
+        answer.parameter,
+        *followed(source.file.system, source.selection, values, source.reduction),
+    )

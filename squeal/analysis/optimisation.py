@@ -17,11 +17,9 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from squeal.analysis.answers import UNSURE, basis_text
 from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.roots import (
     SystemRoots,
-    Wanted,
     basis_of,
     is_small,
     reduced_for,
@@ -34,6 +32,8 @@ from squeal.io.writing import Answer, Column, Table, columns, number, picked
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
 from squeal.linear.sensitivity import sensitivities
+from squeal.results.columns import UNSURE, basis_text
+from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place, Positive, Whole, public
 from squeal.sparse.dense import roots_at
 from squeal.sparse.quadratic import PROGRESS, Progress
@@ -144,7 +144,7 @@ class _Search:
     """The largest growth rates of a system, or a reduced one, over q in [0, 1]^p, shares of the
     ways between bounds (p,)."""
 
-    def __init__(self, model: Any, wanted: Wanted, bounds: Mapping[str, Band]) -> None:
+    def __init__(self, model: Any, wanted: EigenvalueSelection, bounds: Mapping[str, Band]) -> None:
         self.model = model
         self.wanted = wanted
         self.names = list(bounds)

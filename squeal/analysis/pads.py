@@ -2,21 +2,13 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squeal.analysis.answers import (
-    Eigenvalues,
-    ModeShape,
-    Step,
-    Sweep,
-    Thresholds,
-    numbered,
-    shape_rows,
-)
+from squeal.analysis.mode_numbers import assign_mode_numbers
 from squeal.equilibrium import Equilibrium, Path, sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.equilibrium.statics import excursion
@@ -39,8 +31,11 @@ from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.eigen import ACCEPTED, STIFF, decide, hidden, spectrum_of
 from squeal.linear.matrices import EPS, checked, reduce
 from squeal.linear.paths import Loss, continued
-from squeal.model.contact import State, contact_law
 from squeal.model.equations import Linearisation, PadModel, about_origin, linearise
+from squeal.results.eigenvalues import Eigenvalues, ModeShape, shape_rows
+from squeal.results.sources import PadAnalysis, PadSource
+from squeal.results.sweep import Step, Sweep
+from squeal.results.thresholds import Thresholds
 from squeal.schema import NOT_NEGATIVE, Number, Place, Several
 
 MATRIX_DIGITS = "12 digits"  # to which those of an equilibrium are taken to be known
@@ -53,43 +48,12 @@ if TYPE_CHECKING:  # pads start without the referee
 Located = TypeVar("Located", CriticalPoint, Crossing)
 
 
-@dataclass(frozen=True)
-class Analysis:
-    """One equilibrium, the linearisation about it, its six eigenvalues and the verdict.
-
-    q = (x, y, theta) in SI units; R_n is None for B3, which is linearised about the origin.
-    on_branch: the equilibrium is reached from the one without friction; warnings: a sentence for
-    each reason why it is none that the model means.
-    """
-
-    model: str
-    q: tuple[float, float, float]
-    R_n: float | None
-    state: State
-    how: str
-    matrices: Linearisation = field(repr=False)
-    spectrum: Spectrum = field(repr=False)
-    judgement: Judgement
-    on_branch: bool = True
-    warnings: tuple[str, ...] = ()
-
-    @property
-    def admissible(self) -> bool:
-        """True if nothing speaks against the equilibrium."""
-        return not self.warnings
-
-    @property
-    def contact(self) -> str:
-        """Name of the contact state."""
-        return contact_law(self.model).state_name(self.state)
-
-
 def at_equilibrium(model: PadModel, e: Equilibrium) -> Linearisation:
     """The linearisation of a model about one of its equilibria."""
     return linearise(model, np.array(e.q), e.state)
 
 
-def analyse(scene: Scene) -> Analysis:
+def analyse(scene: Scene) -> PadAnalysis:
     """Complex eigenvalue analysis of the scene's sliding equilibrium (B3: about the origin).
 
     Raises ComputationError, with the reason, if no steady sliding exists.
@@ -103,15 +67,15 @@ def analyse(scene: Scene) -> Analysis:
     return _about(model, equilibrium, how)
 
 
-def _about_origin(model: PadModel) -> Analysis:
+def _about_origin(model: PadModel) -> PadAnalysis:
     at, how = about_origin(model), "about the origin, full contact"
-    return Analysis(model.name, (0.0,) * 3, None, model.full, how, at, *roots_and_verdict(*at))
+    return PadAnalysis(model.name, (0.0,) * 3, None, model.full, how, at, *roots_and_verdict(*at))
 
 
-def _about(model: PadModel, e: Equilibrium, how: str) -> Analysis:
+def _about(model: PadModel, e: Equilibrium, how: str) -> PadAnalysis:
     at = at_equilibrium(model.replace(mu=e.mu), e)
     result = (*roots_and_verdict(*at), e.on_branch, e.warnings)
-    return Analysis(model.name, e.q, e.R_n, e.state, how, at, *result)
+    return PadAnalysis(model.name, e.q, e.R_n, e.state, how, at, *result)
 
 
 def roots_and_verdict(
@@ -144,7 +108,7 @@ def branch_system(scene: Scene, high: float) -> tuple[SystemFunction, Path | Non
     return path, path
 
 
-def _growing(scene: Scene, analysis: Analysis) -> tuple[UnstableMode, ...]:
+def _growing(scene: Scene, analysis: PadAnalysis) -> tuple[UnstableMode, ...]:
     """The modes of an analysed scene that grow, the fastest first.
 
     An onset is None where the mode grows without friction, or where the equilibrium does not lie
@@ -218,7 +182,7 @@ def eigenvalues(scene: Scene, at: float | None = None, prove: bool = True) -> Ei
         proof = {"proof": statement.to_dict(), "proof_line": statement.words}
     head = scene.model, "mu", scene.pad.mu, roots, *words
     count = len(roots)  # M is regular: all roots of the characteristic polynomial
-    more: Any = ("", rows, details, (note,), "", analysis.warnings, (scene, analysis))
+    more: Any = ("", rows, details, (note,), "", analysis.warnings, PadSource(scene, analysis))
     return Eigenvalues(*head, _growing(scene, analysis), proven, count, *more, **proof)
 
 
@@ -244,10 +208,10 @@ def sweep(scene: Scene, values: Sequence[float]) -> Sweep:
     if every:
         rows, alone = [reached[mu] for mu in every], len(every) == 1  # it spans no range
         at_mu = None if alone else continued(system, every).at
-        rows, losses, own = numbered(rows, at_mu, scene.pad.mu)
+        rows, losses, own = assign_mode_numbers(rows, at_mu, scene.pad.mu)
         reached = dict(zip(every, rows, strict=True))
     steps = [reached.get(step.value, step) for step in steps]
-    return Sweep(scene.model, "mu", tuple(steps), losses, own, source=scene)
+    return Sweep(scene.model, "mu", tuple(steps), losses, own, source=PadSource(scene))
 
 
 def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = False) -> Thresholds:
@@ -312,7 +276,7 @@ def _listed(
     events = tuple(points), tuple(crossings), words, located.certified, tuple(warnings)
     details = {"admissible_to": min(admissible_to, end)}
     head = scene.model, "mu", 0.0, end, at_zero
-    return Thresholds(*head, *events, details=details, source=(scene, path))
+    return Thresholds(*head, *events, details=details, source=PadSource(scene, branch=path))
 
 
 def _proved(answer: Thresholds, fastest: float) -> tuple[Thresholds, float | None]:
@@ -322,8 +286,10 @@ def _proved(answer: Thresholds, fastest: float) -> tuple[Thresholds, float | Non
     """
     from squeal.analysis.ranges import pad_statement  # here, since few answers need it
 
-    scene, path = answer.source
-    start = np.zeros(3) if path is None else np.array(path.equilibrium(0.0).q)
+    assert isinstance(answer.source, PadSource)
+    scene, path = answer.source.scene, answer.source.branch
+    at_rest = None if path is None else path.equilibrium(0.0)
+    start = np.zeros(3) if at_rest is None else np.array(at_rest.q)
     losses = [point.mu for point in answer.points if point.kind in GROWING]
     statement, places = pad_statement(
         damped_model(scene),
@@ -396,7 +362,7 @@ def _admissible(path: Path) -> tuple[float, list[str]]:
     return low, [f"from mu = {high:.6g} on {words}" for words in at.excesses]
 
 
-def along(found: Thresholds, low: float, high: float) -> Sweep:
+def along(scene: Scene, found: Thresholds, low: float, high: float) -> Sweep:
     """The eigenvalues over a range of the friction whose thresholds are known, for a figure.
 
     Raises ComputationError if the branch of equilibria ends before `low`.
@@ -408,4 +374,4 @@ def along(found: Thresholds, low: float, high: float) -> Sweep:
         # a frequency falls there as a fourth root: the values crowd
         share, stop = 1.0 - (1.0 - share) ** 2, stop * (1.0 - 1e-9)
     values = [*(low + (stop - low) * share), *(point.mu for point in seen)]
-    return sweep(found.source[0], np.unique(np.clip(values, low, stop)).tolist())
+    return sweep(scene, np.unique(np.clip(values, low, stop)).tolist())

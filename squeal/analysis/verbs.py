@@ -10,13 +10,16 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from squeal.analysis import pads
-from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
-from squeal.analysis.maps import Axis, Map, stability_map
-from squeal.analysis.sensitivity import Sensitivity
+from squeal.analysis.maps import stability_map
 from squeal.analysis.sensitivity import sensitivity as pad_sensitivity
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear.system import System
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.map import Axis, Map
+from squeal.results.sensitivity import Sensitivity
+from squeal.results.sweep import Sweep
+from squeal.results.thresholds import Thresholds
 from squeal.schema import Place, Positive, Whole, kind_of, public
 
 Progress = Callable[[str], None]

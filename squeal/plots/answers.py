@@ -9,10 +9,8 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from squeal.analysis import of_systems, pads
-from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
 from squeal.analysis.critical_speeds import CriticalSpeeds
 from squeal.analysis.cycles import Cycles
-from squeal.analysis.maps import Map
 from squeal.analysis.scatter import Scatter
 from squeal.errors import InputError
 from squeal.io.provenance import provenance
@@ -22,6 +20,11 @@ from squeal.plots import campbell, coupling, cycles, maps, modes, motion
 from squeal.plots.damping import damping_drawing
 from squeal.plots.scatter import scatter_drawing
 from squeal.plots.style import Drawing, save
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.map import Map
+from squeal.results.sources import PadSource, SystemSource
+from squeal.results.sweep import Sweep
+from squeal.results.thresholds import Thresholds
 from squeal.simulation.run import Simulation
 
 
@@ -42,9 +45,10 @@ def drawing(answer: Answer, name: str = "", **more: Any) -> Drawing:
 
 
 def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Drawing:
-    subject, analysis = answer.source
+    source = answer.source
     if shape is not None:  # one of these modes on the nodes of a system
-        if getattr(subject, "coordinates", None) is None:
+        coordinates = source.file.coordinates if isinstance(source, SystemSource) else None
+        if coordinates is None:
             words = "shape: needs a system with `coordinates: {file: nodes.csv}` in its file"
             raise InputError(words)
         numbers = answer.modes.tolist()
@@ -55,39 +59,42 @@ def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Dr
         root = answer.eigenvalues[numbers.index(shape)]
         growth = f"growth rate {number(root.growth_rate)} 1/s"
         words = f"mode {shape}, {number(root.frequency_hz)} Hz, {growth}"
-        return modes.shape_drawing(name, words, subject.coordinates, root.right)
-    if not isinstance(subject, Scene):
+        return modes.shape_drawing(name, words, coordinates, root.right)
+    if not isinstance(source, PadSource):
         return modes.modes_drawing(name, answer.eigenvalues)
-    shapes = pads.mode_shapes(analysis.spectrum, (1.0, 1.0, subject.pad.w))
-    figure = modes.pad_figure(subject.pad, analysis.q, shapes, answer.eigenvalues)
+    pad = source.scene.pad
+    assert source.analysis is not None
+    shapes = pads.mode_shapes(source.analysis.spectrum, (1.0, 1.0, pad.w))
+    figure = modes.pad_figure(pad, source.analysis.q, shapes, answer.eigenvalues)
     return modes.modes_drawing(name, answer.eigenvalues, figure)
 
 
-def _of_pad(found: Thresholds, name: str, low: float, high: float) -> Drawing:
-    swept, own = pads.along(found, low, high), found.source[0].pad.mu
-    return coupling.sweep_drawing(name, swept, found, (low, high), own)
+def _of_pad(scene: Scene, found: Thresholds, name: str, low: float, high: float) -> Drawing:
+    swept = pads.along(scene, found, low, high)
+    return coupling.sweep_drawing(name, swept, found, (low, high), scene.pad.mu)
 
 
 def _sweep(answer: Sweep, name: str, damping: bool = False) -> Drawing:
     """Modes over the parameter, or with `damping` their damping ratios over frequency."""
     if damping:
         return damping_drawing(name, answer)
-    if not isinstance(answer.source, Scene):
+    if not isinstance(answer.source, PadSource):
         return coupling.sweep_drawing(name, answer)
+    scene = answer.source.scene
     low, high = answer.steps[0].value, answer.steps[-1].value
-    return _of_pad(pads.critical_friction(answer.source, high), name, low, high)
+    return _of_pad(scene, pads.critical_friction(scene, high), name, low, high)
 
 
 def _thresholds(answer: Thresholds, name: str, high: float | None = None) -> Drawing:
-    if isinstance(answer.source[0], Scene):
-        return _of_pad(answer, name, answer.low, high or answer.high)
+    if isinstance(answer.source, PadSource):
+        return _of_pad(answer.source.scene, answer, name, answer.low, high or answer.high)
     return coupling.sweep_drawing(name, of_systems.along(answer), answer)
 
 
 def _map(answer: Map, name: str) -> Drawing:
-    if not isinstance(answer.source[0], Scene):
+    if not isinstance(answer.source, PadSource):
         return maps.map_drawing(name, answer)
-    scene = answer.source[0]
+    scene = answer.source.scene
     own = getattr(scene.pad, answer.axes[0].name), getattr(scene.pad, answer.axes[1].name)
     critical = answer.quantity is not None and answer.quantity[0] == "critical-friction"
     return maps.map_drawing(name, answer, own, scene.pad.mu if critical else None)

@@ -141,7 +141,7 @@ def test_damped_pads_by_eigenvalues_at_40_digits(stem, ratio):
     answer = critical_friction(scene, prove=True)
     assert answer.proof["status"] == "proved", answer.proof_line
     model = damped_model(scene)
-    path = answer.source[1]
+    path = answer.source.branch
     edges = [0.0]
     for one in answer.crossings:
         edges += list(one.interval)
