@@ -27,7 +27,9 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from squeal.analysis.pads import analyse, critical_friction, eigenvalues
+from squeal.analysis.eigenvalues import eigenvalues
+from squeal.analysis.pads.equilibrium import analyse
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.transitions import EDGE_NAMES
 from squeal.equilibrium import Path
 from squeal.errors import ComputationError

@@ -20,20 +20,18 @@ if TYPE_CHECKING:
     from squeal.analysis.check import Check, check
     from squeal.analysis.critical_speeds import CriticalSpeeds, critical_speeds
     from squeal.analysis.cycles import Cycles, cycles
+    from squeal.analysis.eigenvalues import eigenvalues
     from squeal.analysis.energy import Energy, energy
+    from squeal.analysis.map import map
     from squeal.analysis.optimisation import Optimum, optimise
     from squeal.analysis.pairing import Pairs, compare, mac
+    from squeal.analysis.reduce import reduce
     from squeal.analysis.scatter import Scatter, read_spreads, scatter
+    from squeal.analysis.sensitivity import sensitivity
     from squeal.analysis.state_space import state_space
+    from squeal.analysis.sweep import sweep
+    from squeal.analysis.thresholds import thresholds
     from squeal.analysis.variations import Advice, advise
-    from squeal.analysis.verbs import (
-        eigenvalues,
-        map,
-        reduce,
-        sensitivity,
-        sweep,
-        thresholds,
-    )
     from squeal.errors import ComputationError, InputError
     from squeal.io.scene import Damping, Scene, read_scene
     from squeal.io.system import SystemFile
@@ -63,7 +61,12 @@ _HOMES = {
     "analysis.scatter": "Scatter read_spreads scatter",
     "results.sensitivity": "Sensitivity",
     "analysis.variations": "Advice advise",
-    "analysis.verbs": "eigenvalues map reduce sensitivity sweep thresholds",
+    "analysis.eigenvalues": "eigenvalues",
+    "analysis.map": "map",
+    "analysis.reduce": "reduce",
+    "analysis.sensitivity": "sensitivity",
+    "analysis.sweep": "sweep",
+    "analysis.thresholds": "thresholds",
     "io.writing": "Answer Column Table",
     "results.eigenvalues": "Eigenvalues",
     "results.sweep": "Sweep",

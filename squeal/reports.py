@@ -16,7 +16,10 @@ from typing import Any
 
 from squeal import __version__
 from squeal.analysis.check import Check, check
-from squeal.analysis.verbs import Subject, eigenvalues, sensitivity, thresholds
+from squeal.analysis.eigenvalues import eigenvalues
+from squeal.analysis.options import Subject
+from squeal.analysis.sensitivity import sensitivity
+from squeal.analysis.thresholds import thresholds
 from squeal.errors import ComputationError, InputError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene

@@ -17,7 +17,7 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from squeal.analysis.of_systems import Question
+from squeal.analysis.options import Band, Region
 from squeal.analysis.systems.roots import (
     SystemRoots,
     basis_of,
@@ -26,7 +26,7 @@ from squeal.analysis.systems.roots import (
     roots_of_all,
     system_roots,
 )
-from squeal.analysis.verbs import Band, Region
+from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import Answer, Column, Table, columns, number, picked
 from squeal.linear.eigen import Eigenvalue
@@ -291,9 +291,9 @@ def optimise(
     (0.5, [-0.005, -0.025])
     """
     at = Place("optimise")
-    question = Question.of(subject, band, region, None, memory, progress)
-    system = question.system
-    wanted = question.wanted
+    analysis = SystemAnalysis.of(subject, band, region, None, memory, progress)
+    system = analysis.system
+    wanted = analysis.selection
     random = np.random.default_rng(seed)
     ends: dict[str, Band] = {}
     for name, (low, high) in bounds.items():
@@ -330,7 +330,7 @@ def optimise(
     PROGRESS.get()("the full system before and after")
     before = system_roots(system, wanted)
     after = system_roots(system, wanted, values)
-    assumptions = question.file.assumptions
+    assumptions = analysis.file.assumptions
     before = replace(before, doubts=(*before.doubts, *assumptions))
     after = replace(after, doubts=(*after.doubts, *assumptions))
     if residual > TOLERANCE:

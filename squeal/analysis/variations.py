@@ -15,9 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads import MU_MAX
-from squeal.analysis.stack import PadStack, parameters
-from squeal.analysis.verbs import Progress, thresholds
+from squeal.analysis.options import Progress
+from squeal.analysis.pads.stack import PadStack, parameters
+from squeal.analysis.thresholds import MU_MAX, thresholds
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene

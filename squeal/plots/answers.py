@@ -8,10 +8,11 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from squeal.analysis import of_systems, pads
 from squeal.analysis.critical_speeds import CriticalSpeeds
 from squeal.analysis.cycles import Cycles
 from squeal.analysis.scatter import Scatter
+from squeal.analysis.sweep import eigenvalue_paths
+from squeal.analysis.thresholds import critical_friction
 from squeal.errors import InputError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
@@ -20,7 +21,7 @@ from squeal.plots import campbell, coupling, cycles, maps, modes, motion
 from squeal.plots.damping import damping_drawing
 from squeal.plots.scatter import scatter_drawing
 from squeal.plots.style import Drawing, save
-from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.eigenvalues import Eigenvalues, mode_shapes
 from squeal.results.map import Map
 from squeal.results.sources import PadSource, SystemSource
 from squeal.results.sweep import Sweep
@@ -64,13 +65,13 @@ def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Dr
         return modes.modes_drawing(name, answer.eigenvalues)
     pad = source.scene.pad
     assert source.analysis is not None
-    shapes = pads.mode_shapes(source.analysis.spectrum, (1.0, 1.0, pad.w))
+    shapes = mode_shapes(source.analysis.spectrum, (1.0, 1.0, pad.w))
     figure = modes.pad_figure(pad, source.analysis.q, shapes, answer.eigenvalues)
     return modes.modes_drawing(name, answer.eigenvalues, figure)
 
 
 def _of_pad(scene: Scene, found: Thresholds, name: str, low: float, high: float) -> Drawing:
-    swept = pads.along(scene, found, low, high)
+    swept = eigenvalue_paths(found, low, high)
     return coupling.sweep_drawing(name, swept, found, (low, high), scene.pad.mu)
 
 
@@ -82,13 +83,13 @@ def _sweep(answer: Sweep, name: str, damping: bool = False) -> Drawing:
         return coupling.sweep_drawing(name, answer)
     scene = answer.source.scene
     low, high = answer.steps[0].value, answer.steps[-1].value
-    return _of_pad(scene, pads.critical_friction(scene, high), name, low, high)
+    return _of_pad(scene, critical_friction(scene, high), name, low, high)
 
 
 def _thresholds(answer: Thresholds, name: str, high: float | None = None) -> Drawing:
     if isinstance(answer.source, PadSource):
         return _of_pad(answer.source.scene, answer, name, answer.low, high or answer.high)
-    return coupling.sweep_drawing(name, of_systems.along(answer), answer)
+    return coupling.sweep_drawing(name, eigenvalue_paths(answer, answer.low, answer.high), answer)
 
 
 def _map(answer: Map, name: str) -> Drawing:

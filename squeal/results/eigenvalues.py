@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError
 from squeal.io.writing import Answer, Column, Table, columns, number, picked
-from squeal.linear import UnstableMode
+from squeal.linear import Spectrum, UnstableMode
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.paths import mode_numbers
 from squeal.results.columns import (
@@ -40,6 +40,24 @@ class ModeShape:
     frequency_hz: float
     growth_rate: float
     shape: np.ndarray = field(repr=False)
+
+
+def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape, ...]:
+    """The shape of each mode: of a pair of eigenvalues, and of half of the real ones.
+
+    levers (n,): lengths that make the coordinates comparable, (1, 1, w) of a pad; 1 if left out.
+    Of the real eigenvalues those that grow faster are taken.
+    """
+    real = [root for root in spectrum.eigenvalues if root.value.imag == 0.0]
+    real.sort(key=lambda root: -root.growth_rate)
+    faster = real[: (len(real) + 1) // 2]
+    upper = [root for root in spectrum.eigenvalues if root.value.imag > 0.0]
+    shapes = []
+    for mode, root in enumerate([*faster, *upper], 1):
+        scaled = np.asarray(levers) * root.right
+        shape = root.right / scaled[int(np.argmax(np.abs(scaled)))]
+        shapes.append(ModeShape(mode, root.frequency_hz, root.growth_rate, shape))
+    return tuple(shapes)
 
 
 def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.maps import NAMES, angle_axes, codes_at, stability_map
-from squeal.analysis.pads import analyse, critical_friction
-from squeal.analysis.stack import QUIET, PadStack
+from squeal.analysis.pads.equilibrium import analyse
+from squeal.analysis.pads.maps import NAMES, angle_axes, codes_at, stability_map
+from squeal.analysis.pads.stack import QUIET, PadStack
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene

@@ -5,9 +5,10 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.pads import analyse, branch_system, critical_friction
-from squeal.analysis.stack import PadStack
+from squeal.analysis.pads.equilibrium import analyse, branch_system
+from squeal.analysis.pads.stack import PadStack
 from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.thresholds import critical_friction
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.pad import Pad

@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.maps import NAMES, codes_at, stability_map
-from squeal.analysis.pads import analyse, critical_friction
+from squeal.analysis.pads.equilibrium import analyse
+from squeal.analysis.pads.maps import NAMES, codes_at, stability_map
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.commands.sliding import judged_equilibria
 from squeal.equilibrium import Path, find_all, sliding_equilibrium
 from squeal.equilibrium.statics import LIMITS, Excursion, excursion

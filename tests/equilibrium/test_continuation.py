@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import NAMES, stability_map
+from squeal.analysis.pads.maps import NAMES, stability_map
 from squeal.equilibrium import Path, find_all, sliding_equilibrium
 from squeal.equilibrium.branch import BranchEnd, BranchOptions, NodeKind
 from squeal.equilibrium.path import branch_of

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.maps import NAMES, angle_axes
+from squeal.analysis.pads.maps import NAMES, angle_axes
 from squeal.io.scene import read_scene
 from squeal.plots import maps
 from squeal.plots.coupling import sweep_drawing

@@ -55,6 +55,7 @@ NO_BAND = (
 )
 Changes = Mapping[str, float]
 Known = tuple[Eigenvalue, ...]
+Bounded = Callable[[Known], Known]
 
 
 def is_small(system: TermSystem) -> bool:
@@ -132,7 +133,7 @@ def system_roots(
     system: TermSystem,
     wanted: EigenvalueSelection | None = None,
     changes: Changes | None = None,
-    bounded: Callable[[Known], Known] = tuple,
+    bounded: Bounded | None = None,
     data: Data | None = None,
 ) -> SystemRoots:
     """The roots of a system at its parameters, some of them changed.
@@ -165,7 +166,8 @@ def system_roots(
     values, count = solution.eigenvalues, solution.count
     if wanted.rectangle is None:
         values, count = _upper(values, count, problem.real)
-    values = bounded(values)
+    if bounded is not None:
+        values = bounded(values)
     region: Any = solution.region
     doubts: tuple[str, ...] = ()
     outside = None
@@ -187,9 +189,9 @@ def system_roots(
     return roots if modes is None else roots.lowest(modes)
 
 
-def _searched(region: Rectangle, bounded: Callable[[Known], Known]) -> Rectangle:
+def _searched(region: Rectangle, bounded: Bounded | None) -> Rectangle:
     """The region with what lies closely beyond its ends in frequency, where roots have an error."""
-    if bounded is tuple:
+    if bounded is None:
         return region
     low = region.low_imag
     return replace(
@@ -290,7 +292,7 @@ def judged(
 def _of_all(
     matrices: tuple[Matrix, Matrix | None, Matrix],
     wanted: EigenvalueSelection,
-    bounded: Callable[[Known], Known],
+    bounded: Bounded | None,
     data: Data | None = None,
 ) -> SystemRoots:
     """All roots of a small system, those of the band or region, or the upper ones."""
@@ -308,7 +310,7 @@ def _of_all(
         every = dense_spectrum(M, C, K)
         if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
-    if bounded is not tuple:
+    if bounded is not None:
         every = bounded(every)
         sure = tuple(e for e in every if e.rounding < math.inf)
         words = judged(sure, complete=not any(e.open for e in sure))

@@ -2,9 +2,10 @@
 stability is lost.
 
 B3 maps linearise about the origin. The others find the sliding equilibrium of every point first, on
-the branch from mu = 0 that a query follows; see `squeal.analysis.stack`. The curves cross the lines
-between neighbouring points of which one is quiet and the other is not. Each crossing is located by
-halving that line with the verdicts of the map; contourpy joins those on the sides of one square.
+the branch from mu = 0 that a query follows; see `squeal.analysis.pads.stack`. The curves cross the
+lines between neighbouring points of which one has no unstable mode and the other has. Each crossing
+is located by halving that line with the verdicts of the map; contourpy joins those on the sides of
+one square.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.analysis.stack import QUIET, Names, PadStack, parameters, verdicts
+from squeal.analysis.pads.stack import QUIET, Names, PadStack, parameters, verdicts
 from squeal.equilibrium.statics import LIMITS, excursion
 from squeal.errors import InputError
 from squeal.io.scene import Scene
