@@ -47,7 +47,9 @@ if TYPE_CHECKING:
     from squeal.results.sweep import Sweep
     from squeal.results.thresholds import Thresholds
     from squeal.simulation.run import Simulation, simulate
-    from squeal.sparse.components import Assembly, Component, Contact, assemble
+    from squeal.sparse.assembly import Assembly, assemble
+    from squeal.sparse.components import Component
+    from squeal.sparse.contact_seat import Contact
 
 _HOMES = {
     "analysis.check": "Check check",
@@ -80,7 +82,9 @@ _HOMES = {
     "model.pad": "Pad",
     "reports": "Report report",
     "simulation.run": "Simulation simulate",
-    "sparse.components": "Assembly Component Contact assemble",
+    "sparse.assembly": "Assembly assemble",
+    "sparse.components": "Component",
+    "sparse.contact_seat": "Contact",
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off

@@ -140,7 +140,7 @@ def _verdict_and_growth(
     system, selection, reduction = common
     errors = np.zeros(1)
     if isinstance(reduction, FirstLook):
-        found = reduction.decided(at, deciding=True)
+        found = reduction.estimate(at, deciding=True)
         roots = found.values
         errors = found.errors
     elif reduction is not None:

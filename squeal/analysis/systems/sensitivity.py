@@ -27,8 +27,9 @@ from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
 from squeal.results.thresholds import Thresholds
 from squeal.schema import NAME, Place
-from squeal.sparse.components import Assembly
-from squeal.sparse.quadratic import ScaledSystem, factorise_at
+from squeal.sparse.assembly import Assembly
+from squeal.sparse.factor import factorise_at
+from squeal.sparse.quadratic import ScaledSystem
 
 Matrices = Mapping[str, Mapping[str, Any]]
 """Names of changes, each with the matrices dM, dC, dK (arrays or files) by the keys M, C, K."""

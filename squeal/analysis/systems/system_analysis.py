@@ -16,7 +16,7 @@ from squeal.linear.system import System
 from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.components import Assembly
+from squeal.sparse.assembly import Assembly
 from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import Reduction
 
