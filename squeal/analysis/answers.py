@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.io.writing import Answer, Column, Table, columns, located, number, picked
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, located, number, picked
 from squeal.linear import GROWING, CriticalPoint, Crossing, UnstableMode
 from squeal.linear.continuation import State
 from squeal.linear.eigen import Eigenvalue, assigned
@@ -89,6 +89,8 @@ class Eigenvalues(Answer):
     notes: lines for people; beside: what grows outside of the extent, in words; source: the
     analysis behind it.
     """
+
+    panel = Panel("real", "frequency_hz")
 
     name: str
     parameter: str
@@ -349,6 +351,9 @@ class Sweep(Answer):
     names: of modes by number; basis tells of a reduced system that served.
     """
 
+    panel = Panel(0, "frequency_hz", Mark.LINES, "mode")
+    grid = (0, "mode")
+
     name: str
     parameter: str
     steps: tuple[Step, ...]
@@ -569,6 +574,8 @@ class Thresholds(Answer):
     branch. proof: what the referee says, as JSON holds it, None where it is not asked; proof_line
     in words.
     """
+
+    panel = Panel("mu", "frequency_hz")
 
     name: str
     parameter: str

@@ -24,7 +24,7 @@ from squeal.analysis.stack import QUIET, Names, PadStack, parameters, verdicts
 from squeal.equilibrium.statics import LIMITS, excursion
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Column, Table, in_order, picked, plain, unit_word
+from squeal.io.writing import Answer, Column, Panel, Table, in_order, picked, plain, unit_word
 from squeal.linear import VERDICTS, sum_verdicts
 from squeal.model.equations import PadModel, about_origin, spring_directions
 from squeal.model.pad import PARAMETERS
@@ -90,6 +90,9 @@ class Map(Answer):
     codes (n1, n2): indices into `verdicts`; quantity: name, unit and values (n1, n2) of a number
     beside them; admissible (n1, n2): where a pad has an equilibrium that the model means.
     """
+
+    panel = Panel(0, 1)
+    grid = (0, 1)
 
     name: str
     axes: tuple[Axis, Axis]
