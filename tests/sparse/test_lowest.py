@@ -76,7 +76,7 @@ def test_a_random_matrix_is_solved():
 def test_a_large_system_grows_its_region_until_it_holds_the_lowest():
     """As of more rows than all roots are computed of."""
     K, exact = laminations(40, 3, 0.01)
-    options = replace(OPTIONS, dense=0)
+    options = replace(OPTIONS, dense_rows=0)
     found = lowest_modes(quadratic(eye_array(120), None, K), 45, options=options)
     assert upper(found)[:45] == pytest.approx(exact[:45], rel=1e-9)
     assert found.certified

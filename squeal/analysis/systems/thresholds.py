@@ -32,7 +32,12 @@ from squeal.linear.matrices import ILL, dense, unit_diagonal
 from squeal.linear.search import Searched, search, together
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
-from squeal.sparse.crossings import Guess, coalescences, crossings_along, singular_stiffness
+from squeal.sparse.crossings import (
+    CrossingGuess,
+    coalescences,
+    crossings_along,
+    singular_stiffness,
+)
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.quadratic import PROGRESS
 from squeal.sparse.reduction import Reduction
@@ -100,11 +105,11 @@ def system_thresholds(
         values[1:1] = [low + x * (high - low) for x in inner]
         reduction = served or reduced_for(system, wanted, [{name: v} for v in values])
         roots, region = reduction.values, reduction.region
-        still: list[Guess] = []
+        still: list[CrossingGuess] = []
         if system.real and not served and region.low_imag < 0.0:
             still, unclear = singular_stiffness(reduction.scaled, values)
             for one in still:
-                reduction.extend(np.column_stack([one.vector, one.left]))
+                reduction.extend(np.column_stack([one.right, one.left]))
         PROGRESS.get()("following the roots of the reduced system")
         if system.follows and system.undamped:
             rows = coalescences(reduction, name, values)
