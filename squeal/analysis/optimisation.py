@@ -28,7 +28,7 @@ from squeal.analysis.systems.roots import (
 )
 from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import ComputationError, InputError
-from squeal.io.writing import Answer, Column, Table, columns, number, picked
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
 from squeal.linear.sensitivity import sensitivities
@@ -72,6 +72,8 @@ class Optimum(Answer):
     growth rate (1/s) at the end of each search, the own parameters' first; evaluations: of all
     roots; basis: the reduced system that served.
     """
+
+    panel = Panel("parameter", "after", Mark.BARS)
 
     name: str
     extent: str
