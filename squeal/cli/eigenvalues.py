@@ -24,9 +24,9 @@ def options(parser: Parser) -> None:
     parser.add_argument("--sensitivity", action="store_true", help=words)
     words = "what each term of M, C and K does to the growth and frequency of each mode"
     parser.add_argument("--energy", action="store_true", help=words)
-    words = "let a referee judge all roots of a pad or of up to 400 rows, which is the rule"
+    words = "let a referee judge the roots: the rule for pads and up to 400 rows, else of a --band"
     both = argparse.BooleanOptionalAction
-    parser.add_argument("--prove", action=both, default=True, help=words)
+    parser.add_argument("--prove", action=both, help=words)
     words = "what the verdict was held against too"
     parser.add_argument("--verbose", action="store_true", help=words)
     take(parser, "at modes region method memory shape test")
@@ -67,7 +67,8 @@ def run(given: argparse.Namespace) -> Reply:
             swept = replace(subject, system=changed)
         how = picked(given, "method workers")
         sweep = squeal.sweep(swept, given.values, **how, **asked)
-    needed = (given.sensitivity, given.energy, given.change, given.shape, given.shapes, given.test)
+    needed = [given.sensitivity, given.energy, given.change, given.shape, given.shapes, given.test]
+    needed.append(given.prove)
     look = sweep if sweep and sweep.is_first_look and not any(needed) else None  # it has no vectors
     spectrum = squeal.eigenvalues(subject, given.at, look=look, prove=given.prove, **asked)
     pairs = [squeal.compare(spectrum, given.test)] if given.test else []
