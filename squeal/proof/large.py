@@ -26,7 +26,7 @@ Matrices = tuple[csc_array, csc_array, csc_array]  # M, C, K
 MASS_SHARES = (0.5, 0.1, 0.02, 0.004)  # c of M >= c diag(M), the first that is proved
 SIGMA = 1.25  # sigma over R^2
 DAMPING = 0.01  # what damping that is not Rayleigh's may take of sigma
-BEYOND_CORE = "modes above the band are too soft or too close to it; try a narrower band"
+BEYOND_CORE = "soft modes above the band, or local damping, reach into it; try a narrower band"
 MARGINS = (1e-3, 1e-4, 1e-5, 1e-6)  # of the inertia, shares of sigma
 
 
