@@ -27,6 +27,7 @@ from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.factor import Factor, factorise_at
 from squeal.sparse.quadratic import (
     Array,
+    Bools,
     ComplexArray,
     Quadratic,
     Roots,
@@ -246,7 +247,6 @@ def corrected_roots(
     """
     if not basis.size:
         return Roots.none(problem.n)
-    transposed = problem.transposed()
     V = basis
     M = V.T @ (problem.M @ V)
     C = V.T @ (problem.C @ V)
@@ -257,32 +257,46 @@ def corrected_roots(
         values = dense_values(M, C, K, stiffness)
         values = values[region.contains(values)]
         ritz = roots_at(M, C, K, values, left=True, stiffness=stiffness)
-        right = multiply(V, ritz.right)
-        conjugate_left = multiply(V, ritz.left.conj())
-        residuals = problem.apply(ritz.values, right)
-        left_residuals = transposed.apply(ritz.values, conjugate_left)
-        sizes = divisor(problem.size(ritz.values))
-        errors = np.linalg.norm(residuals, axis=0) / sizes
-        left_errors = np.linalg.norm(left_residuals, axis=0) / sizes
+        left = multiply(V, ritz.left.conj()).conj()
+        roots = Roots(values=ritz.values, right=multiply(V, ritz.right), left=left)
+        residuals = residuals_of(problem, roots)
+        errors = np.linalg.norm(residuals.right, axis=0)
+        left_errors = np.linalg.norm(residuals.left, axis=0)
         left_errors *= exact / accepted  # they enter conditions and derivatives
         worst = max(np.max(errors, initial=0.0), np.max(left_errors, initial=0.0))
-        if worst <= exact or (before / 2 < worst <= accepted):
-            return Roots(values=ritz.values, right=right, left=conjugate_left.conj())
+        if worst <= exact or before / 2 < worst <= accepted:
+            return roots
         before = worst
-        steps = []
-        late = errors > exact
-        if np.any(late):
-            steps.append(factor.solve(residuals[:, late]))
-        late = left_errors > exact
-        if np.any(late):
-            steps.append(factor.solve(left_residuals[:, late], transposed=True))
         old = V
-        V = enlarged(V, np.hstack(steps), dropped=1e-4)
+        steps = residuals.solved(factor, errors > exact, left_errors > exact)
+        V = enlarged(V, steps, dropped=1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
         M = grown(M, problem.M, old, new)
         C = grown(C, problem.C, old, new)
         K = grown(K, problem.K, old, new)
     return None
+
+
+class Residuals(NamedTuple):
+    """P x and P' y* of right and left vectors x, y of roots, over a bound of |P| (n, m)."""
+
+    right: ComplexArray
+    left: ComplexArray
+
+    def solved(self, factor: Factor, right: Bools | slice, left: Bools | slice) -> ComplexArray:
+        """Directions that correct the vectors, by a factor of P near them: some of both."""
+        corrections = factor.solve(self.right[:, right])
+        left_corrections = factor.solve(self.left[:, left], transposed=True)
+        return np.hstack([corrections, left_corrections])
+
+
+def residuals_of(problem: Quadratic, roots: Roots) -> Residuals:
+    """What right and left vectors of roots lack in the full problem."""
+    sizes = divisor(problem.size(roots.values))
+    return Residuals(
+        right=problem.apply(roots.values, roots.right) / sizes,
+        left=problem.transposed().apply(roots.values, roots.left.conj()) / sizes,
+    )
 
 
 def grown(projected: Array, A: Matrix, old: Array, new: Array) -> Array:

@@ -237,12 +237,10 @@ class Reduction:
         sizes = np.abs(weights)
         return np.sum(sizes * self._norms[:, None], axis=0, where=sizes > 0.0)
 
-    def modes(
-        self, changes: Changes, values: ComplexArray | None = None, left: bool = False
-    ) -> EstimatedModes:
-        """The roots in the region, or of these `values`, without those that are none of the full
-        problem. Left vectors if wanted."""
-        roots = self.roots(changes, left, values)
+    def modes(self, changes: Changes, left: bool = False) -> EstimatedModes:
+        """The roots in the region without those that are none of the full problem, with left
+        vectors if wanted."""
+        roots = self.roots(changes, left)
         residuals = self.residuals(roots, changes)
         is_genuine = residuals <= SPURIOUS
         return EstimatedModes(
