@@ -670,8 +670,8 @@ def confirmed(reduction: Reduction, name: str, start: CrossingGuess) -> AxisCros
             if step is not None and step.is_converged:
                 return step.crossing
             break
-        every = slice(None)
-        reduction.extend(residuals.solved(factor, every, every), dropped=1e-4)
+        both = np.ones(1, dtype=bool)
+        reduction.extend(residuals.corrections(factor, both, both), dropped=1e-4)
     return axis_crossing(scaled, name, guess)
 
 

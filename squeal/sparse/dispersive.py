@@ -269,7 +269,7 @@ def modes_at_own_frequencies(
             break
         before = worst
         late = errors > EXACT
-        reduction.extend(residuals.solved(factor, late, late))
+        reduction.extend(residuals.corrections(factor, late, late))
         moved = []
         for value, multiplicity in reduced:
             root = _newton(reduction, changes, value, value.imag, grid) or value

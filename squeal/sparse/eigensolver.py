@@ -268,7 +268,7 @@ def corrected_roots(
             return roots
         before = worst
         old = V
-        steps = residuals.solved(factor, errors > exact, left_errors > exact)
+        steps = residuals.corrections(factor, errors > exact, left_errors > exact)
         V = enlarged(V, steps, dropped=1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
         M = grown(M, problem.M, old, new)
@@ -283,11 +283,12 @@ class Residuals(NamedTuple):
     right: ComplexArray
     left: ComplexArray
 
-    def solved(self, factor: Factor, right: Bools | slice, left: Bools | slice) -> ComplexArray:
-        """Directions that correct the vectors, by a factor of P near them: some of both."""
-        corrections = factor.solve(self.right[:, right])
-        left_corrections = factor.solve(self.left[:, left], transposed=True)
-        return np.hstack([corrections, left_corrections])
+    def corrections(self, factor: Factor, of_right: Bools, of_left: Bools) -> ComplexArray:
+        """Directions that correct some of the right and some of the left vectors, by a factor of P
+        near them."""
+        right = factor.solve(self.right[:, of_right])
+        left = factor.solve(self.left[:, of_left], transposed=True)
+        return np.hstack([right, left])
 
 
 def residuals_of(problem: Quadratic, roots: Roots) -> Residuals:

@@ -218,18 +218,18 @@ class FirstLook(Reduction):
         self.highest = max(abs(region.low_imag), abs(region.high_imag))
         self.reach = REACH * self.highest
         # one structure for each different K and M without friction, at the ends and in the middle
-        different: dict[bytes, Changes] = {}
+        representatives: dict[bytes, Changes] = {}
         for k in dict.fromkeys((0, len(values) // 2, len(values) - 1)):
-            different[self._structure_factors(values[k]).tobytes()] = values[k]
+            representatives[self._structure_factors(values[k]).tobytes()] = values[k]
         self.structures = []
-        for changes in different.values():
+        for changes in representatives.values():
             problem = scaled.at(frictionless(scaled.system, changes))
             self.structures.append(Structure(problem, self.highest))
-        self._factors = np.array([self._structure_factors(p) for p in different.values()])
+        self._factors = np.array([self._structure_factors(p) for p in representatives.values()])
         index = np.linspace(0, len(values) - 1, min(len(values), TRAINED))
         self.trained = [values[round(k)] for k in index.tolist()]
-        if len(different) > 2:
-            self.samples = tuple(different.values())
+        if len(representatives) > 2:
+            self.samples = tuple(representatives.values())
         else:
             self.samples = (values[0], values[-1])[: len(values)]
 
