@@ -10,11 +10,11 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.matrices import ALL_ROWS, matrix_list, system_checks
+from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import ComputationError
 from squeal.io.system import POINTS, Coordinates
-from squeal.io.writing import Answer, Column, Table, number, picked
+from squeal.io.writing import Answer, Column, Panel, Table, number, picked
 from squeal.linear.digits import data_errors, has_digits
 from squeal.linear.matrices import EPS, dense
 from squeal.linear.system import TermSystem, frictionless
@@ -35,6 +35,8 @@ class Check(Answer):
     free motions, without friction and damping; free: how many motions no stiffness holds;
     negative: how many have a negative one; hints: what looks like an error of units.
     """
+
+    panel = Panel("mode", "frequency_hz")
 
     name: str
     rows: int
@@ -114,7 +116,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     >>> found.free, round(2 * np.pi * found.frequencies_hz[0], 6)
     (1, 2.0)
     """
-    file = Question.of(subject).file
+    file = SystemAnalysis.of(subject).file
     system = file.system.frozen()
     squares, noise = _real_modes(system, modes)
     vibrating = squares[squares > noise]
