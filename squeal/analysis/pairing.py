@@ -13,7 +13,8 @@ from scipy.optimize import linear_sum_assignment
 
 from squeal.analysis.answers import Eigenvalues
 from squeal.errors import InputError
-from squeal.io.system import DIRECTIONS, Coordinates, number_in, read_table
+from squeal.io.coordinates import DIRECTIONS, Coordinates
+from squeal.io.tables import number_in, read_table
 from squeal.io.writing import Answer, Column, Table, columns
 from squeal.linear.matrices import dense, given_matrix
 from squeal.schema import POSITIVE, Positive, public

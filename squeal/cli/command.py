@@ -114,7 +114,7 @@ def _keys_of(document: dict[str, Any]) -> Group:
     """The keys that --set may name; those of a system's parameters are its own."""
     if not is_system(document):
         return SCENE
-    from squeal.io.system import SYSTEM
+    from squeal.io.system_keys import SYSTEM
 
     own = document.get("parameters")
     names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu"), *FREQUENCY]

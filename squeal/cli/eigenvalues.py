@@ -89,7 +89,7 @@ def run(given: argparse.Namespace) -> Reply:
     answers[1:1] = pairs
     more = f"\n\nheld against rounding: {spectrum.criterion}" * given.verbose
     if (given.shape or given.shapes) and not subject.coordinates.cells:
-        from squeal.io.system import POINTS  # which no scene needs
+        from squeal.io.coordinates import POINTS  # which no scene needs
 
         more += f"\n\n{POINTS}"
     return Reply.of(*answers, judged=scene, more=more)

@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.io import system as files
+from squeal.io.coordinates import DIRECTIONS, DOF, Coordinates
 from squeal.io.matrices import read_matrix
-from squeal.io.system import CSV, FACTOR, SYSTEM, Coordinates, Origin, SystemFile, number_in
+from squeal.io.system import Origin, SystemFile
+from squeal.io.system_keys import CSV, FACTOR, SYSTEM
+from squeal.io.tables import number_in, read_table
 from squeal.numerics.differentiation import Formula
 from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
 from squeal.sparse.components import OWN, Component, Contact, assemble
@@ -160,10 +162,10 @@ def assembly_file(
 
 def _load(path: Path, body: Component) -> NDArray[np.float64]:
     load = np.zeros(body.system.n)
-    for here, line in files.read_table(path, ("node", "dof", "force"))[1]:
+    for here, line in read_table(path, ("node", "dof", "force"))[1]:
         with here.named():
             rows = body.rows_of([line["node"]])[0]
-        direction = files.DIRECTIONS[files.DOF.read(line["dof"].lower(), here / "dof")]
+        direction = DIRECTIONS[DOF.read(line["dof"].lower(), here / "dof")]
         if direction < 0 or rows[direction] < 0:
             raise here.refuse(f"{body.name} has no such row; a displacement of a node is needed")
         load[rows[direction]] += number_in(line["force"], here / "force")
@@ -172,7 +174,7 @@ def _load(path: Path, body: Component) -> NDArray[np.float64]:
 
 def _pairs(path: Path) -> dict[str, Any]:
     """Pairs (m, 2), and area, gap (m,) and normal (m, 3) as far as a table has them."""
-    at, lines = files.read_table(path, ("first", "second"))
+    at, lines = read_table(path, ("first", "second"))
     if not lines:
         raise at.refuse("no pair; at least one line below the heads is needed")
     table: dict[str, Any] = {"pairs": [(line["first"], line["second"]) for _, line in lines]}

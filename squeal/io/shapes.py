@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.io.system import CELLS, Coordinates
+from squeal.io.cells import CELLS
+from squeal.io.coordinates import Coordinates
 from squeal.io.writing import write_text
 from squeal.linear.eigen import Eigenvalue
 

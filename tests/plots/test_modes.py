@@ -7,9 +7,9 @@ import pytest
 
 from squeal.analysis.answers import Step
 from squeal.analysis.pads import analyse, mode_shapes
+from squeal.io.coordinates import Coordinates
 from squeal.io.scene import read_scene
 from squeal.io.shapes import displacements
-from squeal.io.system import Coordinates
 from squeal.plots import modes
 from squeal.plots.modes import shape_drawing
 from tests.conftest import SCENES
