@@ -262,13 +262,18 @@ class Table:
         indices = self._shown_rows(most)
         head, *row_lines = _aligned_lines(self._cells(indices), right=True)
         lines = [self.title, head] if self.title else [head]
-        following = 0  # row after the last one shown
-        for index, line in zip([*indices, len(self.rows)], [*row_lines, ""], strict=True):
-            if index > following:
-                lines.append(f"  ... {index - following} more rows (all with --json)")
+
+        def leave_out(count: int) -> None:
+            if count:
+                lines.append(f"  ... {count} more rows (all with --json)")
+
+        following = 0  # the row after the last one shown
+        for index, line in zip(indices, row_lines, strict=True):
+            leave_out(index - following)
             lines.append(line)
             following = index + 1
-        return "\n".join(lines[:-1])
+        leave_out(len(self.rows) - following)
+        return "\n".join(lines)
 
     def html(self, most: int = FEW) -> str:
         """The table for a notebook."""
