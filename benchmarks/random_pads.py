@@ -3,7 +3,7 @@
 `python -m benchmarks.random_pads [--pads 1000] [--wide] [--workers 2]` prints the largest
 differences of equilibria, stiffness matrices, eigenvalues and thresholds, every verdict that is not
 the exact one, and how many lists of roots and of thresholds are proved. Anything wrong in a proved
-list is a contradiction, and the exit status is 1.
+list is a contradiction, as is a right list that is refuted, and the exit status is 1.
 
 Each pad has units of its own, so that no number is of a usual size; with `--wide` stiffnesses and
 inertia also differ from each other by up to eight decades. Where gmpy2 is installed MPFR computes
@@ -27,8 +27,10 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from squeal.analysis.answers import Thresholds
-from squeal.analysis.pads import analyse, critical_friction, eigenvalues
+from squeal.analysis.eigenvalues import eigenvalues
+from squeal.analysis.pads.equilibrium import analyse
+from squeal.analysis.ranges import DISAGREES
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.transitions import EDGE_NAMES
 from squeal.equilibrium import Path
 from squeal.errors import ComputationError
@@ -36,6 +38,8 @@ from squeal.io.scene import Scene
 from squeal.linear import CriticalPoint, verdict
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.pad import Model
+from squeal.results.sources import PadSource
+from squeal.results.thresholds import Thresholds
 from tests import exact as exactly
 from tests import naive
 from tests.conftest import random_pad
@@ -210,10 +214,13 @@ def _compare_branch(scene: Scene, pad: Pad, wide: bool) -> None:
         pad.refused.append(str(error))
         return
     pad.seconds = time.process_time() - start
-    path = critical.source[1]
+    assert isinstance(critical.source, PadSource)
+    path = critical.source.branch
+    assert path is not None
     pad.end = critical.end
     pad.proved_thresholds = critical.certified
     pad.open_reason = "" if critical.certified else critical.proof_line
+    refuted = DISAGREES in pad.open_reason
     already_wrong = len(pad.wrong)
     for point in critical.points:
         apart, held = _distance(scene, path, point)
@@ -236,8 +243,11 @@ def _compare_branch(scene: Scene, pad: Pad, wide: bool) -> None:
             pad.wrong.append(f"verdict at mu = {mu:g} by the thresholds")
         if told != verdict(matrices.M, None, matrices.K):
             pad.wrong.append(f"verdict at mu = {mu:g}")
+    wrong = pad.wrong[already_wrong:]
     if critical.certified:
-        pad.contradictions += pad.wrong[already_wrong:]
+        pad.contradictions += wrong
+    elif refuted and not wrong:
+        pad.contradictions.append("a right list is refuted")
 
 
 def examine(seed: int, wide: bool = False) -> Pad:

@@ -10,16 +10,17 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.matrices import ALL_ROWS, matrix_list, system_checks
+from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import ComputationError
 from squeal.io.coordinates import POINTS, Coordinates
-from squeal.io.writing import Answer, Column, Table, number, picked
+from squeal.io.writing import Answer, Column, Panel, Table, number, picked
 from squeal.linear.digits import data_errors, has_digits
 from squeal.linear.matrices import EPS, dense
 from squeal.linear.system import TermSystem, frictionless
 from squeal.schema import Whole, public
-from squeal.sparse.quadratic import ScaledSystem, factorise
+from squeal.sparse.factor import factorise
+from squeal.sparse.quadratic import ScaledSystem
 
 CLEAR_MASS = 1e-10  # of the greatest mass per stiffness: what has less is close to none
 
@@ -34,6 +35,8 @@ class Check(Answer):
     free motions, without friction and damping; free: how many motions no stiffness holds;
     negative: how many have a negative one; hints: what looks like an error of units.
     """
+
+    panel = Panel("mode", "frequency_hz")
 
     name: str
     rows: int
@@ -113,7 +116,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     >>> found.free, round(2 * np.pi * found.frequencies_hz[0], 6)
     (1, 2.0)
     """
-    file = Question.of(subject).file
+    file = SystemAnalysis.of(subject).file
     system = file.system.frozen()
     squares, noise = _real_modes(system, modes)
     vibrating = squares[squares > noise]
@@ -151,8 +154,8 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
 
     changes = frictionless(system)
     own = ScaledSystem(system).at(changes)
-    K, noise = (own.K + own.K.T).real / 2, 1e3 * EPS * own.rate**2
-    shift = -1e-6 * own.rate**2  # below all squares, so that free motions pass
+    K, noise = (own.K + own.K.T).real / 2, 1e3 * EPS * own.frequency_scale**2
+    shift = -1e-6 * own.frequency_scale**2  # below all squares, so that free motions pass
     squares, wanted = np.empty(0), count
     try:
         if system.n <= ALL_ROWS:

@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from squeal.analysis.answers import Eigenvalues
 from squeal.errors import InputError
 from squeal.io.coordinates import DIRECTIONS, Coordinates
 from squeal.io.tables import number_in, read_table
-from squeal.io.writing import Answer, Column, Table, columns
+from squeal.io.writing import Answer, Column, Panel, Table, columns
 from squeal.linear.matrices import dense, given_matrix
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import SystemSource
 from squeal.schema import POSITIVE, Positive, public
 
 FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
@@ -90,6 +91,8 @@ class Pairs(Answer):
     reference.
     """
 
+    panel = Panel("reference_hz", "frequency_hz")
+
     reference: str
     pairs: tuple[Pair, ...]
     tolerance: float
@@ -147,7 +150,7 @@ def compare(
     >>> [(pair.mode, round(pair.mac, 3)) for pair in compare(*both).pairs]
     [(1, 0.999), (2, 0.999)]
     """
-    where = getattr(computed.source[0], "coordinates", None)
+    where = computed.source.file.coordinates if isinstance(computed.source, SystemSource) else None
     modes = _modes(computed, where)
     if isinstance(reference, Eigenvalues):
         _check_rows(reference, computed)

@@ -72,7 +72,7 @@ def run(given: argparse.Namespace) -> Reply:
         or given.shapes
         or given.test
     )
-    estimate = sweep if sweep and sweep.looked and not needs_vectors else None
+    estimate = sweep if sweep and sweep.is_first_look and not needs_vectors else None
     spectrum = squeal.eigenvalues(subject, given.at, look=estimate, prove=given.prove, **selection)
     pairs = squeal.compare(spectrum, given.test) if given.test else None
     main_answer: Answer = spectrum
@@ -91,7 +91,7 @@ def run(given: argparse.Namespace) -> Reply:
     else:
         write_files(given, main_answer)
     if given.chart is not None and sweep:
-        sweep.plot(given.chart, name=source.name, damping=True)
+        sweep.save(given.chart, name=source.name, damping=True)
     if given.shapes is not None:
         spectrum.save_shapes(given.shapes)
     notes = ""

@@ -12,9 +12,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import squeal
-from squeal.analysis.of_systems import Question
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.analysis.systems.matrices import write_assembly, write_system
+from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import refuse, take
 from squeal.cli.streams import steps
@@ -102,10 +102,10 @@ def _export_assembly(given: argparse.Namespace, subject: "SystemFile") -> _Expor
 
 def _export_reduced(given: argparse.Namespace, subject: "SystemFile") -> _Exported:
     """A system reduced to the roots of a band or region."""
-    question = Question.of(
+    analysis = SystemAnalysis.of(
         subject, band=given.band, region=given.region, memory=given.memory, progress=steps()
     )
-    reduction, basis = question.reduced(given.values, given.method)
+    reduction, basis = analysis.reduced(given.values, given.method)
     if reduction.spurious:
         words = f"the reduced system has {reduction.spurious} roots that the full one has not"
         warnings.warn(words, InputWarning, stacklevel=2)

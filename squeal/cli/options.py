@@ -258,7 +258,7 @@ def write_files(
 ) -> None:
     """Write the table and the figure of an answer that are requested; the figure of another."""
     if getattr(given, "figure", None) is not None:  # the first, since it may be refused
-        (drawn or answer).plot(given.figure, name=given.source.name, **settings)
+        (drawn or answer).save(given.figure, name=given.source.name, **settings)
     if given.table is not None:
         answer.save(given.table)
 

@@ -23,7 +23,8 @@ from squeal.errors import InputError
 from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
-from squeal.sparse.components import Component, Contact
+from squeal.sparse.components import Component
+from squeal.sparse.contact_seat import Contact
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array

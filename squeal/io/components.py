@@ -16,7 +16,9 @@ from squeal.io.system_keys import CSV, FACTOR, SYSTEM, Document
 from squeal.io.tables import number_in, read_table
 from squeal.numerics.differentiation import Formula
 from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
-from squeal.sparse.components import OWN, Component, Contact, assemble
+from squeal.sparse.assembly import OWN, assemble
+from squeal.sparse.components import Component
+from squeal.sparse.contact_seat import Contact
 
 BETWEEN = Several(TEXT, "a list of two names of components", 2)
 POSITIVE = Number(low=0.0)

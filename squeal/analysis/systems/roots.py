@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.answers import OPEN
 from squeal.analysis.systems.matrices import ALL_ROWS
 from squeal.analysis.systems.proofs import Data, Statement, counted, refereed
 from squeal.errors import ComputationError, InputError, InputWarning
@@ -36,19 +35,22 @@ from squeal.linear.eigen import (
 )
 from squeal.linear.matrices import checked, rank_of, reduce, unit_diagonal
 from squeal.linear.system import Matrix, TermSystem
-from squeal.schema import Place, row
-from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots, disc_around
+from squeal.results.columns import OPEN
+from squeal.results.sources import LOWEST, EigenvalueSelection
+from squeal.sparse.argument_principle import Disc, Rectangle, count_roots, disc_around
 from squeal.sparse.dense import dense_spectrum, dense_values
-from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
-from squeal.sparse.eigensolver import OPTIONS as SOLVER
-from squeal.sparse.eigensolver import lowest_modes, modes_in
+from squeal.sparse.dispersive import (
+    DispersiveReduction,
+    frequencies,
+    modes_at_own_frequencies,
+)
+from squeal.sparse.eigensolver import DENSE_ROWS, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import ScaledSystem, quadratic
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 
 LOOSE = 0.1  # of the end of a region: errors above are no estimate of where a root may lie
 ROUGH = 1e-3  # of |lambda|: what roots that were seen on the way may be off
-MODES = 20  # of a larger system where nothing else is wanted
 NO_ROOT = "no root"  # the verdict on a band or region without one
 NO_BAND = (
     "band: is missing, such as --band 500:5000 (Hz); systems of more than 400 rows, complex "
@@ -56,47 +58,7 @@ NO_BAND = (
 )
 Changes = Mapping[str, float]
 Known = tuple[Eigenvalue, ...]
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """Roots of a band (Hz) or of a region, or the lowest ones; of a band the lowest `modes`.
-
-    Raises InputError when made with a band and a region, or with what is none.
-    """
-
-    band: tuple[float, float] | None = None
-    region: Rectangle | None = None
-    modes: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.band is not None and self.region is not None:
-            raise InputError("band, region: one of them is allowed")
-        if self.band is not None:
-            band(*row(2).read(self.band, Place("band")))
-
-    @property
-    def rectangle(self) -> Rectangle | None:
-        """The region, or that of the band; None if neither is given.
-
-        What begins or ends on the real axis holds it.
-        """
-        region = self.region if self.band is None else band(*self.band)
-        if region is None or (region.low_imag and region.high_imag):
-            return region
-        edge = 1e-6 * max(region.high_imag, -region.low_imag)
-        low, high = region.low_imag or -edge, region.high_imag or edge
-        return replace(region, low_imag=low, high_imag=high)
-
-    def words(self, count: int | None = None) -> str:
-        """The same in words, for people; of the lowest modes the `count` that were found."""
-        if self.band is not None:
-            return f"{self.band[0]:g} to {self.band[1]:g} Hz"
-        if self.region is not None:
-            r = self.region
-            return f"{r.low_real:g} < Re < {r.high_real:g}, {r.low_imag:g} < Im < {r.high_imag:g}"
-        modes = self.modes or MODES
-        return f"the lowest {modes if count is None else min(count, modes)} modes"
+Bounded = Callable[[Known], Known]
 
 
 def is_small(system: TermSystem) -> bool:
@@ -172,9 +134,9 @@ class SystemRoots:
 
 def system_roots(
     system: TermSystem,
-    wanted: Wanted | None = None,
+    wanted: EigenvalueSelection | None = None,
     changes: Changes | None = None,
-    bounded: Callable[[Known], Known] = tuple,
+    bounded: Bounded | None = None,
     data: Data | None = None,
 ) -> SystemRoots:
     """The roots of a system at its parameters, some of them changed.
@@ -185,7 +147,7 @@ def system_roots(
     reaches over an end of the region are listed. With what is assumed of the `data` the referee is
     asked of all roots of a small system. Raises InputError and ComputationError.
     """
-    wanted = wanted or Wanted()
+    wanted = wanted or EigenvalueSelection()
     if is_small(system):
         roots = _of_all(system.arrays(changes), wanted, bounded, data)
         return roots if wanted.modes is None else roots.lowest(wanted.modes)
@@ -193,21 +155,22 @@ def system_roots(
         return _at_own_frequencies(system, wanted, changes or {})
     problem, limit, modes = ScaledSystem(system).at(changes), None, wanted.modes
     if wanted.rectangle is None:
-        modes = modes or MODES
+        modes = modes or LOWEST
     try:
         if wanted.rectangle is None:
-            solution = lowest_modes(problem, modes or MODES)
+            solution = lowest_modes(problem, modes or LOWEST)
         else:
             solution = modes_in(problem, _searched(wanted.rectangle, bounded))
             limit = None if wanted.band is None else wanted.rectangle.high_real
     except ComputationError:
-        if system.n > SOLVER.dense:
+        if system.n > DENSE_ROWS:
             raise
         return _of_all(system.arrays(changes), replace(wanted, modes=modes), bounded).lowest(modes)
     values, count = solution.eigenvalues, solution.count
     if wanted.rectangle is None:
         values, count = _upper(values, count, problem.real)
-    values = bounded(values)
+    if bounded is not None:
+        values = bounded(values)
     region: Any = solution.region
     doubts: tuple[str, ...] = ()
     outside = None
@@ -222,16 +185,16 @@ def system_roots(
         if farthest > ROUGH * region.high_imag:
             doubts += (f"errors reach up to {farthest / math.tau:.2g} Hz over the ends",)
         values = tuple(e for e in values if _may_lie_in(e, region))
-        outside = _beside(solution.seen, region)
+        outside = _beside(solution.rough_values, region)
     words = judged(values, complete=False)
     known = values, region, count
     roots = SystemRoots(*known, *words, growth_limit=limit, outside=outside, doubts=doubts)
     return roots if modes is None else roots.lowest(modes)
 
 
-def _searched(region: Rectangle, bounded: Callable[[Known], Known]) -> Rectangle:
+def _searched(region: Rectangle, bounded: Bounded | None) -> Rectangle:
     """The region with what lies closely beyond its ends in frequency, where roots have an error."""
-    if bounded is tuple:
+    if bounded is None:
         return region
     low = region.low_imag
     return replace(
@@ -287,9 +250,12 @@ def _beside(seen: Sequence[complex], region: Rectangle) -> tuple[complex, ...] |
     return tuple(found) or None
 
 
-def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) -> SystemRoots:
+def _at_own_frequencies(
+    system: TermSystem, wanted: EigenvalueSelection, changes: Changes
+) -> SystemRoots:
     """The roots of a band of matrices that depend on the frequency of each; nothing counts them."""
     reduction = reduced_for(system, wanted, [changes])
+    assert isinstance(reduction, DispersiveReduction)
     values, unsure = modes_at_own_frequencies(reduction, changes)
     frozen = len(frequencies(system, reduction.region))
     note = f"each root at its own frequency, found from matrices frozen at {frozen} frequencies"
@@ -329,8 +295,8 @@ def judged(
 
 def _of_all(
     matrices: tuple[Matrix, Matrix | None, Matrix],
-    wanted: Wanted,
-    bounded: Callable[[Known], Known],
+    wanted: EigenvalueSelection,
+    bounded: Bounded | None,
     data: Data | None = None,
 ) -> SystemRoots:
     """All roots of a small system, those of the band or region, or the upper ones."""
@@ -348,7 +314,7 @@ def _of_all(
         every = dense_spectrum(M, C, K)
         if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
-    if bounded is not tuple:
+    if bounded is not None:
         every = bounded(every)
         sure = tuple(e for e in every if e.rounding < math.inf)
         words = judged(sure, complete=not any(e.open for e in sure))
@@ -371,7 +337,8 @@ def _of_all(
             sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
             count = 2 * problem.n  # the degree of det P
             if rank_of(sizes) < problem.n:
-                count = count_roots(problem, Disc(2 * max(farthest, problem.rate)), known)
+                disc = Disc(2 * max(farthest, problem.frequency_scale))
+                count = count_roots(problem, disc, known)
         if wanted.modes is not None or not problem.real:
             values, count = _upper(every, count, problem.real)
         return SystemRoots(values, None, count, *words, judged_by=statement)
@@ -418,14 +385,14 @@ def rounding_of(system: TermSystem, roots: NDArray[np.complex128]) -> NDArray[np
     return assumed_rounding(roots, undamped=system.real and not system.C)
 
 
-def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rectangle:
+def _sweep_region(scaled: ScaledSystem, wanted: EigenvalueSelection, changes: Changes) -> Rectangle:
     """The region of a sweep: what is wanted, or that of the lowest modes at one value."""
     if wanted.rectangle is not None:
         return wanted.rectangle
     if scaled.system.follows or wanted.modes is None:
         raise InputError(NO_BAND)
     if is_small(scaled.system):
-        roots = roots_of_all(scaled.system, Wanted(), changes)
+        roots = roots_of_all(scaled.system, EigenvalueSelection(), changes)
         sizes = np.sort(np.abs(roots[roots.imag >= 0.0]))
         radius = float(sizes[: wanted.modes][-1])
     else:
@@ -434,22 +401,25 @@ def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rec
     return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
 
 
-def looked_at(look: FirstLook, wanted: Wanted, changes: Changes) -> SystemRoots:
+def looked_at(look: FirstLook, wanted: EigenvalueSelection, changes: Changes) -> SystemRoots:
     """The wanted roots at some parameters as a first look has them: nothing counts them."""
-    found, none = look.judged(changes), np.empty(0, dtype=complex)
+    found, none = look.estimate_by_basis(changes), np.empty(0, dtype=complex)
     errors = np.maximum(found.errors, rounding_of(look.scaled.system, found.values))
     each = zip(found.values.tolist(), found.residuals.tolist(), errors.tolist(), strict=True)
     rows = [Eigenvalue(z, none, none, r, math.nan, error) for z, r, error in each]
     values = tuple(rows[k] for k in ordered(found.values))
     limit = None if wanted.band is None else look.region.high_real
     words = judged(values, complete=False)
-    outside = _beside(found.seen.tolist(), look.region)
+    outside = _beside(found.rough_values.tolist(), look.region)
     roots = SystemRoots(values, look.region, None, *words, growth_limit=limit, outside=outside)
     return roots if wanted.modes is None else roots.lowest(wanted.modes)
 
 
 def reduced_for(
-    system: TermSystem, wanted: Wanted, values: Sequence[Changes], method: str = "reduced"
+    system: TermSystem,
+    wanted: EigenvalueSelection,
+    values: Sequence[Changes],
+    method: str = "reduced",
 ) -> Reduction:
     """The reduced system that serves some values of the parameters.
 
@@ -465,7 +435,7 @@ def reduced_for(
         method = "reduced"  # a first look corrects the roots of constant matrices
     if method == "modal":
         with one_thread():
-            reduction = look = FirstLook(scaled, region, values).made()
+            reduction = look = FirstLook(scaled, region, values).build()
         if not look.holds:
             text = (
                 f"real modes up to {look.reach / math.tau:.4g} Hz and their corrections may "
@@ -473,7 +443,8 @@ def reduced_for(
                 "only); each value is solved on the full system"
             )
     else:
-        reduction = reduce_system(scaled, region, values)
+        kind = DispersiveReduction if system.follows else Reduction
+        reduction = reduce_system(scaled, region, values, kind)
         if not reduction.converged:
             text = (
                 f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "
@@ -485,7 +456,7 @@ def reduced_for(
     return reduction
 
 
-def basis_of(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | None:
+def basis_of(reduction: Reduction | None, wanted: EigenvalueSelection) -> dict[str, Any] | None:
     """A reduced system as JSON holds it."""
     if reduction is None:
         return None
@@ -499,7 +470,9 @@ def basis_of(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | No
     }
 
 
-def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
+def roots_of_all(
+    system: TermSystem, wanted: EigenvalueSelection, changes: Changes
+) -> NDArray[np.complex128]:
     """The roots of a small system in the band or region, by rising frequency, values alone."""
     roots = dense_values(*system.arrays(changes))
     if not system.real:  # rounding may put a real one below

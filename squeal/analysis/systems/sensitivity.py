@@ -13,8 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from squeal.analysis.answers import Eigenvalues, Thresholds, basis_text
-from squeal.analysis.sensitivity import Sensitivity
 from squeal.errors import ComputationError, InputError
 from squeal.io.formats.matrix_file import MatrixFile
 from squeal.io.matrices import aligned, read_matrix
@@ -24,9 +22,14 @@ from squeal.linear.matrices import given_matrix
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.results.columns import basis_text
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sensitivity import Sensitivity
+from squeal.results.thresholds import Thresholds
 from squeal.schema import NAME, Place
-from squeal.sparse.components import Assembly
-from squeal.sparse.quadratic import ScaledSystem, factorise_at
+from squeal.sparse.assembly import Assembly
+from squeal.sparse.factor import factorise_at
+from squeal.sparse.quadratic import ScaledSystem
 
 Matrices = Mapping[str, Mapping[str, Any]]
 """Names of changes, each with the matrices dM, dC, dK (arrays or files) by the keys M, C, K."""

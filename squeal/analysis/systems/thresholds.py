@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.answers import Thresholds, basis_text
 from squeal.analysis.systems.roots import (
     NO_BAND,
     Changes,
-    Wanted,
     basis_of,
     is_small,
     reduced_for,
@@ -24,6 +22,7 @@ from squeal.analysis.systems.roots import (
 )
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import counted, mapped
+from squeal.io.system import SystemFile
 from squeal.linear import thresholds
 from squeal.linear.continuation import Continuation, ContinuationOptions, State, form_of
 from squeal.linear.eigen import ComplexArray, growing
@@ -32,7 +31,16 @@ from squeal.linear.matrices import ILL, dense, unit_diagonal
 from squeal.linear.search import Searched, search, together
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
-from squeal.sparse.crossings import Guess, coalescences, crossings_along, singular_stiffness
+from squeal.results.columns import basis_text
+from squeal.results.sources import EigenvalueSelection, SystemSource
+from squeal.results.thresholds import Thresholds
+from squeal.sparse.crossings import (
+    CrossingGuess,
+    coalescences,
+    crossings_along,
+    singular_stiffness,
+)
+from squeal.sparse.dispersive import DispersiveReduction
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.quadratic import PROGRESS
 from squeal.sparse.reduction import Reduction
@@ -46,7 +54,7 @@ def system_thresholds(
     system: TermSystem,
     high: float,
     low: float | None = None,
-    wanted: Wanted | None = None,
+    wanted: EigenvalueSelection | None = None,
     workers: int = 1,
     served: Reduction | None = None,
 ) -> Thresholds:
@@ -65,7 +73,7 @@ def system_thresholds(
     it was reduced already; nothing is counted then. Raises InputError for an empty range, and for a
     large system or complex matrices without a band or region.
     """
-    wanted, name = wanted or Wanted(), system.parameter
+    wanted, name = wanted or EigenvalueSelection(), system.parameter
     region = wanted.rectangle
     if not system.real and region is None:
         raise InputError(NO_BAND)
@@ -100,13 +108,13 @@ def system_thresholds(
         values[1:1] = [low + x * (high - low) for x in inner]
         reduction = served or reduced_for(system, wanted, [{name: v} for v in values])
         roots, region = reduction.values, reduction.region
-        still: list[Guess] = []
+        still: list[CrossingGuess] = []
         if system.real and not served and region.low_imag < 0.0:
             still, unclear = singular_stiffness(reduction.scaled, values)
             for one in still:
-                reduction.extend(np.column_stack([one.vector, one.left]))
+                reduction.extend(np.column_stack([one.right, one.left]))
         PROGRESS.get()("following the roots of the reduced system")
-        if system.follows and system.undamped:
+        if isinstance(reduction, DispersiveReduction) and system.undamped:
             rows = coalescences(reduction, name, values)
         elif not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
             rows, unconfirmed = crossings_along(reduction, name, values, still)
@@ -149,7 +157,11 @@ def system_thresholds(
     notes += [basis_text(basis)] if basis else []
     verdict = verdict_of(first := roots({name: low}), rounding_of(system, first))
     head = system.name, name, low, high, verdict, tuple(points), tuple(crossings)
-    more: Any = {"notes": tuple(notes), "details": details, "source": (system, wanted, reduction)}
+    more: Any = {
+        "notes": tuple(notes),
+        "details": details,
+        "source": SystemSource(SystemFile(system), wanted, reduction),
+    }
     return Thresholds(*head, f"{name} = {high:g} is reached", certified, **more)
 
 
