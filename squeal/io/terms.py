@@ -181,5 +181,6 @@ class TermDamping:
             self.indices["structural"].add(index)
             self.records.append(Damped(name, "structural", scalar(str(term.keys["structural"]))))
         if "modulus" in term.keys:
-            self.indices["structural"].add(index)
+            if term.part == "K":
+                self.indices["structural"].add(index)
             self.records.append(Damped(name, "modulus", term.keys["modulus"]["file"]))
