@@ -230,8 +230,12 @@ class Parser(argparse.ArgumentParser):
         hint = "see"
         unknown = re.match(r"unrecognized arguments: (--[\w-]+)", message)
         if unknown:
-            close = difflib.get_close_matches(unknown[1], self._option_string_actions, 1)
-            hint = f"did you mean {close[0]}? See" if close else "see"
+            names = {option: option for option in self._option_string_actions}
+            for action in self._actions:  # --high is an argument of Python, the option is --max
+                if action.option_strings:
+                    names.setdefault(f"--{action.dest}", action.option_strings[0])
+            close = difflib.get_close_matches(unknown[1], names, 1)
+            hint = f"did you mean {names[close[0]]}? See" if close else "see"
         raise InputError(f"{message}; {hint} {self.prog} --help")
 
     def print_help(self, file: object = None) -> None:
