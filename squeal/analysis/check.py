@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from squeal.analysis.systems.matrices import ALL_ROWS, matrix_list, system_checks
 from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import ComputationError
-from squeal.io.system import POINTS, Coordinates
+from squeal.io.coordinates import POINTS, Coordinates
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
 from squeal.linear.digits import data_errors, has_digits
 from squeal.linear.matrices import EPS, dense

@@ -13,8 +13,8 @@ from matplotlib.patches import Rectangle
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
+from squeal.io.coordinates import Coordinates
 from squeal.io.shapes import displacements, outer_faces
-from squeal.io.system import Coordinates
 from squeal.linear import GROWING, Eigenvalue
 from squeal.model.pad import Pad
 from squeal.plots.style import (
