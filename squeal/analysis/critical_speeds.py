@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from squeal.analysis.systems.roots import is_small
+from squeal.analysis.systems.all_roots import is_small
 from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import InputError
 from squeal.io.writing import Answer, Column, Table, columns

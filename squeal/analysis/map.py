@@ -75,7 +75,9 @@ def map(
 
 def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, workers: int) -> Map:
     """The verdict on the selected roots over two named parameters."""
-    from squeal.analysis.systems.roots import NO_ROOT, basis_of, is_small, reduced_for
+    from squeal.analysis.systems.all_roots import is_small
+    from squeal.analysis.systems.reduced import basis_of, reduced_for
+    from squeal.analysis.systems.verdicts import NO_ROOT
     from squeal.io.processes import counted, mapped
     from squeal.sparse.quadratic import PROGRESS
 
@@ -134,7 +136,8 @@ def _verdict_and_growth(
     common: tuple[System, EigenvalueSelection, Reduction | None], at: Mapping[str, float]
 ) -> tuple[str, float]:
     """The verdict and the largest growth rate at one point of a chart."""
-    from squeal.analysis.systems.roots import roots_of_all, rounding_of, verdict_of
+    from squeal.analysis.systems.all_roots import roots_of_all
+    from squeal.analysis.systems.verdicts import rounding_of, verdict_of
     from squeal.sparse.first_look import FirstLook
 
     system, selection, reduction = common

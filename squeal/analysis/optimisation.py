@@ -18,14 +18,9 @@ from typing import Annotated, Any
 import numpy as np
 
 from squeal.analysis.options import Band, Region
-from squeal.analysis.systems.roots import (
-    SystemRoots,
-    basis_of,
-    is_small,
-    reduced_for,
-    roots_of_all,
-    system_roots,
-)
+from squeal.analysis.systems.all_roots import is_small, roots_of_all
+from squeal.analysis.systems.reduced import basis_of, reduced_for
+from squeal.analysis.systems.roots import SystemRoots, system_roots
 from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import Answer, Column, Table, columns, number, picked

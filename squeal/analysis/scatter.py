@@ -21,15 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.analysis.pads.equilibrium import analyse
-from squeal.analysis.systems.roots import (
-    NO_BAND,
-    basis_of,
-    is_small,
-    reduced_for,
-    roots_of_all,
-    rounding_of,
-)
+from squeal.analysis.systems.all_roots import NO_BAND, is_small, roots_of_all
+from squeal.analysis.systems.reduced import basis_of, reduced_for
 from squeal.analysis.systems.thresholds import system_thresholds
+from squeal.analysis.systems.verdicts import rounding_of
 from squeal.analysis.variations import NO_PAD, NO_REST, ROUNDING, Outcome, Varied, first_loss
 from squeal.errors import ComputationError, InputError
 from squeal.io.matrices import fingerprint

@@ -149,9 +149,10 @@ def _system_sweep(
     analysis: SystemAnalysis, values: Sequence[float], method: str | None, workers: int
 ) -> Sweep:
     """The roots at values of the parameter, on the system itself or on a reduced one."""
+    from squeal.analysis.systems.all_roots import is_small
     from squeal.analysis.systems.known import sweep_as_known
-    from squeal.analysis.systems.roots import basis_of, is_small
-    from squeal.analysis.systems.sweeps import followed
+    from squeal.analysis.systems.reduced import basis_of
+    from squeal.analysis.systems.sweeps import track_modes
 
     analysis.warn_of_unused_parameter()
     system = analysis.system
@@ -160,7 +161,7 @@ def _system_sweep(
     reduction = None
     if method != "full":
         reduction, _ = analysis.reduced(values, method, CHECKED)
-    steps, losses, own = followed(system, analysis.selection, values, reduction, workers)
+    steps, losses, own = track_modes(system, analysis.selection, values, reduction, workers)
     answer = Sweep(
         name=system.name,
         parameter=system.parameter,
@@ -182,10 +183,10 @@ def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
     if isinstance(source, PadSource):
         return _pad_paths(source.scene, found, low, high)
     assert source is not None
-    from squeal.analysis.systems.sweeps import followed
+    from squeal.analysis.systems.sweeps import track_modes
 
     values = np.linspace(low, high, DRAWN_OF_SYSTEMS).tolist()
-    steps, losses, own = followed(source.file.system, source.selection, values, source.reduction)
+    steps, losses, own = track_modes(source.file.system, source.selection, values, source.reduction)
     return Sweep(found.name, found.parameter, steps, losses, own)
 
 

@@ -283,9 +283,9 @@ def system_thresholds_with_proof(
     Only `prove` asks the referee.
     """
     from squeal.analysis.ranges import PROVED_ROWS, system_statement
+    from squeal.analysis.systems.all_roots import roots_of_all
     from squeal.analysis.systems.known import thresholds_as_known
-    from squeal.analysis.systems.roots import roots_of_all
-    from squeal.analysis.systems.sensitivity import widened
+    from squeal.analysis.systems.sensitivity import widened_by_reduction
     from squeal.analysis.systems.thresholds import system_thresholds
 
     system = analysis.system
@@ -313,5 +313,5 @@ def system_thresholds_with_proof(
         )
         answer = with_statement(answer, statement, intervals)
     if analysis.joined:
-        answer = widened(system, assembly, answer)
+        answer = widened_by_reduction(system, assembly, answer)
     return thresholds_as_known(analysis.file, selection, answer)

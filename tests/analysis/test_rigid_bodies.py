@@ -21,7 +21,7 @@ SLOW = EigenvalueSelection(band=(0.0, 60.0))
 @pytest.fixture(autouse=True)
 def _few_rows_are_many(monkeypatch):
     """Systems of N rows are treated as large ones."""
-    monkeypatch.setattr("squeal.analysis.systems.roots.ALL_ROWS", 60)
+    monkeypatch.setattr("squeal.analysis.systems.all_roots.ALL_ROWS", 60)
 
 
 def chain(rows):
@@ -174,7 +174,7 @@ def test_the_zero_roots_of_a_small_body_are_counted_beside_stiff_motions(stiff, 
 @pytest.mark.parametrize("seed", range(6))
 def test_damped_free_bodies_stay_real_beside_a_structural_loss_factor(rows, seed, monkeypatch):
     """Rounding puts a real root of complex matrices on either side of the real axis."""
-    monkeypatch.setattr("squeal.analysis.systems.roots.ALL_ROWS", rows)
+    monkeypatch.setattr("squeal.analysis.systems.all_roots.ALL_ROWS", rows)
     rng = np.random.default_rng(seed)
     Q = np.eye(20) + 0.1 * rng.standard_normal((20, 20))
     damping, squares = np.full(20, 0.2), np.r_[0.0, 0.0, np.linspace(5.0, 50.0, 18) ** 2]

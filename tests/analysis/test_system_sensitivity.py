@@ -26,7 +26,7 @@ def pair(gap, c, w):
 @pytest.mark.parametrize("c", [0.0, 0.2])
 @pytest.mark.parametrize("rows", [400, 1])
 def test_thresholds_move_as_their_closed_form(monkeypatch, rows, c):
-    for module in ("systems.roots", "systems.matrices"):
+    for module in ("systems.all_roots", "systems.matrices"):
         monkeypatch.setattr(f"squeal.analysis.{module}.ALL_ROWS", rows)
     gap, w = 3.0, 20.0
     mu, omega = np.hypot(c * np.sqrt(w + gap / 2), gap / 2), np.sqrt(w + gap / 2)

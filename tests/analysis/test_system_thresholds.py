@@ -8,7 +8,7 @@ import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
-from squeal.analysis.systems import roots
+from squeal.analysis.systems import all_roots
 from squeal.analysis.systems import thresholds as critical
 from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
@@ -164,7 +164,7 @@ def test_of_a_band_what_happens_at_an_end_is_listed_once_and_the_fastest_named(
     rates, at, hertz, points, rows, monkeypatch
 ):
     """Three modes in the band 0.5 to 5 Hz that grow by rate (p - at), others above."""
-    monkeypatch.setattr(roots, "ALL_ROWS", rows)
+    monkeypatch.setattr(all_roots, "ALL_ROWS", rows)
     D = np.diag(np.r_[-2.0 * np.array(rates), np.zeros(6)])
     others, K = np.diag(np.r_[np.zeros(3), np.full(6, 0.3)]), np.diag((2 * np.pi * HERTZ) ** 2)
     system = affine(np.eye(9), K, C0=others - at * D, C1=D)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.systems.roots import reduced_for
+from squeal.analysis.systems.reduced import reduced_for
 from squeal.errors import InputError, InputWarning
 from squeal.linear import GROWING
 from squeal.linear.system import Term

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from squeal.analysis.systems.roots import reduced_for
+from squeal.analysis.systems.reduced import reduced_for
 from squeal.errors import InputError
 from squeal.linear.matrices import norm_of
 from squeal.linear.system import Term, TermSystem

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from squeal.analysis.systems.all_roots import is_small
 from squeal.analysis.systems.known import (
     accuracy_by_digits,
     data_of,
@@ -17,7 +18,7 @@ from squeal.analysis.systems.known import (
 )
 from squeal.analysis.systems.matrices import matrix_list, system_checks
 from squeal.analysis.systems.proofs import Statement
-from squeal.analysis.systems.roots import SystemRoots, is_small, looked_at, system_roots
+from squeal.analysis.systems.roots import SystemRoots, roots_of_first_look, system_roots
 from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import InputError
 from squeal.io.writing import number
@@ -109,7 +110,7 @@ def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool) -> SystemR
         reduction = look.source.reduction
         if isinstance(reduction, FirstLook):
             changes = {system.parameter: system.parameters[system.parameter]}
-            return looked_at(reduction, analysis.selection, changes)
+            return roots_of_first_look(reduction, analysis.selection, changes)
     data = data_of(file, system) if prove else None
     return system_roots(system, analysis.selection, bounded=error_bounds(file, system), data=data)
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
+from squeal.analysis.systems.all_roots import is_small
 from squeal.analysis.systems.proofs import Data
-from squeal.analysis.systems.roots import Known, is_small, system_roots
+from squeal.analysis.systems.roots import Known, system_roots
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
 from squeal.linear.digits import data_errors, has_digits, known_to_digits

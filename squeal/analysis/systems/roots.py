@@ -1,32 +1,31 @@
-"""Which roots of a system are wanted, and the roots: all, those of a region, the lowest; on the
-system itself or on a reduced one."""
+"""The selected roots of a system: all, those of a region, the lowest; and their completeness."""
 
 from __future__ import annotations
 
 import math
-import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from squeal.analysis.systems.matrices import ALL_ROWS
+from squeal.analysis.systems.all_roots import Changes, is_small
 from squeal.analysis.systems.proofs import Data, Statement, counted, refereed
-from squeal.errors import ComputationError, InputError, InputWarning
-from squeal.io.processes import one_thread
-from squeal.io.writing import picked
-from squeal.linear import GROWING
+from squeal.analysis.systems.reduced import reduced_for
+from squeal.analysis.systems.region_ends import (
+    ROUGH,
+    doubts_at_ends,
+    growing_outside,
+    may_lie_in,
+    widened_in_frequency,
+)
+from squeal.analysis.systems.verdicts import judge_roots, rounding_of
+from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import form_of
 from squeal.linear.eigen import (
     ACCEPTED,
     STIFF,
     Eigenvalue,
-    assumed_rounding,
-    decide,
     growing,
     hidden,
     ordered,
@@ -35,52 +34,20 @@ from squeal.linear.eigen import (
 )
 from squeal.linear.matrices import checked, rank_of, reduce, unit_diagonal
 from squeal.linear.system import Matrix, TermSystem
-from squeal.results.columns import OPEN
 from squeal.results.sources import LOWEST, EigenvalueSelection
 from squeal.sparse.argument_principle import Disc, Rectangle, count_roots, disc_around
-from squeal.sparse.dense import dense_spectrum, dense_values
+from squeal.sparse.dense import dense_spectrum
 from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
 from squeal.sparse.eigensolver import OPTIONS as SOLVER
 from squeal.sparse.eigensolver import lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
-from squeal.sparse.quadratic import ScaledSystem, quadratic
-from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
+from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
 
-LOOSE = 0.1  # of the end of a region: errors above are no estimate of where a root may lie
-ROUGH = 1e-3  # of |lambda|: what roots that were seen on the way may be off
-NO_ROOT = "no root"  # the verdict on a band or region without one
-NO_BAND = (
-    "band: is missing, such as --band 500:5000 (Hz); systems of more than 400 rows, complex "
-    "matrices, matrices that follow the frequency, and the methods reduced and modal need one"
-)
-Changes = Mapping[str, float]
+REGULAR = 1e8  # condition of a stiffness below which a root of zero is one that rounding hides
+WIDER = 1.1  # than the largest growth or decay rate: the region of a band
+
 Known = tuple[Eigenvalue, ...]
-Bounded = Callable[[Known], Known]
-
-
-def is_small(system: TermSystem) -> bool:
-    """True if all roots of a system are computed."""
-    return system.n <= ALL_ROWS and not system.follows
-
-
-def check_memory(system: TermSystem, limit: float | None = None) -> None:
-    """Refuse what does not fit into `limit` bytes (left out: what the machine has free).
-
-    One factorisation and one subspace, as measured on three-dimensional solids; a full matrix
-    takes what its entries need. Raises ComputationError.
-    """
-    entries = max(int(getattr(t.matrix, "nnz", t.matrix.size)) for t in system.terms)
-    factor = min(16.0 * system.n**2, 12.0 * entries * system.n ** (1 / 3))
-    needed, free = factor + 16 * 2 * 180 * system.n, math.inf if limit is None else limit
-    if limit is None:
-        with suppress(OSError, StopIteration):  # another machine than Linux does not say
-            lines = Path("/proc/meminfo").read_text(encoding="ascii").splitlines()
-            free = 1e3 * float(next(x for x in lines if x.startswith("MemAvailable:")).split()[1])
-    if needed > free:
-        raise ComputationError(
-            f"{system.n} rows need about {needed / 1e9:.2g} GB for a factorisation, and "
-            f"{free / 1e9:.2g} GB are free; --memory GB allows more, fewer rows need less"
-        )
+WithErrors = Callable[[Known], Known]
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,357 +92,249 @@ class SystemRoots:
         return self.judged_by or counted(self.certified)
 
     def lowest(self, modes: int | None) -> SystemRoots:
-        """The first of them, which the count still proves to be the first."""
+        """The first of them, which the count still proves to be the first; all if None."""
+        if modes is None:
+            return self
         return replace(self, eigenvalues=self.eigenvalues[:modes], others=self.eigenvalues[modes:])
 
 
 def system_roots(
     system: TermSystem,
-    wanted: EigenvalueSelection | None = None,
+    selection: EigenvalueSelection | None = None,
     changes: Changes | None = None,
-    bounded: Bounded | None = None,
+    bounded: WithErrors | None = None,
     data: Data | None = None,
 ) -> SystemRoots:
     """The roots of a system at its parameters, some of them changed.
 
-    Up to 400 rows all roots are computed and the wanted ones picked; of a larger system those of
+    Up to 400 rows all roots are computed and the selected ones picked; of a larger system those of
     the band or region, or the lowest.
     `bounded` gives roots the error of a reduction or of the digits of data; those whose error
     reaches over an end of the region are listed. With what is assumed of the `data` the referee is
     asked of all roots of a small system. Raises InputError and ComputationError.
     """
-    wanted = wanted or EigenvalueSelection()
+    selection = selection or EigenvalueSelection()
     if is_small(system):
-        roots = _of_all(system.arrays(changes), wanted, bounded, data)
-        return roots if wanted.modes is None else roots.lowest(wanted.modes)
+        roots = _roots_of_matrices(system.arrays(changes), selection, bounded, data)
+        return roots.lowest(selection.modes)
     if system.follows:
-        return _at_own_frequencies(system, wanted, changes or {})
-    problem, limit, modes = ScaledSystem(system).at(changes), None, wanted.modes
-    if wanted.rectangle is None:
-        modes = modes or LOWEST
+        return _at_own_frequencies(system, selection, changes or {})
+    problem = ScaledSystem(system).at(changes)
+    region = selection.rectangle
+    modes = selection.modes
+    if region is None and modes is None:
+        modes = LOWEST
     try:
-        if wanted.rectangle is None:
-            solution = lowest_modes(problem, modes or LOWEST)
+        if region is None:
+            roots = _lowest_roots(problem, modes or LOWEST, bounded)
         else:
-            solution = modes_in(problem, _searched(wanted.rectangle, bounded))
-            limit = None if wanted.band is None else wanted.rectangle.high_real
+            roots = _roots_of_region(problem, region, bounded)
     except ComputationError:
         if system.n > SOLVER.dense_rows:
             raise
-        return _of_all(system.arrays(changes), replace(wanted, modes=modes), bounded).lowest(modes)
-    values, count = solution.eigenvalues, solution.count
-    if wanted.rectangle is None:
-        values, count = _upper(values, count, problem.real)
+        whole = replace(selection, modes=modes)
+        return _roots_of_matrices(system.arrays(changes), whole, bounded).lowest(modes)
+    if selection.band is not None and region is not None:
+        roots = replace(roots, growth_limit=region.high_real)
+    return roots.lowest(modes)
+
+
+def _lowest_roots(problem: Quadratic, modes: int, bounded: WithErrors | None) -> SystemRoots:
+    """So many of the lowest roots of a large system, and their conjugates."""
+    solution = lowest_modes(problem, modes)
+    roots, count = _upper(solution.eigenvalues, solution.count, problem.real)
     if bounded is not None:
-        values = bounded(values)
-    region: Any = solution.region
-    doubts: tuple[str, ...] = ()
-    outside = None
-    if wanted.rectangle is not None:
-        region = wanted.rectangle
-        beyond = sum(not region.contains(np.array(e.value)) for e in values)
-        count = None if count is None else count - beyond
-        doubts = _doubts_at_ends(values, region)
-        # errors of roots that were not looked at are like those of the upper ones
-        upper = [e for e in values if e.value.imag > region.high_imag / 2]
-        farthest = max((e.error or 0.0 for e in upper), default=0.0)
-        if farthest > ROUGH * region.high_imag:
-            doubts += (f"errors reach up to {farthest / math.tau:.2g} Hz over the ends",)
-        values = tuple(e for e in values if _may_lie_in(e, region))
-        outside = _beside(solution.rough_values, region)
-    words = judged(values, complete=False)
-    known = values, region, count
-    roots = SystemRoots(*known, *words, growth_limit=limit, outside=outside, doubts=doubts)
-    return roots if modes is None else roots.lowest(modes)
+        roots = bounded(roots)
+    verdict, criterion = judge_roots(roots, complete=False)
+    return SystemRoots(roots, solution.region, count, verdict, criterion)
 
 
-def _searched(region: Rectangle, bounded: Bounded | None) -> Rectangle:
-    """The region with what lies closely beyond its ends in frequency, where roots have an error."""
-    if bounded is None:
-        return region
-    low = region.low_imag
-    return replace(
-        region,
-        low_imag=low * (1 - ROUGH) if low > 0.0 else low,
-        high_imag=region.high_imag * (1 + ROUGH),
+def _roots_of_region(
+    problem: Quadratic, region: Rectangle, bounded: WithErrors | None
+) -> SystemRoots:
+    """The roots of a large system in a region, and what was seen to grow outside."""
+    searched = region if bounded is None else widened_in_frequency(region)
+    solution = modes_in(problem, searched)
+    roots = solution.eigenvalues
+    if bounded is not None:
+        roots = bounded(roots)
+    count = solution.count
+    if count is not None:
+        count -= sum(not region.contains(np.array(root.value)) for root in roots)
+    doubts = doubts_at_ends(roots, region)
+    # errors of roots that were not looked at are like those of the upper ones
+    errors = [root.error or 0.0 for root in roots if root.value.imag > region.high_imag / 2]
+    farthest = max(errors, default=0.0)
+    if farthest > ROUGH * region.high_imag:
+        doubts.append(f"errors reach up to {farthest / math.tau:.2g} Hz over the ends")
+    inside = tuple(root for root in roots if may_lie_in(root, region))
+    verdict, criterion = judge_roots(inside, complete=False)
+    return SystemRoots(
+        eigenvalues=inside,
+        region=region,
+        count=count,
+        verdict=verdict,
+        criterion=criterion,
+        outside=growing_outside(solution.rough_values, region),
+        doubts=tuple(doubts),
     )
-
-
-def _may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
-    """True if a root lies in a region, or no further from it than its error.
-
-    Of a root that is known to a tenth of the region only, where it was computed decides.
-    """
-    error = root.error or 0.0
-    if error > LOOSE * region.high_imag or (region.low_imag >= 0.0 and root.value.imag < 0.0):
-        error = 0.0
-    wide = Rectangle(
-        region.low_real - error,
-        region.high_real + error,
-        region.low_imag - (error if region.low_imag > 0.0 else 0.0),  # else its mirror image does
-        region.high_imag + error,
-    )
-    return bool(wide.contains(np.array(root.value)))
-
-
-def _doubts_at_ends(roots: Known, region: Rectangle) -> tuple[str, ...]:
-    """Which roots may lie on either side of an end of a region, by their errors, in words."""
-    doubts = []
-    for root in roots:
-        error = root.error or 0.0
-        real, imag = root.value.real, root.value.imag
-        ends = [real - region.low_real, real - region.high_real, imag - region.high_imag]
-        if region.low_imag > 0.0:
-            ends.append(imag - region.low_imag)
-        if _may_lie_in(root, region) and min(map(abs, ends)) <= error:
-            hertz, known_to = root.frequency_hz, error / math.tau
-            doubts.append(
-                f"the root at {hertz:.6g} Hz, known to {known_to:.2g} Hz, may lie within or not"
-            )
-    return tuple(doubts)
-
-
-def _beside(seen: Sequence[complex], region: Rectangle) -> tuple[complex, ...] | None:
-    """What grows outside a region by more than rough roots may be off, the fastest first; one root
-    may have been seen several times."""
-    wide, found = region.widened(ROUGH), list[complex]()
-    for z in sorted(seen, key=lambda z: -z.real):
-        off = ROUGH * abs(z)
-        new = z.real > off and z.imag >= -off and not wide.contains(np.array(z))
-        if new and all(abs(z - other) > off for other in found):
-            found.append(z)
-    return tuple(found) or None
 
 
 def _at_own_frequencies(
-    system: TermSystem, wanted: EigenvalueSelection, changes: Changes
+    system: TermSystem, selection: EigenvalueSelection, changes: Changes
 ) -> SystemRoots:
     """The roots of a band of matrices that depend on the frequency of each; nothing counts them."""
-    reduction = reduced_for(system, wanted, [changes])
-    values, unsure = modes_at_own_frequencies(reduction, changes)
+    reduction = reduced_for(system, selection, [changes])
+    roots, unsure = modes_at_own_frequencies(reduction, changes)
     frozen = len(frequencies(system, reduction.region))
     note = f"each root at its own frequency, found from matrices frozen at {frozen} frequencies"
     if unsure:
-        note += f"; {unsure} of {len(values)} roots were met from one side only"
-    limit = None if wanted.band is None else reduction.region.high_real
-    words = judged(values, complete=False)
-    region = wanted.rectangle
-    roots = SystemRoots(values, region, None, *words, growth_limit=limit, notes=(note,))
-    return roots if wanted.modes is None else roots.lowest(wanted.modes)
+        note += f"; {unsure} of {len(roots)} roots were met from one side only"
+    verdict, criterion = judge_roots(roots, complete=False)
+    return SystemRoots(
+        eigenvalues=roots,
+        region=selection.rectangle,
+        count=None,
+        verdict=verdict,
+        criterion=criterion,
+        growth_limit=None if selection.band is None else reduction.region.high_real,
+        notes=(note,),
+    ).lowest(selection.modes)
 
 
-def judged(
-    values: Known, complete: bool = True, conservative: bool = False
-) -> tuple[str | None, str]:
-    """Verdict on roots and what decided it; unless they are `complete` only growth is proven.
+def roots_of_first_look(
+    first_look: FirstLook, selection: EigenvalueSelection, changes: Changes
+) -> SystemRoots:
+    """The selected roots at some parameters as a first look has them: nothing counts them."""
+    found = first_look.estimate_by_basis(changes)
+    errors = np.maximum(found.errors, rounding_of(first_look.scaled.system, found.values))
+    no_vector = np.empty(0, dtype=complex)
+    roots = []
+    for k in ordered(found.values):
+        root = complex(found.values[k])
+        residual = float(found.residuals[k])
+        error = float(errors[k])
+        roots.append(Eigenvalue(root, no_vector, no_vector, residual, math.nan, error))
+    verdict, criterion = judge_roots(roots, complete=False)
+    return SystemRoots(
+        eigenvalues=tuple(roots),
+        region=first_look.region,
+        count=None,
+        verdict=verdict,
+        criterion=criterion,
+        growth_limit=None if selection.band is None else first_look.region.high_real,
+        outside=growing_outside(found.rough_values.tolist(), first_look.region),
+    ).lowest(selection.modes)
 
-    It is open where rounding leaves a root on either side of the axis. A conservative system has
-    roots on it, and others in fours, so that what rounding leaves there is marginal.
-    """
-    solved = [e for e in values if e.residual <= ACCEPTED and e.rounding < math.inf]
-    if not solved:
-        return None, f"{NO_ROOT} was found that solves the equations"
-    verdict = decide([e.value for e in solved], [e.rounding for e in solved])
-    if verdict.verdict in GROWING:
-        return verdict.verdict, str(verdict)
-    if complete and len(solved) == len(values):
-        unsure = [e for e in solved if 0.0 < abs(e.value.real) <= e.rounding]
-        if not unsure or conservative:
-            return verdict.verdict, str(verdict)
-        one = max(unsure, key=lambda e: e.rounding)
-        words = f"a root at {one.frequency_hz:.6g} Hz on either side of the axis"
-        return None, f"{OPEN}rounding ({one.rounding:.2g} 1/s) leaves {words}"
-    rate = f"largest Re lambda = {verdict.value:.6g}"
-    return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
 
-
-def _of_all(
+def _roots_of_matrices(
     matrices: tuple[Matrix, Matrix | None, Matrix],
-    wanted: EigenvalueSelection,
-    bounded: Bounded | None,
+    selection: EigenvalueSelection,
+    bounded: WithErrors | None,
     data: Data | None = None,
 ) -> SystemRoots:
     """All roots of a small system, those of the band or region, or the upper ones."""
     M, C, K = matrices
     problem = quadratic(M, C, K)
-    words: tuple[str | None, str] | None = None
-    if problem.real:
-        with suppress(InputError):  # M is singular or not symmetric: the pencil is solved
-            reduced = reduce(M, C, K)
-            roots = roots_of(reduced)
-            if not hidden(reduced, C, K, roots):
-                every = spectrum_of(reduced, roots).eigenvalues
-                words = judged(every, conservative=form_of([checked(M, C, K)]) != "damped")
+    roots, words = _reduced_spectrum(problem, matrices)
     if words is None:
-        every = dense_spectrum(M, C, K)
-        if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:
+        roots = dense_spectrum(M, C, K)
+        if not all(root.value for root in roots) and np.linalg.cond(unit_diagonal(K)) < REGULAR:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     if bounded is not None:
-        every = bounded(every)
-        sure = tuple(e for e in every if e.rounding < math.inf)
-        words = judged(sure, complete=not any(e.open for e in sure))
+        roots = bounded(roots)
+        finite = tuple(root for root in roots if root.rounding < math.inf)
+        words = judge_roots(finite, complete=not any(root.open for root in finite))
     statement: Statement | None = None
     if data is not None:
-        deciding = every if problem.real else _upper(every, None, False)[0]
-        every, words, statement = refereed(matrices, every, words or judged(deciding), data)
+        if words is None:
+            words = judge_roots(roots if problem.real else _upper(roots, None, False)[0])
+        roots, words, statement = refereed(matrices, roots, words, data)
     proved = statement is not None and statement.status == "proved"
-    known = np.array([e.value for e in every], dtype=complex)
-    farthest, region = float(np.max(np.abs(known), initial=0.0)), wanted.rectangle
-    upper, _ = _upper(every, None, problem.real)
     # of complex matrices those of falling motion mean nothing
-    values = every if problem.real else upper
-    words = words or judged(values)
-    if region is None:
-        count: int | None
-        if proved:
-            count = len(every)
-        else:
-            sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
-            count = 2 * problem.n  # the degree of det P
-            if rank_of(sizes) < problem.n:
-                disc = Disc(2 * max(farthest, problem.frequency_scale))
-                count = count_roots(problem, disc, known)
-        if wanted.modes is not None or not problem.real:
-            values, count = _upper(every, count, problem.real)
-        return SystemRoots(values, None, count, *words, judged_by=statement)
-    if wanted.band is not None:  # with all real parts that occur in it
-        reals = [abs(z.real) for z in known if region.low_imag < z.imag < region.high_imag]
-        wide = max(1.1 * max(reals, default=0.0), region.high_real)
+    upper, _ = _upper(roots, None, problem.real)
+    meaningful = roots if problem.real else upper
+    if words is None:
+        words = judge_roots(meaningful)
+    if selection.rectangle is not None:
+        return _part_of_all(problem, roots, meaningful, selection, words, statement)
+    count = len(roots) if proved else _number_of_roots(problem, roots)
+    if selection.modes is not None or not problem.real:
+        meaningful, count = _upper(roots, count, problem.real)
+    verdict, criterion = words
+    return SystemRoots(meaningful, None, count, verdict, criterion, judged_by=statement)
+
+
+def _reduced_spectrum(
+    problem: Quadratic, matrices: tuple[Matrix, Matrix | None, Matrix]
+) -> tuple[Known, tuple[str | None, str] | None]:
+    """All roots and the verdict on them from the mass-normalised system; none of complex matrices,
+    where M is singular or not symmetric, and where rounding hides slow ones."""
+    M, C, K = matrices
+    if problem.real:
+        with suppress(InputError):
+            reduced = reduce(M, C, K)
+            values = roots_of(reduced)
+            if not hidden(reduced, C, K, values):
+                roots = spectrum_of(reduced, values).eigenvalues
+                conservative = form_of([checked(M, C, K)]) != "damped"
+                return roots, judge_roots(roots, conservative=conservative)
+    return (), None
+
+
+def _number_of_roots(problem: Quadratic, roots: Known) -> int | None:
+    """The degree of det P, from a count where M is singular."""
+    singular_values = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
+    if rank_of(singular_values) == problem.n:
+        return 2 * problem.n
+    values = np.array([root.value for root in roots], dtype=complex)
+    farthest = float(np.max(np.abs(values), initial=0.0))
+    return count_roots(problem, Disc(2 * max(farthest, problem.frequency_scale)), values)
+
+
+def _part_of_all(
+    problem: Quadratic,
+    every: Known,
+    meaningful: Known,
+    selection: EigenvalueSelection,
+    words: tuple[str | None, str],
+    statement: Statement | None,
+) -> SystemRoots:
+    """Of all roots of a small system those of the band or region, with the verdict `words` on all
+    where none of the region grows, unless one grows elsewhere."""
+    region = selection.rectangle
+    assert region is not None
+    values = np.array([root.value for root in every], dtype=complex)
+    if selection.band is not None:  # with all real parts that occur in it
+        in_band = (values.imag > region.low_imag) & (values.imag < region.high_imag)
+        largest = float(np.max(np.abs(values.real[in_band]), initial=0.0))
+        wide = max(WIDER * largest, region.high_real)
         region = replace(region, low_real=-wide, high_real=wide)
-    inside = tuple(e for e in values if _may_lie_in(e, region))
-    doubts = _doubts_at_ends(inside, region)
-    outside = [m.root for m in growing(e for e in values if e not in inside)]
-    disc = disc_around(region, known, 2 * farthest)
+    inside = tuple(root for root in meaningful if may_lie_in(root, region))
+    outside = growing(root for root in meaningful if root not in inside)
+    disc = disc_around(region, values, 2 * float(np.max(np.abs(values), initial=0.0)))
+    proved = statement is not None and statement.status == "proved"
     # all roots of the disc are in the list, or it is not known where the others are
-    complete = proved or count_roots(problem, disc, known) == int(np.sum(disc.contains(known)))
-    count = int(np.sum(region.contains(known))) if complete else None
-    # all roots are known: where none of the region grows the verdict is of all, unless one grows
-    # elsewhere
-    own = judged(inside, complete=False)
-    words = own if own[0] is not None or outside else words
+    complete = proved or count_roots(problem, disc, values) == int(np.sum(disc.contains(values)))
+    verdict, criterion = judge_roots(inside, complete=False)
+    if verdict is None and not outside:
+        verdict, criterion = words
     return SystemRoots(
-        inside,
-        region,
-        count,
-        *words,
-        outside=tuple(outside),
+        eigenvalues=inside,
+        region=region,
+        count=int(np.sum(region.contains(values))) if complete else None,
+        verdict=verdict,
+        criterion=criterion,
+        outside=tuple(mode.root for mode in outside),
         judged_by=statement,
-        doubts=doubts,
+        doubts=tuple(doubts_at_ends(inside, region)),
     )
 
 
-def _upper(every: Known, count: int | None, real: bool) -> tuple[Known, int | None]:
+def _upper(roots: Known, count: int | None, real: bool) -> tuple[Known, int | None]:
     """The roots with Im >= 0, of complex matrices some below by rounding, and how many there are if
     `count` is that of all and as many lie below as were found there."""
-    upper = tuple(e for e in every if e.value.imag >= (0.0 if real else -e.rounding))
-    return upper, None if count is None else count - len(every) + len(upper)
-
-
-def verdict_of(roots: NDArray[np.complex128], rounding: NDArray[np.float64]) -> str:
-    """Verdict on roots that rounding may move so far."""
-    return decide(roots, rounding).verdict if rounding.size else NO_ROOT
-
-
-def rounding_of(system: TermSystem, roots: NDArray[np.complex128]) -> NDArray[np.float64]:
-    """How far rounding may move roots of a system that were computed without vectors."""
-    return assumed_rounding(roots, undamped=system.real and not system.C)
-
-
-def _sweep_region(scaled: ScaledSystem, wanted: EigenvalueSelection, changes: Changes) -> Rectangle:
-    """The region of a sweep: what is wanted, or that of the lowest modes at one value."""
-    if wanted.rectangle is not None:
-        return wanted.rectangle
-    if scaled.system.follows or wanted.modes is None:
-        raise InputError(NO_BAND)
-    if is_small(scaled.system):
-        roots = roots_of_all(scaled.system, EigenvalueSelection(), changes)
-        sizes = np.sort(np.abs(roots[roots.imag >= 0.0]))
-        radius = float(sizes[: wanted.modes][-1])
-    else:
-        radius = lowest_modes(scaled.at(changes), wanted.modes, certify=False).region.radius
-    far = 1.2 * radius or 1.0
-    return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
-
-
-def looked_at(look: FirstLook, wanted: EigenvalueSelection, changes: Changes) -> SystemRoots:
-    """The wanted roots at some parameters as a first look has them: nothing counts them."""
-    found, none = look.estimate_by_basis(changes), np.empty(0, dtype=complex)
-    errors = np.maximum(found.errors, rounding_of(look.scaled.system, found.values))
-    each = zip(found.values.tolist(), found.residuals.tolist(), errors.tolist(), strict=True)
-    rows = [Eigenvalue(z, none, none, r, math.nan, error) for z, r, error in each]
-    values = tuple(rows[k] for k in ordered(found.values))
-    limit = None if wanted.band is None else look.region.high_real
-    words = judged(values, complete=False)
-    outside = _beside(found.rough_values.tolist(), look.region)
-    roots = SystemRoots(values, look.region, None, *words, growth_limit=limit, outside=outside)
-    return roots if wanted.modes is None else roots.lowest(wanted.modes)
-
-
-def reduced_for(
-    system: TermSystem,
-    wanted: EigenvalueSelection,
-    values: Sequence[Changes],
-    method: str = "reduced",
-) -> Reduction:
-    """The reduced system that serves some values of the parameters.
-
-    Warns if the full problem is not met to the tolerance, or if real modes may lose roots, so that
-    the full problem is solved at each value.
-    """
-    scaled, text = ScaledSystem(system), ""
-    reduction: Reduction
-    region = _sweep_region(scaled, wanted, values[len(values) // 2])
-    if system.follows:
-        each = frequencies(system, region).tolist()
-        values = [{**at, **system.frequency(omega)} for at in values for omega in each]
-        method = "reduced"  # a first look corrects the roots of constant matrices
-    if method == "modal":
-        with one_thread():
-            reduction = look = FirstLook(scaled, region, values).build()
-        if not look.holds:
-            text = (
-                f"real modes up to {look.reach / math.tau:.4g} Hz and their corrections may "
-                f"lose roots of the band (what they lack contracts by {look.contraction:.2g} "
-                "only); each value is solved on the full system"
-            )
-    else:
-        reduction = reduce_system(scaled, region, values)
-        if not reduction.converged:
-            text = (
-                f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "
-                f"root has a residual of {reduction.worst:.2g} in the full problem, {TOLERANCE:g} "
-                "is wanted; a narrower band or range is required"
-            )
-    if text:
-        warnings.warn(text, InputWarning, stacklevel=3)
-    return reduction
-
-
-def basis_of(reduction: Reduction | None, wanted: EigenvalueSelection) -> dict[str, Any] | None:
-    """A reduced system as JSON holds it."""
-    if reduction is None:
-        return None
-    return picked(reduction, "method size converged spurious") | {
-        "rows": reduction.scaled.n,
-        "samples": [dict(changes) for changes in reduction.samples],
-        "residual": reduction.worst,
-        "contraction": getattr(reduction, "contraction", None),
-        "real_modes_hz": getattr(reduction, "reach", 0.0) / math.tau or None,
-        "growth_limit": None if wanted.band is None else reduction.region.high_real,
-    }
-
-
-def roots_of_all(
-    system: TermSystem, wanted: EigenvalueSelection, changes: Changes
-) -> NDArray[np.complex128]:
-    """The roots of a small system in the band or region, by rising frequency, values alone."""
-    roots = dense_values(*system.arrays(changes))
-    if not system.real:  # rounding may put a real one below
-        roots = np.where(np.abs(roots.imag) <= assumed_rounding(roots, True), roots.real, roots)
-        roots = roots[roots.imag >= 0.0]
-    if wanted.band is not None:  # of any real part
-        low, high = (2 * np.pi * f for f in wanted.band)
-        roots = roots[(roots.imag >= low) & (roots.imag <= high)]
-    elif wanted.region is not None:
-        roots = roots[wanted.region.contains(roots)]
-    return np.asarray(roots[ordered(roots)])
+    upper = tuple(root for root in roots if root.value.imag >= (0.0 if real else -root.rounding))
+    if count is not None:
+        count += len(upper) - len(roots)
+    return upper, count

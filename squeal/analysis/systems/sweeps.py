@@ -1,23 +1,19 @@
-"""The wanted roots of a system over its parameter, and which of them is which mode."""
+"""The selected roots of a system over its parameter, and which of them is which mode."""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from typing import Any, cast
+from typing import NamedTuple, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from squeal.analysis.mode_numbers import assign_mode_numbers
-from squeal.analysis.systems.roots import (
-    NO_BAND,
-    is_small,
-    roots_of_all,
-    rounding_of,
-    system_roots,
-    verdict_of,
-)
+from squeal.analysis.systems.all_roots import NO_BAND, is_small, roots_of_all
+from squeal.analysis.systems.roots import system_roots
+from squeal.analysis.systems.verdicts import rounding_of, verdict_of
 from squeal.errors import InputError
 from squeal.io.processes import counted, mapped
 from squeal.linear import GROWING
@@ -34,9 +30,31 @@ from squeal.sparse.quadratic import PROGRESS, Roots, ScaledSystem
 from squeal.sparse.reduction import Reduction
 
 
-def followed(
+class _Common(NamedTuple):
+    """What all values of a sweep share; scaled: a small system that no reduced one serves."""
+
+    system: TermSystem
+    selection: EigenvalueSelection
+    reduction: Reduction | None
+    scaled: ScaledSystem | None
+
+
+class _RootsAt(NamedTuple):
+    """Roots (m,) at one value, their backward errors, how far rounding may move them; and those
+    that are followed, with vectors; the others as `Step` has them."""
+
+    values: NDArray[np.complex128]
+    residuals: NDArray[np.float64]
+    rounding: NDArray[np.float64]
+    with_vectors: Roots
+    spurious: int = 0
+    corrected: NDArray[np.bool_] | None = None
+    certified: bool | None = None
+
+
+def track_modes(
     system: TermSystem,
-    wanted: EigenvalueSelection,
+    selection: EigenvalueSelection,
     values: Sequence[float],
     reduction: Reduction | None,
     workers: int = 1,
@@ -47,83 +65,119 @@ def followed(
     the lowest one; that row is returned too. Between the values as many more may be looked at, but
     for full solutions.
     """
-    small, whole = is_small(system), wanted.rectangle is None and reduction is None
-    if whole and not small and wanted.modes is None:
+    parameter = system.parameter
+    own_value = system.parameters[parameter]
+    small = is_small(system)
+    if not small and reduction is None and selection == EigenvalueSelection():
         raise InputError(NO_BAND)
-    name, reduced = system.parameter, system if reduction is None else reduction.system
-    own, dear = system.parameters[name], reduction is None and not small
+    expensive = reduction is None and not small
+    computed = set(values)
+    if min(values) < own_value < max(values) and not expensive:
+        computed.add(own_value)
+    rising = sorted(computed)
     scaled = ScaledSystem(system) if small and reduction is None else None
-
-    every = sorted({*values, *([own] if min(values) < own < max(values) and not dear else [])})
-    common = system, wanted, reduction, scaled
-    each = counted(mapped(_row, every, workers, common), len(every), PROGRESS.get())
-    known = dict(zip(every, each, strict=True))
+    common = _Common(system, selection, reduction, scaled)
+    rows = counted(mapped(_step_and_roots, rising, workers, common), len(rising), PROGRESS.get())
+    known = dict(zip(rising, rows, strict=True))
+    tracked = system if reduction is None else reduction.system
 
     @functools.cache
-    def at(value: float) -> State:
+    def spectrum_at(value: float) -> State:
+        changes = {parameter: value}
         if value in known:
-            roots = known[value][1]
+            _, roots = known[value]
         elif system.follows and reduction is not None:
-            roots = reduction.modes({name: value}, left=True)[0]
+            roots, _, _ = reduction.modes(changes, left=True)
         elif reduction is not None:
-            roots = reduction.roots({name: value}, left=True)
+            roots = reduction.roots(changes, left=True)
         else:
-            roots = _row(common, value)[1]
-        return spectrum_with_slopes(reduced.frozen(), name, value, roots, lifted=True)
+            _, roots = _step_and_roots(common, value)
+        return spectrum_with_slopes(tracked.frozen(), parameter, value, roots, lifted=True)
 
-    rows, states = [known[value][0] for value in every], cast(Callable[[float], State], at)
-    if scaled is not None and system.real and whole and system.n <= ContinuationOptions.small:
+    at = cast(Callable[[float], State], spectrum_at)
+    all_roots = reduction is None and selection.rectangle is None
+    if scaled is not None and all_roots and system.real and system.n <= ContinuationOptions.small:
         with suppress(InputError):  # where M is singular
-            states = continued(system, every).at
-    rows, losses, first = assign_mode_numbers(rows, states, own, 0 if dear else len(every))
-    return tuple(rows[every.index(value)] for value in values), losses, first
+            at = continued(system, rising).at
+    steps = [known[value][0] for value in rising]
+    spare = 0 if expensive else len(rising)
+    numbered, losses, own = assign_mode_numbers(steps, at, own_value, spare)
+    step_at = dict(zip(rising, numbered, strict=True))
+    return tuple(step_at[value] for value in values), losses, own
 
 
-Common = tuple[TermSystem, EigenvalueSelection, Reduction | None, ScaledSystem | None]
-
-
-def _row(common: Common, value: float) -> tuple[Step, Roots]:
+def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
     """The roots at a value of the parameter, and those that are followed, with vectors."""
-    system, wanted, reduction, scaled = common
-    small, whole = is_small(system), wanted.rectangle is None and reduction is None
-    at, rounding, corrected, certified = {system.parameter: value}, None, None, None
-    spurious = 0
-    if isinstance(reduction, FirstLook):
-        look = reduction.estimate(at)
-        roots = look.values
-        residuals = look.residuals
-        corrected = look.corrected
-        spurious = look.spurious
-        found = look.projected
-        rounding = np.maximum(look.errors, rounding_of(system, roots))
-    elif reduction is not None:
-        found, residuals, spurious = reduction.modes(at, left=True)
-        roots = found.values
+    system, selection, reduction, scaled = common
+    if reduction is not None:
+        roots = _roots_of_reduced(system, reduction, value)
     elif scaled is not None:
-        roots = roots_of_all(system, wanted, at)
-        residuals, problem = np.full(len(roots), np.nan), scaled.at(at)
-        M, C, K = (X.toarray() for X in (problem.M, problem.C, problem.K))
-        found = roots_at(M, C, K, roots[roots.imag >= 0.0], left=True)
-        size = scaled.scale[:, None]
-        found = Roots(found.values, size * found.right, size * found.left)
+        roots = _roots_of_small(scaled, selection, value)
     else:
-        PROGRESS.get()(f"{system.parameter} = {value:g}")
-        answer = system_roots(system, wanted, at)
-        every, certified = answer.every, answer.certified
-        roots = np.array([e.value for e in every], dtype=complex)
-        residuals = np.array([e.residual for e in every])
-        rounding = np.array([e.rounding for e in every])
-        sides = (np.array([getattr(e, side) for e in every]) for side in ("right", "left"))
-        found = Roots(roots, *(np.reshape(X, (-1, system.n)).T for X in sides))
+        roots = _roots_of_large(system, selection, value)
     # on all of them, however few are listed; some roots prove none but growth
-    rounding = rounding_of(system, roots) if rounding is None else rounding
-    verdict: str | None = verdict_of(roots, rounding)
-    if not (small and whole) and verdict not in GROWING:
+    verdict: str | None = verdict_of(roots.values, roots.rounding)
+    all_known = is_small(system) and selection.rectangle is None and reduction is None
+    if not all_known and verdict not in GROWING:
         verdict = None
-    order = ordered(roots)
-    if wanted.modes is not None:
-        order = order[roots[order].imag >= 0.0][: wanted.modes]
-    how = None if corrected is None else corrected[order]
-    each = roots[order], residuals[order], verdict
-    known: dict[str, Any] = {"corrected": how, "certified": certified}
-    return Step(value, *each, spurious=spurious, rounding=rounding[order], **known), found
+    order = ordered(roots.values)
+    if selection.modes is not None:
+        upper = order[roots.values[order].imag >= 0.0]
+        order = upper[: selection.modes]
+    step = Step(
+        value=value,
+        roots=roots.values[order],
+        residuals=roots.residuals[order],
+        verdict=verdict,
+        spurious=roots.spurious,
+        rounding=roots.rounding[order],
+        corrected=None if roots.corrected is None else roots.corrected[order],
+        certified=roots.certified,
+    )
+    return step, roots.with_vectors
+
+
+def _roots_of_reduced(system: TermSystem, reduction: Reduction, value: float) -> _RootsAt:
+    changes = {system.parameter: value}
+    if isinstance(reduction, FirstLook):
+        look = reduction.estimate(changes)
+        return _RootsAt(
+            values=look.values,
+            residuals=look.residuals,
+            rounding=np.maximum(look.errors, rounding_of(system, look.values)),
+            with_vectors=look.projected,
+            spurious=look.spurious,
+            corrected=look.corrected,
+        )
+    found, residuals, spurious = reduction.modes(changes, left=True)
+    rounding = rounding_of(system, found.values)
+    return _RootsAt(found.values, residuals, rounding, found, spurious)
+
+
+def _roots_of_small(scaled: ScaledSystem, selection: EigenvalueSelection, value: float) -> _RootsAt:
+    system = scaled.system
+    changes = {system.parameter: value}
+    values = roots_of_all(system, selection, changes)
+    problem = scaled.at(changes)
+    M, C, K = (matrix.toarray() for matrix in (problem.M, problem.C, problem.K))
+    found = roots_at(M, C, K, values[values.imag >= 0.0], left=True)
+    scale = scaled.scale[:, None]
+    with_vectors = Roots(found.values, scale * found.right, scale * found.left)
+    no_residuals = np.full(len(values), np.nan)
+    return _RootsAt(values, no_residuals, rounding_of(system, values), with_vectors)
+
+
+def _roots_of_large(system: TermSystem, selection: EigenvalueSelection, value: float) -> _RootsAt:
+    PROGRESS.get()(f"{system.parameter} = {value:g}")
+    answer = system_roots(system, selection, {system.parameter: value})
+    values = np.array([root.value for root in answer.every], dtype=complex)
+    right = np.array([root.right for root in answer.every])
+    left = np.array([root.left for root in answer.every])
+    rows = (-1, system.n)
+    return _RootsAt(
+        values=values,
+        residuals=np.array([root.residual for root in answer.every]),
+        rounding=np.array([root.rounding for root in answer.every]),
+        with_vectors=Roots(values, np.reshape(right, rows).T, np.reshape(left, rows).T),
+        certified=answer.certified,
+    )

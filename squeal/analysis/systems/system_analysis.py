@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from squeal.analysis.systems.roots import basis_of, check_memory, is_small, reduced_for
-from squeal.errors import InputError
+from squeal.analysis.systems.all_roots import is_small
+from squeal.analysis.systems.reduced import basis_of, reduced_for
+from squeal.errors import ComputationError, InputError
 from squeal.io.system import SystemFile
-from squeal.linear.system import System
+from squeal.linear.system import System, TermSystem
 from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place
 from squeal.sparse.argument_principle import Rectangle
@@ -49,7 +52,7 @@ class SystemAnalysis:
         rectangle = None if region is None else Rectangle(*region)
         selection = EigenvalueSelection(band, rectangle, modes)
         if not is_small(file.system):
-            check_memory(file.system, memory)
+            _check_memory(file.system, memory)
         selected = selection.rectangle
         if selected is not None and file.assembly is not None:
             cutoff = file.assembly.cutoff
@@ -94,6 +97,32 @@ class SystemAnalysis:
         changes = [{parameter: values[round(k)]} for k in index.tolist()]
         reduction = reduced_for(self.system, self.selection, changes, method)
         return reduction, basis_of(reduction, self.selection)
+
+
+def _check_memory(system: TermSystem, limit: float | None = None) -> None:
+    """Refuse what does not fit into `limit` bytes (left out: what the machine has free).
+
+    One factorisation and one subspace, as measured on three-dimensional solids; a full matrix
+    takes what its entries need. Raises ComputationError.
+    """
+    entries = max(int(getattr(term.matrix, "nnz", term.matrix.size)) for term in system.terms)
+    factor = min(16.0 * system.n**2, 12.0 * entries * system.n ** (1 / 3))
+    needed = factor + 16 * 2 * 180 * system.n
+    free = _free_memory() if limit is None else limit
+    if needed > free:
+        raise ComputationError(
+            f"{system.n} rows need about {needed / 1e9:.2g} GB for a factorisation, and "
+            f"{free / 1e9:.2g} GB are free; --memory GB allows more, fewer rows need less"
+        )
+
+
+def _free_memory() -> float:
+    """Bytes that are free, infinite on machines other than Linux, which do not say."""
+    with suppress(OSError):
+        for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1e3 * float(line.split()[1])
+    return math.inf
 
 
 def _as_file(subject: object) -> SystemFile:

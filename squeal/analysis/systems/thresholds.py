@@ -10,16 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.systems.roots import (
-    NO_BAND,
-    Changes,
-    basis_of,
-    is_small,
-    reduced_for,
-    roots_of_all,
-    rounding_of,
-    verdict_of,
-)
+from squeal.analysis.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
+from squeal.analysis.systems.reduced import basis_of, reduced_for
+from squeal.analysis.systems.verdicts import rounding_of, verdict_of
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
