@@ -22,6 +22,7 @@ from squeal.sparse.dense import dense_values
 
 STEPS = 400  # of the range, in each of which an odd number of crossings is located
 SLOPE = 1e-3  # relative step of the speed for the slope of a frequency
+GROWS = 1e-9  # of |lambda|: a growth rate above it is no rounding
 LEVEL = 1e-3  # slope of a frequency over speed below which its sign says nothing of a direction
 
 
@@ -108,13 +109,22 @@ class _Campbell:
         """What is said of a critical speed."""
         root = complex(self.roots(speed)[mode])
         step = SLOPE * speed
-        before, after = self.roots(speed - step)[mode], self.roots(speed + step)[mode]
+        before = self.roots(speed - step)[mode]
+        after = self.roots(speed + step)[mode]
         slope = float((after.imag - before.imag) / (2 * step))
-        direction = None if abs(slope) <= LEVEL else "forward" if slope > 0.0 else "backward"
-        number = mode + 1 - int(np.count_nonzero(self.roots(speed).imag == 0.0))
-        ratio = -root.real / abs(root)
-        hertz = root.imag / math.tau
-        return CriticalSpeed(speed, order, hertz, number, direction, root.real, ratio)
+        direction = None
+        if abs(slope) > LEVEL:
+            direction = "forward" if slope > 0.0 else "backward"
+        at_rest = int(np.count_nonzero(self.roots(speed).imag == 0.0))
+        return CriticalSpeed(
+            speed=speed,
+            order=order,
+            frequency_hz=root.imag / math.tau,
+            mode=mode + 1 - at_rest,
+            direction=direction,
+            growth_rate=root.real,
+            damping_ratio=-root.real / abs(root),
+        )
 
 
 @public
@@ -189,7 +199,14 @@ def critical_speeds(
             if inside and one.speed > 0.0:
                 found.append(one)
     found.sort(key=lambda one: (one.speed, one.mode))
-    hertz = paths.imag / math.tau
-    growing = paths.real > 1e-9 * np.abs(paths)
-    span = system.parameter, float(low), float(high), tuple(map(float, orders))
-    return CriticalSpeeds(system.name, *span, tuple(found), speeds, hertz, growing)
+    return CriticalSpeeds(
+        name=system.name,
+        parameter=system.parameter,
+        low=float(low),
+        high=float(high),
+        orders=tuple(float(order) for order in orders),
+        critical=tuple(found),
+        speeds=speeds,
+        frequencies_hz=paths.imag / math.tau,
+        growing=paths.real > GROWS * np.abs(paths),
+    )

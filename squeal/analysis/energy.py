@@ -18,8 +18,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +42,8 @@ from squeal.schema import public
 
 NO_CYCLE = 1e-8  # |D| over the sum of its parts below which a root does not oscillate
 SPOKEN = 5  # modes that have a sentence
+FREQUENCY_WEIGHT = {"M": 0.0, "C": 1.0, "K": 2.0}
+"""What the derivative by a part counts for in the frequency, see the module."""
 NEGLIGIBLE = 1e-3  # of the largest work: terms below it have no words
 
 
@@ -113,11 +115,15 @@ class Energy(Answer):
         for row in rows:
             works[row.role] = works.get(row.role, 0.0) + (row.growth or 0.0)
         least = NEGLIGIBLE * max(map(abs, works.values()))
-        order = sorted(works, key=lambda role: -works[role])
-        puts = [f"{role} puts in {works[role]:.4g} 1/s" for role in order if works[role] > least]
-        takes = [f"{role} takes {-works[role]:.4g}" for role in order if works[role] < -least]
-        said = ", ".join(puts + takes) or "no term does work"
-        return f"{head}: {said}; in all {number(rows[0].growth_rate, 4)} 1/s"
+        positive = []
+        negative = []
+        for role in sorted(works, key=lambda role: -works[role]):
+            if works[role] > least:
+                positive.append(f"{role} puts in {works[role]:.4g} 1/s")
+            elif works[role] < -least:
+                negative.append(f"{role} takes {-works[role]:.4g}")
+        balance = ", ".join(positive + negative) or "no term does work"
+        return f"{head}: {balance}; in all {number(rows[0].growth_rate, 4)} 1/s"
 
     def table(self) -> Table:
 
@@ -148,9 +154,11 @@ class Energy(Answer):
         return Table(table, self.part_shares, title, rank=lambda row: rank[row.mode])
 
     def parts(self) -> Sequence[str | Table]:
-        growing = [self.sentence(mode) for mode in self.modes[:SPOKEN]]
-        more = [self.parts_table()] * bool(self.part_shares)
-        return ["\n".join(growing), self.table(), *more]
+        sentences = [self.sentence(mode) for mode in self.modes[:SPOKEN]]
+        parts: list[str | Table] = ["\n".join(sentences), self.table()]
+        if self.part_shares:
+            parts.append(self.parts_table())
+        return parts
 
     def to_dict(self) -> dict[str, Any]:
         return {
@@ -191,25 +199,49 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
     >>> print(squeal.energy(squeal.eigenvalues(pair)).sentence(2))
     mode 2, 0.2268 Hz: friction puts in 0.2036 1/s, damping takes 0.101; in all 0.1026 1/s
     """
-    roots = [(mode, e) for mode, e in found.of_modes if e.value.imag >= 0.0]
-    if any(not e.right.size for _, e in roots):
+    roots = [(mode, root) for mode, root in found.of_modes if root.value.imag >= 0.0]
+    if any(not root.right.size for _, root in roots):
         raise InputError("found: roots of a first look have no vectors; eigenvalues has them")
     source = found.source
+    assert source is not None
+    modes: list[_ModeTerms] = []
     if isinstance(source, PadSource):
         assert source.analysis is not None
         terms = pad_terms(source.scene.replace(mu=found.value), source.analysis)
-        slopes = slopes_of(terms, [e for _, e in roots])
-        each = [(mode, e, terms, [s[k] for s in slopes]) for k, (mode, e) in enumerate(roots)]
-        return _energy(found, each, parts or {})
-    assert source is not None
-    subject = source.file
-    system, each = subject.system, []
-    for group in [[one] for one in roots] if system.follows else [roots]:
-        own = system.frozen(max((e.value.imag for _, e in group), default=None))
-        terms = named_terms(own, subject)
-        slopes = slopes_of(terms, [e for _, e in group], own, system)
-        each += [(mode, e, terms, [s[k] for s in slopes]) for k, (mode, e) in enumerate(group)]
-    return _energy(found, each, parts or component_rows(subject))
+        slopes = slopes_of(terms, [root for _, root in roots])
+        modes += _mode_terms(roots, terms, slopes)
+        return _energy(found, modes, parts or {})
+    file = source.file
+    # of matrices that follow the frequency each root has its own
+    groups = [[root] for root in roots] if file.system.follows else [roots]
+    for group in groups:
+        omega = max((root.value.imag for _, root in group), default=None)
+        frozen = file.system.frozen(omega)
+        terms = named_terms(frozen, file)
+        slopes = slopes_of(terms, [root for _, root in group], frozen, file.system)
+        modes += _mode_terms(group, terms, slopes)
+    return _energy(found, modes, parts or component_rows(file))
+
+
+class _ModeTerms(NamedTuple):
+    """A mode, its root, the terms of its matrices, and the derivative by the relative size of
+    each."""
+
+    mode: int
+    root: Eigenvalue
+    terms: Sequence[NamedTerm]
+    slopes: Sequence[complex]
+
+
+def _mode_terms(
+    roots: Sequence[tuple[int, Eigenvalue]],
+    terms: Sequence[NamedTerm],
+    slopes: Sequence[NDArray[np.complex128]],
+) -> list[_ModeTerms]:
+    modes = []
+    for k, (mode, root) in enumerate(roots):
+        modes.append(_ModeTerms(mode, root, terms, [of_term[k] for of_term in slopes]))
+    return modes
 
 
 def component_rows(file: SystemFile) -> dict[str, range]:
@@ -249,32 +281,34 @@ def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
 
 def _role_of(part: str, term: Term, friction: bool) -> str:
     """What a term does, by its part, its symmetry and whether friction multiplies it."""
-    rest = abs(term.matrix - term.matrix.T).max()
-    whole = abs(term.matrix).max()
+    size = abs(term.matrix).max()
     if part == "C":
-        skew = whole and abs(term.matrix + term.matrix.T).max() <= SKEW * whole
-        return "gyroscopic" if skew else "friction damping" if friction else "damping"
+        if size and abs(term.matrix + term.matrix.T).max() <= SKEW * size:
+            return "gyroscopic"
+        return "friction damping" if friction else "damping"
     if part == "K" and friction:
         return "friction"
-    if rest > SKEW * whole:
+    if abs(term.matrix - term.matrix.T).max() > SKEW * size:
         return "circulatory" if part == "K" else "unsymmetric mass"
-    complex_term = np.iscomplexobj(term.matrix) or not isinstance(term.factor, Formula)
-    return "damping" if complex_term else "stiffness" if part == "K" else "mass"
+    if np.iscomplexobj(term.matrix) or not isinstance(term.factor, Formula):
+        return "damping"
+    return "stiffness" if part == "K" else "mass"
 
 
 def pad_terms(scene: Scene, analysis: PadAnalysis) -> list[NamedTerm]:
     """The terms of a pad about its equilibrium, which is held: with friction and without."""
-    model, q = damped_model(scene), np.array(analysis.q)
-    smooth = linearise(model.replace(mu=0.0), q, analysis.state)
+    model = damped_model(scene)
+    q = np.array(analysis.q)
+    frictionless_matrices = linearise(model.replace(mu=0.0), q, analysis.state)
     M, C, K = linearise(model, q, analysis.state)
-    given = (
+    terms = (
         ("M", "mass", "mass", M),
-        ("C", "damping", "damping", smooth.C),
-        ("C", "falling friction", "friction damping", C - smooth.C),
-        ("K", "springs and contact", "stiffness", smooth.K),
-        ("K", "friction", "friction", K - smooth.K),
+        ("C", "damping", "damping", frictionless_matrices.C),
+        ("C", "falling friction", "friction damping", C - frictionless_matrices.C),
+        ("K", "springs and contact", "stiffness", frictionless_matrices.K),
+        ("K", "friction", "friction", K - frictionless_matrices.K),
     )
-    return [NamedTerm(part, name, role, X, 1.0) for part, name, role, X in given if np.any(X)]
+    return [NamedTerm(part, name, role, X, 1.0) for part, name, role, X in terms if np.any(X)]
 
 
 def slopes_of(
@@ -287,17 +321,16 @@ def slopes_of(
 
     own, system: of matrices that follow the frequency, held at a root and free.
     """
-    totals: dict[str, Any] = {}
+    totals: dict[str, Any] = {"M": None, "C": None, "K": None}
     changes: dict[str, Any] = {}
     for k, term in enumerate(terms):
         scaled = term.factor * term.matrix
-        totals[term.part] = totals[term.part] + scaled if term.part in totals else scaled
-        change = tuple(scaled if part == term.part else None for part in "MCK")
-        changes[f"term {k}"] = change
+        total = totals[term.part]
+        totals[term.part] = scaled if total is None else total + scaled
+        changes[f"term {k}"] = tuple(scaled if part == term.part else None for part in totals)
     if own is not None and system is not None:
         changes |= {name: own.derivative(name) for name in system.follows}
-    whole = totals["M"], totals.get("C"), totals["K"]
-    slopes, _ = sensitivities(whole, changes, roots)
+    slopes, _ = sensitivities((totals["M"], totals["C"], totals["K"]), changes, roots)
     if system is not None:
         slopes = at_own_frequency(system, slopes, np.imag)
     return [slopes[f"term {k}"] for k in range(len(terms))]
@@ -320,41 +353,54 @@ def stored_and_work(
 
 
 def _energy(
-    found: Eigenvalues,
-    each: Sequence[tuple[int, Eigenvalue, Sequence[NamedTerm], Sequence[complex]]],
-    parts: Mapping[str, Sequence[int]],
+    found: Eigenvalues, modes: Sequence[_ModeTerms], parts: Mapping[str, Sequence[int]]
 ) -> Energy:
     contributions: list[Contribution] = []
     part_shares: list[PartShare] = []
-    for mode, e, terms, slopes in each:
-        pairs = [stored_and_work(term, e.value, e.right) for term in terms]
-        stored = sum((one for one, _ in pairs), np.zeros(e.right.size))
-        total = float(stored.sum())
-        size = sum(abs(float(one.sum())) for one, _ in pairs)
-        oscillates = e.value.imag > 0.0 and abs(total) > NO_CYCLE * size
+    for mode, root, terms, slopes in modes:
+        size = root.right.size
         for name, rows in parts.items():
-            if any(not 0 <= row < e.right.size for row in rows):
-                words = f"must be rows from 0 to {e.right.size - 1}"
+            if any(not 0 <= row < size for row in rows):
+                words = f"must be rows from 0 to {size - 1}"
                 raise InputError(f"parts: {name}: is not allowed; it {words}")
-        works = [work / total for _, work in pairs] if oscillates else []
+        stored = np.zeros(size)
+        magnitude = 0.0
+        works = []
+        for term in terms:
+            stored_in_term, work = stored_and_work(term, root.value, root.right)
+            stored = stored + stored_in_term
+            magnitude += abs(float(stored_in_term.sum()))
+            works.append(work)
+        total = float(stored.sum())
+        oscillates = root.value.imag > 0.0 and abs(total) > NO_CYCLE * magnitude
+        growths = [work / total for work in works] if oscillates else []
         for k, (term, slope) in enumerate(zip(terms, slopes, strict=True)):
-            finite = bool(np.isfinite(slope))
-            weight = {"M": 0.0, "C": 1.0, "K": 2.0}[term.part]
             row = Contribution(
-                mode,
-                e.frequency_hz,
-                e.growth_rate,
-                term.part,
-                term.name,
-                term.role,
-                float(works[k].sum()) if oscillates else None,
-                float(weight * slope.imag) / math.tau if finite else None,
-                float(0.01 * slope.real) if finite else None,
-                float(0.01 * slope.imag) / math.tau if finite else None,
+                mode=mode,
+                frequency_hz=root.frequency_hz,
+                growth_rate=root.growth_rate,
+                part=term.part,
+                term=term.name,
+                role=term.role,
+                growth=float(growths[k].sum()) if oscillates else None,
+                frequency=None,
+                d_real=None,
+                d_hz=None,
             )
+            if np.isfinite(slope):
+                row = replace(
+                    row,
+                    frequency=float(FREQUENCY_WEIGHT[term.part] * slope.imag) / math.tau,
+                    d_real=float(0.01 * slope.real),
+                    d_hz=float(0.01 * slope.imag) / math.tau,
+                )
             contributions.append(row)
         for name, rows in parts.items():
-            energy = float(stored[list(rows)].sum()) / total if oscillates else None
-            growth = float(sum(work[list(rows)].sum() for work in works)) if oscillates else None
-            part_shares.append(PartShare(mode, name, energy, growth))
+            if not oscillates:
+                part_shares.append(PartShare(mode, name, None, None))
+                continue
+            index = list(rows)
+            share = float(stored[index].sum()) / total
+            growth = float(sum(growth_of_term[index].sum() for growth_of_term in growths))
+            part_shares.append(PartShare(mode, name, share, growth))
     return Energy(found.name, tuple(contributions), tuple(part_shares))

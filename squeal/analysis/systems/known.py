@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from typing import Any
 
 from squeal.analysis.systems.all_roots import is_small
 from squeal.analysis.systems.proofs import Data
@@ -71,42 +70,45 @@ def accuracy_by_digits(file: SystemFile, roots: Known) -> str:
     return f"roots that are not open are known to {number(share, 2)} by {digits_of_files(file)}"
 
 
-def _open_at(file: SystemFile, wanted: EigenvalueSelection, value: float) -> str:
+def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> str:
     """Why the verdict at a value of the parameter is open by the digits of files; empty if not."""
     system = file.system.replace({file.system.parameter: value})
     bounded = error_bounds(file, system)
     if bounded is None or not has_digits(system) or not is_small(system):
         return ""
-    roots = system_roots(system, wanted, bounded=bounded)
+    roots = system_roots(system, selection, bounded=bounded)
     reason = open_by_digits(file, roots.every) if roots.verdict is None else ""
     return reason.removeprefix(OPEN)
 
 
 def thresholds_as_known(
-    file: SystemFile, wanted: EigenvalueSelection, answer: Thresholds
+    file: SystemFile, selection: EigenvalueSelection, answer: Thresholds
 ) -> Thresholds:
     """Thresholds that are not certified where something was assumed or the digits of files leave
     growth open at the lower end, where there is then no verdict."""
-    reason = _open_at(file, wanted, answer.low)
-    doubts = [*file.assumptions, *[reason] * bool(reason)]
+    reason = _open_at(file, selection, answer.low)
+    doubts = list(file.assumptions)
+    if reason:
+        doubts.append(reason)
     if not doubts:
         return answer
-    details = {**answer.details, "doubts": [*(answer.details.get("doubts") or []), *doubts]}
-    verdict = None if reason else answer.verdict
+    known_doubts = answer.details.get("doubts") or []
+    open_because = "; ".join(doubts)
     proof = None
     if answer.proof is not None:
-        proof = {
-            **answer.proof,
-            "status": "open",
-            "growth_below": None,
-            "reason": "; ".join(doubts),
-        }
-    line = f"{OPEN}{'; '.join(doubts)}" if proof else ""
-    more: Any = {"details": details, "proof": proof, "proof_line": line}
-    return replace(answer, certified=False, verdict=verdict, **more)
+        opened = {"status": "open", "growth_below": None, "reason": open_because}
+        proof = {**answer.proof, **opened}
+    return replace(
+        answer,
+        certified=False,
+        verdict=None if reason else answer.verdict,
+        details={**answer.details, "doubts": [*known_doubts, *doubts]},
+        proof=proof,
+        proof_line=f"{OPEN}{open_because}" if proof else "",
+    )
 
 
-def sweep_as_known(file: SystemFile, wanted: EigenvalueSelection, answer: Sweep) -> Sweep:
+def sweep_as_known(file: SystemFile, selection: EigenvalueSelection, answer: Sweep) -> Sweep:
     """A sweep none of whose values is certified where something was assumed, and without a verdict
     where the digits of files leave growth open."""
     rows = []
@@ -114,6 +116,6 @@ def sweep_as_known(file: SystemFile, wanted: EigenvalueSelection, answer: Sweep)
         certified = step.certified
         if file.assumptions and certified is not None:
             certified = False
-        verdict = None if _open_at(file, wanted, step.value) else step.verdict
+        verdict = None if _open_at(file, selection, step.value) else step.verdict
         rows.append(replace(step, certified=certified, verdict=verdict))
     return replace(answer, steps=tuple(rows))
