@@ -96,8 +96,8 @@ def _parts(system: Any, changes: Any = None) -> dict[str, Any]:
 
 
 def _squeal(folder: Path, way: str) -> tuple[float, Any]:
+    import squeal
     from squeal.analysis.systems.roots import system_roots
-    from squeal.analysis.systems.system_analysis import SystemAnalysis
     from squeal.analysis.systems.thresholds import system_thresholds
     from squeal.io.system_files import read_system
     from squeal.results.sources import EigenvalueSelection
@@ -110,7 +110,7 @@ def _squeal(folder: Path, way: str) -> tuple[float, Any]:
         found = system_thresholds(system, 1.0, wanted=wanted)
         return time.process_time() - start, np.full(len(found.crossings), 0.5j * (LOW + HIGH))
     if way == "look":
-        steps = SystemAnalysis.of(system, BAND).sweep(SWEPT, "modal").steps
+        steps = squeal.sweep(system, SWEPT, band=BAND, method="modal").steps
         return time.process_time() - start, np.concatenate([step.roots for step in steps])
     if way == "loop":
         each = [_eigs(_parts(system, {"mu": mu})) for mu in SWEPT]

@@ -38,6 +38,7 @@ from squeal.io.scene import Scene
 from squeal.linear import CriticalPoint, verdict
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.pad import Model
+from squeal.results.sources import PadSource
 from squeal.results.thresholds import Thresholds
 from tests import exact as exactly
 from tests import naive
@@ -213,7 +214,9 @@ def _compare_branch(scene: Scene, pad: Pad, wide: bool) -> None:
         pad.refused.append(str(error))
         return
     pad.seconds = time.process_time() - start
+    assert isinstance(critical.source, PadSource)
     path = critical.source.branch
+    assert path is not None
     pad.end = critical.end
     pad.proved_thresholds = critical.certified
     pad.open_reason = "" if critical.certified else critical.proof_line

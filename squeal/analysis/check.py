@@ -14,7 +14,7 @@ from squeal.analysis.systems.matrices import ALL_ROWS, matrix_list, system_check
 from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import ComputationError
 from squeal.io.system import POINTS, Coordinates
-from squeal.io.writing import Answer, Column, Table, number, picked
+from squeal.io.writing import Answer, Column, Panel, Table, number, picked
 from squeal.linear.digits import data_errors, has_digits
 from squeal.linear.matrices import EPS, dense
 from squeal.linear.system import TermSystem, frictionless
@@ -35,6 +35,8 @@ class Check(Answer):
     free motions, without friction and damping; free: how many motions no stiffness holds;
     negative: how many have a negative one; hints: what looks like an error of units.
     """
+
+    panel = Panel("mode", "frequency_hz")
 
     name: str
     rows: int

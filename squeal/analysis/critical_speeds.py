@@ -15,7 +15,7 @@ from scipy.optimize import brentq
 from squeal.analysis.systems.all_roots import is_small
 from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import InputError
-from squeal.io.writing import Answer, Column, Table, columns
+from squeal.io.writing import Answer, Column, Panel, Table, columns
 from squeal.linear.system import TermSystem
 from squeal.schema import Positive, public
 from squeal.sparse.dense import dense_values
@@ -51,6 +51,8 @@ class CriticalSpeeds(Answer):
     speeds (m,) and frequencies_hz (m, n) are the Campbell diagram behind them; growing (m, n) says
     which modes grow.
     """
+
+    panel = Panel("speed", "frequency_hz")
 
     name: str
     parameter: str

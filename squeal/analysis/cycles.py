@@ -14,7 +14,7 @@ from squeal.analysis.pads.equilibrium import analyse
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import COORDINATES, Scene, check_simulation
-from squeal.io.writing import Answer, Column, Table, number
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, number
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import PARAMETERS, at_speed
 from squeal.schema import Place, public
@@ -115,6 +115,8 @@ class Cycles(Answer):
     sliding: verdict of the sliding equilibrium at some values, None where there is no equilibrium;
     source: the cycle in natural units and what it was computed with.
     """
+
+    panel = Panel(0, "amplitude_y", Mark.LINES)
 
     model: str
     parameter: str

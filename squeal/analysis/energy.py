@@ -29,7 +29,7 @@ from squeal.equilibrium.damping import damped_model
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.system import Origin, SystemFile
-from squeal.io.writing import Answer, Column, Table, columns, number
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import SKEW
 from squeal.linear.sensitivity import sensitivities
@@ -94,6 +94,8 @@ class PartShare:
 @dataclass(frozen=True, eq=False, repr=False)
 class Energy(Answer):
     """Contributions of each term to each mode with Im lambda >= 0, and the shares of parts."""
+
+    panel = Panel("term", "growth", Mark.BARS, "mode")
 
     name: str
     contributions: tuple[Contribution, ...]

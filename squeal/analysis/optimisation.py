@@ -23,7 +23,7 @@ from squeal.analysis.systems.reduced import basis_of, reduced_for
 from squeal.analysis.systems.roots import SystemRoots, system_roots
 from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import ComputationError, InputError
-from squeal.io.writing import Answer, Column, Table, columns, number, picked
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
 from squeal.linear.sensitivity import sensitivities
@@ -67,6 +67,8 @@ class Optimum(Answer):
     growth rate (1/s) at the end of each search, the own parameters' first; evaluations: of all
     roots; basis: the reduced system that served.
     """
+
+    panel = Panel("parameter", "after", Mark.BARS)
 
     name: str
     extent: str

@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 
 from squeal.errors import InputError
 from squeal.io.system import DIRECTIONS, Coordinates, number_in, read_table
-from squeal.io.writing import Answer, Column, Table, columns
+from squeal.io.writing import Answer, Column, Panel, Table, columns
 from squeal.linear.matrices import dense, given_matrix
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import SystemSource
@@ -89,6 +89,8 @@ class Pairs(Answer):
     difference of a pair, of the frequency; warnings: which modes are equally near one of the
     reference.
     """
+
+    panel = Panel("reference_hz", "frequency_hz")
 
     reference: str
     pairs: tuple[Pair, ...]

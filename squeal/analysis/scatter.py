@@ -30,7 +30,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.matrices import fingerprint
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Table, in_order, number, picked, write_text
+from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, picked, write_text
 from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
 from squeal.results.sources import EigenvalueSelection
@@ -128,6 +128,8 @@ class Scatter(Answer):
     is known of them. stable, interval: share of the samples that are stable at their own friction.
     indices: of the parameters, those of most effect first; basis: the reduced system that served.
     """
+
+    panel = Panel(0, "share", Mark.STEPS)
 
     name: str
     of: str

@@ -21,7 +21,7 @@ from squeal.analysis.thresholds import MU_MAX, thresholds
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Column, Table, columns, number, picked, unit_word
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked, unit_word
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
@@ -227,6 +227,8 @@ class Advice(Answer):
     name: of the free parameter; nominal: the pad as it is. Where that has no threshold in the
     range, levers that bring one into it come first. first_order: whether derivatives moved it.
     """
+
+    panel = Panel("parameter", "change_raised", Mark.BARS)
 
     name: str
     mu: float

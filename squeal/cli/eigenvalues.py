@@ -83,7 +83,7 @@ def run(given: argparse.Namespace) -> Reply:
         answers.append(squeal.energy(spectrum))
     write_files(given, shown, **drawn)
     if given.chart is not None and sweep:
-        answers[1].plot(given.chart, name=source.name, damping=True)
+        answers[1].save(given.chart, name=source.name, damping=True)
     if given.shapes is not None:
         spectrum.save_shapes(given.shapes)
     answers[1:1] = pairs

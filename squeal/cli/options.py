@@ -185,7 +185,7 @@ def refuse(given: argparse.Namespace, names: str, why: str) -> None:
 def write_files(given: argparse.Namespace, answer: Any, other: Any = None, **drawn: Any) -> None:
     """Write the table and the figure of an answer that are requested; the figure of another."""
     if getattr(given, "figure", None) is not None:  # the first, since it may be refused
-        (other or answer).plot(given.figure, name=given.source.name, **drawn)
+        (other or answer).save(given.figure, name=given.source.name, **drawn)
     if given.table is not None:
         answer.save(given.table)
 

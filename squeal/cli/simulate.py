@@ -43,7 +43,7 @@ def run(given: argparse.Namespace) -> Reply:
     motion = simulate(task, given.integrator, tell)
     if given.figure is not None:
         name = given.source.name.removesuffix(".yaml")
-        motion.plot(given.figure, name=name, scene=scene, inputs=given.source.inputs)
+        motion.save(given.figure, name=name, scene=scene, inputs=given.source.inputs)
     if motion.history is not None:
         history = {name: column[::every] for name, column in motion.history.items()}
         motion = dataclasses.replace(motion, history=history)

@@ -20,15 +20,17 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
 from dataclasses import dataclass
+from enum import Enum
 from operator import itemgetter
 from pathlib import Path
 from secrets import token_hex
-from typing import IO, Any
+from typing import IO, Any, ClassVar
 
 from squeal.errors import BEYOND, ComputationError, InputError, visible
 
 SHOWN = 40  # rows that the command line prints
 FEW = 10  # rows in a representation
+FIGURES = (".pdf", ".png", ".svg")
 
 
 def picked(source: object, names: str) -> dict[str, Any]:
@@ -267,10 +269,35 @@ class Table:
             raise InputError(f"{path}: the name must end in .csv or .json")
 
 
+class Mark(Enum):
+    """How a panel shows the rows of a table."""
+
+    POINTS = "points"
+    LINES = "lines"
+    STEPS = "steps"
+    BARS = "bars"
+
+
+@dataclass(frozen=True)
+class Panel:
+    """What one panel shows of an answer's table: a column over another one, by name or by place.
+
+    each: the column whose values have a line each; of bars those of its first value are shown.
+    """
+
+    x: str | int
+    y: str | int
+    mark: Mark = Mark.POINTS
+    each: str = ""
+
+
 class Answer(ABC):
     """What a question is answered with. Subclasses are records with a `table`."""
 
     warnings: tuple[str, ...] = ()  # what a user should know before using the answer
+    panel: ClassVar[Panel]
+    grid: ClassVar[tuple[str | int, ...]] = ()
+    """Columns, by name or by place, of which one row each has its own values: axes of an array."""
 
     @abstractmethod
     def table(self) -> Table:
@@ -311,15 +338,41 @@ class Answer(ABC):
         names = [column.name for column in self.table().columns]
         return pandas.DataFrame.from_records(self.to_records(), columns=names)
 
-    def save(self, path: Path | str) -> None:
-        """Write the table as CSV or JSON, by the end of the name. Raises InputError."""
-        self.table().save(path)
+    def to_xarray(self) -> Any:
+        """The table's columns as a :class:`xarray.Dataset` over the axes of a sweep, a map or a
+        motion; of a pair of roots that with Im lambda > 0. Raises InputError for other answers,
+        and without xarray."""
+        if not self.grid:
+            raise InputError(f"to_xarray: {type(self).__name__} has no axes; to_dataframe has all")
+        frame = self.to_dataframe()
+        axes = [name if isinstance(name, str) else frame.columns[name] for name in self.grid]
+        frame = frame.dropna(subset=axes).drop_duplicates(axes).set_index(axes)
+        try:
+            return frame.to_xarray()
+        except ImportError:
+            raise InputError("xarray is not installed; to_dataframe needs it not") from None
 
-    def plot(self, path: Path | str | None = None, **more: Any) -> Any:
-        """The answer as a figure, also written as PDF, SVG or PNG if a path is given.
+    def save(self, path: Path | str, **drawn: Any) -> None:
+        """Write the table as CSV or JSON, or the figure as PDF, PNG or SVG, by the end of the name.
 
-        Raises InputError for an answer that has no figure.
+        drawn: what `plot` takes of whole figures. Raises InputError.
         """
-        from squeal.plots.answers import draw  # the one import upwards: only what draws loads it
+        if Path(path).suffix not in FIGURES:
+            self.table().save(path)
+            return
+        from squeal.plots.answers import draw  # only what draws loads it
 
-        return draw(self, None if path is None else Path(path), **more)
+        draw(self, Path(path), **drawn)
+
+    def plot(self, ax: Any = None, **style: Any) -> Any:
+        """Draw the answer and return its first Axes.
+
+        Without an Axes that is the whole figure, which pyplot shows. In one that is given, and with
+        a style as artists take it (`color="k"`), it is one panel of the table.
+
+        Whole figures take `shape` (the number of a mode, of eigenvalues of a system with
+        coordinates), `damping` (of a sweep: damping ratios over frequency), `scene` (of a motion).
+        """
+        from squeal.plots.answers import plot
+
+        return plot(self, ax, **style)

@@ -12,6 +12,7 @@ import squeal
 from squeal.analysis.energy import named_terms, pad_terms
 from squeal.errors import InputError
 from squeal.io.system import SystemFile
+from squeal.results.sources import PadSource
 from tests.conftest import ROOT
 from tests.known import system_of
 
@@ -167,6 +168,7 @@ def test_a_pad_is_fed_by_friction_alone_and_a_divergence_by_no_cycle():
     fed = {row.term: row.growth for row in rows}
     assert fed["friction"] == pytest.approx(found.unstable[0].growth_rate, rel=1e-9)
     assert fed["springs and contact"] == pytest.approx(0.0, abs=1e-8)
+    assert isinstance(found.source, PadSource)
     whole = {part: np.zeros((3, 3)) for part in "MCK"}
     for term in pad_terms(scene.replace(mu=0.4), found.source.analysis):
         whole[term.part] = whole[term.part] + term.matrix

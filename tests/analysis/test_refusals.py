@@ -49,7 +49,7 @@ REFUSED: list[tuple[Any, str]] = [
     ),
     (lambda: api.compare(api.thresholds(S), known()), "computed"),
     (lambda: api.compare(known(), known(), tolerance=None), "tolerance: None"),
-    (lambda: known().plot("x.jpg"), "x.jpg: 'jpg' is not allowed"),
+    (lambda: known().save("x.jpg"), "x.jpg: the name must end in .csv or .json"),
     # axes
     *(
         (lambda axes=axes: api.map(SCENE, axes), "axes")

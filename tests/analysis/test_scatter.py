@@ -223,7 +223,7 @@ def test_refusals(given, words):
 @pytest.mark.parametrize("spread", [{"between": [-1.0, 0.3]}, {"between": [0.2, 0.3]}])
 def test_bars_of_the_histogram_lie_on_one_side_of_the_limit(spread, factor):
     answer = scatter(damped(factor, p=0.2), {"p": spread}, samples=100, of="growth")
-    bars = answer.plot().axes[0].patches
+    bars = answer.plot().patches
     ends = [(one.get_x(), one.get_x() + one.get_width(), one.get_height()) for one in bars]
     assert all(high < 1e-6 or low > 0.0 for low, high, _ in ends)
     assert sum(count for *_, count in ends) == 100

@@ -119,7 +119,7 @@ def test_faces_between_elements_are_no_outer_ones(cubes):
     where = read_system(cubes).coordinates
     assert len(outer_faces(where)) == 10
     found = squeal.eigenvalues(read_system(cubes), modes=1)
-    still, moved = found.plot(shape=1).axes[0].collections
+    still, moved = found.plot(shape=1).collections
     assert len(still._segments3d) == 16  # edges of a box, upright ones in two parts
     assert len(moved.get_array()) == 10
 

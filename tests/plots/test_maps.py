@@ -35,7 +35,7 @@ def test_own_pad_and_its_level_are_drawn():
 
 def test_areas_are_drawn_and_their_shares_said(tmp_path):
     found = squeal.map(read_scene(B3), angle_axes(30))
-    found.plot(tmp_path / "map.pdf")
+    found.save(tmp_path / "map.pdf")
     data = (tmp_path / "map.pdf").read_bytes()
     for verdict, share in found.share.items():
         assert not share or f"{verdict} {100 * share:.1f} %".encode() in data

@@ -16,7 +16,7 @@ from squeal.io.writing import picked
 from squeal.linear.system import TermSystem
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.dispersive import frequencies
+from squeal.sparse.dispersive import DispersiveReduction, frequencies
 from squeal.sparse.eigensolver import lowest_modes
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import ScaledSystem
@@ -70,7 +70,8 @@ def reduced_for(
         for changes in values:
             at_frequencies += [{**changes, **system.frequency(omega)} for omega in hertz]
         values = at_frequencies
-    reduction = reduce_system(scaled, region, values)
+    kind = DispersiveReduction if system.follows else Reduction
+    reduction = reduce_system(scaled, region, values, kind)
     if not reduction.converged:
         warnings.warn(
             f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "

@@ -37,9 +37,12 @@ from squeal.linear.system import Matrix, TermSystem
 from squeal.results.sources import LOWEST, EigenvalueSelection
 from squeal.sparse.argument_principle import Disc, Rectangle, count_roots, disc_around
 from squeal.sparse.dense import dense_spectrum
-from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
-from squeal.sparse.eigensolver import OPTIONS as SOLVER
-from squeal.sparse.eigensolver import lowest_modes, modes_in
+from squeal.sparse.dispersive import (
+    DispersiveReduction,
+    frequencies,
+    modes_at_own_frequencies,
+)
+from squeal.sparse.eigensolver import DENSE_ROWS, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import Quadratic, ScaledSystem, quadratic
 
@@ -130,7 +133,7 @@ def system_roots(
         else:
             roots = _roots_of_region(problem, region, bounded)
     except ComputationError:
-        if system.n > SOLVER.dense_rows:
+        if system.n > DENSE_ROWS:
             raise
         whole = replace(selection, modes=modes)
         return _roots_of_matrices(system.arrays(changes), whole, bounded).lowest(modes)
@@ -185,6 +188,7 @@ def _at_own_frequencies(
 ) -> SystemRoots:
     """The roots of a band of matrices that depend on the frequency of each; nothing counts them."""
     reduction = reduced_for(system, selection, [changes])
+    assert isinstance(reduction, DispersiveReduction)
     roots, unsure = modes_at_own_frequencies(reduction, changes)
     frozen = len(frequencies(system, reduction.region))
     note = f"each root at its own frequency, found from matrices frozen at {frozen} frequencies"

@@ -33,6 +33,7 @@ from squeal.sparse.crossings import (
     crossings_along,
     singular_stiffness,
 )
+from squeal.sparse.dispersive import DispersiveReduction
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.quadratic import PROGRESS
 from squeal.sparse.reduction import Reduction
@@ -106,7 +107,7 @@ def system_thresholds(
             for one in still:
                 reduction.extend(np.column_stack([one.right, one.left]))
         PROGRESS.get()("following the roots of the reduced system")
-        if system.follows and system.undamped:
+        if isinstance(reduction, DispersiveReduction) and system.undamped:
             rows = coalescences(reduction, name, values)
         elif not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
             rows, unconfirmed = crossings_along(reduction, name, values, still)
