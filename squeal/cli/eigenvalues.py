@@ -55,7 +55,7 @@ def run(given: argparse.Namespace) -> Reply:
     if not given.values:
         refuse(given, "workers chart", "no --sweep, whose values they share")
     if given.test:  # refused before anything is solved
-        from squeal.analysis.pairing import read_test
+        from squeal.queries.compare import read_test
 
         read_test(given.test, subject.coordinates)
     asked: dict[str, Any] = picked(given, "band region modes memory") | {"progress": steps()}
