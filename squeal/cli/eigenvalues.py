@@ -124,6 +124,6 @@ def _check_options(given: argparse.Namespace, subject: "Scene | SystemFile") -> 
     if not given.values:
         refuse(given, "workers", "chart", beside="no --sweep, whose values they share")
     if given.test and not isinstance(subject, Scene):
-        from squeal.analysis.pairing import read_test
+        from squeal.queries.compare import read_test
 
         read_test(given.test, subject.coordinates)

@@ -9,10 +9,10 @@ from scipy.linalg import eigh
 from scipy.sparse import csc_array, diags_array
 
 import squeal
-from squeal.analysis.systems.matrices import write_system
 from squeal.errors import InputError
 from squeal.io.system_files import read_system
 from squeal.linear.system import Term, TermSystem, damped
+from squeal.queries.systems.matrices import write_system
 
 M = np.array([[2.0, 0.5], [0.5, 1.0]])
 A, B = np.array([[9.0, -1.0], [-1.0, 8.0]]), np.array([[4.0, 1.0], [1.0, 3.0]])
