@@ -15,9 +15,10 @@ from squeal.analysis.systems.matrices import ALL_ROWS, matrix_list, system_check
 from squeal.errors import ComputationError
 from squeal.io.system import POINTS, Coordinates
 from squeal.io.writing import Answer, Column, Table, number, picked
+from squeal.linear.damping import frictionless
 from squeal.linear.digits import data_errors, has_digits
 from squeal.linear.matrices import EPS, dense
-from squeal.linear.system import TermSystem, frictionless
+from squeal.linear.system import TermSystem
 from squeal.schema import Whole, public
 from squeal.sparse.quadratic import ScaledSystem, factorise
 

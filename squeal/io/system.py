@@ -21,9 +21,10 @@ from scipy.sparse import csc_array
 from squeal import schema
 from squeal.io.matrices import aligned, all_labels, read_matrix
 from squeal.io.matrix_formats import FORMATS, MatrixFile
+from squeal.linear.damping import Damped, damped
 from squeal.linear.matrices import dense, reduce
 from squeal.linear.moduli import FREQUENCY, Modulus, Table, Tabulated
-from squeal.linear.system import Damped, Term, TermSystem, damped, supported, without_supports
+from squeal.linear.system import Term, TermSystem, supported, without_supports
 from squeal.numerics.differentiation import ALLOWED, Formula
 from squeal.schema import (
     ANY,

@@ -20,9 +20,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import ComputationError, InputError
+from squeal.linear.damping import structure_stiffness
 from squeal.linear.eigen import Eigenvalue, assumed_rounding
 from squeal.linear.matrices import EPS, divisor, is_sparse, norm_of
-from squeal.linear.system import Matrix, Term, TermSystem, structure_stiffness
+from squeal.linear.system import Matrix, Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Place
 from squeal.sparse.first_look import movements

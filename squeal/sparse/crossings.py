@@ -344,7 +344,7 @@ def coalescences(reduction: Reduction, name: str, values: Sequence[float]) -> li
     low, high = values[0], values[-1]
     found: list[Event] = []
     for part, middle, wide in frozen_parts(reduction):
-        for place in search(part.system, low, high).places:
+        for place in search(part.system, low, high).clusters:
             for event in place:
                 near = event.omega and abs(event.omega - middle) <= wide
                 one = (

@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
+from squeal.linear.damping import frictionless
 from squeal.linear.eigen import ACCEPTED
 from squeal.linear.matrices import divisor
-from squeal.linear.system import frictionless
 from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.compression import Compression, weights

@@ -12,7 +12,8 @@ import squeal
 from squeal.analysis.systems.matrices import write_system
 from squeal.errors import InputError
 from squeal.io.system_files import read_system
-from squeal.linear.system import Term, TermSystem, damped
+from squeal.linear.damping import damped
+from squeal.linear.system import Term, TermSystem
 
 M = np.array([[2.0, 0.5], [0.5, 1.0]])
 A, B = np.array([[9.0, -1.0], [-1.0, 8.0]]), np.array([[4.0, 1.0], [1.0, 3.0]])

@@ -25,11 +25,17 @@ from squeal.analysis.systems.roots import (
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import counted, mapped
 from squeal.linear import thresholds
-from squeal.linear.continuation import Continuation, ContinuationOptions, State, form_of
+from squeal.linear.continuation import (
+    Continuation,
+    ContinuationOptions,
+    ProblemClass,
+    State,
+    form_of,
+)
 from squeal.linear.eigen import ComplexArray, growing
 from squeal.linear.events import Event
 from squeal.linear.matrices import ILL, dense, unit_diagonal
-from squeal.linear.search import Searched, search, together
+from squeal.linear.search import SearchResult, cluster_events, search
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
 from squeal.sparse.crossings import Guess, coalescences, crossings_along, singular_stiffness
@@ -82,7 +88,7 @@ def system_thresholds(
     doubts: list[str] = []
     left_out: list[str] = []
     rows: Sequence[Event] = []
-    searched: Sequence[Searched] = ()
+    searched: Sequence[SearchResult] = ()
     reduction, outside, certified = None, None, None
     values = [low, high]
     roots: Roots = partial(roots_of_all, system, wanted)
@@ -116,7 +122,7 @@ def system_thresholds(
     line = _Band(system, low, high, roots)
     if region is not None:
         for part in searched:
-            events = itertools.chain(*part.places)
+            events = itertools.chain(*part.clusters)
             rows = [c for c in events if region.low_imag <= c.omega <= region.high_imag]
         outside = len(crossings) - len(rows) if whole else None
         if reduction is not None and searched:
@@ -174,7 +180,7 @@ class _Band(Continuation):
         self.name, self.low, self.high, self.roots = system.parameter, low, high, roots
         self.system: TermSystem = system
         self._states = {}
-        self.options, self.form = ContinuationOptions(), "values"
+        self.options, self.problem = ContinuationOptions(), ProblemClass.DAMPED
 
     def at(self, p: float) -> State:
         """The roots at p without vectors and slopes, those above the axis with their conjugates."""
@@ -188,14 +194,15 @@ class _Band(Continuation):
 
 def _explained(
     line: _Band, rows: Sequence[Event], values: Sequence[float], words: str
-) -> tuple[Searched, list[float], list[str], list[str]]:
+) -> tuple[SearchResult, list[float], list[str], list[str]]:
     """Events by rising value in their places, and what grows between these; values between them;
     what grows without an event, and what leaves the band, which `words` name, while it grows.
 
     `values` from the first to the last are looked at.
     """
     low, high, wide = line.low, line.high, line.high - line.low
-    groups, margin = together(rows, 1e-9 * wide), 1e-6 * wide  # of verdicts that are of either side
+    groups = cluster_events(rows, 1e-9 * wide)
+    margin = 1e-6 * wide  # of verdicts that are of either side
     beyond = bool(groups) and high - groups[-1][-1].value <= margin  # what follows is seen
     edges = [low, *(group[0].value for group in groups), high + 2 * margin * beyond]
     inside = [v for v in values if all(abs(v - c.value) > margin for c in rows)]
@@ -219,5 +226,5 @@ def _explained(
         elif seen.verdict != growths[k].verdict and seen.roots < growths[k].roots:
             text = f"what grows at {there} leaves {words} by {here} and is left out there"
             left.setdefault(k, text)
-    found = Searched(tuple(map(tuple, groups)), tuple(growths), line)
+    found = SearchResult(tuple(map(tuple, groups)), tuple(growths), line)
     return found, between, unexplained, list(left.values())
