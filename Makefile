@@ -3,7 +3,7 @@
 # make two-ways  20,000 questions asked in two ways, for hours
 # make any-input  20,000 broken and valid inputs of the commands, for an hour
 # make refute   systems whose answer is known by construction, and wrong answers for the referee
-# make real-files  files as CalculiX and Nastran write them, against the frequencies that these print
+# make real-files  files as other programs write them, against the frequencies that these print
 # make fuzz     a million changed inputs of the readers, for hours
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files

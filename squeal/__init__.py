@@ -47,7 +47,9 @@ if TYPE_CHECKING:
     from squeal.model.pad import Pad
     from squeal.reports import Report, report
     from squeal.simulation.run import Simulation, simulate
-    from squeal.sparse.components import Assembly, Component, Contact, assemble
+    from squeal.sparse.assembly import Assembly, assemble
+    from squeal.sparse.components import Component
+    from squeal.sparse.contact_seat import Contact
 
 _HOMES = {
     "analysis.answers": "Eigenvalues Sweep Thresholds",
@@ -73,7 +75,9 @@ _HOMES = {
     "model.pad": "Pad",
     "reports": "Report report",
     "simulation.run": "Simulation simulate",
-    "sparse.components": "Assembly Component Contact assemble",
+    "sparse.assembly": "Assembly assemble",
+    "sparse.components": "Component",
+    "sparse.contact_seat": "Contact",
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off

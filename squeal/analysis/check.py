@@ -20,7 +20,8 @@ from squeal.linear.digits import data_errors, has_digits
 from squeal.linear.matrices import EPS, dense
 from squeal.linear.system import TermSystem
 from squeal.schema import Whole, public
-from squeal.sparse.quadratic import ScaledSystem, factorise
+from squeal.sparse.factor import factorise
+from squeal.sparse.quadratic import ScaledSystem
 
 CLEAR_MASS = 1e-10  # of the greatest mass per stiffness: what has less is close to none
 
@@ -152,8 +153,8 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
 
     changes = frictionless(system)
     own = ScaledSystem(system).at(changes)
-    K, noise = (own.K + own.K.T).real / 2, 1e3 * EPS * own.rate**2
-    shift = -1e-6 * own.rate**2  # below all squares, so that free motions pass
+    K, noise = (own.K + own.K.T).real / 2, 1e3 * EPS * own.frequency_scale**2
+    shift = -1e-6 * own.frequency_scale**2  # below all squares, so that free motions pass
     squares, wanted = np.empty(0), count
     try:
         if system.n <= ALL_ROWS:

@@ -60,7 +60,7 @@ from squeal.linear.matrices import dense as plain_matrix
 from squeal.linear.system import System
 from squeal.schema import Place
 from squeal.sparse.argument_principle import Disc, Rectangle
-from squeal.sparse.components import Assembly
+from squeal.sparse.assembly import Assembly
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import Reduction
@@ -327,7 +327,9 @@ def _cell(common: Common, at: dict[str, float]) -> tuple[int, float]:
     """The verdict, by its index, and the largest growth at one point of a chart."""
     system, wanted, reduction = common
     if isinstance(reduction, FirstLook):
-        roots, _, errors, *_ = reduction.decided(at, deciding=True)
+        found = reduction.estimate(at, deciding=True)
+        roots = found.values
+        errors = found.errors
     else:
         roots = reduction.values(at) if reduction else roots_of_all(system, wanted, at)
         errors = np.zeros(1)

@@ -305,7 +305,7 @@ def _grown(subject: Any, wanted: Wanted, values: dict[str, float]) -> Sample:
             roots = roots_of_all(subject, wanted, values)
             rounding = rounding_of(subject, roots)
         elif isinstance(subject, FirstLook):
-            found = subject.decided(values)
+            found = subject.estimate(values)
             roots, residual = found.values, float(np.max(found.residuals, initial=0.0))
             rounding = np.maximum(found.errors, rounding_of(subject.scaled.system, roots))
         else:

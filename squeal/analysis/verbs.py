@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from squeal.io.system import SystemFile
-    from squeal.sparse.components import Assembly
+    from squeal.sparse.assembly import Assembly
 
     SystemSubject: TypeAlias = System | SystemFile | Assembly
     Subject: TypeAlias = Scene | SystemSubject

@@ -121,7 +121,7 @@ def _keys_of(document: dict[str, Any]) -> Group:
     group = SYSTEM
     if "components" in document:
         from squeal.io.components import ASSEMBLY  # which no other system needs
-        from squeal.sparse.components import OWN
+        from squeal.sparse.assembly import OWN
 
         group = ASSEMBLY
         names += OWN

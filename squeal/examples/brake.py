@@ -19,7 +19,8 @@ from squeal.errors import InputError
 from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
-from squeal.sparse.components import Component, Contact
+from squeal.sparse.components import Component
+from squeal.sparse.contact_seat import Contact
 
 ROWS = (500, 1_000_000)
 ROUND = 24  # elements around the disc for each level of refinement

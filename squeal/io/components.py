@@ -14,7 +14,9 @@ from squeal.io.matrices import read_matrix
 from squeal.io.system import CSV, FACTOR, SYSTEM, Coordinates, Origin, SystemFile, number_in
 from squeal.numerics.differentiation import Formula
 from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
-from squeal.sparse.components import OWN, Component, Contact, assemble
+from squeal.sparse.assembly import OWN, assemble
+from squeal.sparse.components import Component
+from squeal.sparse.contact_seat import Contact
 
 BETWEEN = Several(TEXT, "a list of two names of components", 2)
 POSITIVE = Number(low=0.0)

@@ -228,7 +228,308 @@ def _meetings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, c
     """Where both roots of such a pair meet on the line: the nearer index, and the mean there."""
     separate = square.real > 0.0
     for n in np.flatnonzero(separate[1:] != separate[:-1]).tolist():
-        if not abs((mean + root_of_d).real) < abs((mean - root_of_d).real):
+        nearer = n + int(abs(square[n + 1]) < abs(square[n]))
+        yield nearer, complex(mean[nearer])
+
+
+class EventFunction(NamedTuple):
+    """A function of the parameter that vanishes at an event: its value, slope, half its second
+    derivative and how far rounding moves it."""
+
+    value: float
+    slope: float
+    bend: float
+    noise: float
+
+
+class LocalRoots(NamedTuple):
+    """One root (d = 0), or the mean of two and d = ((z1 - z2) / 2)^2, at a value of the parameter.
+
+    With slopes, half of d'' where the two are close, errors by rounding and of the subspaces, and
+    the right and left invariant subspace (N, 1) or (N, 2).
+    """
+
+    value: float
+    mean: complex
+    mean_slope: complex
+    mean_noise: float
+    d: complex
+    d_slope: complex
+    d_bend: complex
+    noise: float
+    right: NDArray
+    left: NDArray
+
+    @property
+    def is_single(self) -> bool:
+        """True of one root."""
+        return self.right.shape[1] == 1
+
+    def extrapolate(self, step: Array) -> tuple[NDArray, NDArray]:
+        """Mean and d at values beyond this one by `step` (...)."""
+        d = self.d + step * self.d_slope + step**2 * self.d_bend
+        return self.mean + step * self.mean_slope, d
+
+    def closest_approach(self, problem: ProblemClass) -> tuple[float, float]:
+        """How far away two roots come closest, and half of how long they stay there."""
+        coefficients = np.array([self.d_bend, self.d_slope, self.d])
+        ends = np.roots(coefficients if problem is DAMPED else coefficients.real)
+        if len(ends) < 2:
+            return np.inf, 0.0
+        centre = float(ends.real.mean())
+        return centre, float(np.abs(ends - centre).max())
+
+    def at(self, continuation: Continuation, p: float) -> LocalRoots:
+        """The same at p."""
+        root = self.mean + (p - self.value) * self.mean_slope
+        return roots_near(continuation, p, root, self.right, self.left)
+
+    def event_function(self, coalesces: bool) -> EventFunction:
+        """The real part m of one root; of two d where they meet on the line, and else, where one of
+        them crosses it, m^2 Re d + (Im d)^2 / 4 - m^4."""
+        m = self.mean.real
+        dm = self.mean_slope.real
+        d = self.d
+        dd = self.d_slope
+        if self.is_single:
+            return EventFunction(m, dm, 0.0, self.mean_noise)
+        if coalesces:
+            return EventFunction(d.real, dd.real, self.d_bend.real, self.noise)
+        value = m**2 * d.real + d.imag**2 / 4 - m**4
+        slope = 2 * m * dm * d.real + m**2 * dd.real + d.imag * dd.imag / 2 - 4 * m**3 * dm
+        noise = abs(2 * m * d.real - 4 * m**3) * self.mean_noise
+        return EventFunction(value, slope, 0.0, noise + (m**2 + abs(d.imag) / 2) * self.noise)
+
+
+def roots_near(
+    continuation: Continuation,
+    p: float,
+    near: complex,
+    right: NDArray,
+    left: NDArray,
+    perturbed: StandardProblem | None = None,
+) -> LocalRoots:
+    """The root at p next to `near`, or two, from right and left vectors (N, 1) or (N, 2), with
+    slopes by p or, of a `perturbed` problem, by something else."""
+    A, derivative, sizes = perturbed or continuation.matrix_and_derivative(p)
+    size = norm_of(A) or 1.0
+    nudge = 1e-7 * max(abs(near), 1e-4 * size)
+    shift = near + nudge
+    if continuation.problem is UNDAMPED and abs(near.imag) <= nudge:
+        shift = shift.real
+        # two conjugate columns have one real part
+        right = np.asarray(right.real + right.imag)
+        left = np.asarray(left.real + left.imag)
+    P = A - shift * np.eye(len(A))
+    # not by the inverse: next to a coalescence its rounding hides the second vector
+    solve, solve_adjoint = partial(np.linalg.solve, P), partial(np.linalg.solve, P.conj().T)
+    if len(A) > continuation.options.small:
+        from scipy.linalg import lu_factor, lu_solve
+
+        factor = lu_factor(P, check_finite=False)
+        solve, solve_adjoint = partial(lu_solve, factor), partial(lu_solve, factor, trans=2)
+    rounds = continuation.options.rounds
+    X = _invariant_subspace(A, size, right, solve, rounds)
+    Y = _invariant_subspace(A.conj().T, size, left, solve_adjoint, rounds)
+    inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
+    block = inverse @ (A @ X)
+    block_slope = inverse @ (derivative @ X)
+    # what the subspaces miss, to second order
+    correction = solve(A @ X - X @ block)
+    missed = np.abs(inverse @ (A @ (correction - X @ (inverse @ correction))))
+    # independent roundings in the entries of A
+    entries = np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
+    error = continuation.options.sure * (EPS * entries + missed)
+    m = len(block)
+    mean = np.trace(block) / m
+    mean_slope = np.trace(block_slope) / m
+    deviator = block - mean * np.eye(m)
+    deviator_slope = block_slope - mean_slope * np.eye(m)
+    return LocalRoots(
+        value=p,
+        mean=complex(mean),
+        mean_slope=complex(mean_slope),
+        mean_noise=float(error.trace() / m),
+        d=complex(np.trace(deviator @ deviator) / 2),
+        d_slope=complex(np.trace(2 * deviator @ deviator_slope) / 2),
+        d_bend=complex(np.trace(deviator_slope @ deviator_slope) / 2),
+        noise=float(np.linalg.norm(np.abs(deviator.T) * error) + np.linalg.norm(error) ** 2),
+        right=X,
+        left=Y,
+    )
+
+
+def _invariant_subspace(
+    A: NDArray, size: float, start: NDArray, solve: Callable[[NDArray], NDArray], rounds: int
+) -> NDArray:
+    """The invariant subspace (N, 1) or (N, 2) next to `start`, by Newton's method."""
+    # inverse iteration would make both columns one vector next to a coalescence
+    X = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0]
+    before = np.inf
+    for _ in range(2 * rounds):
+        image = A @ X
+        residual = image - X @ (X.conj().T @ image)
+        remaining = float(np.linalg.norm(residual))
+        if remaining <= 64 * EPS * size or remaining > 0.9 * before:
+            break
+        correction = solve(residual)
+        X = np.linalg.qr(X - correction + X @ (X.conj().T @ correction))[0]
+        before = remaining
+    return X
+
+
+def located(continuation: Continuation, guess: Guess, crosses: bool = True) -> Event | None:
+    """The event next to a guess, None if there is none that is known to within its width. Without
+    `crosses` it may be where two divergent roots join, which crosses no line."""
+    with suppress(np.linalg.LinAlgError, ValueError):
+        return _located(continuation, guess, crosses)
+    return None
+
+
+class _Zero(NamedTuple):
+    """Where Newton's method ends: `move` beyond the value of `roots`."""
+
+    p: float
+    move: float
+    roots: LocalRoots
+    function: EventFunction
+
+
+def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
+    """The zero of the event function next to a guess; None if it leaves the width of the guess."""
+    low, high = continuation.low, continuation.high
+    start = p = min(max(guess.value, low), high)
+    roots = roots_near(continuation, p, guess.root, guess.right, guess.left)
+    for _ in range(continuation.options.rounds):
+        function = roots.event_function(guess.coalesces)
+        slope = function.slope
+        if not slope or not np.isfinite(slope):
+            return None
+        move = -function.value / slope
+        p = float(np.clip(p + move, low, high))
+        if abs(p - start) > 1.5 * guess.width:
+            return None
+        if abs(move) <= max(4 * EPS * abs(p), function.noise / abs(slope) / 4):
+            return _Zero(p, move, roots, function)
+        roots = roots.at(continuation, p)
+    return None
+
+
+def _located(continuation: Continuation, guess: Guess, crosses: bool) -> Event | None:
+    zero = _newton(continuation, guess)
+    if zero is None:
+        return None
+    p, move, roots, function = zero
+    coalesces = guess.coalesces
+    slope = function.slope
+    low, high = continuation.low, continuation.high
+    half = 2 * function.noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
+    hidden = coalesces and slope**2 <= 16 * abs(function.bend) * function.noise
+    if half > guess.width or hidden:
+        return None  # two roots that only cross, or rounding hides all
+    root = _root_at_event(continuation, guess, zero, crosses)
+    if root is None:
+        return None
+    direction = root.direction
+    first, last = p - half, p + half
+    if half > 1e-9 * guess.width:  # the slope may change within
+
+        def sign(x: float) -> int:
+            nonlocal roots
+            roots = roots.at(continuation, x)
+            function = roots.event_function(coalesces)
+            return int(np.sign(function.value)) if abs(function.value) > function.noise else 0
+
+        bracket = bracket_by_sign(sign, (p, p), half, low, high)
+        if bracket is None:
+            return None
+        first, last, rise = bracket
+        if rise and (coalesces or roots.is_single):
+            direction = rise if continuation.problem is DAMPED else -rise
+    if last - first > guess.width:
+        return None
+    # rounding in the equilibrium of a pad moves entries together, which their sizes do not show
+    slopes = 0.0
+    for perturbed in continuation.perturbed_by_rounding(p):
+        local = roots_near(continuation, p, roots.mean, roots.right, roots.left, perturbed)
+        slopes += abs(local.event_function(coalesces).slope)
+    margin = 2 * EPS * slopes / abs(slope)
+    interval = max(first - margin, low), last + margin
+    return Event(p, root.omega, direction, interval, root.residual, coalesces)
+
+
+class _RootAtEvent(NamedTuple):
+    """Angular frequency (rad/s), direction and residual of what crosses or meets."""
+
+    omega: float
+    direction: int
+    residual: float
+
+
+class _Extrapolated(NamedTuple):
+    """A root at an event, where it was computed before, its slope, and whether it is real."""
+
+    root: complex
+    computed: complex
+    slope: float
+    is_real: bool
+
+
+def _root_at_event(
+    continuation: Continuation, guess: Guess, zero: _Zero, crosses: bool
+) -> _RootAtEvent | None:
+    """The root at the zero of an event function; None if it does not cross the line there."""
+    roots = zero.roots
+    problem = continuation.problem
+    A, derivative, _ = continuation.matrix_and_derivative(roots.value)
+    if guess.coalesces:
+        end = _met(problem, zero, crosses)
+    elif guess.right.shape[1] == 1:
+        bound = norm_of(A) + norm_of(derivative) * guess.width
+        end = _alone(problem, zero, bound)
+    else:
+        end = _one_of_two(zero)
+    if end is None:
+        return None
+    omega = 0.0
+    if not end.is_real:
+        exponent = exponents(np.array(end.root), problem, continuation.frequency_scale or 1.0)
+        omega = abs(exponent.item().imag)
+    singular = np.linalg.svd(A @ roots.right - end.computed * roots.right, compute_uv=False)
+    # off the axis d > 0 if damped
+    direction = 1 if (end.slope > 0) == (problem is DAMPED) else -1
+    return _RootAtEvent(omega, direction, float(singular[-1]) / (norm_of(A) or 1.0))
+
+
+def _met(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Extrapolated | None:
+    """Two that coalesce; None if they do not do so on the line."""
+    roots = zero.roots
+    z = roots.mean + zero.move * roots.mean_slope
+    is_zero = abs(z) <= 2 * math.sqrt(abs(roots.noise)) + roots.mean_noise
+    if crosses and problem is UNDAMPED and z.real < 0:
+        return None
+    if problem is GYROSCOPIC and abs(z.imag) > abs(z.real) and not is_zero:
+        return None
+    return _Extrapolated(z, roots.mean, zero.function.slope, is_zero and problem is not UNDAMPED)
+
+
+def _alone(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapolated | None:
+    """A single root; None next to a coalescence, where the slope is without bound: no zero."""
+    roots = zero.roots
+    if abs(zero.move * zero.function.slope) > 1e-8 * bound:
+        return None
+    z = roots.mean + zero.move * roots.mean_slope
+    is_real = problem is not DAMPED or abs(z.imag) <= 4 * roots.mean_noise
+    return _Extrapolated(z, roots.mean, zero.function.slope, is_real)
+
+
+def _one_of_two(zero: _Zero) -> _Extrapolated:
+    """The one of a pair that is nearer to the axis."""
+    roots, move = zero.roots, zero.move
+    mean = roots.mean + move * roots.mean_slope
+    d = roots.d + move * roots.d_slope + move**2 * roots.d_bend
+    root_of_d = np.sqrt(d)
+    if not abs((mean + root_of_d).real) < abs((mean - root_of_d).real):
         root_of_d = -root_of_d
     half = complex(root_of_d) or 1e-300
     slope = roots.mean_slope + (roots.d_slope + 2 * move * roots.d_bend) / (2 * half)

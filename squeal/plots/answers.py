@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +15,7 @@ from squeal.analysis.cycles import Cycles
 from squeal.analysis.maps import Map
 from squeal.analysis.scatter import Scatter
 from squeal.errors import InputError
-from squeal.io.provenance import provenance
+from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, number
 from squeal.plots import campbell, coupling, cycles, maps, modes, motion
@@ -42,20 +42,10 @@ def drawing(answer: Answer, name: str = "", **more: Any) -> Drawing:
 
 
 def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Drawing:
+    """Eigenvalues in the complex plane, of a pad with mode shapes; or the `shape` of one mode."""
     subject, analysis = answer.source
-    if shape is not None:  # one of these modes on the nodes of a system
-        if getattr(subject, "coordinates", None) is None:
-            words = "shape: needs a system with `coordinates: {file: nodes.csv}` in its file"
-            raise InputError(words)
-        numbers = answer.modes.tolist()
-        count = max(numbers, default=0)
-        if not 1 <= shape <= count:
-            allowed = f"a whole number from 1 to {count}" if count else "left out without a root"
-            raise InputError(f"shape: {shape} is not allowed; it must be {allowed}")
-        root = answer.eigenvalues[numbers.index(shape)]
-        growth = f"growth rate {number(root.growth_rate)} 1/s"
-        words = f"mode {shape}, {number(root.frequency_hz)} Hz, {growth}"
-        return modes.shape_drawing(name, words, subject.coordinates, root.right)
+    if shape is not None:
+        return _mode_shape(answer, name, shape)
     if not isinstance(subject, Scene):
         return modes.modes_drawing(name, answer.eigenvalues)
     shapes = pads.mode_shapes(analysis.spectrum, (1.0, 1.0, subject.pad.w))
@@ -63,9 +53,25 @@ def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Dr
     return modes.modes_drawing(name, answer.eigenvalues, figure)
 
 
-def _of_pad(found: Thresholds, name: str, low: float, high: float) -> Drawing:
-    swept, own = pads.along(found, low, high), found.source[0].pad.mu
-    return coupling.sweep_drawing(name, swept, found, (low, high), own)
+def _mode_shape(answer: Eigenvalues, name: str, shape: int) -> Drawing:
+    """A mode, by its number, on the nodes of a system. Raises InputError without nodes or mode."""
+    subject, _ = answer.source
+    if getattr(subject, "coordinates", None) is None:
+        raise InputError("shape: needs a system with `coordinates: {file: nodes.csv}` in its file")
+    numbers = answer.modes.tolist()
+    count = max(numbers, default=0)
+    if not 1 <= shape <= count:
+        allowed = f"a whole number from 1 to {count}" if count else "left out without a root"
+        raise InputError(f"shape: {shape} is not allowed; it must be {allowed}")
+    root = answer.eigenvalues[numbers.index(shape)]
+    growth = f"growth rate {number(root.growth_rate)} 1/s"
+    words = f"mode {shape}, {number(root.frequency_hz)} Hz, {growth}"
+    return modes.shape_drawing(name, words, subject.coordinates, root.right)
+
+
+def _thresholds_of_pad(found: Thresholds, name: str, low: float, high: float) -> Drawing:
+    swept = pads.along(found, low, high)
+    return coupling.sweep_drawing(name, swept, found, (low, high), found.source[0].pad.mu)
 
 
 def _sweep(answer: Sweep, name: str, damping: bool = False) -> Drawing:
@@ -74,34 +80,50 @@ def _sweep(answer: Sweep, name: str, damping: bool = False) -> Drawing:
         return damping_drawing(name, answer)
     if not isinstance(answer.source, Scene):
         return coupling.sweep_drawing(name, answer)
-    low, high = answer.steps[0].value, answer.steps[-1].value
-    return _of_pad(pads.critical_friction(answer.source, high), name, low, high)
+    high = answer.steps[-1].value
+    found = pads.critical_friction(answer.source, high)
+    return _thresholds_of_pad(found, name, answer.steps[0].value, high)
 
 
 def _thresholds(answer: Thresholds, name: str, high: float | None = None) -> Drawing:
     if isinstance(answer.source[0], Scene):
-        return _of_pad(answer, name, answer.low, high or answer.high)
+        return _thresholds_of_pad(answer, name, answer.low, high or answer.high)
     return coupling.sweep_drawing(name, of_systems.along(answer), answer)
 
 
 def _map(answer: Map, name: str) -> Drawing:
-    if not isinstance(answer.source[0], Scene):
-        return maps.map_drawing(name, answer)
     scene = answer.source[0]
-    own = getattr(scene.pad, answer.axes[0].name), getattr(scene.pad, answer.axes[1].name)
-    critical = answer.quantity is not None and answer.quantity[0] == "critical-friction"
-    return maps.map_drawing(name, answer, own, scene.pad.mu if critical else None)
+    if not isinstance(scene, Scene):
+        return maps.map_drawing(name, answer)
+    own = (getattr(scene.pad, answer.axes[0].name), getattr(scene.pad, answer.axes[1].name))
+    level = None
+    if answer.quantity is not None and answer.quantity[0] == "critical-friction":
+        level = scene.pad.mu
+    return maps.map_drawing(name, answer, own, level)
 
 
-def _motion(answer: Simulation, name: str, scene: Scene | None = None, inputs: Any = ()) -> Drawing:
-    history, response = answer.history, answer.response
+def _motion(
+    answer: Simulation,
+    name: str,
+    scene: Scene | None = None,
+    inputs: Iterable[Path | InputFile] = (),
+) -> Drawing:
+    history = answer.history
+    response = answer.response
     if scene is None or history is None or answer.events is None or response is None:
         raise InputError(
             "plot: a motion needs its scene, plot(scene=scene), and all outputs of the scene"
         )
-    made, shares = provenance(inputs, "squeal.cli.simulate"), answer.shares or {}
-    seen = answer.events, shares, answer.extrema or {}, made, history
-    run = motion.Run(name, answer.model, answer.final[0], *seen)
+    run = motion.Run(
+        name=name,
+        model=answer.model,
+        stop=answer.final[0],
+        events=answer.events,
+        shares=answer.shares or {},
+        extrema=answer.extrema or {},
+        provenance=provenance(inputs, "squeal.cli.simulate"),
+        history=history,
+    )
     return motion.motion_drawing(run, scene.pad_model, response.frequency_hz or 0.0)
 
 

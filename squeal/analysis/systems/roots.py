@@ -39,9 +39,12 @@ from squeal.linear.system import Matrix, TermSystem
 from squeal.schema import Place, row
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots, disc_around
 from squeal.sparse.dense import dense_spectrum, dense_values
-from squeal.sparse.dispersive import frequencies, modes_at_own_frequencies
-from squeal.sparse.eigensolver import OPTIONS as SOLVER
-from squeal.sparse.eigensolver import lowest_modes, modes_in
+from squeal.sparse.dispersive import (
+    DispersiveReduction,
+    frequencies,
+    modes_at_own_frequencies,
+)
+from squeal.sparse.eigensolver import DENSE_ROWS, lowest_modes, modes_in
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import ScaledSystem, quadratic
 from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
@@ -201,7 +204,7 @@ def system_roots(
             solution = modes_in(problem, _searched(wanted.rectangle, bounded))
             limit = None if wanted.band is None else wanted.rectangle.high_real
     except ComputationError:
-        if system.n > SOLVER.dense:
+        if system.n > DENSE_ROWS:
             raise
         return _of_all(system.arrays(changes), replace(wanted, modes=modes), bounded).lowest(modes)
     values, count = solution.eigenvalues, solution.count
@@ -222,7 +225,7 @@ def system_roots(
         if farthest > ROUGH * region.high_imag:
             doubts += (f"errors reach up to {farthest / math.tau:.2g} Hz over the ends",)
         values = tuple(e for e in values if _may_lie_in(e, region))
-        outside = _beside(solution.seen, region)
+        outside = _beside(solution.rough_values, region)
     words = judged(values, complete=False)
     known = values, region, count
     roots = SystemRoots(*known, *words, growth_limit=limit, outside=outside, doubts=doubts)
@@ -290,6 +293,7 @@ def _beside(seen: Sequence[complex], region: Rectangle) -> tuple[complex, ...] |
 def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) -> SystemRoots:
     """The roots of a band of matrices that depend on the frequency of each; nothing counts them."""
     reduction = reduced_for(system, wanted, [changes])
+    assert isinstance(reduction, DispersiveReduction)
     values, unsure = modes_at_own_frequencies(reduction, changes)
     frozen = len(frequencies(system, reduction.region))
     note = f"each root at its own frequency, found from matrices frozen at {frozen} frequencies"
@@ -371,7 +375,8 @@ def _of_all(
             sizes = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
             count = 2 * problem.n  # the degree of det P
             if rank_of(sizes) < problem.n:
-                count = count_roots(problem, Disc(2 * max(farthest, problem.rate)), known)
+                disc = Disc(2 * max(farthest, problem.frequency_scale))
+                count = count_roots(problem, disc, known)
         if wanted.modes is not None or not problem.real:
             values, count = _upper(every, count, problem.real)
         return SystemRoots(values, None, count, *words, judged_by=statement)
@@ -436,14 +441,14 @@ def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rec
 
 def looked_at(look: FirstLook, wanted: Wanted, changes: Changes) -> SystemRoots:
     """The wanted roots at some parameters as a first look has them: nothing counts them."""
-    found, none = look.judged(changes), np.empty(0, dtype=complex)
+    found, none = look.estimate_by_basis(changes), np.empty(0, dtype=complex)
     errors = np.maximum(found.errors, rounding_of(look.scaled.system, found.values))
     each = zip(found.values.tolist(), found.residuals.tolist(), errors.tolist(), strict=True)
     rows = [Eigenvalue(z, none, none, r, math.nan, error) for z, r, error in each]
     values = tuple(rows[k] for k in ordered(found.values))
     limit = None if wanted.band is None else look.region.high_real
     words = judged(values, complete=False)
-    outside = _beside(found.seen.tolist(), look.region)
+    outside = _beside(found.rough_values.tolist(), look.region)
     roots = SystemRoots(values, look.region, None, *words, growth_limit=limit, outside=outside)
     return roots if wanted.modes is None else roots.lowest(wanted.modes)
 
@@ -465,7 +470,7 @@ def reduced_for(
         method = "reduced"  # a first look corrects the roots of constant matrices
     if method == "modal":
         with one_thread():
-            reduction = look = FirstLook(scaled, region, values).made()
+            reduction = look = FirstLook(scaled, region, values).build()
         if not look.holds:
             text = (
                 f"real modes up to {look.reach / math.tau:.4g} Hz and their corrections may "
@@ -473,7 +478,8 @@ def reduced_for(
                 "only); each value is solved on the full system"
             )
     else:
-        reduction = reduce_system(scaled, region, values)
+        kind = DispersiveReduction if system.follows else Reduction
+        reduction = reduce_system(scaled, region, values, kind)
         if not reduction.converged:
             text = (
                 f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "

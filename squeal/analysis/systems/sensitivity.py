@@ -25,8 +25,9 @@ from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.schema import NAME, Place
-from squeal.sparse.components import Assembly
-from squeal.sparse.quadratic import ScaledSystem, factorise_at
+from squeal.sparse.assembly import Assembly
+from squeal.sparse.factor import factorise_at
+from squeal.sparse.quadratic import ScaledSystem
 
 Matrices = Mapping[str, Mapping[str, Any]]
 """Names of changes, each with the matrices dM, dC, dK (arrays or files) by the keys M, C, K."""

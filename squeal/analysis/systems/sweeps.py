@@ -26,7 +26,7 @@ from squeal.linear.continuation import ContinuationOptions, State
 from squeal.linear.eigen import ordered
 from squeal.linear.paths import Loss, continued
 from squeal.linear.system import TermSystem
-from squeal.sparse.crossings import state_of
+from squeal.sparse.crossings import spectrum_with_slopes
 from squeal.sparse.dense import roots_at
 from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS, Roots, ScaledSystem
@@ -68,7 +68,7 @@ def followed(
             roots = reduction.roots({name: value}, left=True)
         else:
             roots = _row(common, value)[1]
-        return state_of(reduced.frozen(), name, value, roots, lifted=True)
+        return spectrum_with_slopes(reduced.frozen(), name, value, roots, lifted=True)
 
     rows, states = [known[value][0] for value in every], cast(Callable[[float], State], at)
     if scaled is not None and system.real and whole and system.n <= ContinuationOptions.small:
@@ -88,8 +88,13 @@ def _row(common: Common, value: float) -> tuple[Step, Roots]:
     at, rounding, corrected, certified = {system.parameter: value}, None, None, None
     spurious = 0
     if isinstance(reduction, FirstLook):
-        roots, residuals, errors, corrected, spurious, found, _ = reduction.decided(at)
-        rounding = np.maximum(errors, rounding_of(system, roots))
+        look = reduction.estimate(at)
+        roots = look.values
+        residuals = look.residuals
+        corrected = look.corrected
+        spurious = look.spurious
+        found = look.projected
+        rounding = np.maximum(look.errors, rounding_of(system, roots))
     elif reduction is not None:
         found, residuals, spurious = reduction.modes(at, left=True)
         roots = found.values

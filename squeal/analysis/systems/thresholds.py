@@ -38,7 +38,13 @@ from squeal.linear.matrices import ILL, dense, unit_diagonal
 from squeal.linear.search import SearchResult, cluster_events, search
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
-from squeal.sparse.crossings import Guess, coalescences, crossings_along, singular_stiffness
+from squeal.sparse.crossings import (
+    CrossingGuess,
+    coalescences,
+    crossings_along,
+    singular_stiffness,
+)
+from squeal.sparse.dispersive import DispersiveReduction
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.quadratic import PROGRESS
 from squeal.sparse.reduction import Reduction
@@ -106,13 +112,13 @@ def system_thresholds(
         values[1:1] = [low + x * (high - low) for x in inner]
         reduction = served or reduced_for(system, wanted, [{name: v} for v in values])
         roots, region = reduction.values, reduction.region
-        still: list[Guess] = []
+        still: list[CrossingGuess] = []
         if system.real and not served and region.low_imag < 0.0:
             still, unclear = singular_stiffness(reduction.scaled, values)
             for one in still:
-                reduction.extend(np.column_stack([one.vector, one.left]))
+                reduction.extend(np.column_stack([one.right, one.left]))
         PROGRESS.get()("following the roots of the reduced system")
-        if system.follows and system.undamped:
+        if isinstance(reduction, DispersiveReduction) and system.undamped:
             rows = coalescences(reduction, name, values)
         elif not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
             rows, unconfirmed = crossings_along(reduction, name, values, still)
