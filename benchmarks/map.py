@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.maps import angle_axes, stability_map
+from squeal.analysis.pads.maps import angle_axes, stability_map
 from squeal.io.scene import Scene, read_scene
 from squeal.model.equations import about_origin, spring_directions
 

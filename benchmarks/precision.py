@@ -26,7 +26,8 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from benchmarks.peers import peers
-from squeal.analysis.pads import analyse, at_equilibrium, critical_friction
+from squeal.analysis.pads.equilibrium import analyse, at_equilibrium
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.figures.work import panels
 from squeal.article.studies._reference import precision_in_words, reference
 from squeal.article.studies.accuracy import (

@@ -27,9 +27,10 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from squeal.analysis.answers import Thresholds
-from squeal.analysis.pads import analyse, critical_friction, eigenvalues
+from squeal.analysis.eigenvalues import eigenvalues
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.analysis.ranges import DISAGREES
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.transitions import EDGE_NAMES
 from squeal.equilibrium import Path
 from squeal.errors import ComputationError
@@ -37,6 +38,7 @@ from squeal.io.scene import Scene
 from squeal.linear import CriticalPoint, verdict
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.pad import Model
+from squeal.results.thresholds import Thresholds
 from tests import exact as exactly
 from tests import naive
 from tests.conftest import random_pad
@@ -211,7 +213,7 @@ def _compare_branch(scene: Scene, pad: Pad, wide: bool) -> None:
         pad.refused.append(str(error))
         return
     pad.seconds = time.process_time() - start
-    path = critical.source[1]
+    path = critical.source.branch
     pad.end = critical.end
     pad.proved_thresholds = critical.certified
     pad.open_reason = "" if critical.certified else critical.proof_line

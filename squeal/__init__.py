@@ -17,26 +17,21 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
     from squeal.analysis.check import Check, check
     from squeal.analysis.critical_speeds import CriticalSpeeds, critical_speeds
     from squeal.analysis.cycles import Cycles, cycles
+    from squeal.analysis.eigenvalues import eigenvalues
     from squeal.analysis.energy import Energy, energy
-    from squeal.analysis.maps import Axis, Map
+    from squeal.analysis.map import map
     from squeal.analysis.optimisation import Optimum, optimise
     from squeal.analysis.pairing import Pairs, compare, mac
+    from squeal.analysis.reduce import reduce
     from squeal.analysis.scatter import Scatter, read_spreads, scatter
-    from squeal.analysis.sensitivity import Sensitivity
+    from squeal.analysis.sensitivity import sensitivity
     from squeal.analysis.state_space import state_space
+    from squeal.analysis.sweep import sweep
+    from squeal.analysis.thresholds import thresholds
     from squeal.analysis.variations import Advice, advise
-    from squeal.analysis.verbs import (
-        eigenvalues,
-        map,
-        reduce,
-        sensitivity,
-        sweep,
-        thresholds,
-    )
     from squeal.errors import ComputationError, InputError
     from squeal.io.scene import Damping, Scene, read_scene
     from squeal.io.system import SystemFile
@@ -46,26 +41,38 @@ if TYPE_CHECKING:
     from squeal.model.contact import Formulation
     from squeal.model.pad import Pad
     from squeal.reports import Report, report
+    from squeal.results.eigenvalues import Eigenvalues
+    from squeal.results.map import Axis, Map
+    from squeal.results.sensitivity import Sensitivity
+    from squeal.results.sweep import Sweep
+    from squeal.results.thresholds import Thresholds
     from squeal.simulation.run import Simulation, simulate
     from squeal.sparse.assembly import Assembly, assemble
     from squeal.sparse.components import Component
     from squeal.sparse.contact_seat import Contact
 
 _HOMES = {
-    "analysis.answers": "Eigenvalues Sweep Thresholds",
     "analysis.check": "Check check",
     "analysis.critical_speeds": "CriticalSpeeds critical_speeds",
     "analysis.cycles": "Cycles cycles",
     "analysis.energy": "Energy energy",
-    "analysis.maps": "Axis Map",
+    "results.map": "Axis Map",
     "analysis.optimisation": "Optimum optimise",
     "analysis.state_space": "state_space",
     "analysis.pairing": "Pairs compare mac",
     "analysis.scatter": "Scatter read_spreads scatter",
-    "analysis.sensitivity": "Sensitivity",
+    "results.sensitivity": "Sensitivity",
     "analysis.variations": "Advice advise",
-    "analysis.verbs": "eigenvalues map reduce sensitivity sweep thresholds",
+    "analysis.eigenvalues": "eigenvalues",
+    "analysis.map": "map",
+    "analysis.reduce": "reduce",
+    "analysis.sensitivity": "sensitivity",
+    "analysis.sweep": "sweep",
+    "analysis.thresholds": "thresholds",
     "io.writing": "Answer Column Table",
+    "results.eigenvalues": "Eigenvalues",
+    "results.sweep": "Sweep",
+    "results.thresholds": "Thresholds",
     "errors": "ComputationError InputError",
     "io.scene": "Damping Scene read_scene",
     "io.system": "SystemFile",

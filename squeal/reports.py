@@ -15,14 +15,19 @@ from pathlib import Path
 from typing import Any
 
 from squeal import __version__
-from squeal.analysis.answers import Eigenvalues, Thresholds, basis_text
 from squeal.analysis.check import Check, check
-from squeal.analysis.sensitivity import Sensitivity
-from squeal.analysis.verbs import Subject, eigenvalues, sensitivity, thresholds
+from squeal.analysis.eigenvalues import eigenvalues
+from squeal.analysis.options import Subject
+from squeal.analysis.sensitivity import sensitivity
+from squeal.analysis.thresholds import thresholds
 from squeal.errors import ComputationError, InputError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Table, number, write_text
+from squeal.results.columns import basis_text
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sensitivity import Sensitivity
+from squeal.results.thresholds import Thresholds
 from squeal.schema import Positive, public
 
 SHAPES = 3  # modes whose shapes are drawn

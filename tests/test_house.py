@@ -95,9 +95,9 @@ def test_the_referee_shares_nothing_with_the_solvers():
             assert shared <= {"squeal.model"}, name
 
 
-def test_there_are_at_most_29_rooms():
+def test_there_are_at_most_30_rooms():
     rooms = {room(name) for name in MODULES if not name.endswith("__main__")}
-    assert len(rooms - {"squeal", "squeal.article"}) <= 29, rooms
+    assert len(rooms - {"squeal", "squeal.article"}) <= 30, rooms
 
 
 def test_contributing_shows_the_house_as_it_is():

@@ -8,8 +8,9 @@ import pytest
 from page.export import bits
 from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, random_scene
-from squeal.analysis.maps import NAMES, angle_axes, stability_map
-from squeal.analysis.pads import analyse, critical_friction
+from squeal.analysis.pads.equilibrium import analyse
+from squeal.analysis.pads.maps import NAMES, angle_axes, stability_map
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium import Path
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, read_scene

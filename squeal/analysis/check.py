@@ -10,8 +10,8 @@ from typing import Annotated, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.matrices import ALL_ROWS, matrix_list, system_checks
+from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import ComputationError
 from squeal.io.system import POINTS, Coordinates
 from squeal.io.writing import Answer, Column, Table, number, picked
@@ -115,7 +115,7 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
     >>> found.free, round(2 * np.pi * found.frequencies_hz[0], 6)
     (1, 2.0)
     """
-    file = Question.of(subject).file
+    file = SystemAnalysis.of(subject).file
     system = file.system.frozen()
     squares, noise = _real_modes(system, modes)
     vibrating = squares[squares > noise]

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
-from squeal.analysis.of_systems import Question
 from squeal.analysis.systems.roots import is_small
+from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import InputError
 from squeal.io.writing import Answer, Column, Table, columns
 from squeal.linear.system import TermSystem
@@ -163,8 +163,8 @@ def critical_speeds(
     >>> [(round(one.speed, 9), one.direction) for one in critical_speeds(tilt, 20.0).critical]
     [(2.0, 'backward')]
     """
-    question = Question.of(subject, band=band, memory=memory)
-    system = question.system
+    analysis = SystemAnalysis.of(subject, band=band, memory=memory)
+    system = analysis.system
     if not system.real:
         raise InputError(f"{system.name}: critical speeds need real matrices")
     if not 0.0 <= low < high:
@@ -173,7 +173,7 @@ def critical_speeds(
         raise InputError("orders: must be numbers above 0")
     speeds = np.linspace(low, high, STEPS + 1)
     if not is_small(system):
-        system = question.reduced(speeds[:: STEPS // 8].tolist())[0].system
+        system = analysis.reduced(speeds[:: STEPS // 8].tolist())[0].system
     diagram = _Campbell(system)
     paths = np.array([diagram.roots(speed) for speed in speeds.tolist()])
     found = []

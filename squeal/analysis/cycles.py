@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import ComputationError
 from squeal.io.scene import COORDINATES, Scene, check_simulation

@@ -24,7 +24,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.answers import Eigenvalues
 from squeal.analysis.systems.sensitivity import at_own_frequency
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import InputError
@@ -38,6 +37,8 @@ from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import Term, TermSystem
 from squeal.model.equations import linearise
 from squeal.numerics.differentiation import Formula
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import PadAnalysis, PadSource
 from squeal.schema import public
 
 NO_CYCLE = 1e-8  # |D| over the sum of its parts below which a root does not oscillate
@@ -191,15 +192,18 @@ def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None)
     >>> print(squeal.energy(squeal.eigenvalues(pair)).sentence(2))
     mode 2, 0.2268 Hz: friction puts in 0.2036 1/s, damping takes 0.101; in all 0.1026 1/s
     """
-    subject, analysis = found.source
     roots = [(mode, e) for mode, e in found.of_modes if e.value.imag >= 0.0]
     if any(not e.right.size for _, e in roots):
         raise InputError("found: roots of a first look have no vectors; eigenvalues has them")
-    if isinstance(subject, Scene):
-        terms = pad_terms(subject.replace(mu=found.value), analysis)
+    source = found.source
+    if isinstance(source, PadSource):
+        assert source.analysis is not None
+        terms = pad_terms(source.scene.replace(mu=found.value), source.analysis)
         slopes = slopes_of(terms, [e for _, e in roots])
         each = [(mode, e, terms, [s[k] for s in slopes]) for k, (mode, e) in enumerate(roots)]
         return _energy(found, each, parts or {})
+    assert source is not None
+    subject = source.file
     system, each = subject.system, []
     for group in [[one] for one in roots] if system.follows else [roots]:
         own = system.frozen(max((e.value.imag for _, e in group), default=None))
@@ -259,7 +263,7 @@ def _role_of(part: str, term: Term, friction: bool) -> str:
     return "damping" if complex_term else "stiffness" if part == "K" else "mass"
 
 
-def pad_terms(scene: Scene, analysis: Any) -> list[NamedTerm]:
+def pad_terms(scene: Scene, analysis: PadAnalysis) -> list[NamedTerm]:
     """The terms of a pad about its equilibrium, which is held: with friction and without."""
     model, q = damped_model(scene), np.array(analysis.q)
     smooth = linearise(model.replace(mu=0.0), q, analysis.state)

@@ -17,23 +17,23 @@ from typing import Annotated, Any
 
 import numpy as np
 
-from squeal.analysis.answers import UNSURE, basis_text
-from squeal.analysis.of_systems import Question
+from squeal.analysis.options import Band, Region
 from squeal.analysis.systems.roots import (
     SystemRoots,
-    Wanted,
     basis_of,
     is_small,
     reduced_for,
     roots_of_all,
     system_roots,
 )
-from squeal.analysis.verbs import Band, Region
+from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import Answer, Column, Table, columns, number, picked
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
 from squeal.linear.sensitivity import sensitivities
+from squeal.results.columns import UNSURE, basis_text
+from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place, Positive, Whole, public
 from squeal.sparse.dense import roots_at
 from squeal.sparse.quadratic import PROGRESS, Progress
@@ -144,7 +144,7 @@ class _Search:
     """The largest growth rates of a system, or a reduced one, over q in [0, 1]^p, shares of the
     ways between bounds (p,)."""
 
-    def __init__(self, model: Any, wanted: Wanted, bounds: Mapping[str, Band]) -> None:
+    def __init__(self, model: Any, wanted: EigenvalueSelection, bounds: Mapping[str, Band]) -> None:
         self.model = model
         self.wanted = wanted
         self.names = list(bounds)
@@ -291,9 +291,9 @@ def optimise(
     (0.5, [-0.005, -0.025])
     """
     at = Place("optimise")
-    question = Question.of(subject, band, region, None, memory, progress)
-    system = question.system
-    wanted = question.wanted
+    analysis = SystemAnalysis.of(subject, band, region, None, memory, progress)
+    system = analysis.system
+    wanted = analysis.selection
     random = np.random.default_rng(seed)
     ends: dict[str, Band] = {}
     for name, (low, high) in bounds.items():
@@ -330,7 +330,7 @@ def optimise(
     PROGRESS.get()("the full system before and after")
     before = system_roots(system, wanted)
     after = system_roots(system, wanted, values)
-    assumptions = question.file.assumptions
+    assumptions = analysis.file.assumptions
     before = replace(before, doubts=(*before.doubts, *assumptions))
     after = replace(after, doubts=(*after.doubts, *assumptions))
     if residual > TOLERANCE:

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from squeal.analysis.answers import Eigenvalues
 from squeal.errors import InputError
 from squeal.io.system import DIRECTIONS, Coordinates, number_in, read_table
 from squeal.io.writing import Answer, Column, Table, columns
 from squeal.linear.matrices import dense, given_matrix
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import SystemSource
 from squeal.schema import POSITIVE, Positive, public
 
 FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
@@ -146,7 +147,7 @@ def compare(
     >>> [(pair.mode, round(pair.mac, 3)) for pair in compare(*both).pairs]
     [(1, 0.999), (2, 0.999)]
     """
-    where = getattr(computed.source[0], "coordinates", None)
+    where = computed.source.file.coordinates if isinstance(computed.source, SystemSource) else None
     modes = _modes(computed, where)
     if isinstance(reference, Eigenvalues):
         _check_rows(reference, computed)

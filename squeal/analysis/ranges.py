@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from squeal.analysis.answers import OPEN
 from squeal.analysis.systems.proofs import HALF_ULP, Statement
 from squeal.errors import InputError
 from squeal.linear.events import Crossing
 from squeal.linear.moduli import Tabulated
 from squeal.linear.system import TermSystem
 from squeal.model.equations import PadModel
+from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:  # scenes start without the referee
     from squeal.proof.ranges import Provider

@@ -20,10 +20,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.analysis.systems.roots import (
     NO_BAND,
-    Wanted,
     basis_of,
     is_small,
     reduced_for,
@@ -39,6 +38,7 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Table, in_order, number, picked, write_text
 from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
+from squeal.results.sources import EigenvalueSelection
 from squeal.schema import (
     FLAG,
     Group,
@@ -255,7 +255,7 @@ class Scatter(Answer):
         return {"scatter": scatter | {"indices": [one._asdict() for one in self.indices]}}
 
 
-Judge = tuple[Any, Wanted, float | None]
+Judge = tuple[Any, EigenvalueSelection, float | None]
 """A subject, its wanted roots, and up to where their first loss of stability is; None of growth."""
 
 
@@ -281,7 +281,9 @@ def _at_loss(values: dict[str, float], found: Outcome, residual: float | None = 
     )
 
 
-def _lost(served: Reduction, wanted: Wanted, high: float, values: dict[str, float]) -> Sample:
+def _lost(
+    served: Reduction, wanted: EigenvalueSelection, high: float, values: dict[str, float]
+) -> Sample:
     """A sample judged by its first loss of stability, located on the full system."""
     try:
         one = served.replaced(values)
@@ -294,7 +296,7 @@ def _lost(served: Reduction, wanted: Wanted, high: float, values: dict[str, floa
     return _at_loss(values, found, float(np.max(one.modes(at)[1], initial=0.0)))
 
 
-def _grown(subject: Any, wanted: Wanted, values: dict[str, float]) -> Sample:
+def _grown(subject: Any, wanted: EigenvalueSelection, values: dict[str, float]) -> Sample:
     """A sample judged by the wanted roots of a scene, a small system or a reduced one."""
     residual = None
     try:
@@ -550,7 +552,7 @@ def scatter(
         points += [np.where(np.arange(count) == i, B, A) for i in range(count)]
     changes = _placed(varied, spreads, np.concatenate(points))
     question = (of, mu_max, band, spreads, options["design"], seed, options["indices"], samples)
-    judge, basis = _judge(varied, of, mu_max, Wanted(band, None, None), changes)
+    judge, basis = _judge(varied, of, mu_max, EigenvalueSelection(band, None, None), changes)
     rows = _computed(varied.subject, changes, judge, workers, journal, question, progress)
     shares: tuple[Index, ...] = ()
     if indices:
@@ -633,7 +635,11 @@ def _computed(
 
 
 def _judge(
-    varied: Varied, of: str, high: float, wanted: Wanted, each: Sequence[dict[str, float]]
+    varied: Varied,
+    of: str,
+    high: float,
+    wanted: EigenvalueSelection,
+    each: Sequence[dict[str, float]],
 ) -> tuple[Judge, dict[str, Any] | None]:
     """What judges samples, and the reduced system that it has. Raises InputError."""
     subject, losses = varied.subject, of == "threshold"

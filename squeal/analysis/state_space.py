@@ -6,7 +6,7 @@ import control
 import numpy as np
 from control import StateSpace
 
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
 from squeal.linear.matrices import EPS, state_matrices

@@ -15,10 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.answers import Thresholds, valued
-from squeal.analysis.pads import MU_MAX
-from squeal.analysis.stack import PadStack, parameters
-from squeal.analysis.verbs import Progress, thresholds
+from squeal.analysis.options import Progress
+from squeal.analysis.pads.stack import PadStack, parameters
+from squeal.analysis.thresholds import MU_MAX, thresholds
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene
@@ -26,6 +25,8 @@ from squeal.io.writing import Answer, Column, Table, columns, number, picked, un
 from squeal.linear import GROWING
 from squeal.linear.system import TermSystem
 from squeal.model.pad import PARAMETERS
+from squeal.results.columns import parameter_entry
+from squeal.results.thresholds import Thresholds
 from squeal.schema import Place, Positive, public
 
 ROUNDING = 1e-11  # relative: what a query and a stack may differ by
@@ -276,7 +277,7 @@ class Advice(Answer):
         return [self.table(), self.line()]
 
     def to_dict(self) -> dict[str, Any]:
-        head = {**valued(self.name, self.mu), "mu_max": self.mu_max}
+        head = {**parameter_entry(self.name, self.mu), "mu_max": self.mu_max}
         head |= picked(self.nominal, "critical kind frequency_hz")
         return head | {"levers": [asdict(one) for one in self.levers], "advice": self.line()}
 

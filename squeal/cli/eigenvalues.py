@@ -68,7 +68,7 @@ def run(given: argparse.Namespace) -> Reply:
         how = picked(given, "method workers")
         sweep = squeal.sweep(swept, given.values, **how, **asked)
     needed = (given.sensitivity, given.energy, given.change, given.shape, given.shapes, given.test)
-    look = sweep if sweep and sweep.looked and not any(needed) else None  # it has no vectors
+    look = sweep if sweep and sweep.is_first_look and not any(needed) else None  # it has no vectors
     spectrum = squeal.eigenvalues(subject, given.at, look=look, prove=given.prove, **asked)
     pairs = [squeal.compare(spectrum, given.test)] if given.test else []
     answers: list[Any] = [spectrum]

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 import squeal
-from squeal.analysis.of_systems import Question
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.analysis.systems.matrices import write_assembly, write_system
+from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import refuse, take
 from squeal.cli.streams import steps
@@ -54,7 +54,7 @@ def run(given: argparse.Namespace) -> Reply:
         system = subject.system
     else:
         asked: Any = picked(given, "band region memory") | {"progress": steps()}
-        reduction, basis = Question.of(subject, **asked).reduced(given.values, given.method)
+        reduction, basis = SystemAnalysis.of(subject, **asked).reduced(given.values, given.method)
         if reduction.spurious:
             words = f"the reduced system has {reduction.spurious} roots that the full one has not"
             warnings.warn(words, InputWarning, stacklevel=2)

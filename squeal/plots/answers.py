@@ -8,12 +8,11 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from squeal.analysis import of_systems, pads
-from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
 from squeal.analysis.critical_speeds import CriticalSpeeds
 from squeal.analysis.cycles import Cycles
-from squeal.analysis.maps import Map
 from squeal.analysis.scatter import Scatter
+from squeal.analysis.sweep import eigenvalue_paths
+from squeal.analysis.thresholds import critical_friction
 from squeal.errors import InputError
 from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import Scene
@@ -22,6 +21,11 @@ from squeal.plots import campbell, coupling, cycles, maps, modes, motion
 from squeal.plots.damping import damping_drawing
 from squeal.plots.scatter import scatter_drawing
 from squeal.plots.style import Drawing, save
+from squeal.results.eigenvalues import Eigenvalues, mode_shapes
+from squeal.results.map import Map
+from squeal.results.sources import PadSource, SystemSource
+from squeal.results.sweep import Sweep
+from squeal.results.thresholds import Thresholds
 from squeal.simulation.run import Simulation
 
 
@@ -43,20 +47,23 @@ def drawing(answer: Answer, name: str = "", **more: Any) -> Drawing:
 
 def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Drawing:
     """Eigenvalues in the complex plane, of a pad with mode shapes; or the `shape` of one mode."""
-    subject, analysis = answer.source
+    source = answer.source
     if shape is not None:
         return _mode_shape(answer, name, shape)
-    if not isinstance(subject, Scene):
+    if not isinstance(source, PadSource):
         return modes.modes_drawing(name, answer.eigenvalues)
-    shapes = pads.mode_shapes(analysis.spectrum, (1.0, 1.0, subject.pad.w))
-    figure = modes.pad_figure(subject.pad, analysis.q, shapes, answer.eigenvalues)
+    pad = source.scene.pad
+    assert source.analysis is not None
+    shapes = mode_shapes(source.analysis.spectrum, (1.0, 1.0, pad.w))
+    figure = modes.pad_figure(pad, source.analysis.q, shapes, answer.eigenvalues)
     return modes.modes_drawing(name, answer.eigenvalues, figure)
 
 
 def _mode_shape(answer: Eigenvalues, name: str, shape: int) -> Drawing:
     """A mode, by its number, on the nodes of a system. Raises InputError without nodes or mode."""
-    subject, _ = answer.source
-    if getattr(subject, "coordinates", None) is None:
+    source = answer.source
+    coordinates = source.file.coordinates if isinstance(source, SystemSource) else None
+    if coordinates is None:
         raise InputError("shape: needs a system with `coordinates: {file: nodes.csv}` in its file")
     numbers = answer.modes.tolist()
     count = max(numbers, default=0)
@@ -66,35 +73,39 @@ def _mode_shape(answer: Eigenvalues, name: str, shape: int) -> Drawing:
     root = answer.eigenvalues[numbers.index(shape)]
     growth = f"growth rate {number(root.growth_rate)} 1/s"
     words = f"mode {shape}, {number(root.frequency_hz)} Hz, {growth}"
-    return modes.shape_drawing(name, words, subject.coordinates, root.right)
+    return modes.shape_drawing(name, words, coordinates, root.right)
 
 
-def _thresholds_of_pad(found: Thresholds, name: str, low: float, high: float) -> Drawing:
-    swept = pads.along(found, low, high)
-    return coupling.sweep_drawing(name, swept, found, (low, high), found.source[0].pad.mu)
+def _thresholds_of_pad(
+    scene: Scene, found: Thresholds, name: str, low: float, high: float
+) -> Drawing:
+    swept = eigenvalue_paths(found, low, high)
+    return coupling.sweep_drawing(name, swept, found, (low, high), scene.pad.mu)
 
 
 def _sweep(answer: Sweep, name: str, damping: bool = False) -> Drawing:
     """Modes over the parameter, or with `damping` their damping ratios over frequency."""
     if damping:
         return damping_drawing(name, answer)
-    if not isinstance(answer.source, Scene):
+    if not isinstance(answer.source, PadSource):
         return coupling.sweep_drawing(name, answer)
+    scene = answer.source.scene
+    low = answer.steps[0].value
     high = answer.steps[-1].value
-    found = pads.critical_friction(answer.source, high)
-    return _thresholds_of_pad(found, name, answer.steps[0].value, high)
+    return _thresholds_of_pad(scene, critical_friction(scene, high), name, low, high)
 
 
 def _thresholds(answer: Thresholds, name: str, high: float | None = None) -> Drawing:
-    if isinstance(answer.source[0], Scene):
-        return _thresholds_of_pad(answer, name, answer.low, high or answer.high)
-    return coupling.sweep_drawing(name, of_systems.along(answer), answer)
+    if isinstance(answer.source, PadSource):
+        scene = answer.source.scene
+        return _thresholds_of_pad(scene, answer, name, answer.low, high or answer.high)
+    return coupling.sweep_drawing(name, eigenvalue_paths(answer, answer.low, answer.high), answer)
 
 
 def _map(answer: Map, name: str) -> Drawing:
-    scene = answer.source[0]
-    if not isinstance(scene, Scene):
+    if not isinstance(answer.source, PadSource):
         return maps.map_drawing(name, answer)
+    scene = answer.source.scene
     own = (getattr(scene.pad, answer.axes[0].name), getattr(scene.pad, answer.axes[1].name))
     level = None
     if answer.quantity is not None and answer.quantity[0] == "critical-friction":

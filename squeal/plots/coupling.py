@@ -14,12 +14,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.analysis.answers import Step, Sweep, Thresholds, onset_of
 from squeal.linear import GROWING, Eigenvalue
 from squeal.linear.events import hertz_of
 from squeal.plots.maps import COLOUR_OF, symbol_of
 from squeal.plots.modes import NAME, RED
 from squeal.plots.style import DOUBLE, Drawing, frequency_limits, hertz, origin, state_label, style
+from squeal.results.columns import onset_column
+from squeal.results.sweep import Step, Sweep
+from squeal.results.thresholds import Thresholds
 
 NO_EQUILIBRIUM = "no equilibrium"
 FREQUENCY = "frequency [Hz]"
@@ -262,7 +264,7 @@ def _onsets(sweep: Sweep, found: Thresholds | None) -> dict[str, Artist]:
     """What a legend says of the first modes that grow: from where on."""
     at = symbol_of(sweep.parameter)
     if found is None:
-        between = onset_of(sweep.parameter).cell
+        between = onset_column(sweep.parameter).cell
         began = [mode for mode in sweep.modes if mode.onset is not None]
         texts = [f"mode {m.mode}: growth begins at {at} = {between(m)}" for m in began]
     else:

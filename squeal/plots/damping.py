@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squeal.analysis.answers import Sweep
 from squeal.plots.maps import symbol_of
 from squeal.plots.modes import RED
 from squeal.plots.style import DOUBLE, Drawing, frequency_limits, origin, style
+from squeal.results.sweep import Sweep
 
 COLOURS = ("#C8380E", "#0072B2", "#6A1B7B", "#009E73", "#E69F00", "#56B4E9")
 """Of modes that grow, the fastest first, and of the partners that they meet."""

@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.analysis.maps import NAMES, QUANTITIES, Map
+from squeal.analysis.pads.maps import NAMES, QUANTITIES
 from squeal.plots.style import SINGLE, Drawing, literal, origin, style
+from squeal.results.map import Map
 
 VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#E0B040")
-"""Colours of `squeal.analysis.maps.NAMES`: stable, marginal, flutter, divergence, beyond a fold,
-unknown."""
+"""Colours of `NAMES`: stable, marginal, flutter, divergence, beyond a fold, unknown."""
 COLOUR_OF = dict(zip(NAMES, VERDICT_COLOURS, strict=True))
 QUARTERS = ([0.0, 0.25, 0.5, 0.75, 1.0], ["$0$", r"$\pi/4$", r"$\pi/2$", r"$3\pi/4$", r"$\pi$"])
 THRESHOLD, OWN_LEVEL = "#E69F00", "#C8380E"  # curves: continued, and where the level is the scene's

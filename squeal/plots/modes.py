@@ -13,7 +13,6 @@ from matplotlib.patches import Rectangle
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
-from squeal.analysis.answers import ModeShape
 from squeal.io.shapes import displacements, outer_faces
 from squeal.io.system import Coordinates
 from squeal.linear import GROWING, Eigenvalue
@@ -28,6 +27,7 @@ from squeal.plots.style import (
     origin,
     style,
 )
+from squeal.results.eigenvalues import ModeShape
 
 LARGEST = 0.35  # drawn size of the largest of x, y, w theta, in half lengths
 LARGEST_OF_NODES = 0.08  # of the body's size: the largest displacement of nodes as drawn

@@ -7,9 +7,10 @@ import pytest
 from scipy.sparse import csc_array, diags_array, eye_array, issparse
 
 import squeal
-from squeal.analysis.systems.roots import Wanted, system_roots
+from squeal.analysis.systems.roots import system_roots
 from squeal.errors import InputError, InputWarning
 from squeal.linear.system import Term, TermSystem, without_supports
+from squeal.results.sources import EigenvalueSelection
 
 CHAIN = "1,1,1,1,3\n1,1,2,1,-1\n2,1,2,1,2\n"
 MASS = "1,1,1,1,1\n2,1,2,1,1\n"
@@ -86,7 +87,7 @@ def test_a_root_within_its_error_of_the_end_is_listed_and_not_certified(rows, si
         return tuple(replace(root, error=2e-3, rounding=2e-3) for root in roots)
 
     end = 5.0 + side * 1e-3
-    wanted = Wanted((0.5 / (2 * np.pi), end / (2 * np.pi)))
+    wanted = EigenvalueSelection((0.5 / (2 * np.pi), end / (2 * np.pi)))
     found = system_roots(system, wanted, bounded=bounded)
     assert [e.value.imag for e in found.eigenvalues] == pytest.approx([1, 2, 3, 4, 5])
     assert not found.certified

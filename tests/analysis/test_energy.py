@@ -168,9 +168,9 @@ def test_a_pad_is_fed_by_friction_alone_and_a_divergence_by_no_cycle():
     assert fed["friction"] == pytest.approx(found.unstable[0].growth_rate, rel=1e-9)
     assert fed["springs and contact"] == pytest.approx(0.0, abs=1e-8)
     whole = {part: np.zeros((3, 3)) for part in "MCK"}
-    for term in pad_terms(scene.replace(mu=0.4), found.source[1]):
+    for term in pad_terms(scene.replace(mu=0.4), found.source.analysis):
         whole[term.part] = whole[term.part] + term.matrix
-    given = zip("MCK", found.source[1].matrices, strict=True)
+    given = zip("MCK", found.source.analysis.matrices, strict=True)
     assert all(np.allclose(whole[part], X, rtol=1e-14) for part, X in given)
     column = squeal.System(EYE, K={"1": STIFF, "mu": -STIFF}, parameters={"mu": 1.5})
     answer = squeal.energy(squeal.eigenvalues(column))

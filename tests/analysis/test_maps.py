@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.maps import NAMES, Axis, angle_axes, codes_at, stability_map
-from squeal.analysis.pads import analyse, critical_friction
-from squeal.analysis.stack import QUIET, PadStack
+from squeal.analysis.pads.equilibrium import analyse
+from squeal.analysis.pads.maps import NAMES, angle_axes, codes_at, stability_map
+from squeal.analysis.pads.stack import QUIET, PadStack
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium import sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation
 from squeal.model.equations import about_origin
 from squeal.model.pad import Pad
+from squeal.results.map import Axis
 from tests.conftest import HAMMERING, ROOT, scene_of
 
 MATRIX = Damping(matrix=((60.0, 10.0, 0.2), (10.0, 90.0, -0.1), (0.2, -0.1, 0.08)))

@@ -5,8 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import analyse, mode_shapes
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.linear import complex_eigenvalues
+from squeal.results.eigenvalues import mode_shapes
 from tests.conftest import scene_of
 from tests.known import coupled
 

@@ -10,10 +10,11 @@ from scipy.sparse import coo_array
 
 import squeal
 from squeal.analysis.systems import roots
-from squeal.analysis.systems.roots import Wanted, system_roots
+from squeal.analysis.systems.roots import system_roots
 from squeal.errors import ComputationError, MatrixError
 from squeal.linear.eigen import spectrum_of
 from squeal.linear.system import Term
+from squeal.results.sources import EigenvalueSelection
 from tests.conftest import ROOT
 from tests.known import system_of
 
@@ -35,8 +36,8 @@ def test_some_roots_alone_never_say_stable(n, growth):
     lowest = system_roots(system)
     assert lowest.verdict == (whole if n == 100 else None)
     assert lowest.certified  # of the disc that is named
-    above = system_roots(system, Wanted(band=(HIGH - 100, HIGH + 100)))
-    below = system_roots(system, Wanted(band=(5.0, 205.0)))
+    above = system_roots(system, EigenvalueSelection(band=(HIGH - 100, HIGH + 100)))
+    below = system_roots(system, EigenvalueSelection(band=(5.0, 205.0)))
     assert above.verdict == (whole if n == 100 or growth > 0 else None)
     assert below.verdict == ("stable" if n == 100 and growth < 0 else None)
     assert len(below.eigenvalues) == 20
@@ -59,7 +60,7 @@ def test_a_root_that_does_not_solve_the_equations_decides_nothing():
     assert all(e.value.real <= 1e-6 * abs(e.value) for e in solved)
 
 
-@pytest.mark.parametrize("wanted", [Wanted(), Wanted(modes=3)])
+@pytest.mark.parametrize("wanted", [EigenvalueSelection(), EigenvalueSelection(modes=3)])
 def test_a_list_that_lacks_a_root_is_not_certified(wanted, monkeypatch):
     whole, system = spectrum_of, brake(10, -20.0)
     assert system_roots(system, wanted).certified
@@ -90,7 +91,7 @@ def chain(held=(), mass=None):
 
 @pytest.mark.parametrize("penalty", [1e22, 1e36])
 def test_a_penalty_of_a_large_system_is_a_support(penalty):
-    found = system_roots(chain([(0, penalty), (700, penalty)]), Wanted(modes=6))
+    found = system_roots(chain([(0, penalty), (700, penalty)]), EigenvalueSelection(modes=6))
     lengths = 700, ROWS - 700  # springs between supports
     free = [2e3 * np.sin(np.pi * k / (2 * n)) for n in lengths for k in range(1, 7)]
     exact = np.sqrt(np.sort(free)[:6] ** 2 - 0.2**2)
@@ -104,12 +105,12 @@ def test_a_large_pencil_that_is_singular_everywhere_is_refused():
     K[0, :] = K[:, 0] = 0.0
     alone = replace(empty, C=(), K=(Term(sparse.csc_array(K)),))
     with pytest.raises(MatrixError, match="row 1 of M, C and K is empty"):
-        system_roots(alone, Wanted(band=(1.0, 9.0)))
+        system_roots(alone, EigenvalueSelection(band=(1.0, 9.0)))
     turned = np.array([[1.0, -1.0], [-1.0, 1.0]])
     M, K = (sparse.block_diag([turned, X.matrix]) for X in (*chain().M, *chain().K))
     hidden = system_of(sparse.csc_array(M), None, sparse.csc_array(K))
     with pytest.raises(ComputationError, match="share a null vector"):
-        system_roots(hidden, Wanted(band=(1.0, 9.0)))
+        system_roots(hidden, EigenvalueSelection(band=(1.0, 9.0)))
 
 
 # A small rotor against ROSS: `tests/data/rotor.py` says how its numbers were made

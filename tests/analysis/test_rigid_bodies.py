@@ -7,14 +7,15 @@ import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
 import squeal
-from squeal.analysis.maps import Axis
-from squeal.analysis.systems.roots import Wanted, system_roots
+from squeal.analysis.systems.roots import system_roots
 from squeal.analysis.systems.thresholds import system_thresholds
+from squeal.results.map import Axis
+from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
 from tests.known import affine, system_of
 
 N, SPRING = 90, 1e6
-SLOW = Wanted(band=(0.0, 60.0))
+SLOW = EigenvalueSelection(band=(0.0, 60.0))
 
 
 @pytest.fixture(autouse=True)
@@ -45,7 +46,7 @@ def diagonal(decay, stiffness):
 
 
 @pytest.mark.parametrize(("lengths", "mass"), [((N,), 1.0), ((20, 30, 40), 0.1)])
-@pytest.mark.parametrize("wanted", [SLOW, Wanted(modes=11)])
+@pytest.mark.parametrize("wanted", [SLOW, EigenvalueSelection(modes=11)])
 def test_a_free_chain_is_marginal_and_its_zero_roots_are_two_each(lengths, mass, wanted):
     roots = system_roots(chains(lengths, mass), wanted)
     values, zeros = np.array([e.value for e in roots.eigenvalues]), 2 * len(lengths)
@@ -109,7 +110,7 @@ def test_so_many_lowest_modes_are_listed_as_are_requested(modes):
     omega = np.linspace(10.0, 5000.0, N)
     omega[6:9] = omega[7]
     decay = np.where(np.arange(N) < 3, 4.0, 0.02)
-    lowest = system_roots(diagonal(decay * omega, omega**2), Wanted(modes=modes))
+    lowest = system_roots(diagonal(decay * omega, omega**2), EigenvalueSelection(modes=modes))
     turn = np.sqrt(decay**2 / 4 - 1 + 0j)
     upper = np.sort(np.abs(np.r_[omega * (turn - decay / 2), (-omega * (turn + decay / 2))[:3]]))
     assert (len(lowest.eigenvalues), lowest.certified) == (modes, True)
@@ -121,7 +122,7 @@ def test_so_many_lowest_modes_are_listed_as_are_requested(modes):
 def test_a_region_that_begins_on_the_real_axis_holds_it(rows, low):
     omega = np.linspace(10.0, 500.0, rows)
     decay = omega * np.where(np.arange(rows) % 3 == 0, 3.0, 0.1)
-    region = Wanted(region=Rectangle(-150.0, 10.0, low, 60.0))
+    region = EigenvalueSelection(region=Rectangle(-150.0, 10.0, low, 60.0))
     inside = system_roots(diagonal(decay, omega**2), region)
     real = np.outer([-1.5 + math.sqrt(1.25), -1.5 - math.sqrt(1.25)], omega[::3])
     upper = np.sum(omega[np.arange(rows) % 3 != 0] * math.sqrt(1 - 0.0025) < 60.0)
@@ -140,7 +141,10 @@ def two_pairs(rows, c):
 
 @pytest.mark.parametrize("c", [0.0, 0.1])
 def test_a_band_of_a_small_system_is_judged_as_that_of_its_large_twin(c):
-    wanted, exact = Wanted(band=(100.0, 200.0)), math.sqrt(5e4**2 + c**2 * 1.05e6) / 1e5
+    wanted, exact = (
+        EigenvalueSelection(band=(100.0, 200.0)),
+        math.sqrt(5e4**2 + c**2 * 1.05e6) / 1e5,
+    )
     for rows, outside in ((10, 1), (N, None)):
         located = system_thresholds(two_pairs(rows, c), 1.0, wanted=wanted)
         assert located.verdict == ("stable" if c else "marginal")
@@ -159,7 +163,9 @@ def test_the_zero_roots_of_a_small_body_are_counted_beside_stiff_motions(stiff, 
     rng = np.random.default_rng(seed)
     turn = np.linalg.qr(rng.standard_normal((6, 6)))[0]
     K = turn @ np.diag([0.0, 1e4, stiff, 2 * stiff, 3 * stiff, 4 * stiff]) @ turn.T
-    roots = system_roots(system_of(np.eye(6), None, (K + K.T) / 2), Wanted(band=(0.0, 40.0)))
+    roots = system_roots(
+        system_of(np.eye(6), None, (K + K.T) / 2), EigenvalueSelection(band=(0.0, 40.0))
+    )
     assert [e.value.imag for e in roots.eigenvalues] == pytest.approx([0.0, 0.0, 100.0], rel=1e-6)
     assert roots.certified
 
@@ -174,7 +180,7 @@ def test_damped_free_bodies_stay_real_beside_a_structural_loss_factor(rows, seed
     damping, squares = np.full(20, 0.2), np.r_[0.0, 0.0, np.linspace(5.0, 50.0, 18) ** 2]
     damping[:2] = 0.1, 0.4
     M, C, K = (Q.T @ X @ Q for X in (np.eye(20), np.diag(damping), np.diag(squares * (1 + 0.01j))))
-    found = system_roots(system_of(M, C, K), Wanted(modes=6))
+    found = system_roots(system_of(M, C, K), EigenvalueSelection(modes=6))
     values = np.sort([e.value.real for e in found.eigenvalues if abs(e.value.imag) < 1e-6])
     assert np.allclose(values, [-0.4, -0.1, 0.0, 0.0], atol=1e-9)
     assert len(found.eigenvalues) == 6

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.pads import analyse, branch_system, critical_friction
-from squeal.analysis.sensitivity import of_threshold
-from squeal.analysis.stack import parameters
+from squeal.analysis.pads.equilibrium import analyse, branch_system
+from squeal.analysis.pads.sensitivity import of_threshold
+from squeal.analysis.pads.stack import parameters
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium.damping import normalised_damping, normalised_damping_slope
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene

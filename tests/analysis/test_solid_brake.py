@@ -5,8 +5,9 @@ import pytest
 from scipy.linalg import eigvals
 
 import squeal
-from squeal.analysis.systems.roots import Wanted, system_roots
+from squeal.analysis.systems.roots import system_roots
 from squeal.io.system_files import read_system
+from squeal.results.sources import EigenvalueSelection
 
 pytest.importorskip("skfem")
 from squeal.examples.brake import solid_brake, write_brake
@@ -36,7 +37,7 @@ def test_friction_is_the_normal_force_along_the_motion(brake):
 
 
 def test_it_squeals_with_friction_and_not_without(brake):
-    wanted = Wanted(band=(500.0, 8000.0))
+    wanted = EigenvalueSelection(band=(500.0, 8000.0))
     still = system_roots(brake.system, wanted, {"mu": 0.0})
     loud = system_roots(brake.system, wanted, {"mu": 0.6})
     assert (still.verdict, loud.verdict) == (None, "flutter")

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.analysis.state_space import state_space
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.scene import Damping

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.pads import critical_friction, with_places
 from squeal.analysis.ranges import pad_statement
+from squeal.analysis.thresholds import critical_friction, with_statement
 from squeal.equilibrium.damping import without_friction
 from tests.conftest import scene_of
 
@@ -61,7 +61,7 @@ def test_a_pad_whose_loss_is_left_out_is_open():
         said, places = pad_statement(model, start, crossings, 0.4, None, 1e4, None)
         assert said.status == "open"
         assert "disagrees" in said.reason
-        shown = with_places(answer, said, places)
+        shown = with_statement(answer, said, places)
         assert not shown.certified
         assert shown.proof["growth_below"] is None
 

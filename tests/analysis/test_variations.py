@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.pads import critical_friction
+from squeal.analysis.thresholds import critical_friction
 from squeal.analysis.variations import advise
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene, read_scene

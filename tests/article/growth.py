@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads import at_equilibrium
+from squeal.analysis.pads.equilibrium import at_equilibrium
 from squeal.equilibrium import Equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.io.scene import Scene

@@ -6,7 +6,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.article.figures import control as figure
 from squeal.article.studies import eigenvalues
 from squeal.article.studies.eigenvalues import FrictionLoop, Loop

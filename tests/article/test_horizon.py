@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from benchmarks.horizon import STORED, compute, lyapunov_exponent
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.article.figures import horizon as horizon_figure
 from squeal.article.report.tables import horizons as horizon_table
 from squeal.article.studies import _independent

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import BEYOND_FOLD, on_grid
+from squeal.analysis.pads.maps import BEYOND_FOLD, on_grid
 from squeal.article.equations import bounds
 from squeal.article.studies import map_ranges as ranges_study
 from squeal.io.scene import read_scene

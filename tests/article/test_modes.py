@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import block_diag
 
 import squeal
-from squeal.analysis.pads import critical_friction
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.studies._modes import sweep_modes, track
 from squeal.errors import ComputationError
 from squeal.linear import complex_eigenvalues

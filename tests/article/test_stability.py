@@ -6,8 +6,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import angle_axes
-from squeal.analysis.pads import analyse, at_equilibrium, critical_friction
+from squeal.analysis.pads.equilibrium import analyse, at_equilibrium
+from squeal.analysis.pads.maps import angle_axes
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.figures import coupling, modes
 from squeal.article.figures import quasi_static as quasi_static_figure
 from squeal.article.records import Missing

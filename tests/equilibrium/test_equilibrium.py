@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from benchmarks.random_pads import APART, examine
-from squeal.analysis.pads import critical_friction
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium import Path, find_all, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene

@@ -4,7 +4,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import critical_friction
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium import Path
 from squeal.equilibrium import path as one_pad
 from squeal.io.scene import Damping, Scene, read_scene

@@ -6,8 +6,9 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import NAMES, codes_at
-from squeal.analysis.pads import analyse, critical_friction
+from squeal.analysis.pads.equilibrium import analyse
+from squeal.analysis.pads.maps import NAMES, codes_at
+from squeal.analysis.thresholds import critical_friction
 from squeal.analysis.variations import advise
 from squeal.article.commands.sliding import judged_equilibria
 from squeal.equilibrium import find_all, sliding_equilibrium

@@ -84,7 +84,7 @@ def test_modes_of_a_reduced_assembly_are_paired_on_all_nodes(brake, tmp_path, ca
     """Shapes of the full model, written as a test of two nodes inside, name the reduced modes."""
     path, bodies, contact = brake
     full = squeal.eigenvalues(squeal.read_system(path), band=BAND)
-    where, inside = full.source[0].coordinates, set(bodies[0].nodes) - set(contact.pairs[:, 0])
+    where, inside = full.source.file.coordinates, set(bodies[0].nodes) - set(contact.pairs[:, 0])
     chosen = [where.names.index(f"disc {node}") for node in sorted(inside)[:2]]
     upper = dict(zip(full.modes.tolist(), full.eigenvalues, strict=True))
     heads = [f"{where.names[k]}:{way}" for k in chosen for way in "xyz"]

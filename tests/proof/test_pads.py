@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.random_pads import examine
-from squeal.analysis.pads import critical_friction
+from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium.damping import damped_model, without_friction
 from squeal.io.scene import Damping
 from squeal.model.equations import linearise
@@ -172,7 +172,7 @@ def test_damped_pads_by_eigenvalues_at_40_digits(stem, ratio):
     answer = critical_friction(scene, prove=True)
     assert answer.proof["status"] == "proved", answer.proof_line
     model = damped_model(scene)
-    path = answer.source[1]
+    path = answer.source.branch
     edges = [0.0]
     for one in answer.crossings:
         edges += list(one.interval)

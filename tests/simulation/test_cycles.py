@@ -9,7 +9,7 @@ import pytest
 
 import squeal
 from squeal.analysis.cycles import Cycles
-from squeal.analysis.pads import critical_friction
+from squeal.analysis.thresholds import critical_friction
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Point, Shooting, _return

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.equilibrium.damping import damping_matrix
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, read_scene

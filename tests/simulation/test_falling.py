@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.article.identify.ensemble import simulate_many
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import COORDINATES, Damping, Scene, read_scene

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import analyse
+from squeal.analysis.pads.equilibrium import analyse
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation

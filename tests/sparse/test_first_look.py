@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.systems.roots import Wanted, reduced_for
+from squeal.analysis.systems.roots import reduced_for
 from squeal.errors import InputError, InputWarning
 from squeal.linear import GROWING
 from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
+from squeal.results.sources import EigenvalueSelection
 from squeal.sparse import first_look
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.first_look import FirstLook
@@ -36,7 +37,7 @@ def random_brake(seed):
 
 
 def look_at(system, values=VALUES, **wanted):
-    look = reduced_for(system, Wanted(**wanted or {"band": BAND}), values, "modal")
+    look = reduced_for(system, EigenvalueSelection(**wanted or {"band": BAND}), values, "modal")
     assert isinstance(look, FirstLook)
     return look
 
@@ -153,7 +154,7 @@ def test_a_small_system_has_the_roots_of_its_companion_matrix(method, n, kind):
         A = np.linalg.solve(M, np.hstack([-K, np.zeros((n, n)) if C is None else -C]))
         roots[mu] = np.linalg.eigvals(np.vstack([np.eye(2 * n)[n:], A]))
     for band in bands_of(f):
-        region = Wanted(band).rectangle
+        region = EigenvalueSelection(band).rectangle
         for step in squeal.sweep(system, values, band, method=method).steps:
             every = roots[step.value]
             inside = every[region.contains(every) & (every.imag >= (kind == "complex") * -1e-3)]

@@ -7,13 +7,16 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from squeal.analysis.answers import OPEN, Sweep, Thresholds
 from squeal.analysis.systems.proofs import Data
-from squeal.analysis.systems.roots import Known, Wanted, is_small, system_roots
+from squeal.analysis.systems.roots import Known, is_small, system_roots
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
 from squeal.linear.digits import data_errors, has_digits, known_to_digits
 from squeal.linear.system import TermSystem
+from squeal.results.columns import OPEN
+from squeal.results.sources import EigenvalueSelection
+from squeal.results.sweep import Sweep
+from squeal.results.thresholds import Thresholds
 
 
 def error_bounds(file: SystemFile, system: TermSystem) -> Callable[[Known], Known] | None:
@@ -67,7 +70,7 @@ def accuracy_by_digits(file: SystemFile, roots: Known) -> str:
     return f"roots that are not open are known to {number(share, 2)} by {digits_of_files(file)}"
 
 
-def _open_at(file: SystemFile, wanted: Wanted, value: float) -> str:
+def _open_at(file: SystemFile, wanted: EigenvalueSelection, value: float) -> str:
     """Why the verdict at a value of the parameter is open by the digits of files; empty if not."""
     system = file.system.replace({file.system.parameter: value})
     bounded = error_bounds(file, system)
@@ -78,7 +81,9 @@ def _open_at(file: SystemFile, wanted: Wanted, value: float) -> str:
     return reason.removeprefix(OPEN)
 
 
-def thresholds_as_known(file: SystemFile, wanted: Wanted, answer: Thresholds) -> Thresholds:
+def thresholds_as_known(
+    file: SystemFile, wanted: EigenvalueSelection, answer: Thresholds
+) -> Thresholds:
     """Thresholds that are not certified where something was assumed or the digits of files leave
     growth open at the lower end, where there is then no verdict."""
     reason = _open_at(file, wanted, answer.low)
@@ -100,7 +105,7 @@ def thresholds_as_known(file: SystemFile, wanted: Wanted, answer: Thresholds) ->
     return replace(answer, certified=False, verdict=verdict, **more)
 
 
-def sweep_as_known(file: SystemFile, wanted: Wanted, answer: Sweep) -> Sweep:
+def sweep_as_known(file: SystemFile, wanted: EigenvalueSelection, answer: Sweep) -> Sweep:
     """A sweep none of whose values is certified where something was assumed, and without a verdict
     where the digits of files leave growth open."""
     rows = []

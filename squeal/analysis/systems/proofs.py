@@ -10,12 +10,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.answers import OPEN
 from squeal.errors import InputWarning
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue, growing, ordered
 from squeal.linear.matrices import dense
 from squeal.linear.system import Matrix
+from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:
     from squeal.proof import Proof, Quadratic

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.answers import OPEN
 from squeal.analysis.systems.matrices import ALL_ROWS
 from squeal.analysis.systems.proofs import Data, Statement, counted, refereed
 from squeal.errors import ComputationError, InputError, InputWarning
@@ -36,8 +35,9 @@ from squeal.linear.eigen import (
 )
 from squeal.linear.matrices import checked, rank_of, reduce, unit_diagonal
 from squeal.linear.system import Matrix, TermSystem
-from squeal.schema import Place, row
-from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots, disc_around
+from squeal.results.columns import OPEN
+from squeal.results.sources import LOWEST, EigenvalueSelection
+from squeal.sparse.argument_principle import Disc, Rectangle, count_roots, disc_around
 from squeal.sparse.dense import dense_spectrum, dense_values
 from squeal.sparse.dispersive import (
     DispersiveReduction,
@@ -51,7 +51,6 @@ from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
 
 LOOSE = 0.1  # of the end of a region: errors above are no estimate of where a root may lie
 ROUGH = 1e-3  # of |lambda|: what roots that were seen on the way may be off
-MODES = 20  # of a larger system where nothing else is wanted
 NO_ROOT = "no root"  # the verdict on a band or region without one
 NO_BAND = (
     "band: is missing, such as --band 500:5000 (Hz); systems of more than 400 rows, complex "
@@ -59,47 +58,7 @@ NO_BAND = (
 )
 Changes = Mapping[str, float]
 Known = tuple[Eigenvalue, ...]
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """Roots of a band (Hz) or of a region, or the lowest ones; of a band the lowest `modes`.
-
-    Raises InputError when made with a band and a region, or with what is none.
-    """
-
-    band: tuple[float, float] | None = None
-    region: Rectangle | None = None
-    modes: int | None = None
-
-    def __post_init__(self) -> None:
-        if self.band is not None and self.region is not None:
-            raise InputError("band, region: one of them is allowed")
-        if self.band is not None:
-            band(*row(2).read(self.band, Place("band")))
-
-    @property
-    def rectangle(self) -> Rectangle | None:
-        """The region, or that of the band; None if neither is given.
-
-        What begins or ends on the real axis holds it.
-        """
-        region = self.region if self.band is None else band(*self.band)
-        if region is None or (region.low_imag and region.high_imag):
-            return region
-        edge = 1e-6 * max(region.high_imag, -region.low_imag)
-        low, high = region.low_imag or -edge, region.high_imag or edge
-        return replace(region, low_imag=low, high_imag=high)
-
-    def words(self, count: int | None = None) -> str:
-        """The same in words, for people; of the lowest modes the `count` that were found."""
-        if self.band is not None:
-            return f"{self.band[0]:g} to {self.band[1]:g} Hz"
-        if self.region is not None:
-            r = self.region
-            return f"{r.low_real:g} < Re < {r.high_real:g}, {r.low_imag:g} < Im < {r.high_imag:g}"
-        modes = self.modes or MODES
-        return f"the lowest {modes if count is None else min(count, modes)} modes"
+Bounded = Callable[[Known], Known]
 
 
 def is_small(system: TermSystem) -> bool:
@@ -175,9 +134,9 @@ class SystemRoots:
 
 def system_roots(
     system: TermSystem,
-    wanted: Wanted | None = None,
+    wanted: EigenvalueSelection | None = None,
     changes: Changes | None = None,
-    bounded: Callable[[Known], Known] = tuple,
+    bounded: Bounded | None = None,
     data: Data | None = None,
 ) -> SystemRoots:
     """The roots of a system at its parameters, some of them changed.
@@ -188,7 +147,7 @@ def system_roots(
     reaches over an end of the region are listed. With what is assumed of the `data` the referee is
     asked of all roots of a small system. Raises InputError and ComputationError.
     """
-    wanted = wanted or Wanted()
+    wanted = wanted or EigenvalueSelection()
     if is_small(system):
         roots = _of_all(system.arrays(changes), wanted, bounded, data)
         return roots if wanted.modes is None else roots.lowest(wanted.modes)
@@ -196,10 +155,10 @@ def system_roots(
         return _at_own_frequencies(system, wanted, changes or {})
     problem, limit, modes = ScaledSystem(system).at(changes), None, wanted.modes
     if wanted.rectangle is None:
-        modes = modes or MODES
+        modes = modes or LOWEST
     try:
         if wanted.rectangle is None:
-            solution = lowest_modes(problem, modes or MODES)
+            solution = lowest_modes(problem, modes or LOWEST)
         else:
             solution = modes_in(problem, _searched(wanted.rectangle, bounded))
             limit = None if wanted.band is None else wanted.rectangle.high_real
@@ -210,7 +169,8 @@ def system_roots(
     values, count = solution.eigenvalues, solution.count
     if wanted.rectangle is None:
         values, count = _upper(values, count, problem.real)
-    values = bounded(values)
+    if bounded is not None:
+        values = bounded(values)
     region: Any = solution.region
     doubts: tuple[str, ...] = ()
     outside = None
@@ -232,9 +192,9 @@ def system_roots(
     return roots if modes is None else roots.lowest(modes)
 
 
-def _searched(region: Rectangle, bounded: Callable[[Known], Known]) -> Rectangle:
+def _searched(region: Rectangle, bounded: Bounded | None) -> Rectangle:
     """The region with what lies closely beyond its ends in frequency, where roots have an error."""
-    if bounded is tuple:
+    if bounded is None:
         return region
     low = region.low_imag
     return replace(
@@ -290,7 +250,9 @@ def _beside(seen: Sequence[complex], region: Rectangle) -> tuple[complex, ...] |
     return tuple(found) or None
 
 
-def _at_own_frequencies(system: TermSystem, wanted: Wanted, changes: Changes) -> SystemRoots:
+def _at_own_frequencies(
+    system: TermSystem, wanted: EigenvalueSelection, changes: Changes
+) -> SystemRoots:
     """The roots of a band of matrices that depend on the frequency of each; nothing counts them."""
     reduction = reduced_for(system, wanted, [changes])
     assert isinstance(reduction, DispersiveReduction)
@@ -333,8 +295,8 @@ def judged(
 
 def _of_all(
     matrices: tuple[Matrix, Matrix | None, Matrix],
-    wanted: Wanted,
-    bounded: Callable[[Known], Known],
+    wanted: EigenvalueSelection,
+    bounded: Bounded | None,
     data: Data | None = None,
 ) -> SystemRoots:
     """All roots of a small system, those of the band or region, or the upper ones."""
@@ -352,7 +314,7 @@ def _of_all(
         every = dense_spectrum(M, C, K)
         if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
-    if bounded is not tuple:
+    if bounded is not None:
         every = bounded(every)
         sure = tuple(e for e in every if e.rounding < math.inf)
         words = judged(sure, complete=not any(e.open for e in sure))
@@ -423,14 +385,14 @@ def rounding_of(system: TermSystem, roots: NDArray[np.complex128]) -> NDArray[np
     return assumed_rounding(roots, undamped=system.real and not system.C)
 
 
-def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rectangle:
+def _sweep_region(scaled: ScaledSystem, wanted: EigenvalueSelection, changes: Changes) -> Rectangle:
     """The region of a sweep: what is wanted, or that of the lowest modes at one value."""
     if wanted.rectangle is not None:
         return wanted.rectangle
     if scaled.system.follows or wanted.modes is None:
         raise InputError(NO_BAND)
     if is_small(scaled.system):
-        roots = roots_of_all(scaled.system, Wanted(), changes)
+        roots = roots_of_all(scaled.system, EigenvalueSelection(), changes)
         sizes = np.sort(np.abs(roots[roots.imag >= 0.0]))
         radius = float(sizes[: wanted.modes][-1])
     else:
@@ -439,7 +401,7 @@ def _sweep_region(scaled: ScaledSystem, wanted: Wanted, changes: Changes) -> Rec
     return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
 
 
-def looked_at(look: FirstLook, wanted: Wanted, changes: Changes) -> SystemRoots:
+def looked_at(look: FirstLook, wanted: EigenvalueSelection, changes: Changes) -> SystemRoots:
     """The wanted roots at some parameters as a first look has them: nothing counts them."""
     found, none = look.estimate_by_basis(changes), np.empty(0, dtype=complex)
     errors = np.maximum(found.errors, rounding_of(look.scaled.system, found.values))
@@ -454,7 +416,10 @@ def looked_at(look: FirstLook, wanted: Wanted, changes: Changes) -> SystemRoots:
 
 
 def reduced_for(
-    system: TermSystem, wanted: Wanted, values: Sequence[Changes], method: str = "reduced"
+    system: TermSystem,
+    wanted: EigenvalueSelection,
+    values: Sequence[Changes],
+    method: str = "reduced",
 ) -> Reduction:
     """The reduced system that serves some values of the parameters.
 
@@ -491,7 +456,7 @@ def reduced_for(
     return reduction
 
 
-def basis_of(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | None:
+def basis_of(reduction: Reduction | None, wanted: EigenvalueSelection) -> dict[str, Any] | None:
     """A reduced system as JSON holds it."""
     if reduction is None:
         return None
@@ -505,7 +470,9 @@ def basis_of(reduction: Reduction | None, wanted: Wanted) -> dict[str, Any] | No
     }
 
 
-def roots_of_all(system: TermSystem, wanted: Wanted, changes: Changes) -> NDArray[np.complex128]:
+def roots_of_all(
+    system: TermSystem, wanted: EigenvalueSelection, changes: Changes
+) -> NDArray[np.complex128]:
     """The roots of a small system in the band or region, by rising frequency, values alone."""
     roots = dense_values(*system.arrays(changes))
     if not system.real:  # rounding may put a real one below

@@ -13,8 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
-from squeal.analysis.answers import Eigenvalues, Thresholds, basis_text
-from squeal.analysis.sensitivity import Sensitivity
 from squeal.errors import ComputationError, InputError
 from squeal.io.matrices import aligned, read_matrix
 from squeal.io.matrix_formats import MatrixFile
@@ -24,6 +22,10 @@ from squeal.linear.matrices import given_matrix
 from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.results.columns import basis_text
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sensitivity import Sensitivity
+from squeal.results.thresholds import Thresholds
 from squeal.schema import NAME, Place
 from squeal.sparse.assembly import Assembly
 from squeal.sparse.factor import factorise_at

@@ -9,10 +9,9 @@ from typing import Any, cast
 
 import numpy as np
 
-from squeal.analysis.answers import Step, numbered
+from squeal.analysis.mode_numbers import assign_mode_numbers
 from squeal.analysis.systems.roots import (
     NO_BAND,
-    Wanted,
     is_small,
     roots_of_all,
     rounding_of,
@@ -26,6 +25,8 @@ from squeal.linear.continuation import ContinuationOptions, State
 from squeal.linear.eigen import ordered
 from squeal.linear.paths import Loss, continued
 from squeal.linear.system import TermSystem
+from squeal.results.sources import EigenvalueSelection
+from squeal.results.sweep import Step
 from squeal.sparse.crossings import spectrum_with_slopes
 from squeal.sparse.dense import roots_at
 from squeal.sparse.first_look import FirstLook
@@ -35,7 +36,7 @@ from squeal.sparse.reduction import Reduction
 
 def followed(
     system: TermSystem,
-    wanted: Wanted,
+    wanted: EigenvalueSelection,
     values: Sequence[float],
     reduction: Reduction | None,
     workers: int = 1,
@@ -74,11 +75,11 @@ def followed(
     if scaled is not None and system.real and whole and system.n <= ContinuationOptions.small:
         with suppress(InputError):  # where M is singular
             states = continued(system, every).at
-    rows, losses, first = numbered(rows, states, own, 0 if dear else len(every))
+    rows, losses, first = assign_mode_numbers(rows, states, own, 0 if dear else len(every))
     return tuple(rows[every.index(value)] for value in values), losses, first
 
 
-Common = tuple[TermSystem, Wanted, Reduction | None, ScaledSystem | None]
+Common = tuple[TermSystem, EigenvalueSelection, Reduction | None, ScaledSystem | None]
 
 
 def _row(common: Common, value: float) -> tuple[Step, Roots]:

@@ -10,11 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.answers import Thresholds, basis_text
 from squeal.analysis.systems.roots import (
     NO_BAND,
     Changes,
-    Wanted,
     basis_of,
     is_small,
     reduced_for,
@@ -24,6 +22,7 @@ from squeal.analysis.systems.roots import (
 )
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import counted, mapped
+from squeal.io.system import SystemFile
 from squeal.linear import thresholds
 from squeal.linear.continuation import (
     Continuation,
@@ -38,6 +37,9 @@ from squeal.linear.matrices import ILL, dense, unit_diagonal
 from squeal.linear.search import SearchResult, cluster_events, search
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
+from squeal.results.columns import basis_text
+from squeal.results.sources import EigenvalueSelection, SystemSource
+from squeal.results.thresholds import Thresholds
 from squeal.sparse.crossings import (
     CrossingGuess,
     coalescences,
@@ -58,7 +60,7 @@ def system_thresholds(
     system: TermSystem,
     high: float,
     low: float | None = None,
-    wanted: Wanted | None = None,
+    wanted: EigenvalueSelection | None = None,
     workers: int = 1,
     served: Reduction | None = None,
 ) -> Thresholds:
@@ -77,7 +79,7 @@ def system_thresholds(
     it was reduced already; nothing is counted then. Raises InputError for an empty range, and for a
     large system or complex matrices without a band or region.
     """
-    wanted, name = wanted or Wanted(), system.parameter
+    wanted, name = wanted or EigenvalueSelection(), system.parameter
     region = wanted.rectangle
     if not system.real and region is None:
         raise InputError(NO_BAND)
@@ -161,7 +163,11 @@ def system_thresholds(
     notes += [basis_text(basis)] if basis else []
     verdict = verdict_of(first := roots({name: low}), rounding_of(system, first))
     head = system.name, name, low, high, verdict, tuple(points), tuple(crossings)
-    more: Any = {"notes": tuple(notes), "details": details, "source": (system, wanted, reduction)}
+    more: Any = {
+        "notes": tuple(notes),
+        "details": details,
+        "source": SystemSource(SystemFile(system), wanted, reduction),
+    }
     return Thresholds(*head, f"{name} = {high:g} is reached", certified, **more)
 
 

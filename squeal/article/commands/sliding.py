@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads import at_equilibrium
+from squeal.analysis.pads.equilibrium import at_equilibrium
 from squeal.article.equations import bounds, mismatch, rank, stiffness
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take_files

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.maps import angle_axes, stability_map
+from squeal.analysis.pads.maps import angle_axes, stability_map
 from squeal.article.cases import stem, title
 from squeal.article.claims import Case, judge_claims, measure
 from squeal.article.claims.measures import linear_measures

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.analysis.pads import at_equilibrium
+from squeal.analysis.pads.equilibrium import at_equilibrium
 from squeal.article.cases import CASES
 from squeal.article.claims import case_of
 from squeal.article.claims.motions import measures

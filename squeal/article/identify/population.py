@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.analysis.pads import at_equilibrium
+from squeal.analysis.pads.equilibrium import at_equilibrium
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Case, case_of
 from squeal.article.claims.measures import Linear, linear_measures, lost_share

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from squeal.analysis.pads import branch_system
+from squeal.analysis.pads.equilibrium import branch_system
 from squeal.io.scene import Scene
 from squeal.linear import SystemFunction, thresholds
 from squeal.linear.eigen import ComplexArray, ordered

@@ -7,7 +7,14 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.maps import BEYOND_FOLD, NAMES, PointVerdicts, angle_axes, codes_at, on_grid
+from squeal.analysis.pads.maps import (
+    BEYOND_FOLD,
+    NAMES,
+    PointVerdicts,
+    angle_axes,
+    codes_at,
+    on_grid,
+)
 from squeal.article.outline import Outline, outline
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes

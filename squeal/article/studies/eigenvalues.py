@@ -26,7 +26,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq, linear_sum_assignment
 
-from squeal.analysis.pads import analyse, critical_friction
+from squeal.analysis.pads.equilibrium import analyse
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes

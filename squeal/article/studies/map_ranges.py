@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.maps import BEYOND_FOLD, angle_axes, codes_at
+from squeal.analysis.pads.maps import BEYOND_FOLD, angle_axes, codes_at
 from squeal.article.equations import bounds
 from squeal.article.outline import outline
 from squeal.article.records import Record, Result

@@ -14,7 +14,8 @@ from scipy.optimize import brentq
 
 from squeal.analysis.cycles import Orbit
 from squeal.analysis.cycles import cycles as periodic_motions
-from squeal.analysis.pads import analyse, critical_friction
+from squeal.analysis.pads.equilibrium import analyse
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import LEVELS, measures

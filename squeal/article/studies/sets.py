@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.pads import analyse, critical_friction
+from squeal.analysis.pads.equilibrium import analyse
+from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims import CLAIMS, judge_claims, linear_measures, measure_scenes
 from squeal.article.claims.rules import hammering_cases

@@ -2,33 +2,31 @@
 stability is lost.
 
 B3 maps linearise about the origin. The others find the sliding equilibrium of every point first, on
-the branch from mu = 0 that a query follows; see `squeal.analysis.stack`. The curves cross the lines
-between neighbouring points of which one is quiet and the other is not. Each crossing is located by
-halving that line with the verdicts of the map; contourpy joins those on the sides of one square.
+the branch from mu = 0 that a query follows; see `squeal.analysis.pads.stack`. The curves cross the
+lines between neighbouring points of which one has no unstable mode and the other has. Each crossing
+is located by halving that line with the verdicts of the map; contourpy joins those on the sides of
+one square.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from copy import deepcopy
-from dataclasses import dataclass, field
-from operator import itemgetter
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from squeal.analysis.answers import led
-from squeal.analysis.stack import QUIET, Names, PadStack, parameters, verdicts
+from squeal.analysis.pads.stack import QUIET, Names, PadStack, parameters, verdicts
 from squeal.equilibrium.statics import LIMITS, excursion
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Column, Table, in_order, picked, plain, unit_word
+from squeal.io.writing import unit_word
 from squeal.linear import VERDICTS, sum_verdicts
 from squeal.model.equations import PadModel, about_origin, spring_directions
 from squeal.model.pad import PARAMETERS
-from squeal.schema import Number, Place, Whole
+from squeal.results.map import Axis, Map
+from squeal.results.sources import PadSource
+from squeal.schema import Place
 
 MARGINAL = VERDICTS.index("marginal")
 BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
@@ -44,118 +42,6 @@ POINTS_AT_ONCE = 20_000  # whose verdicts are computed together; bounds the memo
 QUANTITY_POINTS = 2_000  # that are followed together
 HIGH = 2.0  # up to which critical frictions are searched
 HALVINGS = 40  # of the distance of two neighbouring points of the map
-
-
-@dataclass(frozen=True)
-class Axis:
-    """One parameter of a map: n values at the middles of n equal cells between low and high.
-
-    log: the cells are equal in the logarithm. Raises InputError for an empty range.
-    """
-
-    name: str
-    low: float
-    high: float
-    n: int
-    log: bool = False
-
-    def __post_init__(self) -> None:
-        at = Place("Axis", self.name)
-        Whole(1, 100_000).read(self.n, at / "n")
-        Number().check(self.low, at, "low")
-        Number().check(self.high, at, "high")
-        if not self.low < self.high or (self.log and not self.low > 0.0):
-            allowed = "a range with low < high"
-            if self.log:
-                allowed += ", above 0 on a logarithmic axis"
-            raise at.must_be(f"{self.low:g} to {self.high:g}", allowed)
-
-    @property
-    def values(self) -> NDArray[np.float64]:
-        """The n values."""
-        return np.asarray(self.at((np.arange(self.n) + 0.5) / self.n))
-
-    def at(self, share: Any) -> Any:
-        """Values at shares of the way from low to high."""
-        if self.log:
-            low, high = np.log10(self.low), np.log10(self.high)
-            return 10.0 ** (low + (high - low) * share)
-        return self.low + (self.high - self.low) * share
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Map(Answer):
-    """The verdict over two parameters.
-
-    codes (n1, n2): indices into `verdicts`; quantity: name, unit and values (n1, n2) of a number
-    beside them; admissible (n1, n2): where a pad has an equilibrium that the model means.
-    """
-
-    name: str
-    axes: tuple[Axis, Axis]
-    units: tuple[str, str]
-    verdicts: tuple[str, ...]
-    codes: NDArray[np.int8]
-    quantity: tuple[str, str, NDArray[np.float64]] | None = None
-    admissible: NDArray[np.bool_] | None = None
-    warnings: tuple[str, ...] = ()
-    details: Mapping[str, Any] = field(default_factory=dict)
-    notes: tuple[str, ...] = ()
-    source: Any = None
-
-    @property
-    def share(self) -> dict[str, float]:
-        """Share of the area for each verdict."""
-        counts = np.bincount(self.codes.ravel(), minlength=len(self.verdicts))
-        pairs = zip(self.verdicts, counts.tolist(), strict=True)
-        return {name: count / self.codes.size for name, count in pairs}
-
-    def table(self) -> Table:
-        columns = [("verdict", "", np.array(self.verdicts)[self.codes])]
-        if self.quantity is not None:
-            columns.append(self.quantity)
-        if self.admissible is not None:
-            columns.append(("admissible", "", 1 * self.admissible))
-        names = [name for name, _, _ in columns]
-        grid = np.meshgrid(*(axis.values for axis in self.axes), indexing="ij")
-        parameters = [
-            (led(axis.name, names), unit, values)
-            for axis, unit, values in zip(self.axes, self.units, grid, strict=True)
-        ]
-        columns = parameters + columns
-        rows = zip(*(values.ravel().tolist() for _, _, values in columns), strict=True)
-        return Table(in_order((name, unit) for name, unit, _ in columns), list(rows))
-
-    def parts(self) -> Sequence[str | Table]:
-        a, b = self.axes
-        rows, columns = self.codes.shape
-        title = f"share of the area: {a.name} x {b.name}, {rows} x {columns} points"
-        share = Column("share, %", value=lambda pair: f"{100 * pair[1]:.3f}")
-        shares = (Column("verdict", value=itemgetter(0)), share)
-        return [Table(shares, list(self.share.items()), title), *self.notes]
-
-    def curves(self) -> Table:
-        """A row for each point of each curve on which stability is lost."""
-        rows = []
-        for number, curve in enumerate(self.details["threshold_curve"], 1):
-            for point, hertz in zip(curve["points"], curve["frequency_hz"], strict=True):
-                rows.append((number, *point, curve["kind"], hertz))
-        names = ["curve", *(axis.name for axis in self.axes), "kind", "frequency_hz"]
-        return Table(in_order(zip(names, ["", *self.units, "", ""], strict=True)), rows)
-
-    def to_dict(self) -> dict[str, Any]:
-        axes = []
-        for axis in self.axes:
-            scale = "log" if axis.log else "linear"
-            axes.append(picked(axis, "name low high") | {"scale": scale})
-        answer = {"share": self.share, "n": int(self.codes.shape[0]), "axes": axes}
-        if self.admissible is not None:
-            answer["admissible_share"] = float(self.admissible.mean())
-        if self.quantity is not None:
-            name, unit, numbers = self.quantity
-            rows = [[plain(value) for value in row] for row in numbers.tolist()]
-            answer |= {"quantity": name, "unit": unit, "values": rows}
-        return answer | deepcopy(dict(self.details))
 
 
 def angle_axes(n: int) -> tuple[Axis, Axis]:
@@ -304,7 +190,7 @@ def stability_map(
         warnings=tuple(warnings),
         details=details,
         notes=tuple(notes),
-        source=(scene,),
+        source=PadSource(scene),
     )
 
 
