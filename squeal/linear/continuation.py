@@ -134,7 +134,7 @@ class ModalCouplings(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class State:
+class SpectrumAtParameter:
     """The spectrum at one value of the parameter.
 
     `roots` (m,), `right` and `left` unit vectors (N, m); `coupling` (m, m) is dA/dp in them, with
@@ -211,7 +211,7 @@ class State:
         return [int(k) for k in order if chosen[k]]
 
     @cached_property
-    def growth(self) -> UnstableCount:
+    def unstable_count(self) -> UnstableCount:
         """How many roots grow by more than rounding, and how fast."""
         rates = self.exponents.real
         pairs = self.unstable_pairs
@@ -333,14 +333,14 @@ class Continuation:
         inner_values = [low + x * (high - low) for x in (0.07, 0.31, 0.53, 0.71, 0.97)]
         samples = matrices_of(system, inner_values)
         self._projections = _without_free_motions(samples)
-        self.problem = form_of(samples)
+        self.problem = problem_class_of(samples)
         n = len(samples[0][0])
         if self._projections is not None:
             n = self._projections[0].shape[1]
         self.size = n if self.problem is UNDAMPED else 2 * n  # rows N of A
         if self.problem is UNDAMPED:
             self.frequency_scale = 1.0
-        self._states: dict[float, State] = {}
+        self._states: dict[float, SpectrumAtParameter] = {}
         self._last: tuple[float, StandardProblem] | None = None
         self._pattern = np.zeros((self.size, self.size), dtype=bool)
         self._components: list[NDArray[np.intp]] = []  # strong ones of A at all values so far
@@ -349,7 +349,7 @@ class Continuation:
             self._standard((M, C, K), (zero, zero, zero))
 
     @property
-    def states(self) -> list[State]:
+    def states(self) -> list[SpectrumAtParameter]:
         """All states so far, by rising value."""
         return [self._states[p] for p in sorted(self._states)]
 
@@ -406,7 +406,7 @@ class Continuation:
             self._last = p, self._standards([p])[0]
         return self._last[1]
 
-    def couplings(self, state: State, change: Change) -> ComplexArray:
+    def couplings(self, state: SpectrumAtParameter, change: Change) -> ComplexArray:
         """What a change of M, C and K (n, n) is in the vectors of a state (m, m), the slopes of its
         roots on the diagonal."""
         (matrices,) = matrices_of(self.system, [state.value])
@@ -421,7 +421,7 @@ class Continuation:
             return []
         return [self._standard(matrices, slopes) for matrices, slopes in perturbed(p)]
 
-    def at(self, p: float) -> State:
+    def at(self, p: float) -> SpectrumAtParameter:
         """The state at p, computed once."""
         if p not in self._states:
             standard = self.matrix_and_derivative(p)
@@ -451,7 +451,7 @@ class Continuation:
             size = norm_of(A[np.ix_(rows, rows)])
             error = 2 * len(rows) * EPS
             rounding[rows] = root_rounding(roots[rows], condition[rows], error, size)
-        self._states[p] = State(
+        self._states[p] = SpectrumAtParameter(
             value=p,
             roots=roots,
             right=right,
@@ -483,7 +483,7 @@ def _eigenvectors(A: NDArray, parts: Sequence[NDArray[np.intp]]) -> tuple[NDArra
     return roots, right
 
 
-def form_of(samples: Sequence[tuple[Array, Array | None, Array]]) -> ProblemClass:
+def problem_class_of(samples: Sequence[tuple[Array, Array | None, Array]]) -> ProblemClass:
     """The problem class of matrices M, C, K at some values."""
     if not any(C is not None and C.any() for _, C, _ in samples):
         return UNDAMPED
@@ -556,7 +556,7 @@ class Guess:
     doubtful: bool = False  # other roots decide over the coupling of the two
 
 
-def near_coalescences(before: State, after: State) -> Iterator[Guess]:
+def near_coalescences(before: SpectrumAtParameter, after: SpectrumAtParameter) -> Iterator[Guess]:
     """Pairs that may meet, or exchange and cross the line, within a step; seen from both ends."""
     span = after.value - before.value
     yield from _meetings_seen_from(before, span, 1)
@@ -588,7 +588,7 @@ class _Approaches(NamedTuple):
         return _Approaches._make(each[..., chosen] for each in self)
 
 
-def _approaches(state: State, span: float, direction: int) -> _Approaches:
+def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _Approaches:
     """All pairs, looking forwards (1) or backwards (-1)."""
     pairs = state.couplings
     slopes = direction * state.slopes
@@ -618,7 +618,7 @@ def _approaches(state: State, span: float, direction: int) -> _Approaches:
     )
 
 
-def _meetings_seen_from(state: State, span: float, direction: int) -> Iterator[Guess]:
+def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int) -> Iterator[Guess]:
     """Near coalescences within a step of this length from one of its ends."""
     with np.errstate(all="ignore"):
         every = _approaches(state, span, direction)
@@ -670,7 +670,7 @@ def _meetings_seen_from(state: State, span: float, direction: int) -> Iterator[G
         )
 
 
-def _third_root_coupling(state: State, pairs: _Approaches, direction: int) -> Array:
+def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, direction: int) -> Array:
     """How other roots, near where the two of a pair meet, may change the product a b (pairs,)."""
     k, l = pairs.k, pairs.l
     W = state.coupling
@@ -684,7 +684,7 @@ def _third_root_coupling(state: State, pairs: _Approaches, direction: int) -> Ar
     return np.asarray(forth * np.abs(pairs.b) + back * np.abs(pairs.a) + forth * back)
 
 
-def may_exchange_partner(before: State, after: State) -> bool:
+def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter) -> bool:
     """True if a root on the line may take the partner of a root off it; without damping.
 
     It passes so closely that coupling moves the root off the line by a quarter of its distance.
@@ -693,7 +693,7 @@ def may_exchange_partner(before: State, after: State) -> bool:
     return _may_exchange_partner(before, span, 1) or _may_exchange_partner(after, span, -1)
 
 
-def _may_exchange_partner(state: State, span: float, direction: int) -> bool:
+def _may_exchange_partner(state: SpectrumAtParameter, span: float, direction: int) -> bool:
     z = state.roots
     W = state.coupling
     slopes = direction * state.slopes
@@ -741,7 +741,9 @@ class Step:
     goes through the real parts, from `lowest` to `highest`.
     """
 
-    def __init__(self, before: State, after: State, options: ContinuationOptions) -> None:
+    def __init__(
+        self, before: SpectrumAtParameter, after: SpectrumAtParameter, options: ContinuationOptions
+    ) -> None:
         self.before = before
         self.after = after
         self.options = options
@@ -779,7 +781,7 @@ class Step:
         """
         before, after, options = self.before, self.after, self.options
 
-        def products(left_of: State, right_of: State) -> Array:
+        def products(left_of: SpectrumAtParameter, right_of: SpectrumAtParameter) -> Array:
             return np.abs(left_of.left.conj().T @ right_of.right)
 
         with np.errstate(all="ignore"):

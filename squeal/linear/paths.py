@@ -19,7 +19,7 @@ from squeal.linear.continuation import (
     UNDAMPED,
     Continuation,
     ContinuationOptions,
-    State,
+    SpectrumAtParameter,
     Step,
     hermite_cubic,
 )
@@ -53,15 +53,15 @@ class Link(NamedTuple):
     """From one state to the next: the index there of each root (-1 where it has none), which of
     them are certain, and pairs of which both are known and not which is which."""
 
-    before: State
-    after: State
+    before: SpectrumAtParameter
+    after: SpectrumAtParameter
     order: Indices
     known: NDArray[np.bool_]
     meet: list[list[int]]
 
 
 def links(
-    at: Callable[[float], State],
+    at: Callable[[float], SpectrumAtParameter],
     options: ContinuationOptions,
     a: float,
     b: float,
@@ -158,8 +158,8 @@ class Loss(NamedTuple):
     modes: tuple[int, ...]
 
 
-def follow(
-    at: Callable[[float], State], values: Sequence[float], spare: int = 10**6
+def track_modes(
+    at: Callable[[float], SpectrumAtParameter], values: Sequence[float], spare: int = 10**6
 ) -> tuple[list[Indices], list[Loss]]:
     """Which root is which mode along rising values: their numbers (m,) at each of them.
 
@@ -181,7 +181,7 @@ def follow(
 class _ModeTracker:
     """The mode numbers (m,) of the roots of a state, the largest so far, and the losses so far."""
 
-    def __init__(self, state: State) -> None:
+    def __init__(self, state: SpectrumAtParameter) -> None:
         self.largest = len(state.roots)
         self.numbers = _shared_by_conjugates(state, 1 + np.arange(self.largest))
         self.losses: list[Loss] = []
@@ -212,7 +212,7 @@ class _ModeTracker:
         self.losses.append(loss)
 
 
-def _shared_by_conjugates(state: State, numbers: Indices) -> Indices:
+def _shared_by_conjugates(state: SpectrumAtParameter, numbers: Indices) -> Indices:
     """The numbers of roots, those below the real axis with that of their conjugates."""
     if state.problem is UNDAMPED or not numbers.size:  # a root stands for a pair
         return numbers
@@ -223,7 +223,7 @@ def _shared_by_conjugates(state: State, numbers: Indices) -> Indices:
     return shared
 
 
-def numbers_at(state: State, ids: Indices, values: ComplexArray) -> Indices:
+def mode_numbers_at(state: SpectrumAtParameter, ids: Indices, values: ComplexArray) -> Indices:
     """The numbers of eigenvalues (rad/s) of the same matrices, 0 where a state has none of them."""
     if not len(state.roots):
         return np.zeros(len(values), dtype=np.intp)
@@ -296,7 +296,7 @@ def _onsets(result: Thresholds, mu: float) -> Iterator[_Onset]:
         yield _Onset(complex(exponent.real, abs(exponent.imag)), onset)
 
 
-_Place = tuple[Continuation, State]
+_Place = tuple[Continuation, SpectrumAtParameter]
 """A state, and the continuation that it belongs to: another one beyond each jump."""
 
 

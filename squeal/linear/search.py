@@ -30,7 +30,7 @@ from squeal.linear.continuation import (
     Continuation,
     ContinuationOptions,
     Guess,
-    State,
+    SpectrumAtParameter,
     Step,
     may_exchange_partner,
     near_coalescences,
@@ -50,11 +50,13 @@ class RequiredCrossing(NamedTuple):
     direction: int
 
 
-def required_crossings(below: State, above: State) -> list[RequiredCrossing]:
+def required_crossings(
+    below: SpectrumAtParameter, above: SpectrumAtParameter
+) -> list[RequiredCrossing]:
     """What has to cross between two values: of the pairs those whose frequencies are farthest from
     any pair that grows on the other side."""
-    pairs = above.growth.pairs - below.growth.pairs
-    reals = above.growth.reals - below.growth.reals
+    pairs = above.unstable_count.pairs - below.unstable_count.pairs
+    reals = above.unstable_count.reals - below.unstable_count.reals
     if pairs * reals < 0:
         # of two divergent roots that join to a growing pair, or come from one, nothing crosses
         joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs))
@@ -112,7 +114,7 @@ def search(
     refinement.locate_events()
     clusters = refinement.clusters()
     between = _midpoints(continuation, clusters)
-    counts = tuple(continuation.at(p).growth for p in between)
+    counts = tuple(continuation.at(p).unstable_count for p in between)
     result = SearchResult(tuple(clusters), counts, continuation)
     if not isinstance(system, TermSystem):
         return result
@@ -234,7 +236,7 @@ class _AdaptiveRefinement:
             p = (events[k - 1].value + events[k].value) / 2
             if any(event.interval[0] <= p <= event.interval[1] for event in events):
                 continue
-            below, here, above = (self.continuation.at(x).growth for x in (a, p, b))
+            below, here, above = (self.continuation.at(x).unstable_count for x in (a, p, b))
             if (
                 counts_consistent(events[:k], below, here)
                 and counts_consistent(events[k:], here, above)
@@ -248,7 +250,7 @@ class _AdaptiveRefinement:
         """Events from a to b that add up to the change of what grows, intervals within `limits`."""
         continuation = self.continuation
         inside = [event for event in self.events if a <= event.value <= b]
-        below, above = continuation.at(a).growth, continuation.at(b).growth
+        below, above = continuation.at(a).unstable_count, continuation.at(b).unstable_count
         consistent = self._is_consistent(inside, a, b)
         coarse = b - a > self.range / 64
         first, last = (inside[0].value, inside[-1].value) if inside else (b, b)
@@ -288,7 +290,10 @@ class _AdaptiveRefinement:
 
     def _is_consistent(self, events: list[Event], a: float, b: float) -> bool:
         """True if events from a to b add up to the change of what grows."""
-        below, above = self.continuation.at(a).growth, self.continuation.at(b).growth
+        below, above = (
+            self.continuation.at(a).unstable_count,
+            self.continuation.at(b).unstable_count,
+        )
         if counts_consistent(events, below, above):
             return True
         # what crosses at the end of the range is not seen beyond it
@@ -302,7 +307,7 @@ class _AdaptiveRefinement:
         change of what grows happens where they lie: what crosses elsewhere is no twin of them."""
         continuation = self.continuation
         low, high = hull(inside)
-        below, above = continuation.at(a).growth, continuation.at(b).growth
+        below, above = continuation.at(a).unstable_count, continuation.at(b).unstable_count
         if _is_expected_beside(continuation, (low, high), (a, b), below, above):
             return None
         margin = 16 * max(high - low, _resolution(low, high))
@@ -353,7 +358,7 @@ class _AdaptiveRefinement:
         """An event between a and b of which only the count tells, and beside which it is sure."""
         continuation = self.continuation
         direction = change.direction
-        fewer, more = sorted(continuation.at(p).growth.roots for p in (a, b))
+        fewer, more = sorted(continuation.at(p).unstable_count.roots for p in (a, b))
 
         def sign(p: float) -> int:
             least, most = continuation.at(p).bounds
@@ -426,7 +431,7 @@ def _is_bent(continuation: Continuation, step: Step, factor: _Factor) -> bool:
     )
 
 
-def _may_change(state: State, W: ComplexArray, deviation: float) -> bool:
+def _may_change(state: SpectrumAtParameter, W: ComplexArray, deviation: float) -> bool:
     """True if a factor that deviates by so much, and couples the roots by W (m, m), could let two
     roots meet on the line, or one cross it. What does so at the state itself is seen there."""
     z = state.roots
@@ -500,10 +505,10 @@ def _is_expected_beside(
         most = min(max(direction * (limit - end), 0.0), furthest)
         step = min(16 * width, most)
         state = continuation.at(end + direction * step)
-        while state.growth.roots != expected.roots and not state.sure and step < most:
+        while state.unstable_count.roots != expected.roots and not state.sure and step < most:
             step = min(2 * step, most)
             state = continuation.at(end + direction * step)
-        if state.growth.roots != expected.roots:
+        if state.unstable_count.roots != expected.roots:
             return False
     return True
 
@@ -522,7 +527,7 @@ def _midpoints(continuation: Continuation, clusters: Sequence[Sequence[Event]]) 
     return midpoints
 
 
-def _meetings_at_end(state: State, width: float) -> Iterator[Guess]:
+def _meetings_at_end(state: SpectrumAtParameter, width: float) -> Iterator[Guess]:
     """Pairs of roots on the line that are one at the end of the range, as far as rounding tells."""
     on_line = state.real if state.problem is UNDAMPED else state.on_line
     for pair in np.argwhere(np.triu(on_line & on_line[:, None] & state.close, 1)):

@@ -24,7 +24,7 @@ from squeal.linear.continuation import (
     Continuation,
     ContinuationOptions,
     Guess,
-    State,
+    SpectrumAtParameter,
     hermite_cubic,
 )
 from squeal.linear.eigen import GROWING
@@ -168,21 +168,25 @@ def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[
     return [_critical_point(part, change, fastest) for change, fastest in changes], crossings
 
 
-def _points_at_jump(mu: float, below: State, above: State) -> list[CriticalPoint]:
+def _points_at_jump(
+    mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
+) -> list[CriticalPoint]:
     """The change of verdict at a breakpoint, of which only the states on both sides are known."""
-    before, after = below.growth.verdict, above.growth.verdict
+    before, after = below.unstable_count.verdict, above.unstable_count.verdict
     if before == after:
         return []
     kind, unstable = "restabilised", below
     if after in GROWING:
         kind, unstable = after, above
-    omega = _leading_omega(unstable) if unstable.growth.verdict == "flutter" else 0.0
+    omega = _leading_omega(unstable) if unstable.unstable_count.verdict == "flutter" else 0.0
     return [CriticalPoint(mu, kind, omega / (2 * math.pi), (mu, mu), True)]
 
 
-def _crossings_at_jump(mu: float, below: State, above: State) -> list[Crossing]:
+def _crossings_at_jump(
+    mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
+) -> list[Crossing]:
     """What crosses the axis at a breakpoint."""
-    changes = below.growth.verdict != above.growth.verdict
+    changes = below.unstable_count.verdict != above.unstable_count.verdict
     crossings = []
     for omega, direction in required_crossings(below, above):
         mode = _mode_number(above if direction > 0 else below, omega)
@@ -190,7 +194,7 @@ def _crossings_at_jump(mu: float, below: State, above: State) -> list[Crossing]:
     return crossings
 
 
-def _mode_number(state: State, omega: float, members: int = 1) -> int:
+def _mode_number(state: SpectrumAtParameter, omega: float, members: int = 1) -> int:
     """Number of a mode by rising frequency, from 1; of several `members` that meet there the
     first."""
     roots_per_mode = 1 if state.problem is UNDAMPED else 2
@@ -200,7 +204,7 @@ def _mode_number(state: State, omega: float, members: int = 1) -> int:
     return 1 + int(np.sum(others < omega * (1 - near))) // roots_per_mode
 
 
-def _leading_omega(state: State) -> float:
+def _leading_omega(state: SpectrumAtParameter) -> float:
     """Angular frequency of the pair that grows fastest (rad/s), 0 if none does."""
     return float(state.omegas[state.unstable_pairs[0]]) if state.unstable_pairs else 0.0
 
@@ -252,7 +256,7 @@ def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
         inner = []
         for value in values:
             if low <= value <= high and count.roots:
-                growth = continuation.at(value).growth
+                growth = continuation.at(value).unstable_count
                 if growth.roots == count.roots:
                     inner.append(_VerdictAt(value, growth.verdict))
         if not inner:
@@ -304,15 +308,17 @@ def _exchanges(
         continuation.at(a.value), continuation.at(b.value), a.verdict
     ):
         middle = (a.value + b.value) / 2
-        between = _VerdictAt(middle, continuation.at(middle).growth.verdict)
+        between = _VerdictAt(middle, continuation.at(middle).unstable_count.verdict)
         if between.verdict != "quiet":
             yield from _exchanges(continuation, a, between, depth - 1)
             yield from _exchanges(continuation, between, b, depth - 1)
 
 
-def _may_exchange_twice(a: State, b: State, verdict: str) -> bool:
+def _may_exchange_twice(a: SpectrumAtParameter, b: SpectrumAtParameter, verdict: str) -> bool:
     """True if the cubic through both ends, and by its error, leads to an exchange."""
-    if not (a.growth.pairs or b.growth.pairs) or not (a.growth.reals or b.growth.reals):
+    if not (a.unstable_count.pairs or b.unstable_count.pairs) or not (
+        a.unstable_count.reals or b.unstable_count.reals
+    ):
         return False
     length = b.value - a.value
     first, last = _lead_of_pair(a), _lead_of_pair(b)
@@ -335,7 +341,7 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
     for k in range(100):
         before = p
         p = (low + high) / 2
-        first, middle, last = (continuation.at(value).growth for value in (low, p, high))
+        first, middle, last = (continuation.at(value).unstable_count for value in (low, p, high))
         same_counts = (first.pairs, first.reals) == (last.pairs, last.reals)
         if k == 6 and not same_counts:  # after a few halvings
             meeting = _meeting_on_real_axis(continuation, low, high)
@@ -349,7 +355,7 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
         if high - low <= resolution or abs(p - before) <= resolution:
             break
         for value in tried:
-            if continuation.at(value).growth.verdict == b.verdict:
+            if continuation.at(value).unstable_count.verdict == b.verdict:
                 high = value
                 break
             low = value
@@ -364,7 +370,7 @@ def _meeting_on_real_axis(
     continuation: Continuation, low: float, high: float
 ) -> tuple[float, float] | None:
     """Where a growing pair, as it is on one side, meets on the real axis, and half the interval."""
-    flutter = [p for p in (low, high) if continuation.at(p).growth.verdict == "flutter"]
+    flutter = [p for p in (low, high) if continuation.at(p).unstable_count.verdict == "flutter"]
     if continuation.problem is GYROSCOPIC or not flutter:
         return None
     state = continuation.at(flutter[0])
@@ -399,7 +405,7 @@ class _Lead(NamedTuple):
     rounding: float
 
 
-def _lead_of_pair(state: State) -> _Lead:
+def _lead_of_pair(state: SpectrumAtParameter) -> _Lead:
     """By how much the fastest pair outgrows the fastest real root; 0 stands for one that is not
     there."""
     pair = _growth_rate(state, state.unstable_pairs)
@@ -407,7 +413,7 @@ def _lead_of_pair(state: State) -> _Lead:
     return _Lead(pair.value - real.value, pair.slope - real.slope, pair.rounding + real.rounding)
 
 
-def _growth_rate(state: State, fastest_first: list[int]) -> _Lead:
+def _growth_rate(state: SpectrumAtParameter, fastest_first: list[int]) -> _Lead:
     """The growth rate of the first of these roots."""
     if not fastest_first:
         return _Lead(0.0, 0.0, 0.0)
@@ -476,7 +482,7 @@ def _omega_without_event(
     if change.cluster is None:
         # a pair and a real root grow alike, or a pair is about to be two real roots
         state = continuation.at(change.value)
-        growth = state.growth
+        growth = state.unstable_count
         alike = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate
         return _leading_omega(state) if alike else 0.0
     # of the nearest state on that side

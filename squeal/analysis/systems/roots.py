@@ -20,7 +20,7 @@ from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.processes import one_thread
 from squeal.io.writing import picked
 from squeal.linear import GROWING
-from squeal.linear.continuation import form_of
+from squeal.linear.continuation import problem_class_of
 from squeal.linear.eigen import (
     ACCEPTED,
     STIFF,
@@ -309,7 +309,7 @@ def _of_all(
             roots = roots_of(reduced)
             if not hidden(reduced, C, K, roots):
                 every = spectrum_of(reduced, roots).eigenvalues
-                words = judged(every, conservative=form_of([checked(M, C, K)]) != "damped")
+                words = judged(every, conservative=problem_class_of([checked(M, C, K)]) != "damped")
     if words is None:
         every = dense_spectrum(M, C, K)
         if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:

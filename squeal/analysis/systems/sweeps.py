@@ -21,7 +21,7 @@ from squeal.analysis.systems.roots import (
 from squeal.errors import InputError
 from squeal.io.processes import counted, mapped
 from squeal.linear import GROWING
-from squeal.linear.continuation import ContinuationOptions, State
+from squeal.linear.continuation import ContinuationOptions, SpectrumAtParameter
 from squeal.linear.eigen import ordered
 from squeal.linear.paths import Loss, continued
 from squeal.linear.system import TermSystem
@@ -60,7 +60,7 @@ def followed(
     known = dict(zip(every, each, strict=True))
 
     @functools.cache
-    def at(value: float) -> State:
+    def at(value: float) -> SpectrumAtParameter:
         if value in known:
             roots = known[value][1]
         elif system.follows and reduction is not None:
@@ -71,7 +71,10 @@ def followed(
             roots = _row(common, value)[1]
         return spectrum_with_slopes(reduced.frozen(), name, value, roots, lifted=True)
 
-    rows, states = [known[value][0] for value in every], cast(Callable[[float], State], at)
+    rows, states = (
+        [known[value][0] for value in every],
+        cast(Callable[[float], SpectrumAtParameter], at),
+    )
     if scaled is not None and system.real and whole and system.n <= ContinuationOptions.small:
         with suppress(InputError):  # where M is singular
             states = continued(system, every).at

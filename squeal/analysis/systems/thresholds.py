@@ -28,8 +28,8 @@ from squeal.linear.continuation import (
     Continuation,
     ContinuationOptions,
     ProblemClass,
-    State,
-    form_of,
+    SpectrumAtParameter,
+    problem_class_of,
 )
 from squeal.linear.eigen import ComplexArray, growing
 from squeal.linear.events import Event
@@ -122,7 +122,7 @@ def system_thresholds(
         PROGRESS.get()("following the roots of the reduced system")
         if isinstance(reduction, DispersiveReduction) and system.undamped:
             rows = coalescences(reduction, name, values)
-        elif not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
+        elif not system.real or problem_class_of(matrices_of(reduction.system, values)) == "damped":
             rows, unconfirmed = crossings_along(reduction, name, values, still)
         else:  # coalescences of the reduced system
             searched = (search(reduction.system, low, high),)
@@ -141,7 +141,7 @@ def system_thresholds(
         if whole:
             certified = bool(certified) and not unconfirmed
         elif served is None and system.n <= COUNTED_ROWS and not system.follows:
-            tasks = [] if unconfirmed else [(p, line.at(p).growth.roots) for p in between]
+            tasks = [] if unconfirmed else [(p, line.at(p).unstable_count.roots) for p in between]
             agrees = mapped(_counted, tasks, workers, reduction)
             told = counted(agrees, len(tasks), PROGRESS.get(), "counts")
             wrong = [p for (p, _), agreed in zip(tasks, told, strict=True) if not agreed]
@@ -194,13 +194,15 @@ class _Band(Continuation):
         self._states = {}
         self.options, self.problem = ContinuationOptions(), ProblemClass.DAMPED
 
-    def at(self, p: float) -> State:
+    def at(self, p: float) -> SpectrumAtParameter:
         """The roots at p without vectors and slopes, those above the axis with their conjugates."""
         if p not in self._states:
             z = self.roots({self.name: p})
             z = np.concatenate([z[z.imag >= 0.0], z[z.imag > 0.0].conj()])
             none, still = np.zeros((0, len(z)), complex), np.zeros((len(z), len(z)), complex)
-            self._states[p] = State(p, z, none, none, still, rounding_of(self.system, z))
+            self._states[p] = SpectrumAtParameter(
+                p, z, none, none, still, rounding_of(self.system, z)
+            )
         return self._states[p]
 
 
@@ -219,17 +221,17 @@ def _explained(
     edges = [low, *(group[0].value for group in groups), high + 2 * margin * beyond]
     inside = [v for v in values if all(abs(v - c.value) > margin for c in rows)]
     between = [(a + b) / 2 for a, b in itertools.pairwise(edges)]
-    number, growths, first = line.at(between[0]).growth.roots, [], []
+    number, growths, first = line.at(between[0]).unstable_count.roots, [], []
     for k, (a, b) in enumerate(itertools.pairwise(edges)):
         if k:
             number += sum(c.direction * (2 if c.omega else 1) for c in groups[k - 1])
         tried = [between[k], *(v for v in inside if a < v < b), a + margin, b - margin]
-        agrees = (v for v in tried if a < v < b and line.at(v).growth.roots == number)
+        agrees = (v for v in tried if a < v < b and line.at(v).unstable_count.roots == number)
         first.append(next(agrees, between[k]))
-        growths.append(line.at(first[k]).growth)
+        growths.append(line.at(first[k]).unstable_count)
     unexplained, left = [], dict[int, str]()
     for v in sorted({*inside, *between}):
-        k, seen = sum(group[0].value < v for group in groups), line.at(v).growth
+        k, seen = sum(group[0].value < v for group in groups), line.at(v).unstable_count
         here, there = (f"{line.name} = {x:.6g}" for x in (v, first[k]))
         if seen.verdict != growths[k].verdict and seen.roots > growths[k].roots:
             unexplained.append(
