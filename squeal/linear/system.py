@@ -20,6 +20,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError, within_doubles
 from squeal.linear.matrices import Array, checked, dense, given_matrix, is_sparse
+from squeal.linear.matrices import Matrix as Matrix
 from squeal.linear.moduli import FREQUENCY, Modulus, Tabulated
 from squeal.linear.supports import support_rows
 from squeal.numerics.differentiation import ONE, Formula
@@ -27,9 +28,6 @@ from squeal.schema import TEXT, Place, kind_of
 
 if TYPE_CHECKING:
     from control import StateSpace
-
-Matrix = Any
-"""A square NumPy array or SciPy sparse array (n, n)."""
 
 
 class SparseMatrix(Protocol):
