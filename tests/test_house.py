@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (263_000, 175_000),
+    "tokens": (270_000, 175_000),
     "tokens a code line": (11.6, 9.5),
     "paired assignments per 1,000 code lines": (25.6, 3),
     "comprehensions per 1,000 code lines": (62.8, 15),
