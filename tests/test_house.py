@@ -68,7 +68,8 @@ def test_a_room_imports_what_lies_below_only():
             text = MODULES[name].read_text(encoding="utf-8")
             assert "matplotlib" not in text, name
             assert "import snakemake" not in text, name
-            assert "squeal.plots" not in {room(o) for o in others}, name
+            if name != "squeal":  # the front, which loads them when they are asked for
+                assert "squeal.plots" not in {room(o) for o in others}, name
 
 
 def test_no_circle_of_modules_or_rooms():
