@@ -96,10 +96,10 @@ def _parts(system: Any, changes: Any = None) -> dict[str, Any]:
 
 
 def _squeal(folder: Path, way: str) -> tuple[float, Any]:
-    from squeal.analysis.systems.roots import system_roots
-    from squeal.analysis.systems.system_analysis import SystemAnalysis
-    from squeal.analysis.systems.thresholds import system_thresholds
+    import squeal
     from squeal.io.system_files import read_system
+    from squeal.queries.systems.roots import system_roots
+    from squeal.queries.systems.thresholds import system_thresholds
     from squeal.results.sources import EigenvalueSelection
 
     for name in ("scipy.linalg", "scipy.optimize", "scipy.sparse.linalg"):  # as of the peers
@@ -110,7 +110,7 @@ def _squeal(folder: Path, way: str) -> tuple[float, Any]:
         found = system_thresholds(system, 1.0, wanted=wanted)
         return time.process_time() - start, np.full(len(found.crossings), 0.5j * (LOW + HIGH))
     if way == "look":
-        steps = SystemAnalysis.of(system, BAND).sweep(SWEPT, "modal").steps
+        steps = squeal.sweep(system, SWEPT, band=BAND, method="modal").steps
         return time.process_time() - start, np.concatenate([step.roots for step in steps])
     if way == "loop":
         each = [_eigs(_parts(system, {"mu": mu})) for mu in SWEPT]

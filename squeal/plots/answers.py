@@ -6,21 +6,23 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from matplotlib.figure import Figure
+from matplotlib import pyplot
+from matplotlib.axes import Axes
 
-from squeal.analysis.critical_speeds import CriticalSpeeds
-from squeal.analysis.cycles import Cycles
-from squeal.analysis.scatter import Scatter
-from squeal.analysis.sweep import eigenvalue_paths
-from squeal.analysis.thresholds import critical_friction
 from squeal.errors import InputError
 from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, number
 from squeal.plots import campbell, coupling, cycles, maps, modes, motion
 from squeal.plots.damping import damping_drawing
+from squeal.plots.panels import draw_panel, panel_drawing
 from squeal.plots.scatter import scatter_drawing
 from squeal.plots.style import Drawing, save
+from squeal.queries.critical_speeds import CriticalSpeeds
+from squeal.queries.cycles import Cycles
+from squeal.queries.scatter import Scatter
+from squeal.queries.sweep import eigenvalue_paths
+from squeal.queries.thresholds import critical_friction
 from squeal.results.eigenvalues import Eigenvalues, mode_shapes
 from squeal.results.map import Map
 from squeal.results.sources import PadSource, SystemSource
@@ -29,20 +31,28 @@ from squeal.results.thresholds import Thresholds
 from squeal.simulation.run import Simulation
 
 
-def draw(answer: Answer, path: Path | None = None, name: str = "", **more: Any) -> Figure:
-    """The figure of an answer, also saved if a path is given; `name` says what of."""
-    made = drawing(answer, name, **more)
-    if path is not None:
-        save(made, path, text=False)
-    return made.figure
+def draw(answer: Answer, path: Path, name: str = "", **more: Any) -> None:
+    """Save the figure of an answer; `name` says what of."""
+    save(drawing(answer, name, **more), path, text=False)
 
 
 def drawing(answer: Answer, name: str = "", **more: Any) -> Drawing:
-    """The same, to be saved. Raises InputError for an answer that has no figure."""
-    for kind, function in DRAWN.items():
-        if isinstance(answer, kind):
-            return function(answer, name or getattr(answer, "name", "") or "the scene", **more)
-    raise InputError(f"plot: {type(answer).__name__} has no figure")
+    """The whole figure of an answer, that of its panel where there is no other."""
+    function = DRAWN.get(type(answer), panel_drawing)
+    return function(answer, name or getattr(answer, "name", "") or "the scene", **more)
+
+
+def plot(answer: Answer, axes: Axes | None = None, **look: Any) -> Axes:
+    """The whole figure, shown by pyplot, or one panel in the Axes or in the look that are given."""
+    if axes is None and look.keys() <= OF_WHOLE_FIGURES:
+        figure = drawing(answer, **look).figure
+        # it is made already: pyplot takes it as the current one
+        pyplot.figure(FigureClass=lambda **_: figure)  # type: ignore[arg-type]
+        return figure.axes[0]
+    if axes is None:
+        _, axes = pyplot.subplots()
+    draw_panel(answer, axes, **look)
+    return axes
 
 
 def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Drawing:
@@ -119,12 +129,12 @@ def _motion(
     scene: Scene | None = None,
     inputs: Iterable[Path | InputFile] = (),
 ) -> Drawing:
+    if scene is None:
+        return panel_drawing(answer, name)
     history = answer.history
     response = answer.response
-    if scene is None or history is None or answer.events is None or response is None:
-        raise InputError(
-            "plot: a motion needs its scene, plot(scene=scene), and all outputs of the scene"
-        )
+    if history is None or answer.events is None or response is None:
+        raise InputError("plot: the figure of a motion needs all outputs of the scene")
     run = motion.Run(
         name=name,
         model=answer.model,
@@ -138,6 +148,7 @@ def _motion(
     return motion.motion_drawing(run, scene.pad_model, response.frequency_hz or 0.0)
 
 
+OF_WHOLE_FIGURES = {"name", "shape", "damping", "high", "scene", "inputs"}
 DRAWN: dict[type[Answer], Callable[..., Drawing]] = {
     Eigenvalues: _eigenvalues,
     Sweep: _sweep,

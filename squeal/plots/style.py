@@ -86,6 +86,7 @@ def blank(title: str, why: str, module: str, *results: Provenance | None) -> Dra
     with style():
         figure = Figure(figsize=(DOUBLE, 0.8))
         figure.set_layout_engine("none")
+        figure.add_subplot().set_axis_off()
         figure.text(0.5, 0.5, "\n".join(textwrap.wrap(why, 90)), ha="center", va="center")
     return Drawing(figure, why, title, origin(module, *results))
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError
-from squeal.io.writing import Answer, Column, Table, columns, number, picked
+from squeal.io.writing import Answer, Column, Panel, Table, columns, number, picked
 from squeal.linear import Spectrum, UnstableMode
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.paths import mode_numbers
@@ -89,6 +89,8 @@ class Eigenvalues(Answer):
     mode shapes as JSON holds them; details: what else the JSON object says, M, C and K among it;
     notes: lines for people; beside: what grows outside of the extent, in words.
     """
+
+    panel = Panel("real", "frequency_hz")
 
     name: str
     parameter: str

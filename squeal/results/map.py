@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.io.writing import Answer, Column, Table, in_order, picked, plain
+from squeal.io.writing import Answer, Column, Panel, Table, in_order, picked, plain
 from squeal.results.columns import parameter_heading
 from squeal.results.sources import Source
 from squeal.schema import Number, Place, Whole
@@ -61,6 +61,9 @@ class Map(Answer):
     codes (n1, n2): indices into `verdicts`; quantity: name, unit and values (n1, n2) of a number
     beside them; admissible (n1, n2): where a pad has an equilibrium that the model means.
     """
+
+    panel = Panel(0, 1)
+    grid = (0, 1)
 
     name: str
     axes: tuple[Axis, Axis]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.io.writing import Answer, Table, in_order, number, plain
+from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, plain
 from squeal.linear.paths import mode_numbers
 
 DEGREE = math.pi / 180
@@ -27,6 +27,13 @@ class Sensitivity(Answer):
     frequency in Hz, empty where stability is not lost; values, units: of the parameters;
     condition (m,): of the eigenvalues, 1 of real modes, infinite where two of them coalesce.
     """
+
+    @property
+    def panel(self) -> Panel:  # type: ignore[override]
+        """Bars of the first loss, or of the mode that grows fastest."""
+        if self.what == "threshold":
+            return Panel("parameter", 2, Mark.BARS)
+        return Panel("parameter", "dRe", Mark.BARS, "mode")
 
     what: str
     parameter: str

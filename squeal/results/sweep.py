@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.io.writing import Answer, Column, Table, number, picked
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, number, picked
 from squeal.linear import GROWING, UnstableMode
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.paths import Loss
@@ -179,6 +179,9 @@ class Sweep(Answer):
     value if this lies between the others, else the first one; losses: where that is in doubt;
     names: of modes by number; basis tells of a reduced system that served.
     """
+
+    panel = Panel(0, "frequency_hz", Mark.LINES, "mode")
+    grid = (0, "mode")
 
     name: str
     parameter: str

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from squeal.io.writing import Answer, Column, Table, located, number, picked
+from squeal.io.writing import Answer, Column, Panel, Table, located, number, picked
 from squeal.linear import CriticalPoint, Crossing, UnstableMode
 from squeal.linear.eigen import assigned
 from squeal.results.columns import parameter_entry
@@ -29,6 +29,8 @@ class Thresholds(Answer):
     branch. proof: what the referee says, as JSON holds it, None where it is not asked; proof_line
     in words.
     """
+
+    panel = Panel("mu", "frequency_hz")
 
     name: str
     parameter: str

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from squeal.analysis.pads.equilibrium import branch_system
 from squeal.io.scene import Scene
 from squeal.linear import SystemFunction, thresholds
 from squeal.linear.eigen import ComplexArray, ordered
 from squeal.linear.matrices import Array
 from squeal.linear.paths import continued, links
 from squeal.linear.system import matrices_at
+from squeal.queries.pads.equilibrium import branch_system
 
 SAMPLES = 201  # values of mu
 
