@@ -28,8 +28,8 @@ def options(parser: Parser) -> None:
     add("--sensitivity", action="store_true", help=words)
     words = "what each term of M, C and K does to the growth and frequency of each mode"
     add("--energy", action="store_true", help=words)
-    words = "let a referee judge all roots of a pad or of up to 400 rows, which is the rule"
-    add("--prove", action=argparse.BooleanOptionalAction, default=True, help=words)
+    words = "let a referee judge the roots: the rule for pads and up to 400 rows, else of a --band"
+    add("--prove", action=argparse.BooleanOptionalAction, help=words)
     words = "what the verdict was held against too"
     add("--verbose", action="store_true", help=words)
     take(parser, "at", "modes", "region", "method", "memory", "shape", "test")
@@ -64,15 +64,16 @@ def run(given: argparse.Namespace) -> Reply:
         sweep = squeal.sweep(
             at_value, given.values, method=given.method, workers=given.workers, **selection
         )
-    needs_vectors = (
+    needs_full_roots = (
         given.sensitivity
         or given.energy
         or given.change
         or given.shape
         or given.shapes
         or given.test
+        or given.prove
     )
-    estimate = sweep if sweep and sweep.is_first_look and not needs_vectors else None
+    estimate = sweep if sweep and sweep.is_first_look and not needs_full_roots else None
     spectrum = squeal.eigenvalues(subject, given.at, look=estimate, prove=given.prove, **selection)
     pairs = squeal.compare(spectrum, given.test) if given.test else None
     main_answer: Answer = spectrum
