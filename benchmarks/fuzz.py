@@ -271,8 +271,8 @@ def _words() -> str:
     """What libFuzzer puts into inputs: keys of files, and words that formats know."""
     from squeal.io.components import ASSEMBLY as assembly
     from squeal.io.scene import SCENE
-    from squeal.io.system import SYSTEM as system
-    from squeal.io.system import TERM
+    from squeal.io.system_keys import SYSTEM as system
+    from squeal.io.system_keys import TERM
 
     groups = (SCENE, system, assembly, TERM)
     keys = sorted({path[-1] for group in groups for path, _ in group._paths()})

@@ -13,8 +13,8 @@ from matplotlib.patches import Rectangle
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
+from squeal.io.coordinates import Coordinates
 from squeal.io.shapes import displacements, outer_faces
-from squeal.io.system import Coordinates
 from squeal.linear import GROWING, Eigenvalue
 from squeal.model.pad import Pad
 from squeal.plots.style import (
@@ -207,9 +207,7 @@ def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> 
             moved = rest + LARGEST_OF_NODES * size * (u * phase).real
             if faces:
                 axes.add_collection3d(Line3DCollection(edges, colors="0.55", linewidths=0.4))
-                drawn: Any = Poly3DCollection([moved[list(face)] for face in faces], linewidths=0.1)
-                drawn.set(array=np.array([amplitude[list(face)].mean() for face in faces]))
-                drawn.set(edgecolor=(0.0, 0.0, 0.0, 0.25))
+                drawn = _coloured_faces(faces, moved, amplitude)
                 axes.add_collection3d(drawn)
             else:
                 drawn = axes.scatter(*moved.T, c=amplitude, clip_on=False, s=dot, lw=0)
@@ -221,3 +219,18 @@ def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> 
         figure.text(0.5, 0.93, literal(words), ha="center")
     text = f"Shape of a mode of {name}: {words}."
     return Drawing(figure, text, f"Mode of {name}", origin(__name__))
+
+
+def _coloured_faces(
+    faces: Sequence[tuple[int, ...]], places: NDArray, amplitude: NDArray
+) -> Poly3DCollection:
+    """Faces of nodes at places (n, 3), coloured by the mean amplitude (n,) of their nodes."""
+    polygons = []
+    colours = []
+    for face in faces:
+        nodes = list(face)
+        polygons.append(places[nodes])
+        colours.append(amplitude[nodes].mean())
+    collection = Poly3DCollection(polygons, linewidths=0.1)
+    collection.set(array=np.array(colours), edgecolor=(0.0, 0.0, 0.0, 0.25))
+    return collection

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.io.system import POINTS, Coordinates
+from squeal.io.coordinates import POINTS, Coordinates
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
 from squeal.linear.digits import data_errors, has_digits
 from squeal.linear.matrices import EPS, dense

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
 from squeal.errors import InputError
-from squeal.io.system import DIRECTIONS, Coordinates, number_in, read_table
+from squeal.io.coordinates import DIRECTIONS, Coordinates
+from squeal.io.tables import number_in, read_table
 from squeal.io.writing import Answer, Column, Panel, Table, columns
 from squeal.linear.matrices import dense, given_matrix
 from squeal.results.eigenvalues import Eigenvalues

@@ -36,7 +36,7 @@ def eigenvalues(
     memory: Positive | None = None,
     progress: Progress | None = None,
     look: Sweep | None = None,
-    prove: bool = True,
+    prove: bool | None = None,
 ) -> Eigenvalues:
     """Compute eigenvalues, and the verdict on them.
 
@@ -58,10 +58,11 @@ def eigenvalues(
         Called with a line for each step of long work.
     look : Sweep, optional
         A first look over the value: above 400 rows its basis answers, and nothing is certified.
-    prove : bool
-        Whether the referee judges all roots of a pad, or of a system of up to 400 rows. What it
+    prove : bool, optional
+        Left out, the referee judges all roots of a pad, or of a system of up to 400 rows. What it
         proves is certified, what hangs on the last digits of the entries has no verdict, and what
-        it refutes is replaced.
+        it refutes is replaced. True asks it of the modes of a band of a larger system too, False
+        leaves it out.
 
     Returns
     -------
@@ -84,7 +85,8 @@ def eigenvalues(
     """
     if isinstance(subject, Scene):
         refuse_options("a scene", band=band, region=region, modes=modes, memory=memory, look=look)
-        return pad_eigenvalues(subject if at is None else subject.replace(mu=at), prove)
+        scene = subject if at is None else subject.replace(mu=at)
+        return pad_eigenvalues(scene, prove is not False)
     from squeal.queries.systems.eigenvalues import system_eigenvalues
     from squeal.queries.systems.system_analysis import SystemAnalysis
 

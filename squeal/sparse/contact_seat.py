@@ -200,7 +200,7 @@ def _unit_vectors(name: str, given: ArrayLike, nodes: NDArray[np.str_]) -> Array
     vectors = np.broadcast_to(np.asarray(given, dtype=float), (len(nodes), 3))
     lengths = np.linalg.norm(vectors, axis=1)
     _require_at_pairs(lengths > 0.0, f"{name}: has no length", nodes)
-    return np.asarray(vectors / lengths[:, None])
+    return vectors / lengths[:, None]
 
 
 def _require_at_pairs(holds: Bools, words: str, nodes: NDArray[np.str_]) -> None:

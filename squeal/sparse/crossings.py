@@ -37,7 +37,7 @@ from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.search import search
 from squeal.linear.system import TermSystem
 from squeal.sparse.dispersive import NEAR, DispersiveReduction, frequencies
-from squeal.sparse.eigensolver import enlarged
+from squeal.sparse.eigensolver import enlarged, residuals_of
 from squeal.sparse.factor import Factor, factorise, factorise_at
 from squeal.sparse.quadratic import (
     Array,
@@ -663,16 +663,15 @@ def confirmed(reduction: Reduction, name: str, start: CrossingGuess) -> AxisCros
         guess = _refined_on_reduced(reduction, name, guess)
         problem = scaled.at({name: guess.value, **scaled.system.frequency(guess.omega)})
         root = np.array([complex(0.0, guess.omega)])
-        residual = problem.apply(root, guess.right[:, None])
-        left_residual = problem.transposed().apply(root, guess.left[:, None].conj())
-        worst = max(np.linalg.norm(residual), np.linalg.norm(left_residual))
-        if worst / float(problem.size(root)[0]) <= EXACT:
+        roots = Roots(root, guess.right[:, None], guess.left[:, None])
+        residuals = residuals_of(problem, roots)
+        if max(np.linalg.norm(part) for part in residuals) <= EXACT:
             step = _newton_step(scaled, name, guess)
             if step is not None and step.is_converged:
                 return step.crossing
             break
-        corrections = [factor.solve(residual), factor.solve(left_residual, transposed=True)]
-        reduction.extend(np.hstack(corrections), dropped=1e-4)
+        both = np.ones(1, dtype=bool)
+        reduction.extend(residuals.corrections(factor, both, both), dropped=1e-4)
     return axis_crossing(scaled, name, guess)
 
 

@@ -26,7 +26,7 @@ from squeal.linear.eigen import Eigenvalue
 from squeal.linear.moduli import Modulus
 from squeal.linear.system import TermSystem
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.eigensolver import CORRECTIONS, EXACT, GOOD_ENOUGH
+from squeal.sparse.eigensolver import CORRECTIONS, EXACT, GOOD_ENOUGH, Residuals, residuals_of
 from squeal.sparse.factor import factorise_at
 from squeal.sparse.quadratic import (
     Array,
@@ -123,12 +123,11 @@ class DispersiveReduction(Reduction):
     def roots(
         self, changes: Changes, left: bool = False, values: ComplexArray | None = None
     ) -> Roots:
-        """The roots in the region, or of these `values`, each at its own frequency."""
+        """The roots in the region, each at its own frequency."""
         if self._is_frozen(changes):
             return super().roots(changes, left, values)
-        if values is None:
-            return vectors_of(self, changes, roots_at_own_frequencies(self, changes).roots)
-        return vectors_of(self, changes, [RepeatedRoot(value, 1) for value in values])
+        assert values is None
+        return vectors_of(self, changes, roots_at_own_frequencies(self, changes).roots)
 
     def residuals(self, roots: Roots, changes: Changes) -> Array:
         """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""
@@ -251,37 +250,33 @@ def modes_at_own_frequencies(
     grid = frequencies(system, region)
     before = np.inf
     for _ in range(CORRECTIONS):
-        roots = vectors_of(reduction, changes, reduced)
-        problems = [scaled.at({**changes, **system.frequency(z.imag)}) for z in roots.values]
-        right = multiply(reduction.vectors, roots.right)
-        conjugate_left = multiply(reduction.vectors, roots.left.conj())
-        residuals = np.zeros_like(right)
-        left_residuals = np.zeros_like(right)
-        for k, (problem, z) in enumerate(zip(problems, roots.values, strict=True)):
-            at_root = np.array([z])
-            size = problem.size(z)
-            residuals[:, [k]] = problem.apply(at_root, right[:, [k]]) / size
-            transposed = problem.transposed()
-            left_residuals[:, [k]] = transposed.apply(at_root, conjugate_left[:, [k]]) / size
-        errors = np.maximum(
-            np.linalg.norm(residuals, axis=0), np.linalg.norm(left_residuals, axis=0)
+        reduced_roots = vectors_of(reduction, changes, reduced)
+        full = Roots(
+            values=reduced_roots.values,
+            right=multiply(reduction.vectors, reduced_roots.right),
+            left=multiply(reduction.vectors, reduced_roots.left),
         )
+        each = [full.select(np.array([k])) for k in range(len(full.values))]
+        problems = [scaled.at({**changes, **system.frequency(z.imag)}) for z in full.values]
+        residuals = Residuals(np.zeros_like(full.right), np.zeros_like(full.right))
+        for k, problem in enumerate(problems):
+            right, left = residuals_of(problem, each[k])
+            residuals.right[:, [k]] = right
+            residuals.left[:, [k]] = left
+        errors = np.maximum(*(np.linalg.norm(part, axis=0) for part in residuals))
         worst = float(np.max(errors, initial=0.0))
         if worst <= EXACT or before / 2 < worst <= GOOD_ENOUGH:
             break
         before = worst
         late = errors > EXACT
-        corrections = factor.solve(residuals[:, late])
-        left_corrections = factor.solve(left_residuals[:, late], transposed=True)
-        reduction.extend(np.hstack([corrections, left_corrections]))
+        reduction.extend(residuals.corrections(factor, late, late))
         moved = []
         for value, multiplicity in reduced:
             root = _newton(reduction, changes, value, value.imag, grid) or value
             moved.append(RepeatedRoot(root, multiplicity))
         reduced = moved
-    full = Roots(roots.values, right, conjugate_left.conj())
     eigenvalues: list[Eigenvalue] = []
-    for k, problem in enumerate(problems):
-        eigenvalues += eigenvalues_of(problem, full.select(np.array([k])))
+    for problem, root_with_vectors in zip(problems, each, strict=True):
+        eigenvalues += eigenvalues_of(problem, root_with_vectors)
     eigenvalues.sort(key=lambda e: e.value.imag)
     return ModesAtOwnFrequencies(tuple(eigenvalues), unsure)

@@ -27,6 +27,7 @@ from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.factor import Factor, factorise_at
 from squeal.sparse.quadratic import (
     Array,
+    Bools,
     ComplexArray,
     Quadratic,
     Roots,
@@ -62,92 +63,49 @@ class RootsNearShift(NamedTuple):
     factor: Factor  # of P(shift)
 
 
-class _RitzPairs(NamedTuple):
-    """Converged theta, the largest first, their coordinates, and the distance of the next root."""
+class BlockArnoldi:
+    """An orthonormal basis of a block Krylov subspace, and an operator in it.
 
-    theta: ComplexArray  # (m,)
-    coordinates: NDArray  # (columns, m)
-    reach: float
-
-
-class _KrylovSubspace:
-    """A block Krylov subspace of the companion form at a shift, in one precision.
-
-    The first `applied` of its `size` columns are those to which the operator has been applied.
+    The first `applied` of `size` columns are those to which the operator has been applied.
     """
 
     def __init__(
-        self,
-        problem: Quadratic,
-        shift: complex,
-        factor: Factor,
-        radius: float,
-        seed: int,
-        single: bool,
+        self, operator: Callable[[NDArray], NDArray], start: NDArray, columns: int
     ) -> None:
-        if problem.real and shift.imag == 0.0:
-            self.dtype = np.dtype(np.float32 if single else np.float64)
-        else:
-            self.dtype = np.dtype(np.complex64 if single else np.complex128)
-        self.n = problem.n
-        self.factor = factor
-        self.radius = radius
-        self.most = min(COLUMNS, 2 * problem.n)
-        self.slope = (radius * problem.slope(shift)).astype(self.dtype)
-        self.mass = (radius**2 * problem.M).astype(self.dtype)
-        columns = self.most + BLOCK
-        self.basis = np.zeros((2 * self.n, columns), self.dtype, order="F")
-        self.hessenberg = np.zeros((columns, columns), self.dtype)
-        start = np.random.default_rng(seed).standard_normal((2 * self.n, BLOCK))
-        first, _ = orthogonalise(self.basis[:, :0], self._companion(start.astype(self.dtype)))
+        first, _ = orthogonalise(start[:, :0], operator(start))
+        self.operator = operator
         self.applied = 0
         self.size = first.shape[1]
-        self.basis[:, : self.size] = first
-
-    def _companion(self, states: NDArray) -> NDArray:
-        """The companion form on vectors [theta x; x] (2n, m)."""
-        upper = states[: self.n]
-        lower = states[self.n :]
-        return np.vstack([self.factor.solve(-(self.slope @ upper + self.mass @ lower)), upper])
+        self._storage = np.zeros((len(start), columns), start.dtype, order="F")
+        self._storage[:, : self.size] = first
+        self._coordinates: list[NDArray] = []  # of the images of each block
 
     @property
-    def can_grow(self) -> bool:
-        """False once it is invariant, or as large as it may be."""
-        return self.applied < self.size <= self.most
+    def basis(self) -> NDArray:
+        """Orthonormal columns (n, size)."""
+        return self._storage[:, : self.size]
 
     def grow(self) -> None:
         """Apply the operator to the columns to which it has not been applied."""
-        images = self._companion(self.basis[:, self.applied : self.size])
-        new, coordinates = orthogonalise(self.basis[:, : self.size], images)
-        self.hessenberg[: len(coordinates), self.applied : self.size] = coordinates
+        new, coordinates = orthogonalise(self.basis, self.operator(self.basis[:, self.applied :]))
+        self._coordinates.append(coordinates)
         self.applied = self.size
         self.size += new.shape[1]
-        self.basis[:, self.applied : self.size] = new
+        while self.size > self._storage.shape[1]:
+            self._storage = np.hstack([self._storage, np.zeros_like(self._storage)])
+        self._storage[:, self.applied : self.size] = new
 
-    def ritz_pairs(self) -> _RitzPairs:
-        """What has converged."""
-        square = self.hessenberg[: self.applied, : self.applied]
-        theta, coordinates = np.linalg.eig(square.astype(np.result_type(self.dtype, float)))
-        sizes = np.maximum(np.abs(theta), np.finfo(float).tiny)
-        below = self.hessenberg[self.applied : self.size, : self.applied]
-        residuals = np.linalg.norm(below @ coordinates, axis=0)
-        is_good = residuals <= RITZ_RESIDUAL * sizes
-        order = np.flatnonzero(is_good)[np.argsort(-sizes[is_good])]
-        return _RitzPairs(
-            theta=theta[order].astype(complex),
-            coordinates=coordinates[:, order],
-            reach=float(np.min(self.radius / sizes[~is_good], initial=np.inf)),
-        )
-
-    def vectors(self, ritz: _RitzPairs) -> NDArray:
-        """Unit vectors (n, m) x of the Ritz pairs."""
-        coordinates = ritz.coordinates.astype(np.result_type(self.dtype, np.complex64))
-        upper = self.basis[: self.n, : self.applied] @ coordinates
-        lower = self.basis[self.n :, : self.applied] @ coordinates
-        # the longer of theta x and x has the smaller error
-        vectors = np.where(np.abs(ritz.theta) >= 1.0, upper, lower)
-        vectors /= np.linalg.norm(vectors, axis=0)
-        return vectors
+    def eigenpairs(self) -> tuple[ComplexArray, NDArray, Array]:
+        """Eigenvalues (m,) of the operator in the subspace, their coordinates, and residuals."""
+        H = np.zeros((self.size, self.applied), self._storage.dtype)
+        end = 0
+        for coordinates in self._coordinates:
+            start = end
+            end += coordinates.shape[1]
+            H[: len(coordinates), start:end] = coordinates
+        square = H[: self.applied].astype(np.result_type(H, float))
+        theta, vectors = np.linalg.eig(square)
+        return theta, vectors, np.linalg.norm(H[self.applied :] @ vectors, axis=0)
 
 
 def roots_near_shift(
@@ -163,27 +121,47 @@ def roots_near_shift(
     `radius` is the distance that becomes theta = 1; the subspace starts from random vectors of the
     `seed`, in `single` precision if so.
     """
-    report(f"factorising {problem.n} rows at {shift:.6g}")
+    n = problem.n
+    report(f"factorising {n} rows at {shift:.6g}")
     centre, factor = factorise_at(problem, shift, single)
-    subspace = _KrylovSubspace(problem, centre, factor, radius, seed, single)
-    next_look = 2 * BLOCK
-    while subspace.can_grow:
-        subspace.grow()
-        if subspace.applied < next_look:  # an eigenproblem of its own: not after every block
-            continue
-        next_look = subspace.applied + max(2 * BLOCK, subspace.applied // 8)
-        ritz = subspace.ritz_pairs()
-        if len(ritz.theta) and enough(centre + radius / ritz.theta, ritz.reach):
-            break
+    if problem.real and centre.imag == 0.0:
+        dtype = np.dtype(np.float32 if single else np.float64)
     else:
-        ritz = subspace.ritz_pairs()
-    return RootsNearShift(
-        values=centre + radius / ritz.theta,
-        vectors=subspace.vectors(ritz),
-        reach=ritz.reach,
-        shift=centre,
-        factor=factor,
-    )
+        dtype = np.dtype(np.complex64 if single else np.complex128)
+    slope = (radius * problem.slope(centre)).astype(dtype)
+    mass = (radius**2 * problem.M).astype(dtype)
+
+    def companion(states: NDArray) -> NDArray:
+        """The companion form on vectors [theta x; x] (2n, m)."""
+        upper = states[:n]
+        return np.vstack([factor.solve(-(slope @ upper + mass @ states[n:])), upper])
+
+    start = np.random.default_rng(seed).standard_normal((2 * n, BLOCK)).astype(dtype)
+    most = min(COLUMNS, 2 * n)
+    krylov = BlockArnoldi(companion, start, most + BLOCK)
+    next_look = 2 * BLOCK
+    while True:
+        can_grow = krylov.applied < krylov.size <= most
+        if can_grow:
+            krylov.grow()
+            if krylov.applied < next_look:  # an eigenproblem of its own: not after every block
+                continue
+        next_look = krylov.applied + max(2 * BLOCK, krylov.applied // 8)
+        theta, coordinates, residuals = krylov.eigenpairs()
+        sizes = np.maximum(np.abs(theta), np.finfo(float).tiny)
+        is_good = residuals <= RITZ_RESIDUAL * sizes
+        reach = float(np.min(radius / sizes[~is_good], initial=np.inf))
+        nearest = np.flatnonzero(is_good)[np.argsort(-sizes[is_good])]
+        theta = theta[nearest].astype(complex)
+        values = centre + radius / theta
+        if not can_grow or (len(values) and enough(values, reach)):
+            break
+    chosen = coordinates[:, nearest].astype(np.result_type(dtype, np.complex64))
+    states = krylov.basis[:, : krylov.applied]
+    # the longer of theta x and x has the smaller error
+    vectors = np.where(np.abs(theta) >= 1.0, states[:n] @ chosen, states[n:] @ chosen)
+    vectors /= np.linalg.norm(vectors, axis=0)
+    return RootsNearShift(values, vectors, reach, centre, factor)
 
 
 def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
@@ -246,7 +224,6 @@ def corrected_roots(
     """
     if not basis.size:
         return Roots.none(problem.n)
-    transposed = problem.transposed()
     V = basis
     M = V.T @ (problem.M @ V)
     C = V.T @ (problem.C @ V)
@@ -257,32 +234,47 @@ def corrected_roots(
         values = dense_values(M, C, K, stiffness)
         values = values[region.contains(values)]
         ritz = roots_at(M, C, K, values, left=True, stiffness=stiffness)
-        right = multiply(V, ritz.right)
-        conjugate_left = multiply(V, ritz.left.conj())
-        residuals = problem.apply(ritz.values, right)
-        left_residuals = transposed.apply(ritz.values, conjugate_left)
-        sizes = divisor(problem.size(ritz.values))
-        errors = np.linalg.norm(residuals, axis=0) / sizes
-        left_errors = np.linalg.norm(left_residuals, axis=0) / sizes
+        left = multiply(V, ritz.left.conj()).conj()
+        roots = Roots(values=ritz.values, right=multiply(V, ritz.right), left=left)
+        residuals = residuals_of(problem, roots)
+        errors = np.linalg.norm(residuals.right, axis=0)
+        left_errors = np.linalg.norm(residuals.left, axis=0)
         left_errors *= exact / accepted  # they enter conditions and derivatives
         worst = max(np.max(errors, initial=0.0), np.max(left_errors, initial=0.0))
-        if worst <= exact or (before / 2 < worst <= accepted):
-            return Roots(values=ritz.values, right=right, left=conjugate_left.conj())
+        if worst <= exact or before / 2 < worst <= accepted:
+            return roots
         before = worst
-        steps = []
-        late = errors > exact
-        if np.any(late):
-            steps.append(factor.solve(residuals[:, late]))
-        late = left_errors > exact
-        if np.any(late):
-            steps.append(factor.solve(left_residuals[:, late], transposed=True))
         old = V
-        V = enlarged(V, np.hstack(steps), dropped=1e-4)
+        steps = residuals.corrections(factor, errors > exact, left_errors > exact)
+        V = enlarged(V, steps, dropped=1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
         M = grown(M, problem.M, old, new)
         C = grown(C, problem.C, old, new)
         K = grown(K, problem.K, old, new)
     return None
+
+
+class Residuals(NamedTuple):
+    """P x and P' y* of right and left vectors x, y of roots, over a bound of |P| (n, m)."""
+
+    right: ComplexArray
+    left: ComplexArray
+
+    def corrections(self, factor: Factor, of_right: Bools, of_left: Bools) -> ComplexArray:
+        """Directions that correct some of the right and some of the left vectors, by a factor of P
+        near them."""
+        right = factor.solve(self.right[:, of_right])
+        left = factor.solve(self.left[:, of_left], transposed=True)
+        return np.hstack([right, left])
+
+
+def residuals_of(problem: Quadratic, roots: Roots) -> Residuals:
+    """What right and left vectors of roots lack in the full problem."""
+    sizes = divisor(problem.size(roots.values))
+    return Residuals(
+        right=problem.apply(roots.values, roots.right) / sizes,
+        left=problem.transposed().apply(roots.values, roots.left.conj()) / sizes,
+    )
 
 
 def grown(projected: Array, A: Matrix, old: Array, new: Array) -> Array:

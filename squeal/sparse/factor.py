@@ -191,6 +191,8 @@ class _Pardiso(Factor):
         return solution
 
     def _solve_own_type(self, right: NDArray, transposed: bool) -> NDArray:
+        if not right.size:
+            return right
         # columns are rows of the transpose
         self._control[_Control.TRANSPOSED] = 0 if transposed else TRANSPOSE
         return self._call(_Phase.SOLVE, right)

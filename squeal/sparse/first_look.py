@@ -29,7 +29,7 @@ from squeal.linear.system import frictionless
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.compression import Compression
 from squeal.sparse.dense import dense_values
-from squeal.sparse.eigensolver import corrected_roots, modes_in, orthogonalise
+from squeal.sparse.eigensolver import COLUMNS, BlockArnoldi, corrected_roots, modes_in
 from squeal.sparse.factor import Factor, factorise
 from squeal.sparse.quadratic import (
     Array,
@@ -109,29 +109,22 @@ class Structure:
         The largest theta = 1 / (w^2 - shift) come first.
         """
         reach = highest**2 - self.shift
-        rows = self.F.shape[0]
-        start = np.random.default_rng(0).standard_normal((rows, BLOCK))
-        basis, _ = orthogonalise(np.zeros((rows, 0)), self.factor.solve(self.M @ start))
-        hessenberg = np.zeros((basis.shape[1], 0))
-        applied = 0  # columns to which F^-1 M has been applied
+        start = np.random.default_rng(0).standard_normal((self.F.shape[0], BLOCK))
+        krylov = BlockArnoldi(lambda x: self.factor.solve(self.M @ x), start, COLUMNS)
         next_look = 2 * BLOCK
         while True:
-            images = self.factor.solve(self.M @ basis[:, applied:])
-            new, coordinates = orthogonalise(basis, images)
-            grown = np.pad(hessenberg, ((0, new.shape[1]), (0, 0)))
-            hessenberg = np.hstack([grown, coordinates])
-            applied = basis.shape[1]
-            basis = np.hstack([basis, new])
-            if applied < next_look and new.size:
+            krylov.grow()
+            is_invariant = krylov.applied == krylov.size
+            if krylov.applied < next_look and not is_invariant:
                 continue
-            next_look = applied + max(2 * BLOCK, applied // 8)
-            theta, Y = np.linalg.eig(hessenberg[:applied])
+            next_look = krylov.applied + max(2 * BLOCK, krylov.applied // 8)
+            theta, coordinates, residuals = krylov.eigenpairs()
             closeness = reach * np.abs(theta)
             is_wanted = closeness >= min(1.0, closeness.max())  # one at least
-            residuals = np.linalg.norm(hessenberg[applied:] @ Y, axis=0) / np.abs(theta)
-            are_good = np.all(residuals[is_wanted] <= MODE_RESIDUAL)
-            if not new.size or (not is_wanted.all() and are_good):
-                return np.asarray(basis[:, :applied] @ Y[:, is_wanted], dtype=complex)
+            are_good = np.all((residuals <= MODE_RESIDUAL * np.abs(theta))[is_wanted])
+            if is_invariant or (not is_wanted.all() and are_good):
+                modes = krylov.basis[:, : krylov.applied] @ coordinates[:, is_wanted]
+                return modes.astype(complex)
 
 
 def _symmetric_part(A: csc_array) -> csc_array:
@@ -215,21 +208,21 @@ class FirstLook(Reduction):
         self.contraction = 0.5
         self.error = np.inf
         self.wide = region.widened(MARGIN)
-        self.highest = max(abs(region.low_imag), abs(region.high_imag))
-        self.reach = REACH * self.highest
+        highest = max(abs(region.low_imag), abs(region.high_imag))
+        self.reach = REACH * highest
         # one structure for each different K and M without friction, at the ends and in the middle
-        different: dict[bytes, Changes] = {}
+        representatives: dict[bytes, Changes] = {}
         for k in dict.fromkeys((0, len(values) // 2, len(values) - 1)):
-            different[self._structure_factors(values[k]).tobytes()] = values[k]
+            representatives[self._structure_factors(values[k]).tobytes()] = values[k]
         self.structures = []
-        for changes in different.values():
+        for changes in representatives.values():
             problem = scaled.at(frictionless(scaled.system, changes))
-            self.structures.append(Structure(problem, self.highest))
-        self._factors = np.array([self._structure_factors(p) for p in different.values()])
+            self.structures.append(Structure(problem, highest))
+        self._factors = np.array([self._structure_factors(p) for p in representatives.values()])
         index = np.linspace(0, len(values) - 1, min(len(values), TRAINED))
         self.trained = [values[round(k)] for k in index.tolist()]
-        if len(different) > 2:
-            self.samples = tuple(different.values())
+        if len(representatives) > 2:
+            self.samples = tuple(representatives.values())
         else:
             self.samples = (values[0], values[-1])[: len(values)]
 
@@ -445,7 +438,6 @@ class FirstLook(Reduction):
 
     def _contraction(self, changes: Changes) -> float:
         """How T contracts what the basis lacks, at two corners of the region."""
-        problem = self.scaled.at(changes)
         structure = self.structures[self._nearest_structure(changes)]
         factor = structure.factor  # which may move F
         complement = Complement(
@@ -454,11 +446,7 @@ class FirstLook(Reduction):
             matrix=structure.F,
             factor=factor,
         )
-        lower = complex(self.region.high_real, max(self.region.low_imag, 0.0))
-        upper = complex(self.region.high_real, self.highest)
-        return max(
-            complement.contraction(problem.at(lower)), complement.contraction(problem.at(upper))
-        )
+        return complement.contraction_in(self.region, self.scaled.at(changes))
 
     def estimate_by_basis(self, changes: Changes, deciding: bool = False) -> EstimatedRoots:
         """The roots of the region with their errors; of those that clearly decay and are not near

@@ -77,6 +77,14 @@ class Complement:
             x = x / np.where(size > 0, size, 1.0)
         return float(size.max())
 
+    def contraction_in(self, region: Rectangle, problem: Quadratic) -> float:
+        """The larger one of P at two corners of a region, where roots grow fastest."""
+        corners = (
+            complex(region.high_real, max(region.low_imag, 0.0)),
+            complex(region.high_real, max(abs(region.low_imag), abs(region.high_imag))),
+        )
+        return max(self.contraction(problem.at(corner)) for corner in corners)
+
 
 def random_vectors(rows: int, seed: int) -> Array:
     """Columns (rows, SKETCH) whose products with a vector have its length, on the average."""
@@ -183,9 +191,7 @@ class Reduction:
             matrix=self.scaled.at(changes).at(shift),
             factor=self.factor,
         )
-        lower = problem.at(complex(self.region.high_real, self.region.low_imag))
-        upper = problem.at(complex(self.region.high_real, self.region.high_imag))
-        return max(complement.contraction(lower), complement.contraction(upper)) < CONTRACTS
+        return complement.contraction_in(self.region, problem) < CONTRACTS
 
     @property
     def size(self) -> int:
@@ -237,12 +243,10 @@ class Reduction:
         sizes = np.abs(weights)
         return np.sum(sizes * self._norms[:, None], axis=0, where=sizes > 0.0)
 
-    def modes(
-        self, changes: Changes, values: ComplexArray | None = None, left: bool = False
-    ) -> EstimatedModes:
-        """The roots in the region, or of these `values`, without those that are none of the full
-        problem. Left vectors if wanted."""
-        roots = self.roots(changes, left, values)
+    def modes(self, changes: Changes, left: bool = False) -> EstimatedModes:
+        """The roots in the region without those that are none of the full problem, with left
+        vectors if wanted."""
+        roots = self.roots(changes, left)
         residuals = self.residuals(roots, changes)
         is_genuine = residuals <= SPURIOUS
         return EstimatedModes(

@@ -137,3 +137,15 @@ WRONG = [
 def test_refusals(read, text, table, word):
     with pytest.raises(InputError, match=word):
         read(text, table)
+
+
+def test_a_modulus_at_a_term_of_C_leaves_the_loss_of_the_whole_to_K(tmp_path):
+    """q'' + 0.1 q' + (1 + 0.1 i) 100 q = 0, where the dashpot's table is 1 at all frequencies."""
+    (tmp_path / "dashpot.csv").write_text("frequency,storage\n0,1\n100,1\n")
+    (tmp_path / "s.yaml").write_text(
+        "M: [[1]]\nC: [{matrix: [[0.1]], modulus: {file: dashpot.csv}}]\nK: [[100]]\n"
+        "damping: {structural: 0.1}\n"
+    )
+    values = squeal.eigenvalues(read_system(tmp_path / "s.yaml"), band=(1.0, 5.0)).values
+    exact = np.roots([1.0, 0.1, 100.0 * (1.0 + 0.1j)])
+    assert values[values.imag > 0.0] == pytest.approx(exact[exact.imag > 0.0], rel=1e-9)

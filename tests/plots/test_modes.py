@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from squeal.io.coordinates import Coordinates
 from squeal.io.scene import read_scene
 from squeal.io.shapes import displacements
-from squeal.io.system import Coordinates
 from squeal.plots import modes
 from squeal.plots.modes import shape_drawing
 from squeal.queries.pads.equilibrium import analyse

@@ -10,7 +10,8 @@ from scipy.sparse import block_diag, csc_array
 import squeal
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.examples.brake import solid_brake, write_brake
-from squeal.io.system import Coordinates, SystemFile
+from squeal.io.coordinates import Coordinates
+from squeal.io.system import SystemFile
 from squeal.linear.system import Term, TermSystem
 from tests.conftest import SCENES
 

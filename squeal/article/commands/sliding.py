@@ -13,7 +13,7 @@ import numpy as np
 
 from squeal.article.equations import bounds, mismatch, rank, stiffness
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import take_files
+from squeal.cli.options import as_typed, take_files
 from squeal.equilibrium import Equilibrium, find_all, sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import InputError
@@ -150,7 +150,7 @@ def run(given: argparse.Namespace) -> Reply:
     scene = given.source.scene()
     if given.table is not None and scene.pad_model.linear:
         raise InputError(
-            f"{given.table_said}: is not allowed with model B3, "
+            f"{as_typed(given, 'table')}: is not allowed with model B3, "
             "which has no equilibria to write; a scene of B1 or B2 is allowed"
         )
     answer = data(scene)

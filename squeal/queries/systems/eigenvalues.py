@@ -17,6 +17,7 @@ from squeal.linear.eigen import growing
 from squeal.linear.matrices import dense
 from squeal.linear.system import System
 from squeal.queries.systems.all_roots import is_small
+from squeal.queries.systems.band_proof import with_band_proof
 from squeal.queries.systems.known import (
     accuracy_by_digits,
     data_of,
@@ -44,10 +45,14 @@ def system_eigenvalues(
     analysis: SystemAnalysis,
     at: float | None = None,
     look: Sweep | None = None,
-    prove: bool = True,
+    prove: bool | None = None,
 ) -> Eigenvalues:
     """The selected roots at a value of the parameter, with what proves them complete, or of a large
-    system from the basis of a first look. `prove` asks the referee of all roots of a small one."""
+    system from the basis of a first look.
+
+    The referee is asked of all roots of a small system unless `prove` is False, of the modes of a
+    band of a larger one if it is True.
+    """
     parameter = analysis.system.parameter
     if at is not None:
         analysis.warn_of_unused_parameter()
@@ -102,7 +107,7 @@ def system_eigenvalues(
     )
 
 
-def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool) -> SystemRoots:
+def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> SystemRoots:
     """The selected roots, of a large system with a first look as that has them."""
     file = analysis.file
     system = analysis.system
@@ -111,8 +116,12 @@ def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool) -> SystemR
         if isinstance(reduction, FirstLook):
             changes = {system.parameter: system.parameters[system.parameter]}
             return roots_of_first_look(reduction, analysis.selection, changes)
-    data = data_of(file, system) if prove else None
-    return system_roots(system, analysis.selection, bounded=error_bounds(file, system), data=data)
+    data = None if prove is False else data_of(file, system)
+    bounded = error_bounds(file, system)
+    roots = system_roots(system, analysis.selection, bounded=bounded, data=data)
+    if prove and not is_small(system):
+        return with_band_proof(file, analysis.selection, roots)
+    return roots
 
 
 def _outside(analysis: SystemAnalysis, roots: SystemRoots) -> tuple[complex, ...] | None:

@@ -160,12 +160,12 @@ def refereed(
         else:
             status = "open"
             reason = words[1].removeprefix(OPEN)
-    every = _widened(every, proof.errors, words[0])
+    every = with_proved_errors(every, proof.errors, words[0])
     growth = proof.growth_below if proof.growth_below < math.inf else None
     return every, words, Statement(status, proof.by, growth, proof.data, reason, where)
 
 
-def _widened(every: Known, errors: NDArray[np.float64], verdict: str | None) -> Known:
+def with_proved_errors(every: Known, errors: NDArray[np.float64], verdict: str | None) -> Known:
     """Roots with the distances that are proved where these exceed what rounding is taken for.
 
     One that the printed digits would hide is the error of the root, which is listed.

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from squeal.errors import ComputationError, InputError
+from squeal.io.formats.matrix_file import MatrixFile
 from squeal.io.matrices import aligned, read_matrix
-from squeal.io.matrix_formats import MatrixFile
 from squeal.io.system import SystemFile
 from squeal.linear import GROWING, CriticalPoint, Crossing
 from squeal.linear.matrices import Change, given_matrix
