@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 from squeal.errors import ComputationError
 from squeal.io.coordinates import POINTS, Coordinates
 from squeal.io.writing import Answer, Column, Panel, Table, number, picked
+from squeal.linear.damping import frictionless
 from squeal.linear.digits import data_errors, has_digits
 from squeal.linear.matrices import EPS, dense
-from squeal.linear.system import TermSystem, frictionless
+from squeal.linear.system import TermSystem
 from squeal.queries.systems.matrices import ALL_ROWS, matrix_list, system_checks
 from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.schema import Whole, public

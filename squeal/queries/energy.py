@@ -29,10 +29,11 @@ from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.io.system import Origin, SystemFile
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number
+from squeal.linear.damping import frictionless
 from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import SKEW
 from squeal.linear.sensitivity import sensitivities
-from squeal.linear.system import Term, TermSystem, frictionless
+from squeal.linear.system import Term, TermSystem
 from squeal.model.equations import linearise
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.sensitivity import at_own_frequency

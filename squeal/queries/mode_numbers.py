@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from squeal.linear.continuation import State
-from squeal.linear.paths import Loss, follow, mode_numbers, numbers_at
+from squeal.linear.continuation import SpectrumAtParameter
+from squeal.linear.paths import Loss, mode_numbers, mode_numbers_at, track_modes
 from squeal.results.sweep import Step
 
 MANY = 10**6  # values at which roots may be looked at between those of a sweep
@@ -16,7 +16,7 @@ MANY = 10**6  # values at which roots may be looked at between those of a sweep
 
 def assign_mode_numbers(
     steps: Sequence[Step],
-    at: Callable[[float], State] | None,
+    at: Callable[[float], SpectrumAtParameter] | None,
     own_value: float,
     spare: int = MANY,
 ) -> tuple[list[Step], tuple[Loss, ...], Step]:
@@ -26,9 +26,9 @@ def assign_mode_numbers(
     paths = [mode_numbers(np.asarray(step.roots)) for step in steps]
     losses: list[Loss] = []
     if at is not None:
-        followed, losses = follow(at, [step.value for step in steps], spare)
+        followed, losses = track_modes(at, [step.value for step in steps], spare)
         paths = [
-            numbers_at(at(step.value), numbers, np.asarray(step.roots))
+            mode_numbers_at(at(step.value), numbers, np.asarray(step.roots))
             for step, numbers in zip(steps, followed, strict=True)
         ]
     reference = 0

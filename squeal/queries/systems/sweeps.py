@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from squeal.errors import InputError
 from squeal.io.processes import counted, mapped
 from squeal.linear import GROWING
-from squeal.linear.continuation import ContinuationOptions, State
+from squeal.linear.continuation import ContinuationOptions, SpectrumAtParameter
 from squeal.linear.eigen import ordered
 from squeal.linear.paths import Loss, continued
 from squeal.linear.system import TermSystem
@@ -82,7 +82,7 @@ def track_modes(
     tracked = system if reduction is None else reduction.system
 
     @functools.cache
-    def spectrum_at(value: float) -> State:
+    def spectrum_at(value: float) -> SpectrumAtParameter:
         changes = {parameter: value}
         if value in known:
             _, roots = known[value]
@@ -94,7 +94,7 @@ def track_modes(
             _, roots = _step_and_roots(common, value)
         return spectrum_with_slopes(tracked.frozen(), parameter, value, roots, lifted=True)
 
-    at = cast(Callable[[float], State], spectrum_at)
+    at = cast(Callable[[float], SpectrumAtParameter], spectrum_at)
     all_roots = reduction is None and selection.rectangle is None
     if scaled is not None and all_roots and system.real and system.n <= ContinuationOptions.small:
         with suppress(InputError):  # where M is singular

@@ -14,11 +14,17 @@ from squeal.errors import ComputationError, InputError
 from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
 from squeal.linear import thresholds
-from squeal.linear.continuation import Continuation, ContinuationOptions, State, form_of
+from squeal.linear.continuation import (
+    Continuation,
+    ContinuationOptions,
+    ProblemClass,
+    SpectrumAtParameter,
+    problem_class_of,
+)
 from squeal.linear.eigen import ComplexArray, growing
 from squeal.linear.events import Event
 from squeal.linear.matrices import ILL, dense, unit_diagonal
-from squeal.linear.search import Searched, search, together
+from squeal.linear.search import SearchResult, cluster_events, search
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
@@ -83,7 +89,7 @@ def system_thresholds(
     doubts: list[str] = []
     left_out: list[str] = []
     rows: Sequence[Event] = []
-    searched: Sequence[Searched] = ()
+    searched: Sequence[SearchResult] = ()
     reduction, outside, certified = None, None, None
     values = [low, high]
     roots: Roots = partial(roots_of_all, system, wanted)
@@ -109,7 +115,7 @@ def system_thresholds(
         PROGRESS.get()("following the roots of the reduced system")
         if isinstance(reduction, DispersiveReduction) and system.undamped:
             rows = coalescences(reduction, name, values)
-        elif not system.real or form_of(matrices_of(reduction.system, values)) == "damped":
+        elif not system.real or problem_class_of(matrices_of(reduction.system, values)) == "damped":
             rows, unconfirmed = crossings_along(reduction, name, values, still)
         else:  # coalescences of the reduced system
             searched = (search(reduction.system, low, high),)
@@ -117,7 +123,7 @@ def system_thresholds(
     line = _Band(system, low, high, roots)
     if region is not None:
         for part in searched:
-            events = itertools.chain(*part.places)
+            events = itertools.chain(*part.clusters)
             rows = [c for c in events if region.low_imag <= c.omega <= region.high_imag]
         outside = len(crossings) - len(rows) if whole else None
         if reduction is not None and searched:
@@ -128,7 +134,7 @@ def system_thresholds(
         if whole:
             certified = bool(certified) and not unconfirmed
         elif served is None and system.n <= COUNTED_ROWS and not system.follows:
-            tasks = [] if unconfirmed else [(p, line.at(p).growth.roots) for p in between]
+            tasks = [] if unconfirmed else [(p, line.at(p).unstable_count.roots) for p in between]
             agrees = mapped(_counted, tasks, workers, reduction)
             told = counted(agrees, len(tasks), PROGRESS.get(), "counts")
             wrong = [p for (p, _), agreed in zip(tasks, told, strict=True) if not agreed]
@@ -179,43 +185,46 @@ class _Band(Continuation):
         self.name, self.low, self.high, self.roots = system.parameter, low, high, roots
         self.system: TermSystem = system
         self._states = {}
-        self.options, self.form = ContinuationOptions(), "values"
+        self.options, self.problem = ContinuationOptions(), ProblemClass.DAMPED
 
-    def at(self, p: float) -> State:
+    def at(self, p: float) -> SpectrumAtParameter:
         """The roots at p without vectors and slopes, those above the axis with their conjugates."""
         if p not in self._states:
             z = self.roots({self.name: p})
             z = np.concatenate([z[z.imag >= 0.0], z[z.imag > 0.0].conj()])
             none, still = np.zeros((0, len(z)), complex), np.zeros((len(z), len(z)), complex)
-            self._states[p] = State(p, z, none, none, still, rounding_of(self.system, z))
+            self._states[p] = SpectrumAtParameter(
+                p, z, none, none, still, rounding_of(self.system, z)
+            )
         return self._states[p]
 
 
 def _explained(
     line: _Band, rows: Sequence[Event], values: Sequence[float], words: str
-) -> tuple[Searched, list[float], list[str], list[str]]:
+) -> tuple[SearchResult, list[float], list[str], list[str]]:
     """Events by rising value in their places, and what grows between these; values between them;
     what grows without an event, and what leaves the band, which `words` name, while it grows.
 
     `values` from the first to the last are looked at.
     """
     low, high, wide = line.low, line.high, line.high - line.low
-    groups, margin = together(rows, 1e-9 * wide), 1e-6 * wide  # of verdicts that are of either side
+    groups = cluster_events(rows, 1e-9 * wide)
+    margin = 1e-6 * wide  # of verdicts that are of either side
     beyond = bool(groups) and high - groups[-1][-1].value <= margin  # what follows is seen
     edges = [low, *(group[0].value for group in groups), high + 2 * margin * beyond]
     inside = [v for v in values if all(abs(v - c.value) > margin for c in rows)]
     between = [(a + b) / 2 for a, b in itertools.pairwise(edges)]
-    number, growths, first = line.at(between[0]).growth.roots, [], []
+    number, growths, first = line.at(between[0]).unstable_count.roots, [], []
     for k, (a, b) in enumerate(itertools.pairwise(edges)):
         if k:
             number += sum(c.direction * (2 if c.omega else 1) for c in groups[k - 1])
         tried = [between[k], *(v for v in inside if a < v < b), a + margin, b - margin]
-        agrees = (v for v in tried if a < v < b and line.at(v).growth.roots == number)
+        agrees = (v for v in tried if a < v < b and line.at(v).unstable_count.roots == number)
         first.append(next(agrees, between[k]))
-        growths.append(line.at(first[k]).growth)
+        growths.append(line.at(first[k]).unstable_count)
     unexplained, left = [], dict[int, str]()
     for v in sorted({*inside, *between}):
-        k, seen = sum(group[0].value < v for group in groups), line.at(v).growth
+        k, seen = sum(group[0].value < v for group in groups), line.at(v).unstable_count
         here, there = (f"{line.name} = {x:.6g}" for x in (v, first[k]))
         if seen.verdict != growths[k].verdict and seen.roots > growths[k].roots:
             unexplained.append(
@@ -224,5 +233,5 @@ def _explained(
         elif seen.verdict != growths[k].verdict and seen.roots < growths[k].roots:
             text = f"what grows at {there} leaves {words} by {here} and is left out there"
             left.setdefault(k, text)
-    found = Searched(tuple(map(tuple, groups)), tuple(growths), line)
+    found = SearchResult(tuple(map(tuple, groups)), tuple(growths), line)
     return found, between, unexplained, list(left.values())
