@@ -26,6 +26,8 @@ from squeal.sparse.quadratic import ScaledSystem
 BELOW = -1e-6  # of the square of the frequency scale: where real modes are searched from
 FREE = 1e3  # roundings of the square of the frequency scale: squares below are free motions
 FEWER_FREE = 25  # free motions, up to which enough of the others are found
+SLOWEST = 10.0  # m/s: size times the lowest frequency of a plausible part
+FASTEST = 2500.0
 CLEAR_MASS = 1e-10  # of the greatest mass per stiffness: what has less is close to none
 
 
@@ -232,7 +234,7 @@ def _units(mass: float | None, size: float | None, hertz: float | None) -> list[
 
     Sizes tell metres from millimetres, and mass over size^3, 10 to 10,000 kg/m^3, kilograms from
     tonnes; the lowest frequency times the size, of brakes and of their parts 50 to 500 m/s, tells
-    whether stiffness fits to mass.
+    whether stiffness fits to mass. Without a size nothing is said of that.
     """
     hints = []
     length = 1.0
@@ -248,9 +250,9 @@ def _units(mass: float | None, size: float | None, hertz: float | None) -> list[
             )
         elif density > 3e4:
             hints.append(f"a mass of {mass:.4g} in a box of {size:.4g}: looks like g")
-    if hertz is not None:
-        speed = hertz * size * length if size else 0.3 * hertz
-        if not 10.0 <= speed <= 2500.0:
-            words = "N/mm beside kg, or times in ms" if speed < 10.0 else "N/m beside t"
+    if hertz is not None and size:  # a slender beam of a metre is slow without any error
+        speed = hertz * size * length
+        if not SLOWEST <= speed <= FASTEST:
+            words = "N/mm beside kg, or times in ms" if speed < SLOWEST else "N/m beside t"
             hints.append(f"a lowest mode of {hertz:.4g} Hz: looks like {words}")
     return hints
