@@ -97,9 +97,9 @@ def _parts(system: Any, changes: Any = None) -> dict[str, Any]:
 
 def _squeal(folder: Path, way: str) -> tuple[float, Any]:
     import squeal
-    from squeal.analysis.systems.roots import system_roots
-    from squeal.analysis.systems.thresholds import system_thresholds
     from squeal.io.system_files import read_system
+    from squeal.queries.systems.roots import system_roots
+    from squeal.queries.systems.thresholds import system_thresholds
     from squeal.results.sources import EigenvalueSelection
 
     for name in ("scipy.linalg", "scipy.optimize", "scipy.sparse.linalg"):  # as of the peers

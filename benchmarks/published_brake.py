@@ -22,11 +22,11 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
 from squeal.io.matrices import read_matrix
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.thresholds import system_thresholds
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values

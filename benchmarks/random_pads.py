@@ -27,10 +27,6 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from squeal.analysis.eigenvalues import eigenvalues
-from squeal.analysis.pads.equilibrium import analyse
-from squeal.analysis.ranges import DISAGREES
-from squeal.analysis.thresholds import critical_friction
 from squeal.article.transitions import EDGE_NAMES
 from squeal.equilibrium import Path
 from squeal.errors import ComputationError
@@ -38,6 +34,10 @@ from squeal.io.scene import Scene
 from squeal.linear import CriticalPoint, verdict
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.pad import Model
+from squeal.queries.eigenvalues import eigenvalues
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.ranges import DISAGREES
+from squeal.queries.thresholds import critical_friction
 from squeal.results.sources import PadSource
 from squeal.results.thresholds import Thresholds
 from tests import exact as exactly

@@ -15,15 +15,15 @@ from pathlib import Path
 from typing import Any
 
 from squeal import __version__
-from squeal.analysis.check import Check, check
-from squeal.analysis.eigenvalues import eigenvalues
-from squeal.analysis.options import Subject
-from squeal.analysis.sensitivity import sensitivity
-from squeal.analysis.thresholds import thresholds
 from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Panel, Table, number, write_text
+from squeal.queries.check import Check, check
+from squeal.queries.eigenvalues import eigenvalues
+from squeal.queries.options import Subject
+from squeal.queries.sensitivity import sensitivity
+from squeal.queries.thresholds import thresholds
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity

@@ -116,7 +116,7 @@ class Source:
         self.inputs += file.inputs
         check_outputs(self.given, [self.path, *self.inputs])
         if self.matrices:  # refused before anything is solved
-            from squeal.analysis.systems.sensitivity import with_matrices
+            from squeal.queries.systems.sensitivity import with_matrices
 
             with_matrices(file, self.matrices)
         if file.assembly is not None:  # what presses it has been used

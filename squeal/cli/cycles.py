@@ -7,9 +7,9 @@ squeal cycles pad.yaml --set "damping.ratios=[0.02, 0.02, 0.02]"
 import argparse
 
 import squeal
-from squeal.analysis.cycles import WINDOWS
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import named_range, take_files, whole, write_files
+from squeal.queries.cycles import WINDOWS
 
 
 def options(parser: Parser) -> None:

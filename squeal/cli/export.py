@@ -12,15 +12,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import squeal
-from squeal.analysis.pads.equilibrium import analyse
-from squeal.analysis.systems.matrices import write_assembly, write_system
-from squeal.analysis.systems.system_analysis import SystemAnalysis
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import refuse, take
 from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
 from squeal.io.writing import aligned
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.systems.matrices import write_assembly, write_system
+from squeal.queries.systems.system_analysis import SystemAnalysis
 
 if TYPE_CHECKING:
     from squeal.io.system import SystemFile

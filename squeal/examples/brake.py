@@ -18,11 +18,11 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from squeal.analysis.systems.matrices import write_components, write_system
 from squeal.errors import InputError
 from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.matrices import write_components, write_system
 from squeal.sparse.components import Component
 from squeal.sparse.contact_seat import Contact
 

@@ -27,8 +27,9 @@ from squeal.io.terms import (
     swept_parameter,
     terms_of,
 )
+from squeal.linear.damping import Damped, damped
 from squeal.linear.matrices import dense, reduce
-from squeal.linear.system import Damped, Term, TermSystem, damped, supported, without_supports
+from squeal.linear.system import Term, TermSystem, supported, without_supports
 from squeal.schema import Place
 
 FULL = 0.2  # share of entries above which a matrix from a file becomes dense

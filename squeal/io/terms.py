@@ -7,8 +7,9 @@ from pathlib import Path
 from squeal.io.matrices import Matrix
 from squeal.io.system_keys import POWERS, Document
 from squeal.io.tables import number_in, read_over_frequency, read_table
+from squeal.linear.damping import Damped
 from squeal.linear.moduli import FREQUENCY, Modulus, Table, Tabulated
-from squeal.linear.system import Damped, Term
+from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
 from squeal.schema import NAME, NOT_NEGATIVE, Place, scalar
 

@@ -9,11 +9,6 @@ from typing import Any
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
-from squeal.analysis.critical_speeds import CriticalSpeeds
-from squeal.analysis.cycles import Cycles
-from squeal.analysis.scatter import Scatter
-from squeal.analysis.sweep import eigenvalue_paths
-from squeal.analysis.thresholds import critical_friction
 from squeal.errors import InputError
 from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import Scene
@@ -23,6 +18,11 @@ from squeal.plots.damping import damping_drawing
 from squeal.plots.panels import draw_panel, panel_drawing
 from squeal.plots.scatter import scatter_drawing
 from squeal.plots.style import Drawing, save
+from squeal.queries.critical_speeds import CriticalSpeeds
+from squeal.queries.cycles import Cycles
+from squeal.queries.scatter import Scatter
+from squeal.queries.sweep import eigenvalue_paths
+from squeal.queries.thresholds import critical_friction
 from squeal.results.eigenvalues import Eigenvalues, mode_shapes
 from squeal.results.map import Map
 from squeal.results.sources import PadSource, SystemSource

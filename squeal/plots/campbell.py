@@ -5,10 +5,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from squeal.analysis.critical_speeds import CriticalSpeed, CriticalSpeeds
 from squeal.plots.maps import symbol_of
 from squeal.plots.modes import RED, RING
 from squeal.plots.style import DOUBLE, Drawing, origin, style
+from squeal.queries.critical_speeds import CriticalSpeed, CriticalSpeeds
 
 MARKS = {"forward": "^", "backward": "v", None: "o"}
 NAMED = 8  # critical speeds that stand in words beside their marks

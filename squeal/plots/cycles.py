@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.analysis.cycles import Cycles, Orbit
 from squeal.io.writing import number
 from squeal.model.pad import PARAMETERS
 from squeal.plots.style import SINGLE, Drawing, blank, literal, origin, style
+from squeal.queries.cycles import Cycles, Orbit
 
 LOOKS: dict[str, dict[str, Any]] = {
     "stable": {"color": "#C8380E", "lw": 1.4},

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.analysis.pads.maps import NAMES, QUANTITIES
 from squeal.plots.style import SINGLE, Drawing, literal, origin, style
+from squeal.queries.pads.maps import NAMES, QUANTITIES
 from squeal.results.map import Map
 
 VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#E0B040")

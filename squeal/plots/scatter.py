@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squeal.analysis.scatter import CONFIDENCE, Scatter
 from squeal.plots.maps import symbol_of
 from squeal.plots.style import SINGLE, Drawing, origin, style
+from squeal.queries.scatter import CONFIDENCE, Scatter
 
 
 def scatter_drawing(scatter: Scatter, name: str) -> Drawing:

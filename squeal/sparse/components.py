@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError
+from squeal.linear.damping import structure_stiffness
 from squeal.linear.matrices import EPS, is_sparse, norm_of
-from squeal.linear.system import Matrix, Term, TermSystem, structure_stiffness
+from squeal.linear.system import Matrix, Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.sparse.factor import Factor, factorise
 from squeal.sparse.quadratic import (

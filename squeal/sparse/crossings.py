@@ -26,7 +26,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import (
     Continuation,
     Guess,
-    State,
+    SpectrumAtParameter,
     hermite_cubic,
     near_coalescences,
     zeros_between,
@@ -117,7 +117,7 @@ def _frozen_parts(reduction: DispersiveReduction) -> Iterator[_FrozenPart]:
 
 def spectrum_with_slopes(
     system: TermSystem, name: str, value: float, roots: Roots, lifted: bool = False
-) -> State:
+) -> SpectrumAtParameter:
     """Some roots (rad/s) at a value of the parameter with their slopes, their vectors (n, m).
 
     Lifted, these are of first order (2n, m), so that left^H right of two roots vanishes.
@@ -139,7 +139,7 @@ def spectrum_with_slopes(
         lowered = z.conj() * mass + (0.0 if C is None else C.conj().T @ left)
         right = np.vstack([right, z * right])
         left = np.vstack([lowered, mass])
-    return State(value, z, right, left, coupling, assumed_rounding(z))
+    return SpectrumAtParameter(value, z, right, left, coupling, assumed_rounding(z))
 
 
 class _Match(NamedTuple):
@@ -150,7 +150,7 @@ class _Match(NamedTuple):
     misses: Array
 
 
-def _match(before: State, after: State) -> _Match:
+def _match(before: SpectrumAtParameter, after: SpectrumAtParameter) -> _Match:
     from scipy.optimize import linear_sum_assignment
 
     span = after.value - before.value
@@ -176,9 +176,9 @@ class CrossingSearch:
         # a root of real matrices is real below this; complex ones mean what is above the axis
         self.real = REAL * region.high_imag if reduction.system.real else 0.0
         self.region = replace(region, low_imag=max(region.low_imag, -self.real))
-        self._spectra: dict[float, State] = {}
+        self._spectra: dict[float, SpectrumAtParameter] = {}
 
-    def at(self, value: float) -> State:
+    def at(self, value: float) -> SpectrumAtParameter:
         """The roots (rad/s) at a value of the parameter, of pairs the upper ones."""
         if value not in self._spectra:
             roots = self.reduction.roots({self.name: value}, left=True)
@@ -215,7 +215,9 @@ class CrossingSearch:
                 else:
                     yield self._guess(after, j, after.value, after.roots[j])
 
-    def _division(self, before: State, after: State, match: _Match) -> float | None:
+    def _division(
+        self, before: SpectrumAtParameter, after: SpectrumAtParameter, match: _Match
+    ) -> float | None:
         """Where a step has to be divided, None if each root is matched or leaves the region for
         good, and no two may meet on the way."""
         span = after.value - before.value
@@ -240,7 +242,7 @@ class CrossingSearch:
                 return met.value
         return None
 
-    def _may_act(self, state: State, unmatched: Indices, span: float) -> bool:
+    def _may_act(self, state: SpectrumAtParameter, unmatched: Indices, span: float) -> bool:
         """True if a root that leaves the region may cross the axis, or meet its conjugate."""
         z = state.roots[unmatched]
         change = span * state.slopes[unmatched]
@@ -249,7 +251,7 @@ class CrossingSearch:
         return bool(np.any(meets_conjugate | stays | _changes_sign(z, z + 2 * change)))
 
     def _guesses_of_root(
-        self, before: State, after: State, i: int, j: int
+        self, before: SpectrumAtParameter, after: SpectrumAtParameter, i: int, j: int
     ) -> list[CrossingGuess] | None:
         """Where the cubic through the real parts of one root, and their derivatives, vanishes
         between two values, refined on the reduced system; None if a change of sign shows none."""
@@ -275,7 +277,9 @@ class CrossingSearch:
             return None
         return guesses
 
-    def _guess(self, state: State, k: int, value: float, root: complex) -> CrossingGuess:
+    def _guess(
+        self, state: SpectrumAtParameter, k: int, value: float, root: complex
+    ) -> CrossingGuess:
         """The crossing at a value of the parameter by a root with the vectors of a spectrum."""
         omega = abs(root.imag)
         return CrossingGuess(
@@ -485,7 +489,7 @@ def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[flo
     high = values[-1]
     found: list[Event] = []
     for part in _frozen_parts(reduction):
-        for event in itertools.chain(*search(part.reduction.system, low, high).places):
+        for event in itertools.chain(*search(part.reduction.system, low, high).clusters):
             if not event.omega or abs(event.omega - part.omega) > part.spacing:
                 continue
             one = _at_own_frequency(reduction.system, event, part.omega, low, high)

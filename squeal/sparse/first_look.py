@@ -23,9 +23,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
+from squeal.linear.damping import frictionless
 from squeal.linear.eigen import ACCEPTED, Eigenvalue
 from squeal.linear.matrices import divisor
-from squeal.linear.system import frictionless
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.compression import Compression
 from squeal.sparse.dense import dense_values

@@ -132,7 +132,7 @@ def test_a_refusal_is_one_line(capsys, folder, line):
 
 
 def test_too_little_memory_is_no_answer(capsys, folder, monkeypatch):
-    monkeypatch.setattr("squeal.analysis.systems.roots.ALL_ROWS", 1)
+    monkeypatch.setattr("squeal.queries.systems.all_roots.ALL_ROWS", 1)
     code, out, err = run(capsys, "eigenvalues", "pair.yaml", "--memory", "1e-7")
     assert (code, out, err.count("\n")) == (1, "", 1)
 

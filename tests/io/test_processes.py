@@ -31,7 +31,7 @@ def work(*_):
     Path("marks", f"done {os.getpid()}").touch()
 
 if __name__ == "__main__":
-    from squeal.analysis import scatter
+    from squeal.queries import scatter
     from squeal.cli.main import main
     scatter._work = work
     sys.exit(main(sys.argv[1:]))

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
-from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.linear import thresholds
 from squeal.linear.continuation import ContinuationOptions
+from squeal.queries.systems.thresholds import system_thresholds
 from squeal.results.sources import EigenvalueSelection
 from tests.known import affine
 

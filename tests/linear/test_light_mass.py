@@ -9,12 +9,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from squeal.analysis.systems.roots import system_roots
-from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
 from squeal.linear import thresholds
 from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.roots import system_roots
+from squeal.queries.systems.thresholds import system_thresholds
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.dense import dense_values
 from tests.known import system_of

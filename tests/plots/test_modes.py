@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.pads.equilibrium import analyse
 from squeal.io.coordinates import Coordinates
 from squeal.io.scene import read_scene
 from squeal.io.shapes import displacements
 from squeal.plots import modes
 from squeal.plots.modes import shape_drawing
+from squeal.queries.pads.equilibrium import analyse
 from squeal.results.eigenvalues import mode_shapes
 from squeal.results.sweep import Step
 from tests.conftest import SCENES

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from benchmarks.random_pads import examine
-from squeal.analysis.thresholds import critical_friction
 from squeal.equilibrium.damping import damped_model, without_friction
 from squeal.io.scene import Damping
 from squeal.model.equations import linearise
 from squeal.proof.branches import PadBranch, signs
 from squeal.proof.pads import Claim, _growing, _right_half_plane, prove_pad
+from squeal.queries.thresholds import critical_friction
 from squeal.results.sources import PadSource
 from tests.conftest import scene_of
 from tests.exact import Exact, det, discriminant

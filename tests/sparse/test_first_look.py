@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.systems.roots import reduced_for
 from squeal.errors import InputError, InputWarning
 from squeal.linear import GROWING
 from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.reduced import reduced_for
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse import first_look
 from squeal.sparse.eigensolver import modes_in

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from squeal.analysis.systems.roots import reduced_for
 from squeal.errors import InputError
 from squeal.linear.matrices import norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.reduced import reduced_for
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle, band
 from squeal.sparse.dense import dense_values, roots_at

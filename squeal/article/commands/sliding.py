@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads.equilibrium import at_equilibrium
 from squeal.article.equations import bounds, mismatch, rank, stiffness
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import as_typed, take_files
@@ -22,6 +21,7 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Column, Table, number, picked
 from squeal.io.writing import aligned as table
 from squeal.linear import Judgement, judge
+from squeal.queries.pads.equilibrium import at_equilibrium
 
 UNITS = {"x": "m", "y": "m", "theta": "rad", "R_n": "N", "delta": "m"}
 UNITS |= dict.fromkeys(("contact", "verdict", "admissible"), "")

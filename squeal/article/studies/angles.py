@@ -7,7 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.pads.maps import (
+from squeal.article.outline import Outline, outline
+from squeal.article.records import Record, Result
+from squeal.article.studies._scenes import read_scenes
+from squeal.io.scene import Damping, Scene
+from squeal.model.contact import FULL, STATES
+from squeal.queries.pads.maps import (
     BEYOND_FOLD,
     NAMES,
     PointVerdicts,
@@ -15,11 +20,6 @@ from squeal.analysis.pads.maps import (
     codes_at,
     on_grid,
 )
-from squeal.article.outline import Outline, outline
-from squeal.article.records import Record, Result
-from squeal.article.studies._scenes import read_scenes
-from squeal.io.scene import Damping, Scene
-from squeal.model.contact import FULL, STATES
 
 CELLS = 90  # a side of the map
 COARSE = 40  # a side of the maps with damping

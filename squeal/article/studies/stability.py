@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads.equilibrium import analyse
-from squeal.analysis.thresholds import critical_friction
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._modes import sweep_modes
@@ -15,6 +13,8 @@ from squeal.article.studies._scenes import read_scenes
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.thresholds import critical_friction
 from squeal.results.eigenvalues import mode_shapes
 
 MU_MAX = 1.0
