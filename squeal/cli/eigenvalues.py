@@ -71,6 +71,7 @@ def run(given: argparse.Namespace) -> Reply:
         or given.shape
         or given.shapes
         or given.test
+        or given.prove
     )
     estimate = sweep if sweep and sweep.is_first_look and not needs_full_roots else None
     spectrum = squeal.eigenvalues(subject, given.at, look=estimate, prove=given.prove, **selection)

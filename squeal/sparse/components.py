@@ -24,7 +24,6 @@ from squeal.sparse.quadratic import (
     Changes,
     ComplexArray,
     Indices,
-    projected,
 )
 from squeal.sparse.reduction import term_weights
 
@@ -226,7 +225,7 @@ class Component:
         InputError
             For an unknown node, or if these nodes do not hold the component.
         """
-        from scipy.sparse import block_diag
+        from scipy.sparse import block_diag, csc_array
 
         self.rows_of(nodes)
         is_boundary = np.isin(self.nodes, np.asarray(nodes).astype(str))
@@ -238,9 +237,9 @@ class Component:
             matrices += [A.conj().T for A in matrices]
         if len(interior):
             factor, basis = self._craig_bampton(boundary, interior, cutoff)
-            forces = np.hstack([(A @ basis)[interior] for A in matrices])
-            of_terms = np.split(forces, len(matrices), axis=1)
-            lacks = np.hstack([forces.conj().T @ factor.solve(part) for part in of_terms])
+            inside = [csc_array(A)[interior] for A in matrices]
+            solved = [factor.solve(A @ basis) for A in inside]
+            lacks = np.block([[basis.T @ (A.conj().T @ x) for x in solved] for A in inside])
         else:
             size = len(matrices) * len(boundary)
             lacks = np.zeros((size, size))
@@ -252,7 +251,12 @@ class Component:
         if self.places is not None:
             places = np.vstack([self.places[boundary], np.zeros((modes, 3))])
         return Component(
-            system=projected(self.system, basis, basis),
+            system=replace(
+                self.system,
+                M=_projected(self.system.M, basis),
+                C=_projected(self.system.C, basis),
+                K=_projected(self.system.K, basis),
+            ),
             nodes=[*self.nodes[boundary], *[""] * modes],
             directions=[*self.directions[boundary], *[-1] * modes],
             places=places,
@@ -324,6 +328,10 @@ class InteriorLack(NamedTuple):
     known: ComplexArray  # S^H K^-1 R (m, m)
     right_energies: Array  # R^H K^-1 R (m,)
     left_energies: Array  # S^H K^-1 S (m,)
+
+
+def _projected(terms: tuple[Term, ...], basis: Array) -> tuple[Term, ...]:
+    return tuple(Term(basis.T @ (term.matrix @ basis), term.factor) for term in terms)
 
 
 def _unit_columns(n: int, rows: Indices) -> Array:

@@ -206,7 +206,7 @@ def projected(system: TermSystem, left: NDArray, right: NDArray) -> TermSystem:
     """The system left^H A right of columns (n, d), every term with its factor."""
     parts = []
     for terms in system.parts:
-        small = [Term(left.conj().T @ (term.matrix @ right), term.factor) for term in terms]
+        small = [Term(left.conj().T @ term.matrix @ right, term.factor) for term in terms]
         parts.append(tuple(small))
     M, C, K = parts
     return replace(system, M=M, C=C, K=K)
