@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.linear.continuation import problem_class_of
+from squeal.linear.continuation import DAMPED, problem_class_of
 from squeal.linear.eigen import (
     ACCEPTED,
     STIFF,
@@ -281,7 +281,7 @@ def _reduced_spectrum(
             values = roots_of(reduced)
             if not hidden(reduced, C, K, values):
                 roots = spectrum_of(reduced, values).eigenvalues
-                conservative = problem_class_of([checked(M, C, K)]) != "damped"
+                conservative = problem_class_of([checked(M, C, K)]) is not DAMPED
                 return roots, judge_roots(roots, conservative=conservative)
     return (), None
 
