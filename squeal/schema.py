@@ -46,7 +46,8 @@ class Place:
     """Where a value stands: a file or record and the dotted key in it, for messages."""
 
     def __init__(self, source: str, *path: str) -> None:
-        self.source, self.path = source, path
+        self.source = source
+        self.path = path
 
     def __truediv__(self, key: object) -> Place:
         word = str(key)
@@ -113,7 +114,8 @@ def instance(kind: type, named: str) -> Kind:
     return Kind(named, lambda value: value if isinstance(value, kind) else None)
 
 
-TEXT, FLAG = instance(str, "text"), instance(bool, "true or false")
+TEXT = instance(str, "text")
+FLAG = instance(bool, "true or false")
 NAME = Kind(
     "a name of letters, digits and underscores",
     lambda value: value if isinstance(value, str) and _NAME.fullmatch(value) else None,
@@ -129,7 +131,9 @@ class Number(Kind):
     def __init__(
         self, low: float = -math.inf, high: float = sys.float_info.max, low_allowed: bool = False
     ) -> None:
-        self.low, self.high, self.low_allowed = low, high, low_allowed
+        self.low = low
+        self.high = high
+        self.low_allowed = low_allowed
         above = "of at least" if low_allowed else "above"
         self.range = f" {above} {low:.6g}" if low > -math.inf else ""
         if high < sys.float_info.max:
@@ -163,7 +167,9 @@ class Number(Kind):
             return None
 
 
-ANY, POSITIVE, NOT_NEGATIVE = Number(), Number(low=0.0), Number(low=0.0, low_allowed=True)
+ANY = Number()
+POSITIVE = Number(low=0.0)
+NOT_NEGATIVE = Number(low=0.0, low_allowed=True)
 Positive = Annotated[float, POSITIVE]
 
 
@@ -191,7 +197,8 @@ class Whole(Kind):
     """A whole number from low to high."""
 
     def __init__(self, low: int, high: int) -> None:
-        self.low, self.high = low, high
+        self.low = low
+        self.high = high
         super().__init__(f"a whole number from {low} to {high}")
 
     def convert(self, value: Value) -> int | None:
@@ -216,7 +223,9 @@ class Several(Kind):
     """A sequence, also one to be gone through once only: of `count`, or of `least` at least."""
 
     def __init__(self, each: Kind, named: str, count: int | None = None, least: int = 1) -> None:
-        self.each, self.count, self.least = each, count, least
+        self.each = each
+        self.count = count
+        self.least = least
         super().__init__(named)
 
     def read(self, value: Value, at: Place, model: str = "") -> Value:
@@ -247,7 +256,8 @@ class Square(Kind):
     """A square matrix, a list of rows: of `count` rows, or of any number up to `most`."""
 
     def __init__(self, count: int | None = None, most: int = 100) -> None:
-        self.count, self.most = count, most
+        self.count = count
+        self.most = most
         size = f"{count} x {count}" if count else f"n x n with at most {most} rows"
         super().__init__(f"a square matrix of finite numbers, a list of rows, {size}")
 
@@ -420,7 +430,10 @@ class Group(Kind):
     def __init__(
         self, keys: Mapping[str, Key], owner: str = "", only_one: bool = False, short: str = ""
     ) -> None:
-        self.keys, self.owner, self.only_one, self.short = keys, owner, only_one, short
+        self.keys = keys
+        self.owner = owner
+        self.only_one = only_one
+        self.short = short
         super().__init__("a mapping" + (f", or {keys[short].kind.named}" if short else ""))
 
     def mapping(self, value: Value) -> Value:
