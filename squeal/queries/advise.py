@@ -1,4 +1,4 @@
-"""Parameters varied, one at a time: what moves the critical friction (advise).
+"""The verb `advise`: parameters varied one at a time, and what moves the critical friction.
 
 Variations of a pad are followed together as a stack over values of friction, not by the
 certified search of a query: a window of growth narrower than a step may be missed. One that a stack
@@ -33,7 +33,8 @@ ROUNDING = 1e-11  # relative: what a query and a stack may differ by
 AT_ONCE = 1e-9  # friction: what grows from here on grows from the start
 STEP = 0.02  # of a parameter, in rad of an angle
 SIDES = {"lowered": "lowering", "raised": "raising"}
-NO_PAD, NO_REST = "no pad", "there is no equilibrium in contact without friction"
+NO_PAD = "no pad"
+NO_REST = "there is no equilibrium in contact without friction"
 
 
 @dataclass(frozen=True)
@@ -78,7 +79,7 @@ def first_loss(answer: Thresholds, high: float) -> Outcome:
 
 
 @dataclass(frozen=True, eq=False)
-class Varied:
+class ParameterSpace:
     """A scene or system with the parameters that its critical friction depends on, in SI units.
 
     free, at: name and own value of the friction or free parameter, which is none of them.
@@ -91,18 +92,21 @@ class Varied:
     units: dict[str, str]
 
     @staticmethod
-    def of(argument: object, verb: str, high: float, what: str = "threshold") -> Varied:
+    def of(argument: object, verb: str, high: float, what: str = "threshold") -> ParameterSpace:
         """What may be varied for thresholds or growth. Raises InputError naming the verb."""
         subject: Any = getattr(argument, "system", argument)  # of a system file
         at = Place(verb)
         if isinstance(subject, Scene):
             MU_MAX.read(high, at / "mu_max")
-            free, own = "mu", subject.pad.mu
+            free = "mu"
+            own = subject.pad.mu
             values = picked(subject.pad, " ".join(parameters(subject.pad_model)))
             units = {name: unit_word(PARAMETERS[name].unit) for name in values}
         elif isinstance(subject, TermSystem):
-            free, values = subject.parameter, subject.given
-            own, units = float(values[free]), dict.fromkeys(values, "")
+            free = subject.parameter
+            values = subject.given
+            own = float(values[free])
+            units = dict.fromkeys(values, "")
         else:
             allowed = "it must be a Scene or a system with named parameters"
             raise at.refuse(f"{type(subject).__name__} is not allowed; {allowed}")
@@ -111,7 +115,7 @@ class Varied:
         if not values:
             words = "it must have one under its key parameters"
             raise at.refuse(f"{subject.name} has no named parameter but {free}; {words}")
-        return Varied(subject, free, own, values, units)
+        return ParameterSpace(subject, free, own, values, units)
 
     def step(self, name: str, size: float, share: bool, at: Place) -> float:
         """A share of a parameter's value, or a number in its unit, as a change in its unit.
@@ -119,8 +123,9 @@ class Varied:
         Raises InputError for what is no parameter, and for a share of an angle or of zero.
         """
         if name not in self.values:
-            why = "is varied to find its threshold, and scatters with --of growth alone"
-            why = why if name == self.free else "is no parameter here"
+            why = "is no parameter here"
+            if name == self.free:
+                why = "is varied to find its threshold, and scatters with --of growth alone"
             raise at.refuse(f"{name} {why}; allowed are {', '.join(self.values)}")
         if share and self.units[name] == "rad":
             raise at.refuse(f"{name} is an angle and has no share; it must be given in rad")
@@ -204,7 +209,7 @@ def _predicted(
 
 
 @dataclass(frozen=True)
-class Lever:
+class ParameterEffect:
     """A parameter lowered and raised by `step` (its unit), and what the pad gives then."""
 
     parameter: str
@@ -234,19 +239,18 @@ class Advice(Answer):
     mu: float
     mu_max: float
     nominal: Outcome
-    levers: tuple[Lever, ...]
+    levers: tuple[ParameterEffect, ...]
     first_order: bool
     warnings: tuple[str, ...] = ()
 
     @property
-    def changes(self) -> list[tuple[float, Lever, str]]:
+    def changes(self) -> list[tuple[float, ParameterEffect, str]]:
         """How each change moves the critical friction, by its effect, the most helpful last."""
-        changes = (
-            (change, lever, word)
-            for lever in self.levers
-            for word, change in zip(SIDES.values(), lever.changes, strict=True)
-            if change
-        )
+        changes = []
+        for lever in self.levers:
+            for word, change in zip(SIDES.values(), lever.changes, strict=True):
+                if change:
+                    changes.append((change, lever, word))
         return sorted(changes, key=itemgetter(0))
 
     def table(self) -> Table:
@@ -265,15 +269,21 @@ class Advice(Answer):
 
     def line(self) -> str:
         """Where stability is lost, and the change that moves this most, in a line."""
-        nominal, text = self.nominal, f"no threshold up to {self.name} = {self.mu_max:.3g}"
-        if nominal.critical is not None:
-            at = f"{self.name} = {nominal.critical:.3g} (own {self.mu:.3g})"
-            text = f"{nominal.kind} from {at}"
-        best = [("best", one) for one in self.changes[-1:] if one[0] > 0.0]
-        worst = [("worst", one) for one in self.changes[:1] if one[0] < 0.0]
-        for what, (change, lever, word) in best + worst:
-            text += f"; {what}: {word} {lever.parameter} ({self.name} {change:+.2g})"
-        return text + "; to first order in the change" * self.first_order
+        text = f"no threshold up to {self.name} = {self.mu_max:.3g}"
+        if self.nominal.critical is not None:
+            at = f"{self.name} = {self.nominal.critical:.3g} (own {self.mu:.3g})"
+            text = f"{self.nominal.kind} from {at}"
+        changes = self.changes
+        if changes:
+            change, lever, word = changes[-1]
+            if change > 0.0:
+                text += f"; best: {word} {lever.parameter} ({self.name} {change:+.2g})"
+            change, lever, word = changes[0]
+            if change < 0.0:
+                text += f"; worst: {word} {lever.parameter} ({self.name} {change:+.2g})"
+        if self.first_order:
+            text += "; to first order in the change"
+        return text
 
     def parts(self) -> Sequence[str | Table]:
         return [self.table(), self.line()]
@@ -332,7 +342,7 @@ def advise(
     >>> lever.parameter, word, round(change, 9)
     ('a', 'raising', 0.03)
     """
-    varied = Varied.of(subject, "advise", mu_max)
+    varied = ParameterSpace.of(subject, "advise", mu_max)
     subject_varied = varied.subject
     steps = _steps(varied, tolerances or {})
     changes = []
@@ -354,7 +364,7 @@ def advise(
         moved = _change(nominal, outcome, mu_max)
         sides.append(replace(outcome, value=value, change=moved))
     levers = [
-        Lever(
+        ParameterEffect(
             parameter=name,
             unit=varied.units[name],
             value=varied.values[name],
@@ -382,7 +392,7 @@ def advise(
     )
 
 
-def _steps(varied: Varied, tolerances: Mapping[str, float | str]) -> dict[str, float]:
+def _steps(varied: ParameterSpace, tolerances: Mapping[str, float | str]) -> dict[str, float]:
     """By how much each parameter changes, in its unit: by its tolerance, else by `STEP`, which is
     nothing for what is 0. Raises InputError."""
     sizes: dict[str, float | str] = {}
@@ -393,7 +403,7 @@ def _steps(varied: Varied, tolerances: Mapping[str, float | str]) -> dict[str, f
     return {name: _tolerance(varied, name, size) for name, size in sizes.items()}
 
 
-def _tolerance(varied: Varied, name: str, size: float | str) -> float:
+def _tolerance(varied: ParameterSpace, name: str, size: float | str) -> float:
     """A tolerance in the parameter's unit. Raises InputError."""
     at = Place(f"tolerance {name}={size}")
     text = str(size)

@@ -23,6 +23,11 @@ from squeal.schema import Whole, public
 from squeal.sparse.factor import factorise
 from squeal.sparse.quadratic import ScaledSystem
 
+BELOW = -1e-6  # of the square of the frequency scale: where real modes are searched from
+FREE = 1e3  # roundings of the square of the frequency scale: squares below are free motions
+FEWER_FREE = 25  # free motions, up to which enough of the others are found
+SLOWEST = 10.0  # m/s: size times the lowest frequency of a plausible part
+FASTEST = 2500.0
 CLEAR_MASS = 1e-10  # of the greatest mass per stiffness: what has less is close to none
 
 
@@ -154,38 +159,44 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
     changes = frictionless(system)
-    own = ScaledSystem(system).at(changes)
-    K, noise = (own.K + own.K.T).real / 2, 1e3 * EPS * own.frequency_scale**2
-    shift = -1e-6 * own.frequency_scale**2  # below all squares, so that free motions pass
-    squares, wanted = np.empty(0), count
+    scaled = ScaledSystem(system).at(changes)
+    K = (scaled.K + scaled.K.T).real / 2
+    M = scaled.M
+    square_of_scale = scaled.frequency_scale**2
+    shift = BELOW * square_of_scale  # below all squares, so that free motions pass
+    noise = FREE * EPS * square_of_scale
     try:
         if system.n <= ALL_ROWS:
-            shifted = np.linalg.solve(dense(K - shift * own.M), dense(own.M))
-            values, vectors = np.linalg.eig(shifted)
-            theta = values.real
-            size = np.abs(theta)
-            finite = shift + 1 / theta[size > CLEAR_MASS * size.max()]
-            noise = max(noise, system.n * EPS * float(np.max(finite, initial=0.0)))
-            massive = size > EPS * size.max()  # others have no mass
-            squares = shift + 1 / theta[massive]
-            order = np.argsort(squares)
-            squares = squares[order]
-            shapes = own.scale[:, None] * vectors[:, massive][:, order]
-            return squares, noise + _open_squares(system, changes, squares, shapes)
-        factor = factorise((K - shift * own.M).tocsc())
-        inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
-        while np.sum(squares > noise) < count and wanted < count + 25:
-            wanted += 6
-            squares, vectors = (
-                eigsh(  # where all modes are one, as of a stiffness for M, it never ends
-                    K, wanted, own.M, shift, OPinv=inverse, maxiter=100
-                )
-            )
+            squares, vectors, largest = _all_real_modes(dense(K - shift * M), dense(M), shift)
+            noise = max(noise, system.n * EPS * largest)
+        else:
+            factor = factorise((K - shift * M).tocsc())
+            inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
+            squares = np.empty(0)
+            computed = count
+            while np.sum(squares > noise) < count and computed < count + FEWER_FREE:
+                computed += 6
+                # where all modes are one, as of a stiffness for M, it never ends
+                squares, vectors = eigsh(K, computed, M, shift, OPinv=inverse, maxiter=100)
     except (ArpackError, ArithmeticError, RuntimeError, ValueError) as error:
         raise ComputationError(f"the real modes were not found (is M the mass?): {error}") from None
     order = np.argsort(squares)
-    shapes = own.scale[:, None] * vectors[:, order]
+    shapes = scaled.scale[:, None] * vectors[:, order]
     return squares[order], noise + _open_squares(system, changes, squares[order], shapes)
+
+
+def _all_real_modes(
+    shifted_K: NDArray, M: NDArray, shift: float
+) -> tuple[NDArray[np.float64], NDArray, float]:
+    """Squares (m,) of angular frequencies and shapes (n, m) of motions that have a mass, and the
+    largest square of those whose mass is clear."""
+    values, vectors = np.linalg.eig(np.linalg.solve(shifted_K, M))
+    theta = values.real
+    size = np.abs(theta)
+    clear = shift + 1 / theta[size > CLEAR_MASS * size.max()]
+    massive = size > EPS * size.max()
+    largest = float(np.max(clear, initial=0.0))
+    return shift + 1 / theta[massive], vectors[:, massive], largest
 
 
 def _open_squares(
@@ -206,12 +217,13 @@ def _open_squares(
 
 def _mass(M: Any, at: Coordinates) -> tuple[float, tuple[float, ...]]:
     """The mass that translations move, and its centre (3,), averaged over the directions."""
-    masses, moments = [], []
-    for way in range(3):
-        moved = (at.directions == way).astype(float)
-        share = moved * (M @ moved)  # of each row
-        masses.append(float(share.sum()))
-        moments.append(share @ at.places[at.nodes])
+    masses = []
+    moments = []
+    for direction in range(3):
+        translation = (at.directions == direction).astype(float)
+        mass_of_rows = translation * (M @ translation)
+        masses.append(float(mass_of_rows.sum()))
+        moments.append(mass_of_rows @ at.places[at.nodes])
     total = sum(masses)
     centre = np.sum(moments, axis=0) / total if total else np.full(3, np.nan)
     return total / 3, tuple(centre.tolist())
@@ -222,9 +234,10 @@ def _units(mass: float | None, size: float | None, hertz: float | None) -> list[
 
     Sizes tell metres from millimetres, and mass over size^3, 10 to 10,000 kg/m^3, kilograms from
     tonnes; the lowest frequency times the size, of brakes and of their parts 50 to 500 m/s, tells
-    whether stiffness fits to mass.
+    whether stiffness fits to mass. Without a size nothing is said of that.
     """
-    hints, length = [], 1.0
+    hints = []
+    length = 1.0
     if size is not None and mass is not None and size > 0.0 and mass > 0.0:
         if size > 5.0:
             length = 1e-3
@@ -237,9 +250,9 @@ def _units(mass: float | None, size: float | None, hertz: float | None) -> list[
             )
         elif density > 3e4:
             hints.append(f"a mass of {mass:.4g} in a box of {size:.4g}: looks like g")
-    if hertz is not None:
-        speed = hertz * size * length if size else 0.3 * hertz
-        if not 10.0 <= speed <= 2500.0:
-            words = "N/mm beside kg, or times in ms" if speed < 10.0 else "N/m beside t"
+    if hertz is not None and size:  # a slender beam of a metre is slow without any error
+        speed = hertz * size * length
+        if not SLOWEST <= speed <= FASTEST:
+            words = "N/mm beside kg, or times in ms" if speed < SLOWEST else "N/m beside t"
             hints.append(f"a lowest mode of {hertz:.4g} Hz: looks like {words}")
     return hints

@@ -260,23 +260,26 @@ def read_test(path: Path, where: Coordinates | None) -> list[Mode]:
     """The modes of a table, with shapes as displacements of nodes. Raises InputError."""
     rows: dict[tuple[str, int], int] = {}
     if where is not None:
-        ways = zip(where.nodes.tolist(), where.directions.tolist(), strict=True)
-        rows = {(where.names[k].lower(), way): 3 * k + way for k, way in ways if way >= 0}
+        for node, direction in zip(where.nodes.tolist(), where.directions.tolist(), strict=True):
+            if direction >= 0:
+                rows[where.names[node].lower(), direction] = 3 * node + direction
     modes: dict[str, Mode] = {}
-    for here, line in read_table(path, ("frequency_hz",))[1]:
+    _, lines = read_table(path, ("frequency_hz",))
+    for here, line in lines:
         line = {key: cell for key, cell in line.items() if key not in BESIDE}
         if number_in(line.pop("imag [rad/s]", "1"), here / "imag") <= 0.0:
             continue  # the other of a pair, or no vibration
-        name, damping = line.pop("mode", ""), line.pop(DAMPING, "")
-        name = line.pop("name", name).strip()
+        damping = line.pop(DAMPING, "")
+        number = line.pop("mode", "")
+        name = line.pop("name", number).strip()
         if not name or name in modes:
             raise (here / "name").must_be(name, "a name that no other line has")
         frequency = number_in(line.pop("frequency_hz"), here / "frequency_hz", POSITIVE)
         ratio = number_in(damping, here / DAMPING) if damping.strip() else None
         shape = np.full(3 * len(where.places) if where else 0, np.nan, dtype=complex)
         for head, cell in line.items():
-            node, _, dof = str(head).rpartition(":")
-            row = rows.get((node.strip(), DIRECTIONS.get(dof.strip(), -1)))
+            node_name, _, dof = str(head).rpartition(":")
+            row = rows.get((node_name.strip(), DIRECTIONS.get(dof.strip(), -1)))
             if row is None:
                 allowed = "NODE:DOF of a node with coordinates that x, y or z moves"
                 raise (here / head).must_be(head, allowed)

@@ -13,9 +13,8 @@ from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import astuple, dataclass, field
 from hashlib import sha256
-from operator import attrgetter
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,12 +26,13 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, picked, write_text
 from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
-from squeal.queries.advise import NO_PAD, NO_REST, ROUNDING, Outcome, Varied, first_loss
+from squeal.queries.advise import NO_PAD, NO_REST, ROUNDING, Outcome, ParameterSpace, first_loss
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
 from squeal.queries.systems.reduced import basis_of, reduced_for
 from squeal.queries.systems.thresholds import system_thresholds
 from squeal.queries.systems.verdicts import rounding_of
+from squeal.results.columns import parameter_heading
 from squeal.results.sources import EigenvalueSelection
 from squeal.schema import (
     FLAG,
@@ -172,16 +172,22 @@ class Scatter(Answer):
         statistics free of any distribution; None lies above `mu_max`, or is unknown."""
         from scipy.stats import binom  # slow to load, and no figure of another answer needs it
 
-        n, count = len(self.rows), len(self.rows) + self.failed
+        known = len(self.rows)
+        count = known + self.failed
         values = [None if math.isnan(value) else value for value in self.values.tolist()]
         quantiles = []
         for level in QUANTILES:
-            low = int(binom.ppf((1 - CONFIDENCE) / 2, count, level)) - 1 - self.failed
-            high = int(binom.ppf((1 + CONFIDENCE) / 2, count, level))
+            first = int(binom.ppf((1 - CONFIDENCE) / 2, count, level)) - 1 - self.failed
+            last = int(binom.ppf((1 + CONFIDENCE) / 2, count, level))
+            value = values[max(math.ceil(level * known) - 1, 0)]
             # beyond the samples the interval is open: no friction is below 0, the rest is unknown
-            least = 0.0 if self.of == "threshold" else None
-            bounds = least if low < 0 else values[low], None if high >= n else values[high]
-            quantiles.append(Quantile(level, values[max(math.ceil(level * n) - 1, 0)], *bounds))
+            low = 0.0 if self.of == "threshold" else None
+            high = None
+            if first >= 0:
+                low = values[first]
+            if last < known:
+                high = values[last]
+            quantiles.append(Quantile(level, value, low, high))
         return tuple(quantiles)
 
     @property
@@ -191,80 +197,126 @@ class Scatter(Answer):
 
     def table(self) -> Table:
         """A row for each sample, by rising value, with the share up to it."""
-        growth = self.of == "growth"
-        names = ["kind", "frequency_hz", *("unstable", "propensity") * growth]
-        names += ["residual"] * (growth or self.basis is not None)
-        own = [f"parameter.{name}" if name == self.name else name for name in self.spreads]
-        heads = [("growth_rate", "1/s") if growth else (self.name, ""), ("share", "")]
-        heads += [(name, "") for name in (*names, *own)]
+        known = ["kind", "frequency_hz"]
+        if self.of == "growth":
+            value = ("growth_rate", "1/s")
+            known += ["unstable", "propensity", "residual"]
+        else:
+            value = (self.name, "")
+            if self.basis is not None:
+                known.append("residual")
+        heads = [value, ("share", ""), *((name, "") for name in known)]
+        heads += [(parameter_heading(name, [self.name]), "") for name in self.spreads]
         rows = []
-        for k, one in enumerate(self.rows, 1):
-            changed = (one.parameters[name] for name in self.spreads)
-            rows.append((one.value, k / len(self.rows), *attrgetter(*names)(one), *changed))
+        for k, sample in enumerate(self.rows, 1):
+            parameters = [sample.parameters[name] for name in self.spreads]
+            outcome = [getattr(sample, name) for name in known]
+            rows.append((sample.value, k / len(self.rows), *outcome, *parameters))
         return Table(in_order(heads), rows)
 
-    def parts(self) -> Sequence[str | Table]:
-        name, beyond = self.name, f"> {self.mu_max:g}"
-        what, more = f"first loss of stability up to {name} = {self.mu_max:g}", self.beyond
-        heads, text = ("share unstable, %", name, "from", "to"), f"without a threshold {more}"
+    def _table_of_quantiles(self) -> Table:
         if self.of == "growth":
-            band = "" if self.band is None else " from {:g} to {:g} Hz".format(*self.band)
-            what, beyond = f"largest growth rate{band}, 1/s", "-"
-            heads = ("share of the samples, %", "growth rate", "from", "to")
-            text = f"squeal propensity index {number(self.propensity or 0.0, 4)}"
-        rows = [(100 * q[0], *(beyond if v is None else v for v in q[1:])) for q in self.quantiles]
-        two = f" (2 x {self.samples // 2} for the indices)" * bool(self.indices)
-        title = f"{self.samples} samples{two}, {self.design}, seed {self.seed}: {what}; "
-        title += f"intervals of {100 * CONFIDENCE:g} % confidence"
-        own = f" at {name} = {number(self.mu)}" * (name not in self.spreads)
-        low, high = (100 * end for end in self.interval)
-        line = f"stable{own}: {100 * self.stable:.1f} % of the samples ({low:.1f} to {high:.1f} %)"
-        line += f"; {text}"
-        line += f"; no possible pad or system: {self.no_pad}" * bool(self.no_pad)
-        line += f"; not computed: {self.failed}" * bool(self.failed)
-        parts: list[str | Table] = [
-            Table(in_order((head, "") for head in heads), rows, title),
-            line,
-        ]
+            names = ("share of the samples, %", "growth rate", "from", "to")
+            beyond = "-"
+            what = "largest growth rate"
+            if self.band is not None:
+                what += f" from {self.band[0]:g} to {self.band[1]:g} Hz"
+            what += ", 1/s"
+        else:
+            names = ("share unstable, %", self.name, "from", "to")
+            beyond = f"> {self.mu_max:g}"
+            what = f"first loss of stability up to {self.name} = {self.mu_max:g}"
+        rows = []
+        for quantile in self.quantiles:
+            values = (quantile.value, quantile.low, quantile.high)
+            shown = [beyond if value is None else value for value in values]
+            rows.append((100 * quantile.level, *shown))
+        drawn = f"{self.samples} samples"
         if self.indices:
-            form = "{:.2f} ({:.2f} to {:.2f})".format
-            rows = [
-                (name, form(a, *near), form(b, *wide)) for name, a, near, b, wide in self.indices
-            ]
-            table = in_order((head, "") for head in ("parameter", "first", "total"))
-            parts.append(Table(table, rows, "Sobol indices: shares of the variance"))
+            drawn += f" (2 x {self.samples // 2} for the indices)"
+        title = f"{drawn}, {self.design}, seed {self.seed}: {what}; "
+        title += f"intervals of {100 * CONFIDENCE:g} % confidence"
+        return Table(in_order((name, "") for name in names), rows, title)
+
+    def _shares(self) -> str:
+        """How many samples are stable, in a line, and what became of the others."""
+        at = "" if self.name in self.spreads else f" at {self.name} = {number(self.mu)}"
+        low, high = self.interval
+        line = f"stable{at}: {100 * self.stable:.1f} % of the samples "
+        line += f"({100 * low:.1f} to {100 * high:.1f} %)"
+        if self.of == "growth":
+            line += f"; squeal propensity index {number(self.propensity or 0.0, 4)}"
+        else:
+            line += f"; without a threshold {self.beyond}"
+        if self.no_pad:
+            line += f"; no possible pad or system: {self.no_pad}"
+        if self.failed:
+            line += f"; not computed: {self.failed}"
+        return line
+
+    def _table_of_indices(self) -> Table:
+        rows = []
+        for index in self.indices:
+            first_low, first_high = index.first_interval
+            total_low, total_high = index.total_interval
+            first = f"{index.first:.2f} ({first_low:.2f} to {first_high:.2f})"
+            total = f"{index.total:.2f} ({total_low:.2f} to {total_high:.2f})"
+            rows.append((index.parameter, first, total))
+        names = (("parameter", ""), ("first", ""), ("total", ""))
+        return Table(in_order(names), rows, "Sobol indices: shares of the variance")
+
+    def parts(self) -> Sequence[str | Table]:
+        parts: list[str | Table] = [self._table_of_quantiles(), self._shares()]
+        if self.indices:
+            parts.append(self._table_of_indices())
         elif len(self.spreads) > 1:
             parts.append("which parameter decides: `indices: true` in the file of spreads tells")
         if self.basis is not None:
-            size, rows, residual = (self.basis[key] for key in ("size", "rows", "residual"))
+            rows = self.basis["rows"]
+            residual = self.basis["residual"]
             where = f"in the equations of all {rows} rows, over all samples: {residual:.2g}"
+            size = self.basis["size"]
             parts.append(f"on a basis of {size} vectors; worst residual of a root {where}")
         return parts
 
     def to_dict(self) -> dict[str, Any]:
         scatter: dict[str, Any] = {"parameter": self.name, "value": self.mu}
         scatter |= picked(self, "of mu mu_max band samples seed design failed no_pad beyond stable")
-        each = [(name, *pair) for name, one in self.spreads.items() for pair in one.items()]
-        scatter["spreads"] = [dict(zip(("name", "kind", "size"), one, strict=True)) for one in each]
-        keys = "level", "mu" if self.of == "threshold" else "growth_rate", "low", "high"
-        scatter["quantiles"] = [dict(zip(keys, one, strict=True)) for one in self.quantiles]
+        scatter["spreads"] = [
+            {"name": name, "kind": kind, "size": size}
+            for name, spread in self.spreads.items()
+            for kind, size in spread.items()
+        ]
+        value = "mu" if self.of == "threshold" else "growth_rate"
+        scatter["quantiles"] = [
+            {"level": one.level, value: one.value, "low": one.low, "high": one.high}
+            for one in self.quantiles
+        ]
         scatter |= picked(self, "interval propensity basis") | {"confidence": CONFIDENCE}
-        return {"scatter": scatter | {"indices": [one._asdict() for one in self.indices]}}
+        scatter["indices"] = [index._asdict() for index in self.indices]
+        return {"scatter": scatter}
 
 
-Judge = tuple[Any, EigenvalueSelection, float | None]
-"""A subject, its wanted roots, and up to where their first loss of stability is; None of growth."""
+class _Judge(NamedTuple):
+    """What samples are changes of, which roots are selected, and up to where their first loss of
+    stability is; None where their growth is judged."""
+
+    subject: Scene | TermSystem | Reduction | ParameterSpace
+    selection: EigenvalueSelection
+    high: float | None
 
 
-def _work(judge: Judge, changes: Sequence[dict[str, float]]) -> list[Sample]:
+def _samples(judge: _Judge, changes: Sequence[dict[str, float]]) -> list[Sample]:
     """What becomes of each change of some parameters."""
-    subject, wanted, high = judge
+    subject, selection, high = judge
+    if isinstance(subject, ParameterSpace):
+        assert high is not None
+        outcomes = subject.outcomes(changes, high, selection.band)
+        return [_at_loss(values, found) for values, found in zip(changes, outcomes, strict=True)]
     if high is None:
-        return [_grown(subject, wanted, values) for values in changes]
-    if isinstance(subject, Reduction):
-        return [_lost(subject, wanted, high, values) for values in changes]
-    outcomes = subject.outcomes(changes, high, wanted.band)
-    return [_at_loss(*each) for each in zip(changes, outcomes, strict=True)]
+        return [_growth(subject, selection, values) for values in changes]
+    assert isinstance(subject, Reduction)
+    return [_loss_of_reduced(subject, selection, high, values) for values in changes]
 
 
 def _at_loss(values: dict[str, float], found: Outcome, residual: float | None = None) -> Sample:
@@ -278,13 +330,13 @@ def _at_loss(values: dict[str, float], found: Outcome, residual: float | None = 
     )
 
 
-def _lost(
-    served: Reduction, wanted: EigenvalueSelection, high: float, values: dict[str, float]
+def _loss_of_reduced(
+    served: Reduction, selection: EigenvalueSelection, high: float, values: dict[str, float]
 ) -> Sample:
     """A sample judged by its first loss of stability, located on the full system."""
     try:
         one = served.replaced(values)
-        answer = system_thresholds(one.scaled.system, high, wanted=wanted, served=one)
+        answer = system_thresholds(one.scaled.system, high, wanted=selection, served=one)
     except (InputError, ComputationError) as error:
         kind = NO_PAD if isinstance(error, InputError) else None
         return Sample(values, kind=kind, reason=str(error))
@@ -293,23 +345,29 @@ def _lost(
     return _at_loss(values, found, float(np.max(one.modes(at)[1], initial=0.0)))
 
 
-def _grown(subject: Any, wanted: EigenvalueSelection, values: dict[str, float]) -> Sample:
-    """A sample judged by the wanted roots of a scene, a small system or a reduced one."""
-    residual = None
+def _growth(
+    subject: Scene | TermSystem | Reduction,
+    selection: EigenvalueSelection,
+    values: dict[str, float],
+) -> Sample:
+    """A sample judged by the selected roots of a scene, a small system or a reduced one."""
+    residuals = None
     try:
         if isinstance(subject, Scene):
             spectrum = analyse(subject.replace(**values)).spectrum
-            roots, rounding = spectrum.values, spectrum.rounding
+            roots = spectrum.values
+            rounding = spectrum.rounding
         elif isinstance(subject, TermSystem):
-            roots = roots_of_all(subject, wanted, values)
+            roots = roots_of_all(subject, selection, values)
             rounding = rounding_of(subject, roots)
         elif isinstance(subject, FirstLook):
             found = subject.estimate(values)
-            roots, residual = found.values, float(np.max(found.residuals, initial=0.0))
+            roots = found.values
+            residuals = found.residuals
             rounding = np.maximum(found.errors, rounding_of(subject.scaled.system, roots))
         else:
-            modes, errors, _ = subject.modes(values)
-            roots, residual = modes.values, float(np.max(errors, initial=0.0))
+            modes, residuals, _ = subject.modes(values)
+            roots = modes.values
             rounding = rounding_of(subject.system, roots)
         if not len(roots):
             raise ComputationError("no root lies in the band")
@@ -326,7 +384,7 @@ def _grown(subject: Any, wanted: EigenvalueSelection, values: dict[str, float]) 
         frequency_hz=abs(float(fastest.imag)) / math.tau,
         unstable=len(unstable),
         propensity=math.fsum(unstable.real / np.abs(unstable)),
-        residual=residual,
+        residual=None if residuals is None else float(np.max(residuals, initial=0.0)),
     )
 
 
@@ -394,7 +452,9 @@ def _drawn(design: str, samples: int, columns: int, seed: int) -> NDArray[np.flo
     return np.clip(qmc.Sobol(columns, rng=seed).random(samples), 1e-9, 1 - 1e-9)
 
 
-def _placed(varied: Varied, spreads: Mapping[str, Any], unit: NDArray) -> list[dict[str, float]]:
+def _placed(
+    varied: ParameterSpace, spreads: Mapping[str, Any], unit: NDArray
+) -> list[dict[str, float]]:
     """Parameters at points of the unit cube. Raises InputError."""
     from scipy.special import ndtri
 
@@ -537,7 +597,7 @@ def scatter(
     seed = options["seed"]
     if not spreads:
         raise Place("spreads").must_be(spreads, _SPREADS.named)
-    varied = Varied.of(subject, "scatter", mu_max, of)
+    varied = ParameterSpace.of(subject, "scatter", mu_max, of)
     count = len(spreads)
     blocks = 2 if indices else 1
     unit = _drawn(options["design"], samples, blocks * count, seed)
@@ -603,7 +663,7 @@ def _interval(stable: int, unknown: int, count: int) -> tuple[float, float]:
 def _computed(
     subject: Scene | TermSystem,
     changes: Sequence[dict[str, float]],
-    judge: Judge,
+    judge: _Judge,
     workers: int,
     journal: Path | str | None,
     question: tuple[object, ...],
@@ -618,7 +678,7 @@ def _computed(
         samples = _journal(Path(journal), _question(subject, *question))
     missing = [k for k in range(len(chunks)) if k not in samples]
     done = sum(len(chunk) for chunk in samples.values())
-    computed = mapped(_work, [chunks[k] for k in missing], workers, judge)
+    computed = mapped(_samples, [chunks[k] for k in missing], workers, judge)
     for k, chunk in zip(missing, computed, strict=True):
         samples[k] = chunk
         done += len(chunk)
@@ -632,23 +692,29 @@ def _computed(
 
 
 def _judge(
-    varied: Varied,
+    varied: ParameterSpace,
     of: str,
     high: float,
-    wanted: EigenvalueSelection,
-    each: Sequence[dict[str, float]],
-) -> tuple[Judge, dict[str, Any] | None]:
+    selection: EigenvalueSelection,
+    changes: Sequence[dict[str, float]],
+) -> tuple[_Judge, dict[str, Any] | None]:
     """What judges samples, and the reduced system that it has. Raises InputError."""
-    subject, losses = varied.subject, of == "threshold"
-    if isinstance(subject, Scene) and wanted.band is not None:
+    subject = varied.subject
+    losses = of == "threshold"
+    if isinstance(subject, Scene) and selection.band is not None:
         raise Place("band").refuse("is not allowed with a scene; a system takes it")
     if isinstance(subject, Scene) or is_small(subject):
-        return (varied if losses else subject, wanted, high if losses else None), None
-    if wanted.band is None:
+        if losses:
+            return _Judge(varied, selection, high), None
+        return _Judge(subject, selection, None), None
+    if selection.band is None:
         raise InputError(NO_BAND)
-    served = [{}, *each[:: max(1, len(each) // SERVED)]]
-    if losses:  # each at another value of the range
-        shares = np.linspace(0.0, high, len(served) + 1)[1:].tolist()
-        served = [{**one, varied.free: mu} for one, mu in zip(served, shares, strict=True)]
-    reduction = reduced_for(subject, wanted, served, "reduced" if losses else "modal")
-    return (reduction, wanted, high if losses else None), basis_of(reduction, wanted)
+    served = [{}, *changes[:: max(1, len(changes) // SERVED)]]
+    if not losses:
+        reduction = reduced_for(subject, selection, served, "modal")
+        return _Judge(reduction, selection, None), basis_of(reduction, selection)
+    shares = np.linspace(0.0, high, len(served) + 1)[1:].tolist()
+    # each at another value of the range
+    served = [{**one, varied.free: mu} for one, mu in zip(served, shares, strict=True)]
+    reduction = reduced_for(subject, selection, served, "reduced")
+    return _Judge(reduction, selection, high), basis_of(reduction, selection)

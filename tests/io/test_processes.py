@@ -33,7 +33,7 @@ def work(*_):
 if __name__ == "__main__":
     from squeal.queries import scatter
     from squeal.cli.main import main
-    scatter._work = work
+    scatter._samples = work
     sys.exit(main(sys.argv[1:]))
 """
 

@@ -101,3 +101,10 @@ def test_a_stiffness_for_the_mass_is_refused_in_time(brake):
     file = SystemFile(TermSystem(stiffness, (), own.K, own.parameters))
     with pytest.raises(ComputationError, match="mass"):
         squeal.check(file)
+
+
+def test_a_slow_part_of_unknown_size_is_no_error_of_units():
+    """A cantilever of a metre has its lowest mode at 17 Hz."""
+    square = (2.0 * np.pi * 17.0) ** 2
+    part = squeal.System(np.eye(2), K=np.diag([square, 6.0 * square]))
+    assert squeal.check(part).hints == ()

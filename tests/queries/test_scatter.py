@@ -11,7 +11,7 @@ import squeal
 from squeal import Term
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.numerics.differentiation import Formula
-from squeal.queries.advise import Outcome, Varied
+from squeal.queries.advise import Outcome, ParameterSpace
 from squeal.queries.scatter import scatter
 from tests.queries.test_advise import SCENE, first
 
@@ -81,13 +81,13 @@ def test_where_no_sample_can_be_computed_nothing_is_said(changes):
 
 def test_samples_that_cannot_be_computed_are_counted_apart(scattered, monkeypatch):
     """They were dropped as "no such pads", and the quantiles were those of the survivors."""
-    outcomes = Varied.outcomes
+    outcomes = ParameterSpace.outcomes
 
     def failing(varied, changes, high, band):
         known = outcomes(varied, changes, high, band)
         return [Outcome(reason="hidden") if i % 4 == 3 else one for i, one in enumerate(known)]
 
-    monkeypatch.setattr(Varied, "outcomes", failing)
+    monkeypatch.setattr(ParameterSpace, "outcomes", failing)
     some = scatter(SCENE, **DRAWN)
     assert (some.failed, some.no_pad, len(some.values)) == (COUNT // 4, 0, COUNT - COUNT // 4)
     assert some.warnings

@@ -12,7 +12,7 @@ from squeal.io.system import SystemFile
 from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.matrices import EPS, dense, norm_of, unit_diagonal
 from squeal.linear.moduli import Modulus, Tabulated
-from squeal.linear.system import Matrix, TermSystem
+from squeal.linear.system import Matrix, Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.schema import document_text
 from squeal.sparse.components import Component
@@ -57,13 +57,22 @@ def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
     """Each matrix of a system file: its part, file and how that was read, factor, size, symmetry
     and fingerprint."""
     rows = []
-    for o in file.origins:
-        read: dict[str, Any] = {"part": o.part, "file": o.file or None, "key": o.key or None}
-        read |= {"format": o.form or None, "labels": o.labelled, "factor": o.factor}
-        read |= {"digits": o.digits}
-        size = {"rows": int(o.matrix.shape[0]), "nonzeros": int(o.matrix.nnz)}
-        more = {"symmetric": is_symmetric(o.matrix), "fingerprint": fingerprint(o.matrix)}
-        rows.append(read | size | more)
+    for origin in file.origins:
+        matrix = origin.matrix
+        row = {
+            "part": origin.part,
+            "file": origin.file or None,
+            "key": origin.key or None,
+            "format": origin.form or None,
+            "labels": origin.labelled,
+            "factor": origin.factor,
+            "digits": origin.digits,
+            "rows": int(matrix.shape[0]),
+            "nonzeros": int(matrix.nnz),
+            "symmetric": is_symmetric(matrix),
+            "fingerprint": fingerprint(matrix),
+        }
+        rows.append(row)
     return rows
 
 
@@ -77,45 +86,50 @@ def write_system(
     """
     rows = []
     document: dict[str, Any] = {"name": system.name}
-    default = {} if system.parameter in system.names else {system.parameter: 0.0}
-    own = {
-        name: value
-        for name, value in system.parameters.items()
-        if name not in system.follows and (name, value) not in default.items()
-    }
-    if own:
-        document["parameters"] = own
-    if system.parameter in own:
+    parameters = {}
+    for name, value in system.parameters.items():
+        is_default = name == system.parameter and name not in system.names and value == 0.0
+        if name not in system.follows and not is_default:
+            parameters[name] = value
+    if parameters:
+        document["parameters"] = parameters
+    if system.parameter in parameters:
         document["parameter"] = system.parameter
     with whole_folder(folder) as place:
         for part, terms in zip("MCK", system.parts, strict=True):
             for i, term in enumerate(terms):
-                name = f"{part}{i}.{suffix}"
-                write_matrix(place / name, term.matrix, part)
-                keys: dict[str, Any] = {"file": name, "factor": term.factor.text}
-                row = {"part": part} | keys | {"fingerprint": fingerprint(term.matrix)}
-                group, key = document, part
-                if isinstance(modulus := term.factor, Modulus):
-                    keys["factor"] = modulus.factor.text
-                    if modulus.loss:
-                        keys["structural"] = modulus.loss.text
-                    if table := modulus.table:
-                        keys["modulus"] = {"file": f"{part}{i}.csv"}
-                        lines = zip(table.frequencies, table.storage, table.loss, strict=True)
-                        write_csv(place / f"{part}{i}.csv", ["frequency", "storage", "loss"], lines)
-                    if modulus.imaginary:
-                        group, key = document.setdefault("damping", {}), "K4"
-                if isinstance(tabulated := term.factor, Tabulated):
-                    keys["factor"] = tabulated.factor.text
-                    columns = [tabulated.over, tabulated.column]
-                    keys["table"] = {"file": f"{part}{i}.csv", "column": tabulated.column}
-                    keys["table"]["over"] = tabulated.over
-                    pairs = zip(tabulated.places, tabulated.quantities, strict=True)
-                    write_csv(place / f"{part}{i}.csv", columns, pairs)
-                group.setdefault(key, []).append(keys)
-                rows.append(row)
+                file = f"{part}{i}.{suffix}"
+                write_matrix(place / file, term.matrix, part)
+                row = {"part": part, "file": file, "factor": term.factor.text}
+                rows.append(row | {"fingerprint": fingerprint(term.matrix)})
+                entry = {"file": file} | _write_factor(place, f"{part}{i}.csv", term)
+                if isinstance(term.factor, Modulus) and term.factor.imaginary:
+                    document.setdefault("damping", {}).setdefault("K4", []).append(entry)
+                else:
+                    document.setdefault(part, []).append(entry)
         write_text(place / "system.yaml", document_text(document | more))
     return rows
+
+
+def _write_factor(folder: Path, file: str, term: Term) -> dict[str, Any]:
+    """The keys of a system file that give the factor of a term; its table goes to a file."""
+    factor = term.factor
+    if isinstance(factor, Modulus):
+        keys: dict[str, Any] = {"factor": factor.factor.text}
+        if factor.loss:
+            keys["structural"] = factor.loss.text
+        table = factor.table
+        if table:
+            keys["modulus"] = {"file": file}
+            lines = zip(table.frequencies, table.storage, table.loss, strict=True)
+            write_csv(folder / file, ["frequency", "storage", "loss"], lines)
+        return keys
+    if isinstance(factor, Tabulated):
+        pairs = zip(factor.places, factor.quantities, strict=True)
+        write_csv(folder / file, [factor.over, factor.column], pairs)
+        table_keys = {"file": file, "column": factor.column, "over": factor.over}
+        return {"factor": factor.factor.text, "table": table_keys}
+    return {"factor": factor.text}
 
 
 def write_components(
