@@ -30,6 +30,8 @@ import yaml
 from squeal.errors import InputError, InputWarning, meant, within_doubles
 from squeal.numerics.differentiation import Formula
 
+Value = Any
+"""Whatever a file or a caller gives, and what it is converted to."""
 MOST = 100_000  # values that aliases may make of a file, if it is shorter than that
 _TAG = "tag:yaml.org,2002:"
 
@@ -44,7 +46,8 @@ class Place:
     """Where a value stands: a file or record and the dotted key in it, for messages."""
 
     def __init__(self, source: str, *path: str) -> None:
-        self.source, self.path = source, path
+        self.source = source
+        self.path = path
 
     def __truediv__(self, key: object) -> Place:
         word = str(key)
@@ -57,7 +60,7 @@ class Place:
         """An InputError whose message starts with source and key."""
         return InputError(f"{self}: {message}")
 
-    def must_be(self, value: Any, allowed: str) -> InputError:
+    def must_be(self, value: Value, allowed: str) -> InputError:
         """The InputError of a value that is not what is allowed."""
         if isinstance(value, str) and _COMMA.fullmatch(value):
             allowed += f"; its decimals follow a point: {value.replace(',', '.')}"
@@ -76,7 +79,7 @@ class Place:
             raise self.refuse(str(error)) from None
 
 
-def shown(value: Any) -> str:
+def shown(value: Value) -> str:
     """A short printable form of a refused value."""
     plain = isinstance(value, (str, list, dict, set, tuple))
     text = repr(value) if plain else " ".join(str(value).split())
@@ -89,14 +92,14 @@ class Kind:
     `convert` gives a value of a file as it is used, None where it is not allowed.
     """
 
-    convert: Callable[[Any], Any]
+    convert: Callable[[Value], Value]
 
-    def __init__(self, named: str = "", convert: Callable[[Any], Any] | None = None) -> None:
+    def __init__(self, named: str = "", convert: Callable[[Value], Value] | None = None) -> None:
         self.named = named
         if convert is not None:
             self.convert = convert
 
-    def read(self, value: Any, at: Place, model: str = "") -> Any:
+    def read(self, value: Value, at: Place, model: str = "") -> Value:
         """The value of a file, converted; `model`: that of the file. Raises InputError."""
         if getattr(value, "shape", None) == ():  # a scalar of NumPy
             value = value.item()
@@ -111,7 +114,8 @@ def instance(kind: type, named: str) -> Kind:
     return Kind(named, lambda value: value if isinstance(value, kind) else None)
 
 
-TEXT, FLAG = instance(str, "text"), instance(bool, "true or false")
+TEXT = instance(str, "text")
+FLAG = instance(bool, "true or false")
 NAME = Kind(
     "a name of letters, digits and underscores",
     lambda value: value if isinstance(value, str) and _NAME.fullmatch(value) else None,
@@ -127,18 +131,20 @@ class Number(Kind):
     def __init__(
         self, low: float = -math.inf, high: float = sys.float_info.max, low_allowed: bool = False
     ) -> None:
-        self.low, self.high, self.low_allowed = low, high, low_allowed
+        self.low = low
+        self.high = high
+        self.low_allowed = low_allowed
         above = "of at least" if low_allowed else "above"
         self.range = f" {above} {low:.6g}" if low > -math.inf else ""
         if high < sys.float_info.max:
             self.range += f" and at most {high:.6g}"
         super().__init__(f"a finite number{self.range}")
 
-    def _holds(self, value: Any) -> Any:
+    def _holds(self, value: Value) -> Value:
         above = value >= self.low if self.low_allowed else value > self.low
         return above & (value <= self.high)
 
-    def check(self, value: Any, at: Place, name: str) -> None:
+    def check(self, value: Value, at: Place, name: str) -> None:
         """Refuse a number, or the first entry of an array, out of the range. Raises InputError.
 
         Symbols, dual numbers, complex steps and more digits are taken on trust.
@@ -146,12 +152,13 @@ class Number(Kind):
         real = isinstance(value, np.ndarray) and value.dtype.kind in "biuf"
         if real and not self._holds(value).all():
             entry = tuple(np.argwhere(~self._holds(value))[0])
-            name, value = f"{name}.entry {', '.join(map(str, entry))}", value[entry]
-        elif not isinstance(value, _CHECKED) or Number.convert(self, value) is not None:
+            place = at / f"{name}.entry {', '.join(map(str, entry))}"
+            raise place.must_be(value[entry], self.named)
+        if not isinstance(value, _CHECKED) or Number.convert(self, value) is not None:
             return
         raise (at / name).must_be(value, self.named)
 
-    def convert(self, value: Any) -> float | None:
+    def convert(self, value: Value) -> float | None:
         if not isinstance(value, _PLAIN) or isinstance(value, bool):
             return None
         try:
@@ -160,7 +167,9 @@ class Number(Kind):
             return None
 
 
-ANY, POSITIVE, NOT_NEGATIVE = Number(), Number(low=0.0), Number(low=0.0, low_allowed=True)
+ANY = Number()
+POSITIVE = Number(low=0.0)
+NOT_NEGATIVE = Number(low=0.0, low_allowed=True)
 Positive = Annotated[float, POSITIVE]
 
 
@@ -171,13 +180,13 @@ class Angle(Number):
         super().__init__(low, high)
         self.named += " (radians) or a multiple of pi such as 0.75*pi"
 
-    def convert(self, value: Any) -> float | None:
+    def convert(self, value: Value) -> float | None:
         with suppress(InputError):
             value = Formula(value).value({"pi": math.pi}) if isinstance(value, str) else value
         return super().convert(value)
 
 
-def warn_of_degrees(value: Any, at: Place) -> None:
+def warn_of_degrees(value: Value, at: Place) -> None:
     """Warn of an angle beyond a full turn that is not written as a multiple of pi."""
     if isinstance(value, int | float) and abs(value) > 2 * math.pi:
         words = f"{value:g} rad is more than a full turn; if degrees are meant, write "
@@ -188,10 +197,11 @@ class Whole(Kind):
     """A whole number from low to high."""
 
     def __init__(self, low: int, high: int) -> None:
-        self.low, self.high = low, high
+        self.low = low
+        self.high = high
         super().__init__(f"a whole number from {low} to {high}")
 
-    def convert(self, value: Any) -> int | None:
+    def convert(self, value: Value) -> int | None:
         whole = isinstance(value, Integral) and not isinstance(value, bool)
         return int(value) if whole and self.low <= int(value) <= self.high else None
 
@@ -203,7 +213,7 @@ class Word(Kind):
         self.choices = choices
         super().__init__(f"one of {', '.join(choices)}")
 
-    def convert(self, value: Any) -> str | None:
+    def convert(self, value: Value) -> str | None:
         if value == [None]:  # what YAML makes of a minus sign by itself
             value = "-"
         return value if isinstance(value, str) and value in self.choices else None
@@ -213,10 +223,12 @@ class Several(Kind):
     """A sequence, also one to be gone through once only: of `count`, or of `least` at least."""
 
     def __init__(self, each: Kind, named: str, count: int | None = None, least: int = 1) -> None:
-        self.each, self.count, self.least = each, count, least
+        self.each = each
+        self.count = count
+        self.least = least
         super().__init__(named)
 
-    def read(self, value: Any, at: Place, model: str = "") -> Any:
+    def read(self, value: Value, at: Place, model: str = "") -> Value:
         try:
             entries = None if isinstance(value, str | dict) else tuple(value)
         except TypeError:
@@ -234,7 +246,7 @@ def row(count: int, each: Number = ANY) -> Several:
 class Named(Several):
     """A mapping of names to values of one kind."""
 
-    def read(self, value: Any, at: Place, model: str = "") -> Any:
+    def read(self, value: Value, at: Place, model: str = "") -> Value:
         if not isinstance(value, Mapping):
             raise at.must_be(value, self.named)
         return {NAME.read(name, at): self.each.read(v, at / name) for name, v in value.items()}
@@ -244,11 +256,12 @@ class Square(Kind):
     """A square matrix, a list of rows: of `count` rows, or of any number up to `most`."""
 
     def __init__(self, count: int | None = None, most: int = 100) -> None:
-        self.count, self.most = count, most
+        self.count = count
+        self.most = most
         size = f"{count} x {count}" if count else f"n x n with at most {most} rows"
         super().__init__(f"a square matrix of finite numbers, a list of rows, {size}")
 
-    def read(self, value: Any, at: Place, model: str = "") -> tuple[tuple[float, ...], ...]:
+    def read(self, value: Value, at: Place, model: str = "") -> tuple[tuple[float, ...], ...]:
         rows = value if isinstance(value, list | tuple | np.ndarray) else ()
         if not 0 < len(rows) <= self.most or self.count not in (None, len(rows)):
             raise at.must_be(value, self.named)
@@ -257,7 +270,7 @@ class Square(Kind):
 
 
 # fmt: off
-_SCALARS: tuple[tuple[str, str, Callable[[str], Any]], ...] = (
+_SCALARS: tuple[tuple[str, str, Callable[[str], Value]], ...] = (
     ("bool", "true|True|TRUE|false|False|FALSE", lambda text: text.lower() == "true"),
     ("null", "~|null|Null|NULL|", lambda _: None),
     # a very long whole number is out of every range, and int() refuses it
@@ -275,18 +288,18 @@ class _Loader(yaml.BaseLoader):
 _Loader.add_implicit_resolver("plain", re.compile(""), None)
 
 
-def _refused(problem: str, mark: Any) -> yaml.MarkedYAMLError:
+def _refused(problem: str, mark: yaml.Mark | None) -> yaml.MarkedYAMLError:
     return yaml.MarkedYAMLError(None, None, problem, mark)
 
 
-def _value(node: yaml.Node, left: Iterator[int]) -> Any:
+def _value(node: yaml.Node, left: Iterator[int]) -> Value:
     """The value of a node; `left` ends after as many as may be, also of aliases."""
     if next(left, None) is None:
         raise _refused("aliases make it too large", node.start_mark)
     if isinstance(node, yaml.SequenceNode) and node.tag == _TAG + "seq":
         return [_value(entry, left) for entry in node.value]
     if isinstance(node, yaml.MappingNode) and node.tag == _TAG + "map":
-        mapping: dict[str, Any] = {}
+        mapping: dict[str, Value] = {}
         for key_node, entry in node.value:
             key = _value(key_node, left)
             if not isinstance(key, str):
@@ -306,7 +319,7 @@ def _value(node: yaml.Node, left: Iterator[int]) -> Any:
     raise _refused(f"{shown(node.value)} is no {node.tag.rpartition(':')[2]}", node.start_mark)
 
 
-def _parsed(text: str) -> Any:
+def _parsed(text: str) -> Value:
     """The value of YAML text. Raises yaml.YAMLError or ValueError."""
     try:
         node = yaml.compose(text, Loader=_Loader)
@@ -317,7 +330,7 @@ def _parsed(text: str) -> Any:
         raise _refused("nested too deeply", None) from None
 
 
-def scalar(text: str) -> Any:
+def scalar(text: str) -> Value:
     """The value of a plain YAML scalar, such as the value of an option; the text itself if not."""
     try:
         return _parsed(text) if text.strip() else None
@@ -337,12 +350,12 @@ _Dumper.add_representer(
 )
 
 
-def document_text(document: Mapping[str, Any]) -> str:
+def document_text(document: Mapping[str, Value]) -> str:
     """A mapping as YAML text that `parse_document` reads as the same mapping."""
     return yaml.dump(document, Dumper=_Dumper, sort_keys=False)
 
 
-def read_document(path: Path | str) -> tuple[dict[str, Any], Place]:
+def read_document(path: Path | str) -> tuple[dict[str, Value], Place]:
     """The single mapping that a YAML file holds, and its place. Raises InputError."""
     if not isinstance(path, str | Path):
         raise Place("path").must_be(path, "the path of a file")
@@ -363,7 +376,7 @@ def read_content(path: Path, at: Place) -> bytes:
         raise at.refuse(words) from None
 
 
-def parse_document(content: bytes, at: Place) -> dict[str, Any]:
+def parse_document(content: bytes, at: Place) -> dict[str, Value]:
     """The single mapping that YAML text holds; `at` tells messages where it is from.
 
     Raises InputError if it is not one UTF-8 YAML mapping.
@@ -417,14 +430,17 @@ class Group(Kind):
     def __init__(
         self, keys: Mapping[str, Key], owner: str = "", only_one: bool = False, short: str = ""
     ) -> None:
-        self.keys, self.owner, self.only_one, self.short = keys, owner, only_one, short
+        self.keys = keys
+        self.owner = owner
+        self.only_one = only_one
+        self.short = short
         super().__init__("a mapping" + (f", or {keys[short].kind.named}" if short else ""))
 
-    def mapping(self, value: Any) -> Any:
+    def mapping(self, value: Value) -> Value:
         """The mapping that a word alone stands for; any other value as it is."""
         return {self.short: value} if self.short and isinstance(value, str) else value
 
-    def read(self, value: Any, at: Place, model: str = "") -> dict[str, Any]:
+    def read(self, value: Value, at: Place, model: str = "") -> dict[str, Value]:
         """The values of the keys that are given, in the order of the table. Raises InputError."""
         value = self.mapping(value)
         if not isinstance(value, dict):
@@ -435,12 +451,15 @@ class Group(Kind):
         if self.only_one and len(value) != 1:
             each = " or ".join(f"{name} ({key.meaning})" for name, key in self.keys.items())
             raise at.refuse(f"it must hold one of {each}")
-        values: dict[str, Any] = {}
+        values: dict[str, Value] = {}
         for name, key in self.keys.items():
-            here, used = at / name, not model or not key.models or model in key.models
+            here = at / name
+            used = not model or not key.models or model in key.models
             if name in value and not used:
-                words = f"model {model} does not use it, leave it out"
-                raise here.refuse(f"{shown(value[name])} is not allowed; {words}")
+                raise here.refuse(
+                    f"{shown(value[name])} is not allowed; model {model} does not use it, leave it "
+                    "out"
+                )
             if name in value and key.instead in value:
                 raise here.refuse(f"is not allowed beside {key.instead}")
             if name in value:
@@ -469,7 +488,7 @@ class Group(Kind):
                 yield from key.kind._paths((*before, name))
 
 
-def check_needs(keys: Mapping[str, Key], given: Mapping[str, Any], at: Place) -> None:
+def check_needs(keys: Mapping[str, Key], given: Mapping[str, Value], at: Place) -> None:
     """Refuse a key that is given without another one that it needs. Raises InputError."""
     for name, key in keys.items():
         for other in key.needs if given.get(name) is not None else ():
@@ -484,35 +503,43 @@ _KINDS: dict[Any, Kind] = {
 }  # fmt: skip
 
 
-def kind_of(hint: Any) -> Kind:
+def kind_of(hint: object) -> Kind:
     """The kind of value that an annotation allows; ``Annotated`` names one, a union allows any."""
-    what, parts = get_origin(hint) or hint, get_args(hint)
-    if what in (Annotated, Literal):
-        return parts[1] if what is Annotated else Word(parts)
-    if what in _KINDS or not parts:
-        return _KINDS.get(what) or instance(what, f"an instance of {what.__name__}")
-    own = dict.fromkeys(part for part in parts[what is Mapping :] if part is not NoneType)
-    one = kind_of(next(iter(own)) if len(own) == 1 else Any)
-    if what in (Union, UnionType):
-        return one
-    if what is Mapping:
-        return Named(one, f"a mapping of names to values, each {one.named}")
-    count = len(parts) if what is tuple else None
-    return Several(one, f"a sequence of {count or 'some'} values, each {one.named}", count)
+    origin: Value = get_origin(hint) or hint
+    parts = get_args(hint)
+    if origin is Annotated:
+        return parts[1]
+    if origin is Literal:
+        return Word(parts)
+    if origin in _KINDS:
+        return _KINDS[origin]
+    if not parts:
+        return instance(origin, f"an instance of {origin.__name__}")
+    entries = parts[1:] if origin is Mapping else parts
+    allowed = {part for part in entries if part is not NoneType}
+    kind = kind_of(allowed.pop() if len(allowed) == 1 else Any)
+    if origin in (Union, UnionType):
+        return kind
+    if origin is Mapping:
+        return Named(kind, f"a mapping of names to values, each {kind.named}")
+    count = len(parts) if origin is tuple else None
+    return Several(kind, f"a sequence of {count or 'some'} values, each {kind.named}", count)
 
 
 def public(function: _Function) -> _Function:
     """A function that raises InputError for arguments not as annotated, and is `within_doubles`."""
-    known, hints = signature(function), get_type_hints(function, include_extras=True)
+    parameters = signature(function)
+    hints = get_type_hints(function, include_extras=True)
 
     @wraps(function)
-    def asked(*each: Any, **named: Any) -> Any:
-        given = known.bind(*each, **named)
+    def checked(*values: Value, **named: Value) -> Value:
+        given = parameters.bind(*values, **named)
         for name, value in given.arguments.items():
-            hint, default = hints.get(name, Any), known.parameters[name].default
+            hint = hints.get(name, object)
+            default = parameters.parameters[name].default
             if hint not in (Any, object) and value is not default:
                 given.arguments[name] = kind_of(hint).read(value, Place(function.__name__, name))
         with within_doubles():  # in a context of its own, which ends with what it has set
             return copy_context().run(function, *given.args, **given.kwargs)
 
-    return asked  # type: ignore[return-value]
+    return checked  # type: ignore[return-value]

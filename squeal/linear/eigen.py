@@ -195,7 +195,8 @@ def root_rounding(
     moved = np.minimum(alone, bound)
     near = np.flatnonzero(moved > 1e-3 * apart.min(axis=1, initial=np.inf))
     with np.errstate(divide="ignore"):
-        goal, r = np.log(alone[near]), np.log(moved[near])
+        goal = np.log(alone[near])
+        r = np.log(moved[near])
     for _ in range(16):  # Newton's method on logarithms: convex, and from above
         share = np.exp(r)[:, None] / apart[near]
         excess = r + np.log1p(share).sum(axis=1) - goal
@@ -273,7 +274,8 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     """
     values, right = (x.astype(complex) for x in np.linalg.eig(A))
     left = left_vectors(A, values, right)
-    zeros, noise = 0, noise_of(A, rounding)
+    zeros = 0
+    noise = noise_of(A, rounding)
     if stiffness is None or zero_roots(stiffness, noise_of(stiffness, rounding)):
         zeros = zero_roots(A, noise)
     where = np.argsort(np.abs(values))[:zeros]
@@ -445,7 +447,8 @@ def spectrum_of(reduced: Reduced, roots: Roots | None = None) -> Spectrum:
     if (reach != reach.T).any():
         _drive_vectors(A, B, reach, values, right, left, condition)
     length = np.abs(values)
-    norm_A, norm_B = float(np.linalg.norm(A, 2)), float(np.linalg.norm(B, 2))
+    norm_A = float(np.linalg.norm(A, 2))
+    norm_B = float(np.linalg.norm(B, 2))
     size = (length**2 + length * norm_B + norm_A) * np.linalg.norm(right, axis=0)
     defect = np.linalg.norm(values**2 * right + values * (B @ right) + A @ right, axis=0)
     residuals = np.divide(defect, size, out=np.zeros_like(defect), where=size > 0)
@@ -499,7 +502,8 @@ def _drive(
     """Add to the null vector (n,) of one of the components of P what it drives in those that depend
     on it, which stand behind what they depend on. Where a driven one is singular, too, the vector
     of that one alone comes out."""
-    one, size = int(np.argmax(np.abs(vector))), float(np.linalg.norm(P))
+    one = int(np.argmax(np.abs(vector)))
+    size = float(np.linalg.norm(P))
     for rows in parts:
         if reach[rows[0], one] and not reach[one, rows[0]]:
             inner = P[np.ix_(rows, rows)]

@@ -102,7 +102,8 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
     """Where roots may cross the line within a step, whose `ends` may be those of the range, and the
     share at which it has to be divided first, None if the matches are good enough to tell."""
     problem = step.before.problem
-    z, later_z = step.ends.z, step.ends.later_z
+    z = step.ends.z
+    later_z = step.ends.later_z
     on_before = step.before.on_line
     on_after = step.after.on_line[step.order]
     unsure = 2 * np.abs(step.deviation.real)
@@ -172,7 +173,8 @@ def _sides_are_known(step: Step, pair: RootPair) -> bool:
 
 def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
     """Zeros of the cubic of one root; `known`: on which side of the line it is at both ends."""
-    before, after = step.before, step.after
+    before = step.before
+    after = step.after
     is_real = before.real[k] and after.real[step.order[k]]
     if before.problem is GYROSCOPIC or (before.problem is UNDAMPED and not is_real):
         return
@@ -189,7 +191,8 @@ def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
 
 def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
     """Where two roots that coalesce or separate in a step cross the line or meet on it."""
-    before, after = step.before, step.after
+    before = step.before
+    after = step.after
     problem = before.problem
     h = after.value - before.value
     t = np.linspace(0.0, 1.0, 101)
@@ -211,7 +214,8 @@ def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
         for n in np.flatnonzero(passes_zero):
             right, left = step.vectors(t[n], pair.indices)
             for either in ([0], [1]):
-                one_right, one_left = right[:, either], left[:, either]
+                one_right = right[:, either]
+                one_left = left[:, either]
                 yield Guess(before.value + t[n] * h, 0j, one_right, one_left, False, h)
 
 
@@ -322,12 +326,14 @@ def roots_near(
         left = np.asarray(left.real + left.imag)
     P = A - shift * np.eye(len(A))
     # not by the inverse: next to a coalescence its rounding hides the second vector
-    solve, solve_adjoint = partial(np.linalg.solve, P), partial(np.linalg.solve, P.conj().T)
+    solve = partial(np.linalg.solve, P)
+    solve_adjoint = partial(np.linalg.solve, P.conj().T)
     if len(A) > continuation.options.small:
         from scipy.linalg import lu_factor, lu_solve
 
         factor = lu_factor(P, check_finite=False)
-        solve, solve_adjoint = partial(lu_solve, factor), partial(lu_solve, factor, trans=2)
+        solve = partial(lu_solve, factor)
+        solve_adjoint = partial(lu_solve, factor, trans=2)
     rounds = continuation.options.rounds
     X = _invariant_subspace(A, size, right, solve, rounds)
     Y = _invariant_subspace(A.conj().T, size, left, solve_adjoint, rounds)
@@ -397,7 +403,8 @@ class _Zero(NamedTuple):
 
 def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
     """The zero of the event function next to a guess; None if it leaves the width of the guess."""
-    low, high = continuation.low, continuation.high
+    low = continuation.low
+    high = continuation.high
     start = p = min(max(guess.value, low), high)
     roots = roots_near(continuation, p, guess.root, guess.right, guess.left)
     for _ in range(continuation.options.rounds):
@@ -422,7 +429,8 @@ def _located(continuation: Continuation, guess: Guess, crosses: bool) -> Event |
     p, move, roots, function = zero
     coalesces = guess.coalesces
     slope = function.slope
-    low, high = continuation.low, continuation.high
+    low = continuation.low
+    high = continuation.high
     half = 2 * function.noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
     hidden = coalesces and slope**2 <= 16 * abs(function.bend) * function.noise
     if half > guess.width or hidden:
@@ -431,7 +439,8 @@ def _located(continuation: Continuation, guess: Guess, crosses: bool) -> Event |
     if root is None:
         return None
     direction = root.direction
-    first, last = p - half, p + half
+    first = p - half
+    last = p + half
     if half > 1e-9 * guess.width:  # the slope may change within
 
         def sign(x: float) -> int:
@@ -525,7 +534,8 @@ def _alone(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapolated | 
 
 def _one_of_two(zero: _Zero) -> _Extrapolated:
     """The one of a pair that is nearer to the axis."""
-    roots, move = zero.roots, zero.move
+    roots = zero.roots
+    move = zero.move
     mean = roots.mean + move * roots.mean_slope
     d = roots.d + move * roots.d_slope + move**2 * roots.d_bend
     root_of_d = np.sqrt(d)
@@ -596,7 +606,8 @@ def window_guesses(continuation: Continuation, met: Guess, width: float) -> Iter
         return
     coalesces = problem is not DAMPED
     if coalesces:
-        bend, slope = pair.d_bend.real, pair.d_slope.real
+        bend = pair.d_bend.real
+        slope = pair.d_slope.real
         if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
             return  # beyond rounding d has the other sign between its zeros
         x = np.array([centre - half, centre + half])

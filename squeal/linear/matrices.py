@@ -216,7 +216,8 @@ def unit_diagonal(M: NDArray) -> NDArray:
 
 def check_regular(M: NDArray, C: NDArray | None, K: NDArray) -> None:
     """Refuse matrices (n, n) for which every number is a root. Raises InputError."""
-    mass, stiffness = float(abs(M).max()), float(abs(K).max())
+    mass = float(abs(M).max())
+    stiffness = float(abs(K).max())
     frequency = np.sqrt(stiffness / mass) if mass and stiffness else 1.0
     for point in (0.8 + 0.6j, -0.9 + 1.7j):  # no root but by accident, and not both
         z = frequency * point
@@ -328,7 +329,8 @@ def zero_roots(A: NDArray, noise: float, M: NDArray | None = None) -> int:
     such as a free body (double zero root of the first-order problem) are counted to their end.
     """
     count = 0
-    stiffness, mass = A, M
+    stiffness = A
+    mass = M
     while len(stiffness):
         _, singular, right = np.linalg.svd(stiffness)
         rank = int(np.sum(singular > noise))
@@ -377,7 +379,9 @@ class _Cycles(NamedTuple):
     @staticmethod
     def of(e: Sequence[Values]) -> _Cycles:
         """Of the entries of A, row by row."""
-        p12, p13, p23 = e[1] * e[3], e[2] * e[6], e[5] * e[7]
+        p12 = e[1] * e[3]
+        p13 = e[2] * e[6]
+        p23 = e[5] * e[7]
         return _Cycles(p12, p13, p23, p12 + p13 + p23, t=e[1] * e[5] * e[6] + e[2] * e[3] * e[7])
 
     def determinant(self, x: Sequence[Values]) -> Values:
@@ -400,14 +404,15 @@ def invariants(entries: Sequence[Values], floor: float = 0.0) -> Cubic:
     product with a full M^-1 spreads its errors over all entries).
     """
     sizes = [np.abs(x) + floor for x in entries]
-    diagonal, diagonal_sizes = entries[::4], sizes[::4]
-    cycles, cycle_sizes = _Cycles.of(entries), _Cycles.of(sizes)
+    d = entries[::4]  # the diagonal, and the sizes of it
+    D = sizes[::4]
+    cycles = _Cycles.of(entries)
+    cycle_sizes = _Cycles.of(sizes)
     unit = 2 * ROUNDING
-    d, D = diagonal, diagonal_sizes
     a = Bounded(d[0] + d[1] + d[2], unit * (D[0] + D[1] + D[2]))
     b = Bounded(_pair_products(*d) - cycles.p, 2 * unit * (_pair_products(*D) + cycle_sizes.p))
     c = Bounded(cycles.determinant(d), 3 * unit * cycle_sizes.terms(D))
-    discriminant = _discriminant(diagonal, a, cycles, cycle_sizes)
+    discriminant = _discriminant(d, a, cycles, cycle_sizes)
     vague = ~np.isfinite(discriminant.value + discriminant.bound)
     share = 0.03  # of the greatest root, below which others are far from it
     square = a.value * a.value

@@ -49,7 +49,8 @@ class Table:
 
     def __call__(self, frequency: float) -> tuple[Dual, Dual]:
         """Storage and loss factor with their derivatives by the frequency."""
-        low, high = self.frequencies[0], self.frequencies[-1]
+        low = self.frequencies[0]
+        high = self.frequencies[-1]
         if not low <= frequency <= high:
             raise InputError(
                 f"{self.source}: covers {low:g} to {high:g} Hz; {frequency:.6g} Hz is needed"
@@ -138,7 +139,8 @@ class Tabulated:
 
     def _place(self, parameters: Mapping[str, float]) -> float:
         place = parameters[self.over]
-        low, high = self.places[0], self.places[-1]
+        low = self.places[0]
+        high = self.places[-1]
         if not low <= place <= high:
             raise InputError(
                 f"{self.source}: covers {self.over} from {low:g} to {high:g}; {place:.6g} is needed"

@@ -41,7 +41,8 @@ Indices = NDArray[np.intp]
 
 def continued(system: SystemFunction, values: Sequence[float]) -> Continuation:
     """The continuation of a system over a range that holds some values. Raises InputError."""
-    low, high = min(values), max(values)
+    low = min(values)
+    high = max(values)
     if not high > low:
         high = low + 1e-6 * max(abs(low), 1.0)
     continuation = Continuation(system, low, high)
@@ -69,7 +70,8 @@ def links(
     depth: int = 7,
 ) -> Iterator[Link]:
     """From a to b, halved until vectors and slopes tell each mode, as often as the budget lets."""
-    before, after = at(a), at(b)
+    before = at(a)
+    after = at(b)
     order = np.full(len(before.roots), -1)
     if not (len(order) and len(after.roots)):
         yield Link(before, after, order, order >= 0, [])
@@ -128,7 +130,8 @@ def _sense_of_difference(step: Step, pair: list[int], order: Indices) -> bool | 
 def _pairs_with_smooth_mean(step: Step, order: Indices, rows: list[int]) -> Iterator[list[int]]:
     """Pairs of the rows, the closest first, whose mean goes on: where two roots coalesce it is
     smooth, and neither of them is."""
-    before, after = step.before.roots, step.after.roots
+    before = step.before.roots
+    after = step.after.roots
     near = step.options.near
 
     def closest(pair: list[int]) -> float:
@@ -245,7 +248,9 @@ def mode_numbers(values: ComplexArray) -> Indices:
     mode, and of real ones the fastest and the slowest."""
     order = ordered(values)
     imag = values[order].imag
-    real, upper, lower = order[imag == 0.0], order[imag > 0.0], order[imag < 0.0]
+    real = order[imag == 0.0]
+    upper = order[imag > 0.0]
+    lower = order[imag < 0.0]
     numbers = np.zeros(len(values), dtype=np.intp)
     rank = np.arange(len(real))
     numbers[real] = 1 + np.minimum(rank, rank[::-1])

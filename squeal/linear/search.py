@@ -154,7 +154,8 @@ class _AdaptiveRefinement:
         cross the line."""
         continuation = self.continuation
         options = continuation.options
-        before, after = continuation.at(low), continuation.at(high)
+        before = continuation.at(low)
+        after = continuation.at(high)
         step = Step(before, after, options)
         guesses, division = guesses_of(step, (low == continuation.low, high == continuation.high))
         meetings = list(near_coalescences(before, after))
@@ -250,7 +251,8 @@ class _AdaptiveRefinement:
         """Events from a to b that add up to the change of what grows, intervals within `limits`."""
         continuation = self.continuation
         inside = [event for event in self.events if a <= event.value <= b]
-        below, above = continuation.at(a).unstable_count, continuation.at(b).unstable_count
+        below = continuation.at(a).unstable_count
+        above = continuation.at(b).unstable_count
         consistent = self._is_consistent(inside, a, b)
         coarse = b - a > self.range / 64
         first, last = (inside[0].value, inside[-1].value) if inside else (b, b)
@@ -307,7 +309,8 @@ class _AdaptiveRefinement:
         change of what grows happens where they lie: what crosses elsewhere is no twin of them."""
         continuation = self.continuation
         low, high = hull(inside)
-        below, above = continuation.at(a).unstable_count, continuation.at(b).unstable_count
+        below = continuation.at(a).unstable_count
+        above = continuation.at(b).unstable_count
         if _is_expected_beside(continuation, (low, high), (a, b), below, above):
             return None
         margin = 16 * max(high - low, _resolution(low, high))
@@ -342,7 +345,8 @@ class _AdaptiveRefinement:
         """The located event of a frequency and direction near a and b; it may stand for twins, and
         its interval holds all that are alike."""
         near = self.continuation.options.near
-        low, high = a - self.merge_distance, b + self.merge_distance
+        low = a - self.merge_distance
+        high = b + self.merge_distance
         alike = [
             event
             for event in self.located
@@ -417,7 +421,8 @@ def _is_bent(continuation: Continuation, step: Step, factor: _Factor) -> bool:
     One that is monotone and nearly straight moves the roots as a straight one does. Else it may
     deviate by bend step^2 / 8, which is compared with what is left of the gaps between roots.
     """
-    before, after = step.before, step.after
+    before = step.before
+    after = step.after
     length = after.value - before.value
     bend = factor.curvature(before.value, after.value)
     if not bend < np.inf:
@@ -515,7 +520,8 @@ def _is_expected_beside(
 
 def _midpoints(continuation: Continuation, clusters: Sequence[Sequence[Event]]) -> list[float]:
     """A value between neighbouring clusters, and beyond the first and the last."""
-    low, high = continuation.low, continuation.high
+    low = continuation.low
+    high = continuation.high
     lasts = [low, *(cluster[-1].value for cluster in clusters)]
     nexts = [*(cluster[0].value for cluster in clusters), high]
     midpoints = [(a + b) / 2 for a, b in zip(lasts, nexts, strict=True)]
@@ -557,7 +563,8 @@ def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[E
     """Coincident events in one direction, by their growth rates close to them."""
     if len({event.omega for event in events}) < 2:
         return list(events)
-    low, high = continuation.low, continuation.high
+    low = continuation.low
+    high = continuation.high
     widest = max(event.width for event in events)
     distance = np.clip(1e3 * widest, 1e-5 * (high - low), 1e-2 * (high - low))
     beside = events[0].direction * float(distance)
@@ -602,7 +609,8 @@ def _doubts(
     edges = result.edges
     lasts = [continuation.low, *(cluster[-1].value for cluster in clusters)]
     for k, count in enumerate(counts):
-        a, b = edges[k], edges[k + 1]
+        a = edges[k]
+        b = edges[k + 1]
         if second_counts[k] != count.roots:
             yield f"a second count of what grows disagrees between {a:.9g} and {b:.9g}"
         if not _is_steady(continuation, lasts[k], b, count):
@@ -625,7 +633,8 @@ def _undecided_sides(continuation: Continuation, clusters: Sequence[Sequence[Eve
     """True if away from all events rounding does not tell on which side of the axis a root is."""
     if continuation.problem is not DAMPED:  # a spectrum symmetric about the axis has roots on it
         return False
-    low, high = continuation.low, continuation.high
+    low = continuation.low
+    high = continuation.high
     margin = 1e-6 * (high - low)
 
     def is_near_event(p: float) -> bool:

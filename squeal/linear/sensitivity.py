@@ -203,7 +203,9 @@ class _Quotient(NamedTuple):
 
     def of(self, change: Change) -> _Rates:
         """The rates of one change."""
-        z, x, y = self.at.root, self.at.right, self.at.left
+        z = self.at.root
+        x = self.at.right
+        y = self.at.left
         image = applied(change, z, x)
         form = np.vdot(y, image)
         if self.x1 is None or self.y1 is None:
@@ -216,7 +218,9 @@ class _Quotient(NamedTuple):
 
 def _quotient_at(at: Singular, matrices: Change) -> _Quotient:
     """The quotient of a single root, or of two that coalesce."""
-    z, x, y = at.root, at.right, at.left
+    z = at.root
+    x = at.right
+    y = at.left
     inward = inertia(matrices, z, x)  # P' x
     weight = np.vdot(y, inward)
     real_mode = _real_mode_products(matrices[0], z, x, y)

@@ -351,7 +351,8 @@ class System:
         are no terms."""
         if not terms:
             return None
-        zeros, convert = np.zeros, np.asarray
+        zeros = np.zeros
+        convert = np.asarray
         if any(is_sparse(term.matrix) for term in self.terms):
             from scipy.sparse import csc_array
 

@@ -119,7 +119,8 @@ def thresholds(
     >>> print(*result.points)
     flutter at mu = 0.75, 0.225079 Hz
     """
-    first, last = float(mu_min), float(mu_max)
+    first = float(mu_min)
+    last = float(mu_max)
     if not -math.inf < first < last < math.inf:
         raise InputError(
             f"thresholds: mu_min, mu_max = {first, last} is not allowed; it must be finite "
@@ -139,7 +140,8 @@ def thresholds(
             part = search(system, low, high, options)
         if parts:
             before = parts[-1].continuation
-            below, above = before.at(before.high), part.continuation.at(low)
+            below = before.at(before.high)
+            above = part.continuation.at(low)
             points += _points_at_jump(a, below, above)
             crossings += _crossings_at_jump(a, below, above)
         new_points, new_crossings = points_and_crossings(part)
@@ -172,12 +174,15 @@ def _points_at_jump(
     mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
 ) -> list[CriticalPoint]:
     """The change of verdict at a breakpoint, of which only the states on both sides are known."""
-    before, after = below.unstable_count.verdict, above.unstable_count.verdict
+    before = below.unstable_count.verdict
+    after = above.unstable_count.verdict
     if before == after:
         return []
-    kind, unstable = "restabilised", below
+    kind = "restabilised"
+    unstable = below
     if after in GROWING:
-        kind, unstable = after, above
+        kind = after
+        unstable = above
     omega = _leading_omega(unstable) if unstable.unstable_count.verdict == "flutter" else 0.0
     return [CriticalPoint(mu, kind, omega / (2 * math.pi), (mu, mu), True)]
 
@@ -252,7 +257,8 @@ def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
     values = [state.value for state in continuation.states]
     verdicts: list[_VerdictAt] = []
     for k, count in enumerate(part.unstable_counts):
-        low, high = edges[k], edges[k + 1]
+        low = edges[k]
+        high = edges[k + 1]
         inner = []
         for value in values:
             if low <= value <= high and count.roots:
@@ -271,7 +277,8 @@ def _beside_cluster(
     part: SearchResult, cluster: int, before: _VerdictAt, after: _VerdictAt
 ) -> list[_VerdictAt]:
     """The verdicts on both sides of a cluster that begins or ends all growth, else none."""
-    rest_before, rest_after = before.verdict == "quiet", after.verdict == "quiet"
+    rest_before = before.verdict == "quiet"
+    rest_after = after.verdict == "quiet"
     if rest_before == rest_after:
         return []
     unstable, direction = (after, 1) if rest_before else (before, -1)
@@ -321,7 +328,8 @@ def _may_exchange_twice(a: SpectrumAtParameter, b: SpectrumAtParameter, verdict:
     ):
         return False
     length = b.value - a.value
-    first, last = _lead_of_pair(a), _lead_of_pair(b)
+    first = _lead_of_pair(a)
+    last = _lead_of_pair(b)
     slope_a = first.slope * length
     slope_b = last.slope * length
     cubic = hermite_cubic(first.value, slope_a, last.value, slope_b)
@@ -334,7 +342,8 @@ def _may_exchange_twice(a: SpectrumAtParameter, b: SpectrumAtParameter, verdict:
 
 def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple[float, float]:
     """Where the verdict of b begins, and half the interval that holds it: by Ridders's method."""
-    low, high = a.value, b.value
+    low = a.value
+    high = b.value
     half = 1e-7 * (high - low)
     resolution = 4 * np.spacing(max(abs(low), abs(high)))
     p = math.inf
@@ -456,7 +465,8 @@ def _critical_point(
     events = () if change.cluster is None else part.clusters[change.cluster]
     grows = change.above in GROWING
     event = fastest.beginning if grows else fastest.ending
-    low, high = change.value - change.half, change.value + change.half
+    low = change.value - change.half
+    high = change.value + change.half
     if events:
         low, high = hull(events)
     narrow = high - low <= continuation.options.same * max(abs(change.value), 1e-300)

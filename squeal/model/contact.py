@@ -26,7 +26,8 @@ DeltaMoment = Literal["+", "-"]
 Touching = Sequence[Number] | np.ndarray
 """A contact state as factors 1 and 0, one for each contact point: a `State` (bools), or numbers,
 arrays or symbols, so that one formula serves all states."""
-LEADING, TRAILING = 0, 1
+LEADING = 0
+TRAILING = 1
 
 
 class State(tuple[bool, ...]):

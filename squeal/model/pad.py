@@ -116,7 +116,8 @@ class Pad:
     derived: tuple[str, ...] = field(init=False, default=(), repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        at, own = Place("Pad"), vars(self)
+        at = Place("Pad")
+        own = vars(self)
         for name, key in PARAMETERS.items():
             if own[name] is None:
                 if key.default == "0" or (key.required and key.common and not key.unless):
@@ -222,13 +223,18 @@ def coefficients(ops: Operations, pad: Pad, absolute_gap: bool) -> Coefficients:
     `absolute_gap`: see `squeal.model.contact.ContactLaw`. Free lengths that the scene leaves out
     (B3) are set to w: an undeformed spring's stiffness does not depend on them.
     """
-    cos0, sin0 = ops.cos(pad.theta0), ops.sin(pad.theta0)
+    cos0 = ops.cos(pad.theta0)
+    sin0 = ops.sin(pad.theta0)
 
     def turned(px: Number, py: Number) -> Point:
         return px * cos0 - py * sin0, px * sin0 + py * cos0
 
-    w, h = pad.w, pad.h
-    r1, r2, rl, rt = turned(-w, h), turned(w, h), turned(-w, -h), turned(w, -h)
+    w = pad.w
+    h = pad.h
+    r1 = turned(-w, h)
+    r2 = turned(w, h)
+    rl = turned(-w, -h)
+    rt = turned(w, -h)
     L1, L2 = (w if L is None else L for L in (pad.L1, pad.L2))
     k3, k4, k_c, F_n = (0.0 if v is None else v for v in (pad.k3, pad.k4, pad.k_c, pad.F_n))
     # h (1 - cos theta0) without cancellation
@@ -279,7 +285,8 @@ class Pose(NamedTuple):
 
 def pose(ops: Operations, q: tuple[Number, Number, Number]) -> Pose:
     """Pose of q = (x, y, theta); half angles keep cos(theta) - 1 exact for small rotations."""
-    s, c = ops.sin(q[2] * 0.5), ops.cos(q[2] * 0.5)
+    s = ops.sin(q[2] * 0.5)
+    c = ops.cos(q[2] * 0.5)
     return Pose(q[0], q[1], 2.0 * s * c, -2.0 * s * s)
 
 

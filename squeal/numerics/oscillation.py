@@ -53,7 +53,8 @@ def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
     least squares, has the eigenvalues exp(lambda step); these (r,), and the strengths (r,) of the
     components in the last difference. None where no map fits to a thousandth."""
     differences = np.diff(samples, axis=0).T
-    before, after = differences[:, :-1], differences[:, 1:]
+    before = differences[:, :-1]
+    after = differences[:, 1:]
     U, sizes, V = np.linalg.svd(before, full_matrices=False)
     rounding = 10 * np.finfo(float).eps * np.abs(samples).max() * np.sqrt(len(samples))
     rank = int(np.sum(sizes > FAINT * sizes[0] + rounding))
@@ -129,7 +130,9 @@ def _greatest_values(signals: np.ndarray) -> np.ndarray:
     """The greatest value (d,) of each signal (n, d), between its samples too."""
     columns = np.arange(signals.shape[1])
     i = np.clip(np.argmax(signals, axis=0), 1, len(signals) - 2)
-    a, b, c = signals[i - 1, columns], signals[i, columns], signals[i + 1, columns]
+    a = signals[i - 1, columns]
+    b = signals[i, columns]
+    c = signals[i + 1, columns]
     bend = a - 2.0 * b + c
     with np.errstate(divide="ignore", invalid="ignore"):
         peak = np.where(bend < 0.0, b - (a - c) ** 2 / (8.0 * bend), b)
