@@ -104,7 +104,9 @@ if not TYPE_CHECKING:  # a type checker must refuse a name that there is not
 
     def __getattr__(name: str) -> object:
         if name == "plots":
-            return importlib.import_module("squeal.plots")
+            import squeal.plots
+
+            return squeal.plots
         if name not in _HOME:
             raise AttributeError(f"module 'squeal' has no attribute {name!r}")
         value = getattr(importlib.import_module(f"squeal.{_HOME[name]}"), name)

@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (263_000, 175_000),
+    "tokens": (270_000, 175_000),
     "tokens a code line": (10.3, 9.5),
     "paired assignments per 1,000 code lines": (5.6, 3),
     "comprehensions per 1,000 code lines": (40.0, 15),
@@ -68,7 +68,8 @@ def test_a_room_imports_what_lies_below_only():
             text = MODULES[name].read_text(encoding="utf-8")
             assert "matplotlib" not in text, name
             assert "import snakemake" not in text, name
-            assert "squeal.plots" not in {room(o) for o in others}, name
+            if name != "squeal":  # the front, which loads them when they are asked for
+                assert "squeal.plots" not in {room(o) for o in others}, name
 
 
 def test_no_circle_of_modules_or_rooms():

@@ -64,16 +64,16 @@ def run(given: argparse.Namespace) -> Reply:
         sweep = squeal.sweep(
             at_value, given.values, method=given.method, workers=given.workers, **selection
         )
-    needs_solution = (
-        given.prove
-        or given.sensitivity
+    needs_full_roots = (
+        given.sensitivity
         or given.energy
         or given.change
         or given.shape
         or given.shapes
         or given.test
+        or given.prove
     )
-    estimate = sweep if sweep and sweep.is_first_look and not needs_solution else None
+    estimate = sweep if sweep and sweep.is_first_look and not needs_full_roots else None
     spectrum = squeal.eigenvalues(subject, given.at, look=estimate, prove=given.prove, **selection)
     pairs = squeal.compare(spectrum, given.test) if given.test else None
     main_answer: Answer = spectrum

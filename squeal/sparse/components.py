@@ -232,14 +232,15 @@ class Component:
         is_boundary = np.isin(self.nodes, np.asarray(nodes).astype(str))
         boundary = np.flatnonzero(is_boundary)
         interior = np.flatnonzero(~is_boundary)
-        basis = np.eye(self.system.n)[:, boundary]
+        basis = _unit_columns(self.system.n, boundary)
         matrices = [term.matrix for term in self.system.terms]
         if not all(_is_hermitian(A) for A in matrices):
             matrices += [A.conj().T for A in matrices]
         if len(interior):
             factor, basis = self._craig_bampton(boundary, interior, cutoff)
             forces = np.hstack([(A @ basis)[interior] for A in matrices])
-            lacks = forces.conj().T @ factor.solve(forces)
+            of_terms = np.split(forces, len(matrices), axis=1)
+            lacks = np.hstack([forces.conj().T @ factor.solve(part) for part in of_terms])
         else:
             size = len(matrices) * len(boundary)
             lacks = np.zeros((size, size))
@@ -283,7 +284,7 @@ class Component:
             raise InputError(
                 f"{self.name}: the nodes in contact do not hold it; it needs supports"
             ) from None
-        constraint = np.eye(self.system.n)[:, boundary]
+        constraint = _unit_columns(self.system.n, boundary)
         constraint[interior] = -factor.solve(K[interior][:, boundary].toarray())
         # what modes above the cutoff add at half of it: the static answer to inertia
         omega = np.pi * cutoff
@@ -323,6 +324,13 @@ class InteriorLack(NamedTuple):
     known: ComplexArray  # S^H K^-1 R (m, m)
     right_energies: Array  # R^H K^-1 R (m,)
     left_energies: Array  # S^H K^-1 S (m,)
+
+
+def _unit_columns(n: int, rows: Indices) -> Array:
+    """Columns (n, m) that are one in a row each."""
+    columns = np.zeros((n, len(rows)))
+    columns[rows, np.arange(len(rows))] = 1.0
+    return columns
 
 
 def _is_hermitian(A: Matrix) -> bool:
