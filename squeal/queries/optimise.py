@@ -97,16 +97,19 @@ class Optimum(Answer):
         return Table((*names, Column("at", words="at bound")), self.parameters)
 
     def parts(self) -> Sequence[str | Table]:
-        text = f"{self.name}: largest growth rate{self.extent}\n"
-        for words, growth in zip(("before", "after"), self.growth, strict=True):
-            proof = "certified by a count" if getattr(self, words).certified else UNSURE
-            text += f"  {words}: {number(growth)} 1/s ({proof})\n"
-        found = ", ".join(number(growth, 4) for growth in self.starts)
-        text += f"searches ended at {found} 1/s (seed {self.seed})"
+        lines = [f"{self.name}: largest growth rate{self.extent}"]
+        first, last = self.growth
+        for words, growth, roots in (("before", first, self.before), ("after", last, self.after)):
+            proof = "certified by a count" if roots.certified else UNSURE
+            lines.append(f"  {words}: {number(growth)} 1/s ({proof})")
+        ends = ", ".join(number(growth, 4) for growth in self.starts)
+        lines.append(f"searches ended at {ends} 1/s (seed {self.seed})")
         table = columns("frequency_hz growth_rate damping_ratio%")
         active = Table(table, self.active, "roots that hold the largest growth rate there")
-        basis = [] if self.basis is None else [basis_text(self.basis)]
-        return [text, self.table(), active, *basis]
+        parts: list[str | Table] = ["\n".join(lines), self.table(), active]
+        if self.basis is not None:
+            parts.append(basis_text(self.basis))
+        return parts
 
     def to_dict(self) -> dict[str, Any]:
         sides = {
@@ -141,9 +144,11 @@ class _Search:
     """The largest growth rates of a system, or a reduced one, over q in [0, 1]^p, shares of the
     ways between bounds (p,)."""
 
-    def __init__(self, model: Any, wanted: EigenvalueSelection, bounds: Mapping[str, Band]) -> None:
+    def __init__(
+        self, model: Any, selection: EigenvalueSelection, bounds: Mapping[str, Band]
+    ) -> None:
         self.model = model
-        self.wanted = wanted
+        self.selection = selection
         self.names = list(bounds)
         self.low, high = np.array(list(bounds.values())).T
         self.width = high - self.low
@@ -162,7 +167,7 @@ class _Search:
         reduced = isinstance(model, Reduction)
         parameters = self.values(q)
         roots = (
-            model.values(parameters) if reduced else roots_of_all(model, self.wanted, parameters)
+            model.values(parameters) if reduced else roots_of_all(model, self.selection, parameters)
         )
         upper = roots[roots.imag >= 0.0]
         if not len(upper):
@@ -290,7 +295,7 @@ def optimise(
     at = Place("optimise")
     analysis = SystemAnalysis.of(subject, band, region, None, memory, progress)
     system = analysis.system
-    wanted = analysis.selection
+    selection = analysis.selection
     random = np.random.default_rng(seed)
     ends: dict[str, Band] = {}
     for name, (low, high) in bounds.items():
@@ -303,9 +308,9 @@ def optimise(
     if not ends:
         raise at.refuse("no bounds are given; a range of a parameter is required")
     system.at()  # refuses matrices at the frequency of each root
-    if not is_small(system) and wanted.rectangle is None:
+    if not is_small(system) and selection.rectangle is None:
         raise InputError("band: is missing; a large system is optimised in a band or a region")
-    search = _Search(system, wanted, ends)
+    search = _Search(system, selection, ends)
     reduction = None
     at_start = np.array([system.parameters[name] for name in ends])
     places = [np.clip((at_start - search.low) / search.width, 0.0, 1.0)]
@@ -315,21 +320,20 @@ def optimise(
         served += map(np.array, itertools.product((0.0, 1.0), repeat=len(ends)))
     for _ in range(AGAIN):
         if not is_small(system):
-            reduction = reduced_for(system, wanted, [{}, *map(search.values, served)])
-            search = _Search(reduction, wanted, ends)
+            reduction = reduced_for(system, selection, [{}, *map(search.values, served)])
+            search = _Search(reduction, selection, ends)
         found = [search.least(place) for place in places]
         _, q = min(found, key=itemgetter(0))
         values = search.values(q)
         residual = 0.0 if reduction is None else float(reduction.modes(values)[1].max())
         if residual <= TOLERANCE:
             break
-        served, places = [*served, q], [q]
+        served = [*served, q]
+        places = [q]
     PROGRESS.get()("the full system before and after")
-    before = system_roots(system, wanted)
-    after = system_roots(system, wanted, values)
+    before = system_roots(system, selection)
+    after = system_roots(system, selection, values)
     assumptions = analysis.file.assumptions
-    before = replace(before, doubts=(*before.doubts, *assumptions))
-    after = replace(after, doubts=(*after.doubts, *assumptions))
     if residual > TOLERANCE:
         words = f"a residual of {residual:.2g} in the full problem, {TOLERANCE:g} is wanted"
         at.warn(f"the reduced system has {words}; the result may be improved")
@@ -340,16 +344,16 @@ def optimise(
     free = system.parameter
     if free not in ends:
         extent = f" at {free} = {system.parameters[free]:g}{extent}"
-    if wanted.rectangle is not None:
-        extent += f", {wanted.words()}"
+    if selection.rectangle is not None:
+        extent += f", {selection.words()}"
     return Optimum(
         name=system.name,
         extent=extent,
         parameters=parameters,
-        before=before,
-        after=after,
+        before=replace(before, doubts=(*before.doubts, *assumptions)),
+        after=replace(after, doubts=(*after.doubts, *assumptions)),
         starts=tuple(growth for growth, _ in found),
         seed=seed,
         evaluations=len(search.seen),
-        basis=basis_of(reduction, wanted),
+        basis=basis_of(reduction, selection),
     )
