@@ -22,6 +22,7 @@ from squeal.linear.paths import Loss, follow, mode_numbers, numbers_at
 
 LISTED = 8  # frequencies in a line of a table
 OPEN = "open: "  # how a criterion begins where what is known decides nothing
+MISSED = "between the computed values may be missed"
 UNSURE = "not certified: others may be missing"
 
 ROOT = (

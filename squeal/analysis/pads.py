@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.analysis.answers import (
+    MISSED,
     Eigenvalues,
     ModeShape,
     Step,
@@ -334,10 +335,7 @@ def _proved(answer: Thresholds, fastest: float) -> tuple[Thresholds, float | Non
         fastest,
         None if path is None else path.fold,
     )
-    refuted = None
-    if statement.is_refuted and statement.where is not None:
-        refuted = float(statement.where.real)
-    return with_places(answer, statement, places), refuted
+    return with_places(answer, statement, places), statement.refuted_at
 
 
 def with_places(
@@ -350,7 +348,7 @@ def with_places(
         return replace(one, interval=holding[0]) if holding else one
 
     proved = statement.status == "proved"
-    notes = [words for words in answer.notes if not (proved and words.startswith("windows"))]
+    notes = [words for words in answer.notes if not (proved and words.endswith(MISSED))]
     details = {**answer.details}
     if "doubts" in details:
         details["doubts"] = [] if proved else [statement.reason]
