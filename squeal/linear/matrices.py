@@ -29,6 +29,10 @@ ILL = 1e-7  # reciprocal condition of M, its diagonal scaled to 1, below which i
 BEYOND = "M, C, K: the eigenvalues are beyond double precision"
 
 
+class SingularTogetherError(MatrixError):
+    """Rounding does not tell M, C and K from matrices for which every number is a root."""
+
+
 class LightMassError(MatrixError):
     """M is singular, or so nearly that its inverse would cost the digits of other modes."""
 
@@ -185,14 +189,17 @@ def unit_diagonal(M: Any) -> Any:
 
 
 def check_regular(M: Any, C: Any, K: Any) -> None:
-    """Refuse matrices (n, n) for which every number is a root. Raises InputError."""
+    """Refuse matrices (n, n) for which every number is a root, as far as rounding shows.
+
+    Raises SingularTogetherError.
+    """
     sizes = [float(abs(X).max()) for X in (M, K)]
     rate = np.sqrt(sizes[1] / sizes[0]) if all(sizes) else 1.0
     for turn in (0.8 + 0.6j, -0.9 + 1.7j):  # no root but by accident, and not both
         z = rate * turn
         if scaled_rank(z * z * M + (0.0 if C is None else z * C) + K) == len(M):
             return
-    raise MatrixError(
+    raise SingularTogetherError(
         "M, C and K: are singular together as far as rounding shows, so that every number is a root"
     )
 

@@ -16,7 +16,14 @@ from numpy.typing import NDArray
 
 from squeal.analysis.answers import OPEN
 from squeal.analysis.systems.matrices import ALL_ROWS
-from squeal.analysis.systems.proofs import Data, Statement, counted, refereed
+from squeal.analysis.systems.proofs import (
+    NO_MOTION,
+    Data,
+    Statement,
+    counted,
+    exact_spectrum,
+    refereed,
+)
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.io.processes import one_thread
 from squeal.io.writing import picked
@@ -34,7 +41,13 @@ from squeal.linear.eigen import (
     roots_of,
     spectrum_of,
 )
-from squeal.linear.matrices import checked, rank_of, reduce, unit_diagonal
+from squeal.linear.matrices import (
+    SingularTogetherError,
+    checked,
+    rank_of,
+    reduce,
+    unit_diagonal,
+)
 from squeal.linear.system import Matrix, TermSystem
 from squeal.schema import Place, row
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots, disc_around
@@ -345,7 +358,10 @@ def _of_all(
                 every = spectrum_of(reduced, roots).eigenvalues
                 words = judged(every, conservative=form_of([checked(M, C, K)]) != "damped")
     if words is None:
-        every = dense_spectrum(M, C, K)
+        try:
+            every = dense_spectrum(M, C, K)
+        except SingularTogetherError as error:
+            every = exact_spectrum(M, C, K, error)
         if not all(e.value for e in every) and np.linalg.cond(unit_diagonal(K)) < 1e8:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     if bounded is not tuple:
@@ -374,7 +390,8 @@ def _of_all(
                 count = count_roots(problem, Disc(2 * max(farthest, problem.rate)), known)
         if wanted.modes is not None or not problem.real:
             values, count = _upper(every, count, problem.real)
-        return SystemRoots(values, None, count, *words, judged_by=statement)
+        notes = () if every else (NO_MOTION,)
+        return SystemRoots(values, None, count, *words, notes=notes, judged_by=statement)
     if wanted.band is not None:  # with all real parts that occur in it
         reals = [abs(z.real) for z in known if region.low_imag < z.imag < region.high_imag]
         wide = max(1.1 * max(reals, default=0.0), region.high_real)
