@@ -12,7 +12,7 @@ import numpy as np
 from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds, basis_text, shape_rows
 from squeal.analysis.maps import Axis, Map
 from squeal.analysis.pads import mode_shapes, with_places
-from squeal.analysis.ranges import PROVED_ROWS, system_statement
+from squeal.analysis.ranges import PROVED_ROWS, SEARCHES, disagreement, system_statement
 from squeal.analysis.sensitivity import Sensitivity
 from squeal.analysis.systems.known import (
     accuracy_by_digits,
@@ -243,9 +243,10 @@ class Question:
         workers: int | None = None,
         prove: bool | None = None,
     ) -> Thresholds:
-        """Every threshold of the wanted roots from low to high, and what the referee says of them.
+        """Every threshold of the wanted roots from low to high, and what the referee says of them
+        unless `prove` is false.
 
-        Only `prove` asks the referee.
+        What it refutes is searched again, with the place in question as one that is looked at.
         """
         system = self.system
         provable = system.n <= PROVED_ROWS and system.real and self.wanted == Wanted()
@@ -256,15 +257,42 @@ class Question:
                 "without a band or a region"
             )
         self._warn_of_unused_parameter()
-        answer = system_thresholds(system, high, low, self.wanted, workers or 1)
-        if prove:
-            roots = roots_of_all(system, self.wanted, {system.parameter: answer.low})
-            fastest = float(np.max(np.abs(roots), initial=0.0))
-            head = system, answer.crossings, answer.low, answer.high, fastest
-            answer = with_places(answer, *system_statement(*head))
+        looked_at: list[float] = []
+        for _ in range(SEARCHES):
+            answer = system_thresholds(
+                system, high, low, self.wanted, workers or 1, looked_at=looked_at
+            )
+            if prove is False:
+                break
+            refuted = None
+            if provable:
+                answer, refuted = self._proved(answer)
+            elif is_small(system) and system.real and self.file.assembly is None:
+                answer, refuted = self._counted(answer)
+            if refuted is None:
+                break
+            looked_at.append(refuted)
         if self.joined:
             answer = widened(self.system, self.file.assembly, answer)
         return thresholds_as_known(self.file, self.wanted, answer)
+
+    def _proved(self, answer: Thresholds) -> tuple[Thresholds, float | None]:
+        """The answer with what the referee says of its whole range, and where it is refuted."""
+        system = self.system
+        roots = roots_of_all(system, self.wanted, {system.parameter: answer.low})
+        fastest = float(np.max(np.abs(roots), initial=0.0))
+        statement, places = system_statement(
+            system, answer.crossings, answer.low, answer.high, fastest
+        )
+        return with_places(answer, statement, places), statement.refuted_at
+
+    def _counted(self, answer: Thresholds) -> tuple[Thresholds, float | None]:
+        """The answer, and where the counts of the referee beside its thresholds refute it."""
+        refuted, words = disagreement(self.system, answer.crossings, answer.low, answer.high)
+        if refuted is None:
+            return answer, None
+        details = {**answer.details, "doubts": [*answer.details["doubts"], words]}
+        return replace(answer, certified=False, details=details), refuted
 
     def map(self, axes: tuple[Axis, Axis] | None, workers: int | None = None) -> Map:
         """The verdict on the wanted roots over two named parameters."""
@@ -316,7 +344,7 @@ class Question:
         """What moves the wanted roots, or the first loss of stability among them."""
         system = with_matrices(self.file, matrices or {})
         if of == "threshold":
-            return threshold_sensitivity(system, known or self.thresholds(high, low))
+            return threshold_sensitivity(system, known or self.thresholds(high, low, prove=False))
         return root_sensitivity(system, known or self.eigenvalues())
 
 

@@ -198,8 +198,8 @@ def thresholds(
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
     prove : bool, optional
-        Whether the referee judges the list: of a pad, which it does if this is left out, or of a
-        system of up to 20 rows. `proof` of the answer says what is proved, and of which extent.
+        Whether the referee judges the list, which it does if this is left out: of a pad, and of a
+        real system of up to 20 rows. `proof` says what is proved, and of which extent.
 
     Returns
     -------
