@@ -3,13 +3,14 @@
 # make two-ways  20,000 questions asked in two ways, for hours
 # make any-input  20,000 broken and valid inputs of the commands, for an hour
 # make refute   systems whose answer is known by construction, and wrong answers for the referee
-# make real-files  files as CalculiX and Nastran write them, against the frequencies that these print
+# make real-files  files as other programs write them, against the frequencies that these print
 # make fuzz     a million changed inputs of the readers, for hours
 # make lint     style and types                         make lock   pin newer dependencies
 # make benchmark  speed against other programs       make cite-check  citation files
 # make verify   is the build the one that was described?  make manifest  describe it anew
 # make dispatches  does the report print the same with other instructions? half an hour, after make report
 # make site     documentation, docs/_build/html/index.html, its links checked
+# make pages    does every command and snippet of README and documentation run, with the wheel alone?
 # make dist     wheel and sdist                         make codecheck   codecheck.yml against a build
 # make rescience  the report's metadata for ReScience C, dist/metadata.yaml, after make report
 # make archive  report, page, site, data, scenes and packages as one file for a repository, in dist/
@@ -44,7 +45,7 @@ export PATH := $(CURDIR)/$(BIN):$(PATH)
 unexport PYTHONDONTWRITEBYTECODE
 
 .PHONY: report test verify manifest dispatches test-without-heyoka two-ways any-input refute real-files fuzz lint benchmark \
-	page page-test site dist archive cluster cluster-test machines platforms metadata rescience codecheck cite-check sbom audit lock clean distclean
+	page page-test pages site dist archive cluster cluster-test machines platforms metadata rescience codecheck cite-check sbom audit lock clean distclean
 
 report: $(ENVIRONMENT)
 	@workflow/setup/report.sh
@@ -108,6 +109,10 @@ page: $(ENVIRONMENT)
 page-test: $(ENVIRONMENT)
 	-@test -d page/node_modules/axe-core || npm ci --silent --ignore-scripts --prefix page
 	@$(BIN)/pytest -n 0 -rs page/tests
+
+# PAGES=docs/start.md: these alone
+pages: $(ENVIRONMENT)
+	@$(BIN)/python -m workflow.trials.pages $(PAGES)
 
 # on one thread, since on a busy machine two of them wait for each other without end
 # with the live page, where clang and lld 19 can build it

@@ -1,16 +1,21 @@
 """Random pads through the whole chain, against 50 digits and the literal equations.
 
 `python -m benchmarks.random_pads [--pads 1000] [--wide] [--workers 2]` prints the largest
-differences of equilibria, stiffness matrices, eigenvalues and thresholds, and every verdict that is
-not the exact one. Each pad has units of its own, so that no number is of a usual size; with
-`--wide` stiffnesses and inertia also differ from each other by up to eight decades. Where gmpy2 is
-installed MPFR computes the 50 digits, in half the time of mpmath.
+differences of equilibria, stiffness matrices, eigenvalues and thresholds, every verdict that is not
+the exact one, and how many lists of roots and of thresholds are proved. Anything wrong in a proved
+list is a contradiction, as is a right list that is refuted, and the exit status is 1.
+
+Each pad has units of its own, so that no number is of a usual size; with `--wide` stiffnesses and
+inertia also differ from each other by up to eight decades. Where gmpy2 is installed MPFR computes
+the 50 digits, in half the time of mpmath.
 """
 
 from __future__ import annotations
 
 import argparse
 import itertools
+import sys
+import time
 from collections import Counter
 from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
@@ -22,8 +27,6 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from squeal.analysis.answers import Thresholds
-from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.transitions import EDGE_NAMES
 from squeal.equilibrium import Path
 from squeal.errors import ComputationError
@@ -31,6 +34,12 @@ from squeal.io.scene import Scene
 from squeal.linear import CriticalPoint, verdict
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.pad import Model
+from squeal.queries.eigenvalues import eigenvalues
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.ranges import DISAGREES
+from squeal.queries.thresholds import critical_friction
+from squeal.results.sources import PadSource
+from squeal.results.thresholds import Thresholds
 from tests import exact as exactly
 from tests import naive
 from tests.conftest import random_pad
@@ -48,7 +57,11 @@ AT_CHANGE = 1e-12  # of mu: a threshold so close to a change of contact is that 
 
 @dataclass
 class Pad:
-    """What was found for one pad; differences are relative, see `examine`."""
+    """What was found for one pad; differences are relative, see `examine`.
+
+    proved_roots, proved_thresholds: whether the referee proved the list, None where none was made;
+    open_reason: why it did not prove the thresholds; seconds: CPU time of thresholds and proof.
+    """
 
     seed: int
     model: str
@@ -61,6 +74,11 @@ class Pad:
     verdicts: int = 0
     refused: list[str] = field(default_factory=list)
     wrong: list[str] = field(default_factory=list)
+    contradictions: list[str] = field(default_factory=list)
+    proved_roots: bool | None = None
+    proved_thresholds: bool | None = None
+    open_reason: str = ""
+    seconds: float = 0.0
 
 
 def scene_of(seed: int, wide: bool = False) -> Scene:
@@ -135,9 +153,14 @@ def _compare_spectrum(scene: Scene, pad: Pad) -> None:
     pad.eigenvalues = float(max(distance.min(axis=0).max(), distance.min(axis=1).max()))
     pairs = itertools.combinations(expected, 2)
     pad.apart = float(min(abs(a - b) for a, b in pairs) / radius)
-    pad.verdicts += 1
-    if found.judgement.verdict != exact_verdict(squares):
+    pad.verdicts += 2
+    right = exact_verdict(squares)
+    if found.judgement.verdict != right:
         pad.wrong.append(f"verdict at mu = {mu:g}")
+    listed = eigenvalues(scene)
+    pad.proved_roots = listed.certified
+    if listed.certified and listed.verdict != right:
+        pad.contradictions.append(f"proved verdict at mu = {mu:g}")
 
 
 def _distance(scene: Scene, path: Path, point: CriticalPoint) -> tuple[float, bool]:
@@ -184,13 +207,21 @@ def _told(critical: Thresholds, mu: float) -> str:
 
 def _compare_branch(scene: Scene, pad: Pad, wide: bool) -> None:
     """Thresholds, and verdicts between them, along the branch."""
+    start = time.process_time()
     try:
-        critical = critical_friction(scene, MU_MAX)
+        critical = critical_friction(scene, MU_MAX, prove=True)
     except ComputationError as error:
         pad.refused.append(str(error))
         return
-    path = critical.source[1]
+    pad.seconds = time.process_time() - start
+    assert isinstance(critical.source, PadSource)
+    path = critical.source.branch
+    assert path is not None
     pad.end = critical.end
+    pad.proved_thresholds = critical.certified
+    pad.open_reason = "" if critical.certified else critical.proof_line
+    refuted = DISAGREES in pad.open_reason
+    already_wrong = len(pad.wrong)
     for point in critical.points:
         apart, held = _distance(scene, path, point)
         pad.thresholds.append((point.kind, apart))
@@ -212,6 +243,11 @@ def _compare_branch(scene: Scene, pad: Pad, wide: bool) -> None:
             pad.wrong.append(f"verdict at mu = {mu:g} by the thresholds")
         if told != verdict(matrices.M, None, matrices.K):
             pad.wrong.append(f"verdict at mu = {mu:g}")
+    wrong = pad.wrong[already_wrong:]
+    if critical.certified:
+        pad.contradictions += wrong
+    elif refuted and not wrong:
+        pad.contradictions.append("a right list is refuted")
 
 
 def examine(seed: int, wide: bool = False) -> Pad:
@@ -252,6 +288,16 @@ def summary(pads: Iterable[Pad]) -> str:
     lines += [f"{count} x refused: {reason}" for reason, count in refused.most_common()]
     wrong = [f"seed {p.seed}: {', '.join(p.wrong)}" for p in pads if p.wrong]
     lines.append(f"{sum(p.verdicts for p in pads)} verdicts; wrong: {len(wrong)}")
+    roots = Counter(p.proved_roots for p in pads)
+    lines.append(f"lists of roots: {roots[True]} proved, {roots[False]} open")
+    proved = Counter(p.proved_thresholds for p in pads)
+    asked = [p.seconds for p in pads if p.proved_thresholds is not None]
+    cost = f", {np.median(asked):.2f} s each, {max(asked):.2f} s at most" if asked else ""
+    lines.append(f"lists of thresholds: {proved[True]} proved, {proved[False]} open{cost}")
+    lines += [f"seed {p.seed}: {p.open_reason}" for p in pads if p.open_reason]
+    contradictions = [p for p in pads if p.contradictions]
+    lines.append(f"contradictions: {len(contradictions)}")
+    lines += [f"seed {p.seed}: {', '.join(p.contradictions)}" for p in contradictions]
     return "\n".join([*lines, *wrong])
 
 
@@ -265,7 +311,9 @@ def main() -> None:
     given = parser.parse_args()
     seeds = range(given.first, given.first + given.pads)
     with ProcessPoolExecutor(given.workers, initializer=with_mpfr) as pool:
-        print(summary(pool.map(partial(examine, wide=given.wide), seeds, chunksize=5)))
+        pads = list(pool.map(partial(examine, wide=given.wide), seeds, chunksize=5))
+    print(summary(pads))
+    sys.exit(1 if any(pad.contradictions for pad in pads) else 0)
 
 
 if __name__ == "__main__":

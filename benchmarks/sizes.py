@@ -25,7 +25,8 @@ from squeal.examples.brake import parts, solid_brake
 from squeal.sparse.argument_principle import band
 from squeal.sparse.crossings import crossings_along
 from squeal.sparse.eigensolver import lowest_modes, modes_in
-from squeal.sparse.quadratic import ScaledSystem, factorise
+from squeal.sparse.factor import factorise
+from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
 
 ROWS = (1000, 5000, 11000, 36000, 82000)

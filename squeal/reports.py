@@ -15,14 +15,19 @@ from pathlib import Path
 from typing import Any
 
 from squeal import __version__
-from squeal.analysis.answers import Eigenvalues, Thresholds, basis_text
-from squeal.analysis.check import Check, check
-from squeal.analysis.sensitivity import Sensitivity
-from squeal.analysis.verbs import Subject, eigenvalues, sensitivity, thresholds
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Table, number, write_text
+from squeal.io.writing import Answer, Panel, Table, number, write_text
+from squeal.queries.check import Check, check
+from squeal.queries.eigenvalues import eigenvalues
+from squeal.queries.options import Subject
+from squeal.queries.sensitivity import sensitivity
+from squeal.queries.thresholds import thresholds
+from squeal.results.columns import basis_text
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sensitivity import Sensitivity
+from squeal.results.thresholds import Thresholds
 from squeal.schema import Positive, public
 
 SHAPES = 3  # modes whose shapes are drawn
@@ -63,6 +68,8 @@ class Report(Answer):
     """Eigenvalues at the brake's own parameter, thresholds up to `thresholds.high`, and what moves
     both, `onset` the first loss (None where several modes are lost at once); `check` says what
     matrices are. `save` writes the page."""
+
+    panel = Panel("frequency_hz", "growth_rate")
 
     name: str
     eigenvalues: Eigenvalues
@@ -112,13 +119,15 @@ class Report(Answer):
             "check": self.check and self.check.to_dict(),
         }
 
-    def save(self, path: Path | str, inputs: Sequence[Any] = ()) -> None:
-        """Write the page as one HTML file without references to others; `inputs` are the files
-        behind it. Raises InputError."""
+    def save(self, path: Path | str, inputs: Sequence[Any] = (), **drawn: Any) -> None:
+        """Write the page as one HTML file (.html) without references to others; `inputs` are the
+        files behind it. With another name the modes that grow, as other answers do. Raises
+        InputError."""
         path = Path(path)
-        if path.suffix != ".html":
-            raise InputError(f"{path}: the name must end in .html")
-        write_text(path, page(self, inputs))
+        if path.suffix == ".html":
+            write_text(path, page(self, inputs))
+        else:
+            super().save(path, **drawn)
 
 
 @public

@@ -20,12 +20,12 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (255_500, 175_000),
-    "tokens a code line": (11.8, 9.5),
-    "paired assignments per 1,000 code lines": (30.8, 3),
-    "comprehensions per 1,000 code lines": (64.9, 15),
-    "conditional expressions per 1,000 code lines": (40.2, 12),
-    "Any in signatures": (325, 60),
+    "tokens": (270_000, 175_000),
+    "tokens a code line": (11.6, 9.5),
+    "paired assignments per 1,000 code lines": (25.6, 3),
+    "comprehensions per 1,000 code lines": (62.8, 15),
+    "conditional expressions per 1,000 code lines": (38.3, 12),
+    "Any in signatures": (323, 60),
     "calls of locals()": (0, 0),
     "modules of our own loaded by a string": (3, 0),
 }
@@ -95,9 +95,9 @@ def test_the_referee_shares_nothing_with_the_solvers():
             assert shared <= {"squeal.model"}, name
 
 
-def test_there_are_at_most_29_rooms():
+def test_there_are_at_most_30_rooms():
     rooms = {room(name) for name in MODULES if not name.endswith("__main__")}
-    assert len(rooms - {"squeal", "squeal.article"}) <= 29, rooms
+    assert len(rooms - {"squeal", "squeal.article"}) <= 30, rooms
 
 
 def test_contributing_shows_the_house_as_it_is():

@@ -1,17 +1,16 @@
-"""```{run}: commands of squeal with what they print when the site is built.
+"""```{run}: commands with what they print when the site is built.
 
 The content is one command a line. Those of a page run one after the other in a folder that is empty
-when the page begins, as a reader's would be: `squeal example NAME` writes the files it starts from.
+when the page begins, with the wheel alone, as `workflow.trials.pages` runs them: `squeal example
+NAME` writes the files that a page starts from.
 `:head: N` shows the first N lines of each output, 0 the commands alone; `:code: N` is the exit code
 that is expected.
 """
 
 from __future__ import annotations
 
-import contextlib
-import io
-import shlex
 import shutil
+import tempfile
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -20,15 +19,18 @@ from docutils.parsers.rst import directives
 from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
-from squeal.cli.main import main
+from workflow.trials.pages import Step, environment, install, run_step
 
 
 def prepare(app: Sphinx) -> None:
-    """Empty the folder of the pages' folders."""
+    """Empty the folder of the pages' folders, and install the wheel."""
     folder = Path(app.srcdir) / "generated" / "commands"
     shutil.rmtree(folder, ignore_errors=True)
     folder.mkdir(parents=True)
     app.env.squeal_work = folder  # type: ignore[attr-defined]
+    place = tempfile.mkdtemp()
+    app.connect("build-finished", lambda *_: shutil.rmtree(place))
+    app.env.squeal_variables = environment(install(Path(place)))  # type: ignore[attr-defined]
 
 
 class Run(SphinxDirective):
@@ -46,19 +48,12 @@ class Run(SphinxDirective):
         folder.mkdir(parents=True, exist_ok=True)
         shown, problems = [], []
         for command in self.content:
-            out, errors = io.StringIO(), io.StringIO()
-            with (
-                contextlib.chdir(folder),
-                contextlib.redirect_stdout(out),
-                contextlib.redirect_stderr(errors),
-            ):
-                try:
-                    code = main(shlex.split(command)[1:])
-                except SystemExit as done:  # --help ends so
-                    code = int(done.code or 0)
-            if code != self.options.get("code", 0):
-                problems.append(f"{command!r} ended with {code}: {errors.getvalue()}")
-            lines = (out.getvalue() + errors.getvalue()).rstrip("\n").split("\n")
+            code = self.options.get("code", 0)
+            step = Step(self.env.docname, self.lineno, command, code=code)
+            done = run_step(step, folder, self.env.squeal_variables)  # type: ignore[attr-defined]
+            if done.returncode != code:
+                problems.append(f"{command!r} ended with {done.returncode}: {done.stdout}")
+            lines = done.stdout.rstrip("\n").split("\n")
             head = self.options.get("head", len(lines))
             rest = ["..."] if 0 < head < len(lines) else []
             shown.append("\n".join([f"$ {command}", *lines[:head], *rest]))

@@ -27,7 +27,7 @@ print({name: round(share, 3) for name, share in found.share.items() if share > 0
 # the branch from the frictionless pad.
 
 picture = io.BytesIO()
-found.plot().savefig(picture, dpi=200)
+found.plot().figure.savefig(picture, dpi=200)
 picture.seek(0)
 plt.imshow(plt.imread(picture))
 plt.axis("off")

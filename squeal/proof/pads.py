@@ -46,6 +46,7 @@ COST_OF_SLOW = 3  # of `NARROWINGS`, of such a one
 WIDE = 0.1  # of t: a part that is halved before it is narrowed
 COEFFICIENTS_OPEN = "what grows cannot be counted"
 TOUCHES = "roots meet without crossing the axis"
+WIDE_FOLD = "the friction at which the branch turns back is not enclosed closely"
 
 
 @dataclass(frozen=True)
@@ -260,8 +261,11 @@ class _Walk:
                 return Problem("refuted", "the branch does not turn back", self.fold)
             return None
         self.until = turn.low
-        if self.fold is None or abs(self.fold - end) > SAME * end:
+        reach = SAME * end
+        if self.fold is None or not turn.low - reach <= self.fold <= turn.high + reach:
             return Problem("refuted", "the branch turns back", end)
+        if turn.high - turn.low > 2.0 * reach:
+            return Problem("open", WIDE_FOLD, end)
         return None
 
     def _parts(self, cell: Cell) -> list[Part]:
@@ -476,7 +480,7 @@ def _growing(values: Sequence[Ball], second: int, damped: bool) -> int | None:
     turned = [value if k % 2 == 0 else -value for k, value in enumerate(values)]
     if any(value.contains(0) for value in turned):
         return None
-    return sum(1 for a, b in itertools.pairwise(turned) if a * b < 0)
+    return _sign_changes(turned)
 
 
 def _right_half_plane(values: Sequence[Ball]) -> int | None:
@@ -495,7 +499,16 @@ def _right_half_plane(values: Sequence[Ball]) -> int | None:
         lower = following
     if any(value.contains(0) for value in column):
         return None
-    return sum(1 for a, b in itertools.pairwise(column) if a * b < 0)
+    return _sign_changes(column)
+
+
+def _sign_changes(values: Sequence[Ball]) -> int:
+    """How often the sign changes in a row of balls, none of which holds zero.
+
+    Not by products: that of two wide balls may hold zero though neither does.
+    """
+    signs_of_values = [1 if value > 0 else -1 for value in values]
+    return sum(1 for a, b in itertools.pairwise(signs_of_values) if a != b)
 
 
 def _balls(rows: Sequence[Sequence[Ball]]) -> Balls:

@@ -14,7 +14,7 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import Scene, check_simulation
-from squeal.io.writing import Answer, Column, Table, number, picked, plain
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, number, picked, plain
 from squeal.model.contact import contact_law
 from squeal.model.equations import PadModel, Units, natural_units
 from squeal.schema import public
@@ -44,6 +44,9 @@ class Simulation(Answer):
     history: column name to array. What the scene did not ask for is None. `steps` counts
     integration steps.
     """
+
+    panel = Panel("t", "y", Mark.LINES)
+    grid = ("t",)
 
     model: str
     final: tuple[float, ...]

@@ -10,18 +10,60 @@ estimate, meet through the inverse of the structure's F.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.quadratic import Array, ComplexArray, Roots
+from squeal.sparse.quadratic import (
+    Array,
+    Changes,
+    ComplexArray,
+    Roots,
+    projected,
+)
 
 DROPPED = 2e-4  # of unit vectors: what modes of another value add less is left out
+
+
+class SmallProblem(NamedTuple):
+    """lambda^2 M + lambda C + K of few modes, complex matrices (k, k)."""
+
+    M: ComplexArray
+    C: ComplexArray
+    K: ComplexArray
+
+    def values(self, region: Rectangle) -> ComplexArray:
+        """All finite roots (rad/s), those in and around a region to rounding."""
+        M, C, K = self
+        shift = region.centre + (0.03 + 0.04j) * region.radius
+        radius = region.radius
+        # theta = radius / (lambda - shift) of the companion form
+        images = np.hstack([radius * (2 * shift * M + C), radius**2 * M])
+        solved = np.linalg.solve(shift * (shift * M + C) + K, images)
+        companion = np.vstack([-solved, np.eye(len(M), 2 * len(M))])
+        theta = np.linalg.eigvals(companion)
+        sizes = np.abs(theta)
+        theta = theta[sizes > np.finfo(float).eps * sizes.max(initial=0.0)]
+        return shift + radius / theta
+
+    def roots_at(self, values: ComplexArray) -> Roots:
+        """Roots with right and left unit vectors (k, m), by inverse iteration."""
+        z = values[:, None, None]
+        inverses = np.linalg.inv(z * (z * self.M + self.C) + self.K)
+        # the largest column and row of an inverse point along both vectors
+        sizes = np.abs(inverses)
+        each = np.arange(len(values))
+        columns = np.argmax(sizes.max(axis=1, initial=0.0), axis=1)
+        rows = np.argmax(sizes.max(axis=2, initial=0.0), axis=1)
+        right = np.einsum("mij,mj->im", inverses, inverses[each, :, columns])
+        left = np.einsum("mij,mi->jm", inverses, inverses[each, rows, :]).conj()
+        return Roots(
+            values=values,
+            right=right / np.linalg.norm(right, axis=0),
+            left=left / np.linalg.norm(left, axis=0),
+        )
 
 
 class Compression:
@@ -31,7 +73,7 @@ class Compression:
     """
 
     def __init__(self, system: TermSystem, region: Rectangle) -> None:
-        self.reduced, self.region = system, region
+        self.region = region
         self.right = np.zeros((system.n, 0), dtype=complex)
         self.left = self.right
         self.system: TermSystem | None = None
@@ -42,69 +84,28 @@ class Compression:
         return self.right.shape[1]
 
     def grow(self, system: TermSystem, roots: Roots) -> bool:
-        """Add right and left modes of a reduction, which may have grown itself; False if that
-        brings nothing."""
-        missing = system.n - len(self.right)
-        self.reduced = system
-        self.right, self.left = (
-            np.pad(basis, ((0, missing), (0, 0))) for basis in (self.right, self.left)
-        )
-        right, sizes = _beyond(self.right, roots.right)
-        left, others = _beyond(self.left, roots.left)
-        new = int(np.sum(np.maximum(sizes, others) > DROPPED))
+        """Add right and left modes of the reduced system; False if that brings nothing."""
+        right, right_sizes = _directions_beyond(self.right, roots.right)
+        left, left_sizes = _directions_beyond(self.left, roots.left)
+        new = int(np.sum(np.maximum(right_sizes, left_sizes) > DROPPED))
         if new == 0:
             return False
         self.right = np.hstack([self.right, right[:, :new]])
         self.left = np.hstack([self.left, left[:, :new]])
-        M, C, K = (
-            tuple(Term(self.left.conj().T @ t.matrix @ self.right, t.factor) for t in terms)
-            for terms in system.parts
-        )
-        self.system = replace(system, M=M, C=C, K=K)
+        self.system = projected(system, self.left, self.right)
         return True
 
-    def at(self, changes: Mapping[str, float]) -> tuple[ComplexArray, Any]:
-        """All finite roots (rad/s) of the small problem at some parameters, and its matrices."""
+    def at(self, changes: Changes) -> SmallProblem:
+        """The small problem at some parameters."""
         assert self.system is not None
         M, C, K = self.system.at(changes)
-        C = np.zeros_like(M) if C is None else C
-        shift = self.region.centre + (0.03 + 0.04j) * self.region.radius
-        radius, k = self.region.radius, self.size
-        images = np.hstack([radius * (2 * shift * M + C), radius**2 * M])
-        solved = np.linalg.solve(shift * (shift * M + C) + K, images)
-        inverse = np.vstack([-solved, np.eye(k, 2 * k)])
-        theta = np.linalg.eigvals(inverse)
-        theta = theta[np.abs(theta) > np.finfo(float).eps * np.abs(theta).max(initial=0.0)]
-        return shift + radius / theta, (M, C, K)
-
-    def vectors(self, matrices: Any, values: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-        """Right and left unit vectors (k, m) of roots, by inverse iteration."""
-        M, C, K = matrices
-        z = values[:, None, None]
-        inverse = np.linalg.inv(z * (z * M + C) + K)
-        # the largest column and row of an inverse point along both vectors
-        sizes = np.abs(inverse)
-        each = np.arange(len(values))
-        columns = np.argmax(sizes.max(axis=1, initial=0.0), axis=1)
-        rows = np.argmax(sizes.max(axis=2, initial=0.0), axis=1)
-        right = np.einsum("mij,mj->im", inverse, inverse[each, :, columns])
-        left = np.einsum("mij,mi->jm", inverse, inverse[each, rows, :]).conj()
-        return right / np.linalg.norm(right, axis=0), left / np.linalg.norm(left, axis=0)
+        return SmallProblem(M, np.zeros_like(M) if C is None else C, K)
 
 
-def _beyond(basis: ComplexArray, columns: ComplexArray) -> tuple[ComplexArray, Array]:
-    """Orthonormal directions that columns of unit length add to a basis, by falling size."""
+def _directions_beyond(basis: ComplexArray, columns: ComplexArray) -> tuple[ComplexArray, Array]:
+    """Orthonormal directions that unit columns add to a basis, and their sizes, falling."""
+    remainder = columns
     for _ in range(2):
-        columns = columns - basis @ (basis.conj().T @ columns)
-    axes, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+        remainder = remainder - basis @ (basis.conj().T @ remainder)
+    axes, sizes, _ = np.linalg.svd(remainder, full_matrices=False)
     return axes, sizes
-
-
-def weights(parts: Any, p: Mapping[str, float], values: ComplexArray) -> NDArray:
-    """Factor times power of the root (terms, m) of each term of M, C and K."""
-    rows = [
-        term.factor.value(p) * values**power
-        for terms, power in zip(parts, (2, 1, 0), strict=True)
-        for term in terms
-    ]
-    return np.array(rows)

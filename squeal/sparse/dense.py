@@ -10,12 +10,12 @@ algorithm is backward stable in M, C and K: what a light mass does to the invers
 roots of the heavy ones no digit.
 """
 
+from __future__ import annotations
+
 import math
 import warnings
-from collections.abc import Iterable
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.linear.eigen import Eigenvalue
@@ -34,20 +34,16 @@ from squeal.linear.matrices import (
     zero_roots,
 )
 from squeal.linear.system import Matrix
-from squeal.sparse.quadratic import ComplexArray, Roots, listed, quadratic
+from squeal.sparse.quadratic import (
+    ComplexArray,
+    Indices,
+    Roots,
+    eigenvalues_of,
+    quadratic,
+)
 
 ROUNDING = 64 * EPS  # of |K|: what it does to a motion that it does not hold
-
-
-def _zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
-    """How many roots are zero, of K (n, n) singular values up to `noise`."""
-    null, conull = null_spaces(K, noise)
-    if C is None or not C.any() or not null.size:
-        return 2 * zero_roots(K, noise, M) if null.size else 0
-    # each motion counts twice but for those whose damping moves a root by more than rounding
-    damping = np.linalg.svd(conull.conj().T @ (C @ null), compute_uv=False)
-    mass = float(np.linalg.norm(conull.conj().T @ (M @ null), 2))
-    return 2 * null.shape[1] - int(np.sum(damping > math.sqrt(noise * mass)))
+CLUSTER = 1e-7  # relative distance of roots that are too close for a vector each
 
 
 def dense_values(
@@ -58,73 +54,115 @@ def dense_values(
     Without damping those on the imaginary axis are exactly there, and roots of motions that nothing
     holds are exactly zero. K may carry the rounding of a matrix of a greater norm `stiffness`.
     """
-    C = None if C is None or not C.any() else C
+    damping = _nonzero(C)
     try:
-        reduced = reduce(M, C, K)
-        A, B, rounding = reduced.A, reduced.B, reduced.rounding
+        reduced = reduce(M, damping, K)
+        A = reduced.A
+        B = reduced.B
+        rounding = reduced.rounding
     except InputError:  # a light mass, or one that is not symmetric; complex matrices
         condition = float(np.linalg.cond(unit_diagonal(M)))
         if 1.0 / condition <= ILL:
-            problem = quadratic(M, C, K)
-            return pencil_values(*(X.toarray() for X in (problem.M, problem.C, problem.K)))
-        A, B = np.linalg.solve(M, K), None if C is None else np.linalg.solve(M, C)
+            problem = quadratic(M, damping, K)
+            return pencil_values(problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
+        A = np.linalg.solve(M, K)
+        B = None if damping is None else np.linalg.solve(M, damping)
         rounding = 4 * EPS * condition
     if B is None:
-        solve = np.linalg.eigvalsh if np.array_equal(A, A.conj().T) else np.linalg.eigvals
-        half = np.sqrt(-solve(A).astype(complex))
+        is_hermitian = np.array_equal(A, A.conj().T)
+        squares = np.linalg.eigvalsh(A) if is_hermitian else np.linalg.eigvals(A)
+        half = np.sqrt(-squares.astype(complex))
         values = np.concatenate([half, -half])
     else:
-        matrix, rate = first_order(A, B)
-        values = np.asarray(np.linalg.eigvals(matrix) * rate, dtype=complex)
-    size = np.abs(values)
+        state_matrix, rate = first_order(A, B)
+        values = np.asarray(np.linalg.eigvals(state_matrix) * rate, dtype=complex)
+    sizes = np.abs(values)
     if stiffness is not None:
-        zeros = _zeros(M, C, K, ROUNDING * stiffness)
-    elif np.min(size) <= EPS**0.25 * np.max(size):  # as far as chains leave roots from zero
-        zeros = _zeros(np.eye(len(M)), B, A, noise_of(A, rounding))
+        zeros = _count_zeros(M, damping, K, ROUNDING * stiffness)
+    elif np.min(sizes) <= EPS**0.25 * np.max(sizes):  # as far as chains leave roots from zero
+        zeros = _count_zeros(np.eye(len(M)), B, A, noise_of(A, rounding))
     else:
-        return values
-    values[np.argsort(size)[:zeros]] = 0.0
+        zeros = 0
+    values[np.argsort(sizes)[:zeros]] = 0.0
     return values
+
+
+def _nonzero(C: Matrix | None) -> Matrix | None:
+    """C, or None where it is zero."""
+    return None if C is None or not C.any() else C
+
+
+def _count_zeros(M: Matrix, C: Matrix | None, K: Matrix, noise: float) -> int:
+    """How many roots are zero, of K (n, n) whose singular values up to `noise` are rounding."""
+    null, left_null = null_spaces(K, noise)
+    if not null.size:
+        return 0
+    if _nonzero(C) is None:
+        return 2 * zero_roots(K, noise, M)
+    # each motion counts twice but for those whose damping moves a root by more than rounding
+    damping = np.linalg.svd(left_null.conj().T @ (C @ null), compute_uv=False)
+    mass = float(np.linalg.norm(left_null.conj().T @ (M @ null), 2))
+    return 2 * null.shape[1] - int(np.sum(damping > math.sqrt(noise * mass)))
 
 
 def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     """All finite roots of scaled matrices (n, n), whatever M is."""
     from scipy.linalg import eigvals
 
-    C = None if C is None or not C.any() else C
+    damping = _nonzero(C)
+    n = len(M)
     U, masses, Wh = np.linalg.svd(M)
-    n, r = len(M), rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
+    rank = rank_of(np.linalg.svd(unit_diagonal(M), compute_uv=False))
     size = divisor(norm_of(K))
-    if r == 0 and C is not None:  # the system is of the first order
-        rate = 2.0 ** np.round(np.log2(size / norm_of(C)))
+    if rank == 0 and damping is not None:  # the system is of the first order
+        rate = 2.0 ** np.round(np.log2(size / norm_of(damping)))
     else:
         rate = 2.0 ** np.round(np.log2(size / divisor(masses[0])) / 2)
-    M = np.diag(np.where(np.arange(n) < r, masses, 0.0) * (rate**2 / size))
-    K, infinite = U.conj().T @ (K / size) @ Wh.conj().T, n - r
-    E, F = M, K
-    if C is not None:  # the state is what has mass, its velocity, and what has none
-        C = U.conj().T @ (C * (rate / size)) @ Wh.conj().T
-        eye, zero, none = np.eye(r), np.zeros((r, r)), np.zeros((r, n - r))
-        E = np.block([[eye, zero, none], [np.zeros((n, r)), M[:, :r], C[:, r:]]])
-        F = np.block([[zero, eye, none], [-K[:, :r], -C[:, :r], -K[:, r:]]])
-        if r < n:
-            light = np.linalg.svd(C[r:, r:], compute_uv=False)
-            infinite -= rank_of(light, norm_of(C))
+    # in singular vectors of M, with the time unit 1 / rate and the force unit of K
+    mass = np.diag(np.where(np.arange(n) < rank, masses, 0.0) * (rate**2 / size))
+    stiffness = U.conj().T @ (K / size) @ Wh.conj().T
+    infinite = n - rank
+    if damping is None:
+        F = stiffness
+        E = mass
+    else:
+        damping = U.conj().T @ (damping * (rate / size)) @ Wh.conj().T
+        F, E = _state_pencil(mass, damping, stiffness, rank)
+        if rank < n:
+            massless = np.linalg.svd(damping[rank:, rank:], compute_uv=False)
+            infinite -= rank_of(massless, norm_of(damping))
     alpha, beta = eigvals(F, E, homogeneous_eigvals=True)
-    fast = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)
-    finite = (fast > 4 * EPS) | (infinite == 0)  # all, however fast, if none has to be infinite
-    finite[np.argsort(fast)[:infinite]] = False
-    values = (alpha / np.where(beta == 0, 1.0, beta))[finite].astype(complex)
+    closeness = np.abs(beta) / np.maximum(np.abs(alpha), np.finfo(float).tiny)  # to infinity: 0
+    is_finite = (closeness > 4 * EPS) | (infinite == 0)  # all, if none has to be infinite
+    is_finite[np.argsort(closeness)[:infinite]] = False
+    values = (alpha / np.where(beta == 0, 1.0, beta))[is_finite].astype(complex)
     if not np.iscomplexobj(F):  # the second of a pair is exactly the conjugate of the first
         lower = np.flatnonzero(values.imag < 0)
         values[lower] = values[lower - 1].conj()
-    zeros = _zeros(M, C, K, noise_of(K))
-    values[np.argsort(np.abs(values))[: zeros if C is not None else zeros // 2]] = 0.0
-    if C is None:
-        half = np.sqrt(-values)
-        half = np.where((values.imag == 0) & (values.real > 0), 1j * np.abs(half.imag), half)
-        values = np.concatenate([half, -half])
-    return np.asarray(values * rate)
+    zeros = _count_zeros(mass, damping, stiffness, noise_of(stiffness))
+    if damping is not None:
+        values[np.argsort(np.abs(values))[:zeros]] = 0.0
+        return values * rate
+    squares = values
+    squares[np.argsort(np.abs(squares))[: zeros // 2]] = 0.0
+    half = np.sqrt(-squares)
+    is_on_axis = (squares.imag == 0) & (squares.real > 0)
+    half = np.where(is_on_axis, 1j * np.abs(half.imag), half)
+    return np.concatenate([half, -half]) * rate
+
+
+def _state_pencil(M: Matrix, C: Matrix, K: Matrix, rank: int) -> tuple[Matrix, Matrix]:
+    """F and E of F z = lambda E z: the state z is what has mass, its velocity, and what has none.
+
+    M is diagonal, the first `rank` entries alone not zero.
+    """
+    n = len(M)
+    eye = np.eye(rank)
+    zero = np.zeros((rank, rank))
+    none = np.zeros((rank, n - rank))
+    E = np.block([[eye, zero, none], [np.zeros((n, rank)), M[:, :rank], C[:, rank:]]])
+    F = np.block([[zero, eye, none], [-K[:, :rank], -C[:, :rank], -K[:, rank:]]])
+    return F, E
 
 
 def roots_at(
@@ -136,36 +174,37 @@ def roots_at(
     stiffness: float | None = None,
 ) -> Roots:
     """Known roots, sorted, with unit right vectors and, if wanted, left ones (else NaN)."""
-    values = values[np.lexsort((values.real, values.imag))]
-    right = np.full((len(M), len(values)), np.nan, dtype=complex)
-    other = right.copy()
-    for group in _clusters(values):
-        mean = values[group].mean()
+    ordered = values[np.lexsort((values.real, values.imag))]
+    right_vectors = np.full((len(M), len(ordered)), np.nan, dtype=complex)
+    left_vectors = right_vectors.copy()
+    for group in _clusters(ordered):
+        mean = ordered[group].mean()
         if mean == 0.0:
             noise = noise_of(K) if stiffness is None else ROUNDING * stiffness
-            null, conull = null_spaces(K, noise)
+            null, left_null = null_spaces(K, noise)
             if null.shape[1]:  # a chain repeats its one vector
-                pick = np.arange(len(group)) % null.shape[1]
-                right[:, group], other[:, group] = null[:, pick], conull[:, pick]
+                repeated = np.arange(len(group)) % null.shape[1]
+                right_vectors[:, group] = null[:, repeated]
+                left_vectors[:, group] = left_null[:, repeated]
                 continue
         P = mean * mean * M + (0.0 if C is None else mean * C) + K
-        right[:, group], other[:, group] = _null(P, len(group), left)
-    return Roots(values, right, other)
+        right_vectors[:, group], left_vectors[:, group] = _null_vectors(P, len(group), left)
+    return Roots(ordered, right_vectors, left_vectors)
 
 
-def _clusters(values: ComplexArray) -> Iterable[NDArray[np.intp]]:
+def _clusters(values: ComplexArray) -> list[Indices]:
     """Indices of neighbouring values that are too close for a vector each."""
-    apart = np.abs(np.diff(values)) > 1e-7 * np.abs(values[1:])
-    return np.split(np.arange(len(values)), np.flatnonzero(apart) + 1) if len(values) else ()
+    if not len(values):
+        return []
+    is_gap = np.abs(np.diff(values)) > CLUSTER * np.abs(values[1:])
+    return np.split(np.arange(len(values)), np.flatnonzero(is_gap) + 1)
 
 
-def _null(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray, ComplexArray]:
+def _null_vectors(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray, ComplexArray]:
     """Right and left unit vectors (n, count) of the smallest singular values, by inverse iteration
     on one factorisation; left ones NaN unless wanted. Where fewer vanish the first is repeated."""
     from scipy.linalg import lu_factor, lu_solve
 
-    rng = np.random.default_rng(len(P))
-    x = rng.standard_normal((len(P), 2 * count)).view(complex)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # a singular P is what is expected here
         lu, pivots = lu_factor(P, check_finite=False)
@@ -174,18 +213,26 @@ def _null(P: ComplexArray, count: int, left: bool) -> tuple[ComplexArray, Comple
     small = np.flatnonzero(np.abs(np.diag(lu)) < floor)
     lu[small, small] = floor
 
-    def solved(b: ComplexArray, trans: int) -> ComplexArray:
-        return np.linalg.qr(lu_solve((lu, pivots), b, trans=trans, check_finite=False))[0]
+    def solve(b: ComplexArray) -> ComplexArray:
+        solution = lu_solve((lu, pivots), b, check_finite=False)
+        return np.linalg.qr(solution)[0]
+
+    def solve_adjoint(b: ComplexArray) -> ComplexArray:
+        solution = lu_solve((lu, pivots), b, trans=2, check_finite=False)
+        return np.linalg.qr(solution)[0]
 
     # the inverse of P and of its adjoint by turns converge to singular vectors
-    y = solved(x, 2)
+    start = np.random.default_rng(len(P)).standard_normal((len(P), 2 * count)).view(complex)
+    y = solve_adjoint(start)
     for _ in range(1 if count == 1 else 3):
-        x = solved(y, 0)
-        y = solved(x, 2) if left or count > 1 else y
+        x = solve(y)
+        if left or count > 1:
+            y = solve_adjoint(x)
     if count > 1:
-        rest = np.linalg.norm(P @ x, axis=0)
-        defective = rest > max(100 * rest[0], 1e-6 * norm_of(P))
-        x[:, defective], y[:, defective] = x[:, :1], y[:, :1]
+        residuals = np.linalg.norm(P @ x, axis=0)
+        is_defective = residuals > max(100 * residuals[0], 1e-6 * norm_of(P))
+        x[:, is_defective] = x[:, :1]
+        y[:, is_defective] = y[:, :1]
     return x, y if left else np.full_like(x, np.nan)
 
 
@@ -195,10 +242,10 @@ def dense_spectrum(M: Matrix, C: Matrix | None, K: Matrix) -> tuple[Eigenvalue, 
     Raises InputError for an empty row, and where every number is a root.
     """
     problem = quadratic(M, C, K)
-    M, C, K = (X.toarray() for X in (problem.M, problem.C, problem.K))
-    check_regular(M, C, K)
-    values = pencil_values(M, C, K)
+    matrices = (problem.M.toarray(), problem.C.toarray(), problem.K.toarray())
+    check_regular(*matrices)
+    values = pencil_values(*matrices)
     if not problem.real:
-        return listed(problem, roots_at(M, C, K, values, left=True))
-    upper = roots_at(M, C, K, values[values.imag >= 0.0], left=True)
-    return listed(problem, upper.with_conjugates())
+        return eigenvalues_of(problem, roots_at(*matrices, values, left=True))
+    upper = roots_at(*matrices, values[values.imag >= 0.0], left=True)
+    return eigenvalues_of(problem, upper.with_conjugates())

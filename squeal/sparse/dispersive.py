@@ -14,9 +14,10 @@ counted as `unsure`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,34 +26,56 @@ from squeal.linear.eigen import Eigenvalue
 from squeal.linear.moduli import Modulus
 from squeal.linear.system import TermSystem
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.eigensolver import OPTIONS as SOLVER
-from squeal.sparse.quadratic import PROGRESS, Array, Roots, combined, factorise_at, listed
+from squeal.sparse.eigensolver import CORRECTIONS, EXACT, GOOD_ENOUGH, Residuals, residuals_of
+from squeal.sparse.factor import factorise_at
+from squeal.sparse.quadratic import (
+    Array,
+    Changes,
+    ComplexArray,
+    Roots,
+    eigenvalues_of,
+    multiply,
+    report,
+)
+from squeal.sparse.reduction import Reduction
 
-Reduction = Any
-"""A `Reduction` of squeal.sparse.reduction, whose roots are solved for here."""
-Changes = Mapping[str, float]
+# Where matrices are frozen, and when a root is found
+FROZEN = 7  # frequencies of a band, its ends among them
+MOST = 60  # frequencies at all: where roots merge others join
+NEAR = 1.5  # intervals from a frozen frequency within which its roots start
+STEPS = 30  # of Newton's method
+CONVERGED = 1e-10  # last step, relative to the root; its error is about the square
+SAME = 1e-7  # relative: nearer roots are one
 
 
-@dataclass(frozen=True)
-class DispersiveOptions:
-    """Where matrices are frozen, and when a root is found."""
+class RepeatedRoot(NamedTuple):
+    """A root (rad/s) and its multiplicity."""
 
-    frozen: int = 7  # frequencies of a band, its ends among them
-    most: int = 60  # frequencies at all: where roots merge others join
-    near: float = 1.5  # intervals from a frozen frequency within which its roots start
-    steps: int = 30  # of Newton's method
-    converged: float = 1e-10  # last step, relative to the root; its error is about the square
-    same: float = 1e-7  # relative: nearer roots are one
+    value: complex
+    multiplicity: int
 
 
-OPTIONS = DispersiveOptions()
+class RootsAtOwnFrequencies(NamedTuple):
+    """Roots of the reduced system, each at its own frequency."""
 
-
-class Settled(NamedTuple):
-    """Roots of the reduced system at their own frequencies."""
-
-    roots: list[tuple[complex, int]]  # with how often each is one
+    roots: list[RepeatedRoot]
     unsure: int  # roots that the frozen frequency on one side alone led to
+
+
+class ModesAtOwnFrequencies(NamedTuple):
+    """Roots of the full system, each at its own frequency."""
+
+    eigenvalues: tuple[Eigenvalue, ...]
+    unsure: int  # roots that the frozen frequency on one side alone led to
+
+
+@dataclass
+class _ReachedRoot:
+    """A root that Newton's method has reached, from above its frequency or from below."""
+
+    value: complex
+    multiplicity: int = 1
+    from_above: set[bool] = field(default_factory=set)
 
 
 def frequencies(system: TermSystem, region: Rectangle) -> Array:
@@ -60,136 +83,200 @@ def frequencies(system: TermSystem, region: Rectangle) -> Array:
 
     Raises InputError unless the region lies above the real axis and the tables cover it.
     """
-    low, high = max(region.low_imag, 0.0), region.high_imag
+    low = max(region.low_imag, 0.0)
+    high = region.high_imag
     if not low < high:
         raise InputError("region: lies below the real axis, where frequencies mean nothing")
     least, most = system.covered
-    ends = low / (2 * np.pi), high / (2 * np.pi)
-    moduli = (t.factor for t in system.terms if isinstance(t.factor, Modulus))
-    names = {modulus.table.source for modulus in moduli if modulus.table}
-    if ends[0] < least * (1 - 1e-9) or ends[1] > most * (1 + 1e-9):
+    low_hz = low / (2 * np.pi)
+    high_hz = high / (2 * np.pi)
+    if low_hz < least * (1 - 1e-9) or high_hz > most * (1 + 1e-9):
         raise InputError(
-            f"{', '.join(sorted(names))}: {least:g} to {most:g} Hz are covered; "
-            f"{ends[0]:g} to {ends[1]:g} Hz are needed"
+            f"{', '.join(_tables(system))}: {least:g} to {most:g} Hz are covered; "
+            f"{low_hz:g} to {high_hz:g} Hz are needed"
         )
-    return np.clip(np.linspace(low, high, OPTIONS.frozen), 2 * np.pi * least, 2 * np.pi * most)
+    return np.clip(np.linspace(low, high, FROZEN), 2 * np.pi * least, 2 * np.pi * most)
 
 
-def frozen_parts(reduction: Reduction) -> Iterator[tuple[Reduction, float, float]]:
-    """A reduced system frozen at each of some frequencies, in a region around it, with the
-    frequency and the distance of the next."""
-    region = reduction.region
-    grid = frequencies(reduction.system, region)
-    wide = float(np.diff(grid).max())
-    reach = (OPTIONS.near + 0.5) * wide
-    for omega in grid.tolist():
-        low, high = max(region.low_imag, omega - reach), min(region.high_imag, omega + reach)
-        around = replace(region, low_imag=low, high_imag=high)
-        yield reduction.frozen(omega, around), omega, wide
+def _tables(system: TermSystem) -> list[str]:
+    """Names of the files of moduli over frequency, sorted."""
+    names = set()
+    for term in system.terms:
+        if isinstance(term.factor, Modulus) and term.factor.table:
+            names.add(term.factor.table.source)
+    return sorted(names)
 
 
-def settled(reduction: Reduction, changes: Changes) -> Settled:
+class DispersiveReduction(Reduction):
+    """A reduction whose roots have frequencies of their own where `changes` name none."""
+
+    def frozen(self, omega: float, region: Rectangle) -> DispersiveReduction:
+        """The same at one frequency (rad/s), in a region around it."""
+        other = copy(self)
+        other.system = self.system.frozen(omega)
+        other.region = region
+        return other
+
+    def _is_frozen(self, changes: Changes) -> bool:
+        return changes.keys() >= set(self.system.follows)
+
+    def roots(
+        self, changes: Changes, left: bool = False, values: ComplexArray | None = None
+    ) -> Roots:
+        """The roots in the region, each at its own frequency."""
+        if self._is_frozen(changes):
+            return super().roots(changes, left, values)
+        assert values is None
+        return vectors_of(self, changes, roots_at_own_frequencies(self, changes).roots)
+
+    def residuals(self, roots: Roots, changes: Changes) -> Array:
+        """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""
+        if self._is_frozen(changes):
+            return super().residuals(roots, changes)
+        residuals = np.zeros(len(roots.values))
+        for k, value in enumerate(roots.values):
+            at = {**changes, **self.system.frequency(abs(value.imag))}
+            residuals[k] = super().residuals(roots.select(np.array([k])), at).item()
+        return residuals
+
+
+def roots_at_own_frequencies(
+    reduction: DispersiveReduction, changes: Changes
+) -> RootsAtOwnFrequencies:
     """The roots of a reduced system in its region, each at its own frequency."""
-    system, region = reduction.system, reduction.region
-    grid = frequencies(system, region)
-    wide, todo, tried = np.diff(grid).max(), grid.tolist(), list[float]()
-    found: list[list[Any]] = []  # a root, how often it is one, whether met from below, from above
-    while todo and len(tried) < OPTIONS.most:
-        omega = todo.pop(0)
+    system = reduction.system
+    grid = frequencies(system, reduction.region)
+    reach = NEAR * np.diff(grid).max()
+    pending = grid.tolist()
+    tried: list[float] = []
+    reached: list[_ReachedRoot] = []
+    while pending and len(tried) < MOST:
+        omega = pending.pop(0)
         tried.append(omega)
         starts = reduction.values({**changes, **system.frequency(omega)})
-        starts = starts[np.abs(starts.imag - omega) <= OPTIONS.near * wide]
-        ends = [_own(reduction, changes, z, omega, grid) for z in starts.tolist()]
-        good = [z for z in ends if z is not None]
-        for z in good:
-            near, count = OPTIONS.same * abs(z), sum(_same(z, other) for other in good)
-            one = next((f for f in found if _same(z, f[0])), None)
-            if one is None:
-                found.append(one := [z, 1, False, False])
-            if abs(z.imag - omega) <= near:  # as often one as with these matrices
-                one[1] = max(one[1], count)
-            elif count > 1 and all(abs(z.imag - w) > near for w in tried + todo):
-                todo.append(z.imag)  # two starts met: frozen there, they part
-            one[2 if z.imag >= omega else 3] = True
-    inside = [f for f in found if region.contains(np.array(f[0]))]
-    sides = [f[2] and f[3] for f in inside]
-    return Settled([(f[0], f[1]) for f in inside], len(sides) - sum(sides))
+        ends = []
+        for start in starts[np.abs(starts.imag - omega) <= reach].tolist():
+            end = _newton(reduction, changes, start, omega, grid)
+            if end is not None:
+                ends.append(end)
+        for z in ends:
+            together = sum(_is_same(z, other) for other in ends)
+            root = next((one for one in reached if _is_same(z, one.value)), None)
+            if root is None:
+                root = _ReachedRoot(z)
+                reached.append(root)
+            distance = SAME * abs(z)
+            if abs(z.imag - omega) <= distance:  # as often one as with these matrices
+                root.multiplicity = max(root.multiplicity, together)
+            elif together > 1 and all(abs(z.imag - w) > distance for w in tried + pending):
+                pending.append(z.imag)  # two starts met: frozen there, they separate
+            root.from_above.add(omega > z.imag)
+    inside = [one for one in reached if reduction.region.contains(np.array(one.value))]
+    return RootsAtOwnFrequencies(
+        roots=[RepeatedRoot(one.value, one.multiplicity) for one in inside],
+        unsure=sum(len(one.from_above) == 1 for one in inside),
+    )
 
 
-def _same(z: complex, other: complex) -> bool:
-    return abs(z - other) <= OPTIONS.same * abs(z)
+def _is_same(z: complex, other: complex) -> bool:
+    return abs(z - other) <= SAME * abs(z)
 
 
-def vectors(reduction: Reduction, changes: Changes, found: list[tuple[complex, int]]) -> Roots:
+def vectors_of(
+    reduction: DispersiveReduction, changes: Changes, found: Sequence[RepeatedRoot]
+) -> Roots:
     """Such roots with right and left vectors of the reduced system."""
-    none = np.zeros((reduction.size, 0), dtype=complex)
-    roots = Roots(np.zeros(0, dtype=complex), none, none)
-    for z, count in found:
-        at = {**changes, **reduction.system.frequency(abs(z.imag))}
-        roots = roots.joined(reduction.roots(at, True, np.full(count, z)))
+    roots = Roots.none(reduction.size)
+    for value, multiplicity in found:
+        at = {**changes, **reduction.system.frequency(abs(value.imag))}
+        roots = roots.joined(reduction.roots(at, True, np.full(multiplicity, value)))
     return roots
 
 
-def _own(
-    reduction: Reduction, changes: Changes, z: complex, omega: float, grid: Array
+def _newton(
+    reduction: DispersiveReduction, changes: Changes, start: complex, frozen: float, grid: Array
 ) -> complex | None:
-    """The root at its own frequency next to one of the system frozen at omega; None without one.
+    """The root at its own frequency next to one of the system frozen at some omega, or None.
 
     With right and left vectors x, y of P, and all by first order in dz and domega,
     y P x + y P' x dz + y dP/domega x domega = 0 where z + dz has the imaginary part omega + domega.
     """
     system = reduction.system
-    for _ in range(OPTIONS.steps):
+    z = start
+    omega = frozen
+    for _ in range(STEPS):
         at = {**changes, **system.frequency(omega)}
-        one = reduction.roots(at, True, np.array([z]))
-        x, y = one.right[:, 0], one.left[:, 0].conj()
+        root = reduction.roots(at, True, np.array([z]))
+        x = root.right[:, 0]
+        y = root.left[:, 0].conj()
         M, C, K = system.at(at)
-        slope = y @ (2 * z * (M @ x)) + (0.0 if C is None else y @ (C @ x))
-        rest = z * z * (y @ (M @ x)) + y @ (K @ x) + (0.0 if C is None else z * (y @ (C @ x)))
-        moved = 0j
+        mass = y @ (M @ x)
+        damping = 0.0 if C is None else y @ (C @ x)
+        residual = z * z * mass + y @ (K @ x) + z * damping
+        by_root = y @ (2 * z * (M @ x)) + damping
+        by_omega = 0j
         for name, share in system.frequency(1.0).items():
-            parts = zip(system.derivative(name, at), (z * z, z, 1.0), strict=True)
-            moved += share * sum(f * (y @ (A @ x)) for A, f in parts if A is not None)
-        if slope == 0:
+            for A, power in zip(system.derivative(name, at), (z * z, z, 1.0), strict=True):
+                if A is not None:
+                    by_omega += share * power * (y @ (A @ x))
+        if by_root == 0:
             return None
-        step, turn = -rest / slope, moved / slope
+        step = -residual / by_root
+        turn = by_omega / by_root
         change = ((z + step).imag - omega) / (1 + turn.imag or 1.0)
         step -= turn * change
-        z, omega = z + step, float(np.clip(omega + change, grid[0], grid[-1]))
-        if abs(step) <= OPTIONS.converged * abs(z):
-            return z if abs(z.imag - omega) <= OPTIONS.converged * abs(z) else None
+        z = z + step
+        omega = float(np.clip(omega + change, grid[0], grid[-1]))
+        if abs(step) <= CONVERGED * abs(z):
+            return z if abs(z.imag - omega) <= CONVERGED * abs(z) else None
     return None
 
 
 def modes_at_own_frequencies(
-    reduction: Reduction, changes: Changes
-) -> tuple[tuple[Eigenvalue, ...], int]:
+    reduction: DispersiveReduction, changes: Changes
+) -> ModesAtOwnFrequencies:
     """The roots of the full system in the region of a reduced one, each at its own frequency, with
-    left vectors and backward errors there, and how many are `unsure`.
+    left vectors and backward errors there.
 
     The reduced system grows until they solve the full one.
     """
-    scaled, region, system = reduction.scaled, reduction.region, reduction.scaled.system
+    scaled = reduction.scaled
+    system = scaled.system
+    region = reduction.region
     middle = system.frequency((max(region.low_imag, 0.0) + region.high_imag) / 2)
     _, factor = factorise_at(scaled.at({**changes, **middle}), region.centre)
-    PROGRESS.get()("solving for the roots at their own frequencies")
-    (found, unsure), before = settled(reduction, changes), np.inf
+    report("solving for the roots at their own frequencies")
+    reduced, unsure = roots_at_own_frequencies(reduction, changes)
     grid = frequencies(system, region)
-    for _ in range(SOLVER.rounds):
-        roots = vectors(reduction, changes, found)
-        x, y = (combined(reduction.vectors, X) for X in (roots.right, roots.left.conj()))
-        problems = [scaled.at({**changes, **system.frequency(z.imag)}) for z in roots.values]
-        rests = np.zeros((2, *x.shape), dtype=complex)
-        for k, (problem, z) in enumerate(zip(problems, roots.values, strict=True)):
-            for rest, one, X in zip(rests, (problem, problem.transposed()), (x, y), strict=True):
-                rest[:, [k]] = one.apply(np.array([z]), X[:, [k]]) / one.size(z)
-        errors = np.linalg.norm(rests, axis=1)
+    before = np.inf
+    for _ in range(CORRECTIONS):
+        reduced_roots = vectors_of(reduction, changes, reduced)
+        full = Roots(
+            values=reduced_roots.values,
+            right=multiply(reduction.vectors, reduced_roots.right),
+            left=multiply(reduction.vectors, reduced_roots.left),
+        )
+        each = [full.select(np.array([k])) for k in range(len(full.values))]
+        problems = [scaled.at({**changes, **system.frequency(z.imag)}) for z in full.values]
+        residuals = Residuals(np.zeros_like(full.right), np.zeros_like(full.right))
+        for k, problem in enumerate(problems):
+            right, left = residuals_of(problem, each[k])
+            residuals.right[:, [k]] = right
+            residuals.left[:, [k]] = left
+        errors = np.maximum(*(np.linalg.norm(part, axis=0) for part in residuals))
         worst = float(np.max(errors, initial=0.0))
-        if worst <= SOLVER.exact or before / 2 < worst <= SOLVER.accepted:
+        if worst <= EXACT or before / 2 < worst <= GOOD_ENOUGH:
             break
-        before, late = worst, np.any(errors > SOLVER.exact, axis=0)
-        reduction.extend(np.hstack([factor.solve(rests[k][:, late], k == 1) for k in range(2)]))
-        found = [(_own(reduction, changes, z, z.imag, grid) or z, count) for z, count in found]
-    full = Roots(roots.values, x, y.conj())
-    each = [listed(one, full.picked(np.array([k])))[0] for k, one in enumerate(problems)]
-    return tuple(sorted(each, key=lambda e: e.value.imag)), unsure
+        before = worst
+        late = errors > EXACT
+        reduction.extend(residuals.corrections(factor, late, late))
+        moved = []
+        for value, multiplicity in reduced:
+            root = _newton(reduction, changes, value, value.imag, grid) or value
+            moved.append(RepeatedRoot(root, multiplicity))
+        reduced = moved
+    eigenvalues: list[Eigenvalue] = []
+    for problem, root_with_vectors in zip(problems, each, strict=True):
+        eigenvalues += eigenvalues_of(problem, root_with_vectors)
+    eigenvalues.sort(key=lambda e: e.value.imag)
+    return ModesAtOwnFrequencies(tuple(eigenvalues), unsure)

@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,45 +21,39 @@ from numpy.typing import NDArray
 from squeal.errors import ComputationError
 from squeal.linear.eigen import STIFF, Eigenvalue
 from squeal.linear.matrices import EPS, divisor
+from squeal.linear.system import Matrix
 from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_roots, disc_around
 from squeal.sparse.dense import dense_values, roots_at
+from squeal.sparse.factor import Factor, factorise_at
 from squeal.sparse.quadratic import (
-    PROGRESS,
     Array,
+    Bools,
     ComplexArray,
-    Factor,
     Quadratic,
     Roots,
-    combined,
-    factorise_at,
-    listed,
+    eigenvalues_of,
+    multiply,
+    report,
 )
 
-
-@dataclass(frozen=True)
-class SolverOptions:
-    """What a search for roots may cost, and when it is content."""
-
-    steps: int = 180  # columns of a subspace; what it does not reach is left to other shifts
-    block: int = 3  # vectors of a step: roots of that multiplicity converge at once
-    rough: float = 1e-4  # residual of a Ritz value that has converged
-    exact: float = 1e-12  # backward error of right vectors with which corrections end
-    accepted: float = 2e-9  # ... of left vectors, and of right ones where they gain no more
-    rounds: int = 12  # corrections
-    beyond: float = 1.6  # reach around a region, relative: the count then needs few determinants
-    pieces: int = 200  # parts that are tried before a region is refused
-    attempts: int = 3  # starts for a region whose count shows missing roots
-    dense: int = 2000  # rows up to which all roots are computed where few do not suffice
-    counted: float = 0.125  # part of a region that is halved no more for the sake of its count
-    smallest: float = 1e-3  # part of a region that is halved no more
-    wider: float = 1.5  # by which a region around zero grows until it holds the lowest roots
-    growths: int = 12  # ... and how often
+# What a search for roots may cost, and when it is content
+COLUMNS = 180  # of a subspace; what it does not reach is left to other shifts
+BLOCK = 3  # vectors of a step: roots of that multiplicity converge at once
+RITZ_RESIDUAL = 1e-4  # of a Ritz value that has converged
+EXACT = 1e-12  # backward error of right vectors with which corrections end
+GOOD_ENOUGH = 2e-9  # ... of left vectors, and of right ones where they gain no more
+CORRECTIONS = 12  # at most
+REACH = 1.6  # around a region, relative: the count then needs few determinants
+PARTS = 200  # that are tried before a region is refused
+ATTEMPTS = 3  # starts for a region whose count shows missing roots
+DENSE_ROWS = 2000  # up to which all roots are computed where few do not suffice
+UNCOUNTED_PART = 0.125  # of a region: smaller ones are not halved for a count alone
+SMALLEST_PART = 1e-3  # of a region: smaller ones are not halved
+ENLARGEMENT = 1.5  # of a region around zero until it holds the lowest roots
+ENLARGEMENTS = 12  # at most
 
 
-OPTIONS = SolverOptions()
-
-
-class Near(NamedTuple):
+class RootsNearShift(NamedTuple):
     """Roots around a shift, roughly: all within `reach` of it, and some beyond."""
 
     values: ComplexArray  # (m,) by distance
@@ -69,80 +63,126 @@ class Near(NamedTuple):
     factor: Factor  # of P(shift)
 
 
-def near_roots(
+class BlockArnoldi:
+    """An orthonormal basis of a block Krylov subspace, and an operator in it.
+
+    The first `applied` of `size` columns are those to which the operator has been applied.
+    """
+
+    def __init__(
+        self, operator: Callable[[NDArray], NDArray], start: NDArray, columns: int
+    ) -> None:
+        first, _ = orthogonalise(start[:, :0], operator(start))
+        self.operator = operator
+        self.applied = 0
+        self.size = first.shape[1]
+        self._storage = np.zeros((len(start), columns), start.dtype, order="F")
+        self._storage[:, : self.size] = first
+        self._coordinates: list[NDArray] = []  # of the images of each block
+
+    @property
+    def basis(self) -> NDArray:
+        """Orthonormal columns (n, size)."""
+        return self._storage[:, : self.size]
+
+    def grow(self) -> None:
+        """Apply the operator to the columns to which it has not been applied."""
+        new, coordinates = orthogonalise(self.basis, self.operator(self.basis[:, self.applied :]))
+        self._coordinates.append(coordinates)
+        self.applied = self.size
+        self.size += new.shape[1]
+        while self.size > self._storage.shape[1]:
+            self._storage = np.hstack([self._storage, np.zeros_like(self._storage)])
+        self._storage[:, self.applied : self.size] = new
+
+    def eigenpairs(self) -> tuple[ComplexArray, NDArray, Array]:
+        """Eigenvalues (m,) of the operator in the subspace, their coordinates, and residuals."""
+        H = np.zeros((self.size, self.applied), self._storage.dtype)
+        end = 0
+        for coordinates in self._coordinates:
+            start = end
+            end += coordinates.shape[1]
+            H[: len(coordinates), start:end] = coordinates
+        square = H[: self.applied].astype(np.result_type(H, float))
+        theta, vectors = np.linalg.eig(square)
+        return theta, vectors, np.linalg.norm(H[self.applied :] @ vectors, axis=0)
+
+
+def roots_near_shift(
     problem: Quadratic,
     shift: complex,
     radius: float,
     enough: Callable[[ComplexArray, float], bool],
-    seed: int,
-    single: bool,
-    options: SolverOptions,
-) -> Near:
-    """Roots near a shift until (values, reach) are `enough` or no more can be had, in `single`
-    precision if so."""
-    PROGRESS.get()(f"factorising {problem.n} rows at {shift:.6g}")
-    shift, factor = factorise_at(problem, shift, single)
-    n, block, most = problem.n, options.block, min(options.steps, 2 * problem.n)
-    real = problem.real and shift.imag == 0.0
-    kind = np.dtype(("f" if single else "d") if real else ("F" if single else "D"))
-    slope, mass = (radius * problem.slope(shift)).astype(kind), (radius**2 * problem.M).astype(kind)
+    seed: int = 0,
+    single: bool = False,
+) -> RootsNearShift:
+    """Roots near a shift until (values, reach) are `enough` or no more can be had.
 
-    def applied(x: NDArray) -> NDArray:
-        """The companion form on vectors [theta x; x] (2n, m)."""
-        return np.vstack([factor.solve(-(slope @ x[:n] + mass @ x[n:])), x[:n]])
-
-    Q = np.zeros((2 * n, most + block), kind, order="F")
-    H = np.zeros((most + block, most + block), kind)
-    start = np.random.default_rng(seed).standard_normal((2 * n, block)).astype(kind)
-    first, _ = orthogonal(Q[:, :0], applied(start))
-    done, size = 0, first.shape[1]  # columns to which the operator has been applied, and all
-    Q[:, :size] = first
-
-    def ritz() -> tuple[ComplexArray, ComplexArray, float]:
-        """Converged theta, the largest first, their vectors, and the distance of the next one."""
-        theta, Y = np.linalg.eig(H[:done, :done].astype(np.result_type(kind, float)))
-        sizes = np.maximum(np.abs(theta), np.finfo(float).tiny)
-        good = np.linalg.norm(H[done:size, :done] @ Y, axis=0) <= options.rough * sizes
-        order = np.flatnonzero(good)[np.argsort(-sizes[good])]
-        reach = float(np.min(radius / sizes[~good], initial=np.inf))
-        return theta[order].astype(complex), Y[:, order], reach
-
-    look = 2 * block
-    while done < size <= most:
-        new, column = orthogonal(Q[:, :size], applied(Q[:, done:size]))
-        H[: len(column), done:size] = column
-        done, size = size, size + new.shape[1]
-        Q[:, done:size] = new
-        if done >= look:  # an eigenproblem of its own: not after every block
-            look = done + max(2 * block, done // 8)
-            theta, Y, reach = ritz()
-            if len(theta) and enough(shift + radius / theta, reach):
-                break
+    `radius` is the distance that becomes theta = 1; the subspace starts from random vectors of the
+    `seed`, in `single` precision if so.
+    """
+    n = problem.n
+    report(f"factorising {n} rows at {shift:.6g}")
+    centre, factor = factorise_at(problem, shift, single)
+    if problem.real and centre.imag == 0.0:
+        dtype = np.dtype(np.float32 if single else np.float64)
     else:
-        theta, Y, reach = ritz()
-    Y = Y.astype(np.result_type(kind, np.complex64))
+        dtype = np.dtype(np.complex64 if single else np.complex128)
+    slope = (radius * problem.slope(centre)).astype(dtype)
+    mass = (radius**2 * problem.M).astype(dtype)
+
+    def companion(states: NDArray) -> NDArray:
+        """The companion form on vectors [theta x; x] (2n, m)."""
+        upper = states[:n]
+        return np.vstack([factor.solve(-(slope @ upper + mass @ states[n:])), upper])
+
+    start = np.random.default_rng(seed).standard_normal((2 * n, BLOCK)).astype(dtype)
+    most = min(COLUMNS, 2 * n)
+    krylov = BlockArnoldi(companion, start, most + BLOCK)
+    next_look = 2 * BLOCK
+    while True:
+        can_grow = krylov.applied < krylov.size <= most
+        if can_grow:
+            krylov.grow()
+            if krylov.applied < next_look:  # an eigenproblem of its own: not after every block
+                continue
+        next_look = krylov.applied + max(2 * BLOCK, krylov.applied // 8)
+        theta, coordinates, residuals = krylov.eigenpairs()
+        sizes = np.maximum(np.abs(theta), np.finfo(float).tiny)
+        is_good = residuals <= RITZ_RESIDUAL * sizes
+        reach = float(np.min(radius / sizes[~is_good], initial=np.inf))
+        nearest = np.flatnonzero(is_good)[np.argsort(-sizes[is_good])]
+        theta = theta[nearest].astype(complex)
+        values = centre + radius / theta
+        if not can_grow or (len(values) and enough(values, reach)):
+            break
+    chosen = coordinates[:, nearest].astype(np.result_type(dtype, np.complex64))
+    states = krylov.basis[:, : krylov.applied]
     # the longer of theta x and x has the smaller error
-    shapes = np.where(np.abs(theta) >= 1.0, Q[:n, :done] @ Y, Q[n:, :done] @ Y)
-    shapes /= np.linalg.norm(shapes, axis=0)
-    return Near(shift + radius / theta, shapes, reach, shift, factor)
+    vectors = np.where(np.abs(theta) >= 1.0, states[:n] @ chosen, states[n:] @ chosen)
+    vectors /= np.linalg.norm(vectors, axis=0)
+    return RootsNearShift(values, vectors, reach, centre, factor)
 
 
-def orthogonal(basis: NDArray, x: NDArray) -> tuple[NDArray, NDArray]:
-    """What columns x add to an orthonormal basis, orthonormal, and their coordinates in both."""
+def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
+    """What columns add to an orthonormal basis, orthonormal, and their coordinates in both."""
     from scipy.linalg import qr
 
-    before, inside = float(np.linalg.norm(x)), np.zeros((basis.shape[1], x.shape[1]), x.dtype)
+    size = float(np.linalg.norm(columns))
+    remainder = columns
+    inside = np.zeros((basis.shape[1], columns.shape[1]), columns.dtype)
     for _ in range(2):  # the second pass restores orthogonality to rounding
-        part = (x.conj().T @ basis).conj().T
-        x, inside = x - basis @ part, inside + part
-    new, T, order = qr(x, mode="economic", pivoting=True, check_finite=False)
-    sizes = np.abs(np.diag(T))
-    wide = int(np.sum(sizes > 4 * np.finfo(x.dtype).eps * before))
-    new, T = new[:, :wide], T[:wide, np.argsort(order)]
-    if np.any(sizes[:wide] < 1e-3 * before):  # one that was small has lost it
+        part = (remainder.conj().T @ basis).conj().T
+        remainder = remainder - basis @ part
+        inside = inside + part
+    new, triangle, order = qr(remainder, mode="economic", pivoting=True, check_finite=False)
+    lengths = np.abs(np.diag(triangle))
+    rank = int(np.sum(lengths > 4 * np.finfo(columns.dtype).eps * size))
+    new = new[:, :rank]
+    if np.any(lengths[:rank] < 1e-3 * size):  # one that was small has lost it
         new = new - basis @ (new.conj().T @ basis).conj().T
         new /= np.linalg.norm(new, axis=0)
-    return new, np.vstack([inside, T])
+    return new, np.vstack([inside, triangle[:rank, np.argsort(order)]])
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,8 +193,9 @@ class Modes:
     region: Region
     count: int | None  # None where none was made or settled
     roots: Roots = field(repr=False)  # the same in scaled coordinates
-    near: Near | None = field(default=None, repr=False)  # of one shift that showed all, no count
-    seen: tuple[complex, ...] = field(default=(), repr=False)  # roughly, also outside the region
+    # of one shift that showed all, where nothing is counted
+    near: RootsNearShift | None = field(default=None, repr=False)
+    rough_values: tuple[complex, ...] = field(default=(), repr=False)  # also outside the region
 
     @property
     def certified(self) -> bool:
@@ -167,56 +208,100 @@ class Modes:
         return np.array([e.value for e in self.eigenvalues], dtype=complex)
 
 
-def corrected(
-    problem: Quadratic, factor: Factor, V: Array, region: Region, options: SolverOptions
+def corrected_roots(
+    problem: Quadratic,
+    factor: Factor,
+    basis: Array,
+    region: Region,
+    exact: float = EXACT,
+    accepted: float = GOOD_ENOUGH,
 ) -> Roots | None:
-    """The roots in a region from an orthonormal basis (n, d) that nearly holds their right vectors,
-    and a factor of P near them; None if they do not come to be good."""
-    if not V.size:
-        return Roots(np.zeros(0, dtype=complex), V.astype(complex), V.astype(complex))
-    other, before = problem.transposed(), np.inf
-    matrices = problem.M, problem.C, problem.K
-    M, C, K = (V.T @ (A @ V) for A in matrices)
-    for _ in range(options.rounds):
-        values = dense_values(M, C, K, problem.norms[2])
+    """The roots in a region by residual inverse iteration; None if they do not come to be good.
+
+    An orthonormal basis (n, d) nearly holds their right vectors, a factor is of P near them.
+    `exact` is the backward error of right vectors with which corrections end, `accepted` that of
+    left vectors, and of right ones where they gain no more.
+    """
+    if not basis.size:
+        return Roots.none(problem.n)
+    V = basis
+    M = V.T @ (problem.M @ V)
+    C = V.T @ (problem.C @ V)
+    K = V.T @ (problem.K @ V)
+    stiffness = problem.norms[2]
+    before = np.inf
+    for _ in range(CORRECTIONS):
+        values = dense_values(M, C, K, stiffness)
         values = values[region.contains(values)]
-        ritz = roots_at(M, C, K, values, left=True, stiffness=problem.norms[2])
-        x, y = combined(V, ritz.right), combined(V, ritz.left.conj())
-        rests = problem.apply(ritz.values, x), other.apply(ritz.values, y)
-        errors = np.linalg.norm(rests, axis=1) / divisor(problem.size(ritz.values))
-        errors[1] *= options.exact / options.accepted  # they enter conditions and derivatives
-        worst = float(np.max(errors, initial=0.0))
-        if worst <= options.exact or (before / 2 < worst <= options.accepted):
-            return Roots(ritz.values, x, y.conj())
+        ritz = roots_at(M, C, K, values, left=True, stiffness=stiffness)
+        left = multiply(V, ritz.left.conj()).conj()
+        roots = Roots(values=ritz.values, right=multiply(V, ritz.right), left=left)
+        residuals = residuals_of(problem, roots)
+        errors = np.linalg.norm(residuals.right, axis=0)
+        left_errors = np.linalg.norm(residuals.left, axis=0)
+        left_errors *= exact / accepted  # they enter conditions and derivatives
+        worst = max(np.max(errors, initial=0.0), np.max(left_errors, initial=0.0))
+        if worst <= exact or before / 2 < worst <= accepted:
+            return roots
         before = worst
-        steps = []
-        for rest, error, transposed in zip(rests, errors, (False, True), strict=True):
-            far = error > options.exact
-            if np.any(far):
-                steps.append(factor.solve(rest[:, far], transposed))
-        old, V = V, enlarged(V, np.hstack(steps), 1e-4)
+        old = V
+        steps = residuals.corrections(factor, errors > exact, left_errors > exact)
+        V = enlarged(V, steps, dropped=1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
-        M, C, K = (grown(*pair, old, new) for pair in zip((M, C, K), matrices, strict=True))
+        M = grown(M, problem.M, old, new)
+        C = grown(C, problem.C, old, new)
+        K = grown(K, problem.K, old, new)
     return None
 
 
-def grown(part: Array, A: Any, old: Array, new: Array) -> Array:
-    """V' A V of a basis that has grown by columns."""
+class Residuals(NamedTuple):
+    """P x and P' y* of right and left vectors x, y of roots, over a bound of |P| (n, m)."""
+
+    right: ComplexArray
+    left: ComplexArray
+
+    def corrections(self, factor: Factor, of_right: Bools, of_left: Bools) -> ComplexArray:
+        """Directions that correct some of the right and some of the left vectors, by a factor of P
+        near them."""
+        right = factor.solve(self.right[:, of_right])
+        left = factor.solve(self.left[:, of_left], transposed=True)
+        return np.hstack([right, left])
+
+
+def residuals_of(problem: Quadratic, roots: Roots) -> Residuals:
+    """What right and left vectors of roots lack in the full problem."""
+    sizes = divisor(problem.size(roots.values))
+    return Residuals(
+        right=problem.apply(roots.values, roots.right) / sizes,
+        left=problem.transposed().apply(roots.values, roots.left.conj()) / sizes,
+    )
+
+
+def grown(projected: Array, A: Matrix, old: Array, new: Array) -> Array:
+    """V' A V of a basis V = [old, new], of which old' A old is known."""
     image = A @ new
-    return np.block([[part, old.T @ image], [(A.T @ new).T @ old, new.T @ image]])
+    return np.block([[projected, old.T @ image], [(A.T @ new).T @ old, new.T @ image]])
 
 
-def enlarged(V: Array, columns: ComplexArray, dropped: float) -> Array:
+def enlarged(basis: Array, columns: ComplexArray, dropped: float) -> Array:
     """An orthonormal basis (n, d) and what the real and imaginary parts of columns add to it, of
     unit vectors what exceeds `dropped`."""
-    columns = columns / divisor(np.linalg.norm(columns, axis=0))
-    rest = np.hstack([columns.real, columns.imag]).astype(float)
+    units = columns / divisor(np.linalg.norm(columns, axis=0))
+    remainder = np.hstack([units.real, units.imag]).astype(float)
     for _ in range(2):
-        rest -= V @ (V.T @ rest)
-    axes, sizes, _ = np.linalg.svd(rest, full_matrices=False)
+        remainder -= basis @ (basis.T @ remainder)
+    axes, sizes, _ = np.linalg.svd(remainder, full_matrices=False)
     new = axes[:, sizes > dropped]
-    new -= V @ (V.T @ new)  # once more, since it may have been a small part
-    return np.hstack([V, np.linalg.qr(new)[0]])
+    new -= basis @ (basis.T @ new)  # once more, since it may have been a small part
+    return np.hstack([basis, np.linalg.qr(new)[0]])
+
+
+class _PartRoots(NamedTuple):
+    """Roots in and around a part of a region."""
+
+    roots: Roots
+    missing: int | None  # among them; None where that is not known
+    near: RootsNearShift  # what showed them
 
 
 def modes_in(
@@ -224,209 +309,228 @@ def modes_in(
     region: Rectangle,
     certify: bool = True,
     start: Array | None = None,
-    exact: float | None = None,
-    options: SolverOptions = OPTIONS,
+    exact: float = EXACT,
 ) -> Modes:
     """All roots in a rectangle with left vectors, and the count that certifies them.
 
     The region is divided until one subspace each finds all roots around it. If the count shows
     more roots than are listed, the search starts again in double precision from more vectors.
     Orthonormal vectors `start` (n, d) that nearly hold the modes save corrections, whose backward
-    error is `exact`, if not that of the options. Raises ComputationError if the region holds too
+    error is `exact`. Raises ComputationError if the region holds too
     many roots, or some that rounding hides.
     """
-    options = options if exact is None else replace(options, exact=exact)
-    V = np.zeros((problem.n, 0)) if start is None else start
-    none = np.zeros((problem.n, 0), dtype=complex)
-    every, missing = Roots(np.zeros(0, dtype=complex), none, none), 0 if certify else None
-    todo, inner, seen = [region], region.widened(-1e-9), list[complex]()
-    for _ in range(options.pieces):
-        part = todo.pop()
-        answer = _around(problem, part, certify, V, options)
-        if answer is None:
-            if part.radius <= options.smallest * region.radius:
+    basis = np.zeros((problem.n, 0)) if start is None else start
+    inner = region.widened(-1e-9)
+    roots = Roots.none(problem.n)
+    missing = 0 if certify else None
+    rough_values: list[complex] = []
+    pending = [region]
+    for _ in range(PARTS):
+        part = pending.pop()
+        found = _roots_around(problem, part, certify, basis, exact)
+        if found is None:
+            if part.radius <= SMALLEST_PART * region.radius:
                 raise ComputationError(
                     f"the roots around {part.centre:.6g} were not found: {STIFF}"
                 )
-            todo += _halves(part)
+            pending += _halves(part)
             continue
-        roots, lacking, near = answer
-        if certify and lacking is None and part.radius > options.counted * region.radius:
-            todo += _halves(part)  # of a smaller part the count may be settled
+        is_uncounted = certify and found.missing is None
+        if is_uncounted and part.radius > UNCOUNTED_PART * region.radius:
+            pending += _halves(part)  # of a smaller part the count may be settled
             continue
-        seen += near.values.tolist()
-        # a root on the border of two parts might be in both of them, or in none
-        edge = part.widened(1e-9).contains(roots.values) & inner.contains(roots.values)
-        if np.any(edge & ~part.widened(-1e-9).contains(roots.values)):
+        rough_values += found.near.values.tolist()
+        if found.missing is None or _any_on_border(found.roots, part, inner):
             missing = None
-        missing = None if missing is None or lacking is None else missing + lacking
-        every = every.joined(roots.picked(part.contains(roots.values)))
-        if not todo:
-            count = None if missing is None else len(every.values) + missing
-            one = None if certify or part != region else near
-            return Modes(listed(problem, every), region, count, every, one, tuple(seen))
+        elif missing is not None:
+            missing += found.missing
+        roots = roots.joined(found.roots.select(part.contains(found.roots.values)))
+        if not pending:
+            shows_all = part == region and not certify
+            return Modes(
+                eigenvalues=eigenvalues_of(problem, roots),
+                region=region,
+                count=None if missing is None else len(roots.values) + missing,
+                roots=roots,
+                near=found.near if shows_all else None,
+                rough_values=tuple(rough_values),
+            )
     raise ComputationError(
-        f"the region holds too many roots: {len(every.values)} after {options.pieces} parts; a "
+        f"the region holds too many roots: {len(roots.values)} after {PARTS} parts; a "
         "narrower band or region is required"
     )
 
 
+def _any_on_border(roots: Roots, part: Rectangle, inner: Rectangle) -> bool:
+    """True if a root lies where a part borders on another one: it might be in both, or in none."""
+    values = roots.values
+    is_close = part.widened(1e-9).contains(values) & inner.contains(values)
+    return bool(np.any(is_close & ~part.widened(-1e-9).contains(values)))
+
+
 def _halves(region: Rectangle) -> list[Rectangle]:
     """Two parts of a region, cut across its longer side beside the middle: a root may lie there."""
-    corner, size = complex(region.low_real, region.low_imag), region.size
+    size = region.size
     if size.real > size.imag:
-        cut = corner.real + 0.4837 * size.real
+        cut = region.low_real + 0.4837 * size.real
         return [replace(region, high_real=cut), replace(region, low_real=cut)]
-    cut = corner.imag + 0.4837 * size.imag
+    cut = region.low_imag + 0.4837 * size.imag
     return [replace(region, high_imag=cut), replace(region, low_imag=cut)]
 
 
-def _around(
-    problem: Quadratic, region: Rectangle, certify: bool, V: Array, options: SolverOptions
-) -> tuple[Roots, int | None, Near] | None:
-    """The roots in and around a part with how many are missing among them (None if that is not
-    known) and what showed them, or None where one subspace does not reach around the part or its
-    roots do not come to be good."""
+def _roots_around(
+    problem: Quadratic, region: Rectangle, certify: bool, start: Array, exact: float
+) -> _PartRoots | None:
+    """The roots in and around a part of a region; None where one subspace does not reach around it
+    or its roots do not come to be good."""
     # beside the middle: a root exactly there would hide all others from single precision
     shift = region.centre + (0.03 + 0.04j) * region.radius
-    aside, best = abs(shift - region.centre), None
-    wide = aside + options.beyond * region.radius
-    for attempt in range(options.attempts):
-        near = near_roots(
+    offset = abs(shift - region.centre)
+    wanted_reach = offset + REACH * region.radius
+    basis = start
+    best: _PartRoots | None = None
+    for attempt in range(ATTEMPTS):
+        near = roots_near_shift(
             problem,
             shift,
             region.radius,
-            lambda _, reach: reach >= wide,
-            attempt,
-            not attempt,
-            options,
+            enough=lambda _, reach: reach >= wanted_reach,
+            seed=attempt,
+            single=attempt == 0,
         )
-        reach = near.reach - aside
+        reach = near.reach - offset
         if reach < 1.02 * region.radius:
             if attempt or reach > 0.3 * region.radius:
                 return None
             continue  # single precision may be what hides them
-        V = enlarged(V, near.vectors, 1e-6)
-        around = disc_around(region, near.values, reach) if certify else region.widened(1e-6)
-        roots = corrected(problem, near.factor, V, around, options)
+        basis = enlarged(basis, near.vectors, dropped=1e-6)
+        disc = disc_around(region, near.values, reach)
+        around = disc if certify else region.widened(1e-6)
+        roots = corrected_roots(problem, near.factor, basis, around, exact)
         if roots is None:
             continue
-        best = roots, _missing(problem, around, roots, near), near
+        count = _count_in_disc(problem, disc, roots, near) if certify else None
+        missing = None if count is None else count - len(roots.values)
+        best = _PartRoots(roots, missing, near)
         # those close to the border may lie on its other side
-        inner = np.sum(region.widened(-0.01).contains(near.values))
-        if best[1] == 0 or (not certify and inner <= len(roots.values)):
+        expected = np.sum(region.widened(-0.01).contains(near.values))
+        if missing == 0 or (not certify and expected <= len(roots.values)):
             break
     return best
 
 
-def _missing(problem: Quadratic, region: Region, roots: Roots, near: Near) -> int | None:
-    """How many more roots lie in a disc than these, with others around it that are known; None if
-    that is not settled, and for a rectangle."""
-    if not isinstance(region, Disc):
-        return None
-    outside = near.values[~region.contains(near.values)]
-    if problem.real and region.centre.imag:  # the conjugates of all that are not among them
-        every = np.concatenate([roots.values, outside])
-        other = every.conj()[~region.contains(every.conj())]
-        apart = np.abs(other[:, None] - every).min(axis=1, initial=np.inf)
-        outside = np.append(outside, other[apart > 1e-3 * np.abs(other)])
-    count = count_roots(problem, region, np.append(roots.values, outside), near.factor)
-    return None if count is None else count - len(roots.values)
+def _count_in_disc(
+    problem: Quadratic, disc: Disc, roots: Roots, near: RootsNearShift
+) -> int | None:
+    """How many roots lie in a disc, of which these are known and others around it; None if that is
+    not settled."""
+    outside = near.values[~disc.contains(near.values)]
+    if problem.real and disc.centre.imag:  # the conjugates of all that are not among them
+        known = np.concatenate([roots.values, outside])
+        conjugates = known.conj()[~disc.contains(known.conj())]
+        distances = np.abs(conjugates[:, None] - known).min(axis=1, initial=np.inf)
+        outside = np.append(outside, conjugates[distances > 1e-3 * np.abs(conjugates)])
+    return count_roots(problem, disc, np.append(roots.values, outside), near.factor)
 
 
-def lowest_modes(
-    problem: Quadratic, modes: int, certify: bool = True, options: SolverOptions = OPTIONS
-) -> Modes:
+def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
     """The `modes` roots of least |lambda| with Im lambda >= 0, and their conjugates.
 
     The roots of a rigid body are two. The disc that the count certifies ends halfway to the next
     root beyond, so that equal ones are in it together. Raises ComputationError.
     """
-    # a first look sets the scale, so that the discs end where roots do
-    held = 10 * np.sqrt(64 * EPS) * problem.rate  # what is slower may be a rigid body
-    shift = 1e-4 * problem.rate
+    rigid = 10 * np.sqrt(64 * EPS) * problem.frequency_scale  # what is slower may be a rigid body
+    scale = _lowest_frequency_scale(problem, rigid)
+    shift = 0.3 * scale
 
-    def several(values: ComplexArray, _: float) -> bool:
-        return int(np.sum(np.abs(values) > held)) >= 4
-
-    look = near_roots(problem, complex(shift), shift, several, 0, False, options)
-    sizes = np.abs(look.values)
-    scale = float(np.median(sizes[sizes > held])) if np.any(sizes > held) else shift
-    shift, V = 0.3 * scale, np.zeros((problem.n, 0))
-
-    def within(values: ComplexArray, reach: float) -> bool:
+    def enough(values: ComplexArray, reach: float) -> bool:
         return bool(np.sum(np.abs(values) < (reach - shift) / 1.5) > 2 * modes)
 
-    start = scale
-    for attempt in range(options.attempts):
-        near = near_roots(problem, complex(shift), scale, within, attempt, False, options)
-        V = enlarged(V, near.vectors, 1e-6)
-        # the disc ends between the last wanted root and the next one; both of a pair that may be
-        # zero count
+    basis = np.zeros((problem.n, 0))
+    largest = scale  # of the wanted roots that were seen
+    for attempt in range(ATTEMPTS):
+        near = roots_near_shift(problem, complex(shift), scale, enough, seed=attempt)
+        basis = enlarged(basis, near.vectors, dropped=1e-6)
+        # both of a pair that may be zero count
         sizes = np.abs(near.values)
-        upper = (near.values.imag >= -options.rough * sizes) | (sizes <= held)
-        sure, sizes = near.reach - shift, np.sort(sizes[upper])
-        start = max(start, float(np.max(sizes[:modes], initial=0.0)))
-        sizes = sizes[sizes < sure]
-        if len(sizes) < min(modes, problem.n):
+        is_upper = (near.values.imag >= -RITZ_RESIDUAL * sizes) | (sizes <= rigid)
+        upper_sizes = np.sort(sizes[is_upper])
+        largest = max(largest, float(np.max(upper_sizes[:modes], initial=0.0)))
+        reach = near.reach - shift
+        reached = upper_sizes[upper_sizes < reach]
+        if len(reached) < min(modes, problem.n):
             break  # the subspace does not reach so far
-        region = _lowest(sizes, modes, sure, options)
-        roots = corrected(problem, near.factor, V, region, options)
+        region = _disc_of_lowest(reached, modes, reach)
+        roots = corrected_roots(problem, near.factor, basis, region)
         if roots is None:
             continue
-        missing = _missing(problem, region, roots, near) if certify else None
-        if missing is None or missing <= 0:
-            count = None if missing is None else len(roots.values) + missing
-            return Modes(listed(problem, roots), region, count, roots)
-    if problem.n <= options.dense:
-        return _of_all(problem, modes, certify, options)
-    return _upwards(problem, modes, start, certify, options)
+        count = _count_in_disc(problem, region, roots, near) if certify else None
+        if count is None or count <= len(roots.values):
+            return Modes(eigenvalues_of(problem, roots), region, count, roots)
+    if problem.n <= DENSE_ROWS:
+        return _lowest_of_all(problem, modes, certify)
+    return _lowest_of_squares(problem, modes, largest, certify)
 
 
-def _lowest(sizes: Array, modes: int, sure: float, options: SolverOptions) -> Disc:
-    """The disc of the lowest modes, of sorted |lambda| (m,) up to `sure`: it ends halfway to the
+def _lowest_frequency_scale(problem: Quadratic, rigid: float) -> float:
+    """The median |lambda| of a few of the lowest roots that are no rigid bodies, rad/s."""
+    shift = 1e-4 * problem.frequency_scale
+
+    def enough(values: ComplexArray, _: float) -> bool:
+        return int(np.sum(np.abs(values) > rigid)) >= 4
+
+    near = roots_near_shift(problem, complex(shift), shift, enough)
+    sizes = np.abs(near.values)
+    if not np.any(sizes > rigid):
+        return shift
+    return float(np.median(sizes[sizes > rigid]))
+
+
+def _disc_of_lowest(sizes: Array, modes: int, reach: float) -> Disc:
+    """The disc of the lowest modes, of sorted |lambda| (m,) up to `reach`: it ends halfway to the
     next root. Raises ComputationError if there is none."""
     if not len(sizes):
         raise ComputationError("no root was found near zero; a band or region is required")
     last = sizes[min(modes, len(sizes)) - 1]
-    beyond = np.min(sizes[sizes > last * (1 + options.rough)], initial=sure)
+    beyond = np.min(sizes[sizes > last * (1 + RITZ_RESIDUAL)], initial=reach)
     return Disc(float(last + beyond) / 2)
 
 
-def _of_all(problem: Quadratic, modes: int, certify: bool, options: SolverOptions) -> Modes:
+def _lowest_of_all(problem: Quadratic, modes: int, certify: bool) -> Modes:
     """The lowest modes of few rows, of which all roots are computed."""
-    M, C, K = (X.toarray() for X in (problem.M, problem.C, problem.K))
-    every = dense_values(M, C, K)
-    upper = every[every.imag >= 0.0] if problem.real else every
+    M = problem.M.toarray()
+    C = problem.C.toarray()
+    K = problem.K.toarray()
+    values = dense_values(M, C, K)
+    upper = values[values.imag >= 0.0] if problem.real else values
     sizes = np.sort(np.abs(upper))
-    region = _lowest(sizes, modes, 2 * float(sizes[-1]), options)
+    region = _disc_of_lowest(sizes, modes, 2 * float(sizes[-1]))
     roots = roots_at(M, C, K, upper[region.contains(upper)], left=True)
     if problem.real:
         roots = roots.with_conjugates()
-    count = count_roots(problem, region, every) if certify else None
-    return Modes(listed(problem, roots), region, count, roots)
+    count = count_roots(problem, region, values) if certify else None
+    return Modes(eigenvalues_of(problem, roots), region, count, roots)
 
 
-def _upwards(
-    problem: Quadratic, modes: int, start: float, certify: bool, options: SolverOptions
-) -> Modes:
-    """The lowest modes from squares around zero, the first of half width about `start`, that grow
+def _lowest_of_squares(problem: Quadratic, modes: int, largest: float, certify: bool) -> Modes:
+    """The lowest modes from squares around zero, the first of half width about `largest`, that grow
     until the disc in one of them holds so many; else those of the last one."""
-    half = 1.02 * start
-    for _ in range(options.growths):
-        low = -1e-6 * half if problem.real else -half
-        found = modes_in(problem, Rectangle(-half, half, low, half), certify, options=options)
+    half_width = 1.02 * largest
+    for _ in range(ENLARGEMENTS):
+        low = -1e-6 * half_width if problem.real else -half_width
+        square = Rectangle(-half_width, half_width, low, half_width)
+        found = modes_in(problem, square, certify)
         roots = found.roots
         if problem.real:
-            roots = roots.picked(roots.values.imag >= 0.0)
+            roots = roots.select(roots.values.imag >= 0.0)
         sizes = np.sort(np.abs(roots.values))
-        sizes = sizes[sizes < half]
+        sizes = sizes[sizes < half_width]
         if len(sizes) >= min(modes, problem.n):
             break
-        half *= options.wider
-    region = _lowest(sizes, modes, half, options)
-    roots = roots.picked(region.contains(roots.values))
+        half_width *= ENLARGEMENT
+    region = _disc_of_lowest(sizes, modes, half_width)
+    roots = roots.select(region.contains(roots.values))
     if problem.real:
         roots = roots.with_conjugates()
     count = len(roots.values) if found.certified else None
-    return Modes(listed(problem, roots), region, count, roots)
+    return Modes(eigenvalues_of(problem, roots), region, count, roots)

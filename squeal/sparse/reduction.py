@@ -5,10 +5,13 @@ system of terms like any other. Its roots are judged by the residual of the full
 random vectors estimate.
 """
 
-from collections.abc import Mapping, Sequence
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
 from copy import copy
-from dataclasses import replace
-from typing import Any
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,18 +21,28 @@ from squeal.linear.matrices import divisor, norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
-from squeal.sparse.dispersive import settled, vectors
-from squeal.sparse.eigensolver import OPTIONS, corrected, enlarged, grown, modes_in
+from squeal.sparse.eigensolver import (
+    COLUMNS,
+    GOOD_ENOUGH,
+    corrected_roots,
+    enlarged,
+    grown,
+    modes_in,
+)
+from squeal.sparse.factor import Factor
 from squeal.sparse.quadratic import (
-    PROGRESS,
     Array,
+    Changes,
     ComplexArray,
-    Factor,
     Quadratic,
     Roots,
     ScaledSystem,
-    combined,
+    multiply,
+    report,
 )
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
 
 TOLERANCE = 3e-8  # of the backward error; that of a root is of the order of its square
 SPURIOUS = 1e-5  # backward error of what is no root of the full problem
@@ -37,23 +50,53 @@ SKETCH = 48  # random vectors that estimate a residual within a factor of two
 SAMPLES = 20  # full solutions before a reduction is given up
 CONTRACTS = 0.9  # what counts as contracting
 POWERS = 5  # of T, to see how it contracts
+MARGIN = 0.04  # of a region's size: what lies so close to it is sampled too
 
-Changes = Mapping[str, float]
+
+@dataclass(frozen=True, eq=False)
+class Complement:
+    """The directions that an orthonormal basis V (n, d) lacks, seen by a factorised matrix F."""
+
+    basis: Array
+    projected: NDArray  # V' F V
+    matrix: csc_array  # F
+    factor: Factor
+
+    def contraction(self, P: csc_array) -> float:
+        """How T = 1 - F^-1 P contracts these directions.
+
+        Below 1 what the basis lacks has no root of P of its own.
+        """
+        start = np.random.default_rng(1).standard_normal((len(self.basis), 3))
+        x = start.astype(complex)
+        for _ in range(1 + POWERS):
+            x = x - self.factor.solve(P @ x)
+            inside = np.linalg.solve(self.projected, multiply(self.basis.T, self.matrix @ x))
+            x = x - multiply(self.basis, inside)
+            size = np.linalg.norm(x, axis=0)
+            x = x / np.where(size > 0, size, 1.0)
+        return float(size.max())
+
+    def contraction_in(self, region: Rectangle, problem: Quadratic) -> float:
+        """The larger one of P at two corners of a region, where roots grow fastest."""
+        corners = (
+            complex(region.high_real, max(region.low_imag, 0.0)),
+            complex(region.high_real, max(abs(region.low_imag), abs(region.high_imag))),
+        )
+        return max(self.contraction(problem.at(corner)) for corner in corners)
 
 
-def contraction(V: Array, inner: NDArray, F: Any, factor: Factor, P: Any) -> float:
-    """How 1 - F^-1 P contracts what an orthonormal basis V (n, d) lacks; inner (d, d) is V' F V.
+def random_vectors(rows: int, seed: int) -> Array:
+    """Columns (rows, SKETCH) whose products with a vector have its length, on the average."""
+    return np.random.default_rng(seed).standard_normal((rows, SKETCH)) / np.sqrt(SKETCH)
 
-    Below 1 what is lacking has no root of P of its own.
-    """
-    x: Any = np.random.default_rng(1).standard_normal((len(V), 3)).astype(complex)
-    for _ in range(1 + POWERS):
-        x = x - factor.solve(P @ x)
-        held: Any = np.linalg.solve(inner, combined(V.T, F @ x))
-        x = x - combined(V, held)
-        size = np.linalg.norm(x, axis=0)
-        x /= np.where(size > 0, size, 1.0)
-    return float(size.max())
+
+class EstimatedModes(NamedTuple):
+    """Roots of the reduced system that are some of the full one."""
+
+    roots: Roots
+    residuals: Array  # backward errors (m,) in the full problem, estimated
+    spurious: int  # roots of the reduced system alone, which are left out
 
 
 class Reduction:
@@ -63,44 +106,51 @@ class Reduction:
     `vectors` (n, d) are orthonormal, `system` is dense (d, d) with the parameters of the full one;
     `samples` are where the full problem was solved, `worst` is the largest backward error in the
     full problem of a root, over all values; `spurious` counts the roots of the reduced system alone
-    at the samples, over all of them.
+    at the samples, over all of them. `factor` is of P at the first sample.
     """
 
     system: TermSystem
     method = "reduced"
 
     def __init__(self, scaled: ScaledSystem, region: Rectangle) -> None:
-        self.scaled, self.region = scaled, region
+        self.scaled = scaled
+        self.region = region
         self.vectors: Array = np.zeros((scaled.n, 0))
-        self._sketch: Array = np.zeros(0)
-        self.factor: Factor | None = None  # of P at the first sample
-        self._first: tuple[Changes, complex] | None = None
+        self.factor: Factor | None = None
+        self._factor_at: tuple[Changes, complex] | None = None
         self.samples: tuple[Changes, ...] = ()
-        self.worst, self.spurious = np.inf, 0
-        parts = zip(scaled.system.parts, scaled.terms, strict=True)
-        self._terms = [list(zip(*part, strict=True)) for part in parts]
-        self._norms = [[norm_of(A) for _, A in terms] for terms in self._terms]
-        probes = np.random.default_rng(48).standard_normal((scaled.n, SKETCH)) / np.sqrt(SKETCH)
-        self._probed = [A.T @ probes for terms in self._terms for _, A in terms]
+        self.worst = np.inf
+        self.spurious = 0
+        # the matrices of M, then of C, then of K
+        self._matrices = list(itertools.chain(*scaled.terms))
+        self._norms = np.array([norm_of(A) for A in self._matrices])
+        probes = random_vectors(scaled.n, seed=48)
+        self._probed = [A.T @ probes for A in self._matrices]
+        self._sketch: Array = np.zeros((len(self._matrices), SKETCH, 0))
 
-    def extend(self, snapshots: ComplexArray, dropped: float = TOLERANCE / 10) -> None:
+    def extend(self, columns: ComplexArray, dropped: float = TOLERANCE / 10) -> None:
         """Add what the real and imaginary parts of columns (n, m) bring, of unit vectors what
         exceeds `dropped`."""
-        old, V = self.vectors, enlarged(self.vectors, snapshots, dropped)
-        self.vectors, new = V, np.ascontiguousarray(V[:, old.shape[1] :])
+        old = self.vectors
+        self.vectors = enlarged(old, columns, dropped)
+        new = np.ascontiguousarray(self.vectors[:, old.shape[1] :])
         if not new.size:
             return
-        before = self.system.parts if old.size else [[None] * len(t) for t in self._terms]
-        M, C, K = (
-            tuple(
-                Term(grown(part.matrix if part else old.T @ old, A, old, new), term.factor)
-                for (term, A), part in zip(terms, parts, strict=True)
-            )
-            for terms, parts in zip(self._terms, before, strict=True)
+        full = self.scaled.system
+        terms = []
+        for k, (term, A) in enumerate(zip(full.terms, self._matrices, strict=True)):
+            before = self.system.terms[k].matrix if old.size else np.zeros((0, 0))
+            terms.append(Term(grown(before, A, old, new), term.factor))
+        end_of_M = len(full.M)
+        end_of_C = end_of_M + len(full.C)
+        self.system = replace(
+            full,
+            M=tuple(terms[:end_of_M]),
+            C=tuple(terms[end_of_M:end_of_C]),
+            K=tuple(terms[end_of_C:]),
         )
-        self.system = replace(self.scaled.system, M=M, C=C, K=K)
-        sketch = np.array([W.T @ new for W in self._probed])
-        self._sketch = np.concatenate([self._sketch, sketch], axis=2) if old.size else sketch
+        sketch = np.array([images.T @ new for images in self._probed])
+        self._sketch = np.concatenate([self._sketch, sketch], axis=2)
 
     def sample(self, changes: Changes, region: Rectangle, certify: bool = False) -> None:
         """Add the modes of the full problem in a region at the parameters, some of them changed.
@@ -108,31 +158,40 @@ class Reduction:
         They are corrected by the factor of the first sample where that shows that none is missed,
         and found by Krylov subspaces elsewhere.
         """
-        problem, roots = self.scaled.at(changes), None
-        if certify:
-            roots = modes_in(problem, region).roots
-        elif self.factor is not None and self.size and self._reaches(problem):
-            options = replace(OPTIONS, exact=TOLERANCE / 3, accepted=TOLERANCE / 3)
-            roots = corrected(problem, self.factor, self.vectors, region, options)
-        if roots is None or not (certify or len(roots.values)):  # one may enter as it is corrected
-            modes = modes_in(problem, region, False, self.vectors, OPTIONS.accepted)
+        problem = self.scaled.at(changes)
+        roots = modes_in(problem, region).roots if certify else self._corrected(problem, region)
+        if roots is None:
+            modes = modes_in(problem, region, certify=False, start=self.vectors, exact=GOOD_ENOUGH)
             roots = modes.roots
             if self.factor is None and modes.near is not None and len(roots.values):
-                self.factor, self._first = modes.near.factor, (changes, modes.near.shift)
+                self.factor = modes.near.factor
+                self._factor_at = (changes, modes.near.shift)
                 self.extend(modes.near.vectors)
         self.extend(np.hstack([roots.right, roots.left]))
+
+    def _corrected(self, problem: Quadratic, region: Rectangle) -> Roots | None:
+        """Roots in a region from the basis and the first factor; None where these do not reach."""
+        if self.factor is None or not self.size or not self._reaches(problem):
+            return None
+        exact = TOLERANCE / 3
+        roots = corrected_roots(problem, self.factor, self.vectors, region, exact, exact)
+        if roots is None or not len(roots.values):  # one may enter as it is corrected
+            return None
+        return roots
 
     def _reaches(self, problem: Quadratic) -> bool:
         """True if what the basis lacks at some parameters has no root of its own in the region."""
         assert self.factor is not None
-        assert self._first is not None
-        changes, shift = self._first
+        assert self._factor_at is not None
+        changes, shift = self._factor_at
         M, C, K = self.system.at(changes)
-        inner = shift * (shift * M + (0.0 if C is None else C)) + K
-        F, region = self.scaled.at(changes).at(shift), self.region
-        corners = (complex(region.high_real, w) for w in (region.low_imag, region.high_imag))
-        ratios = [contraction(self.vectors, inner, F, self.factor, problem.at(z)) for z in corners]
-        return max(ratios) < CONTRACTS
+        complement = Complement(
+            basis=self.vectors,
+            projected=shift * (shift * M + (0.0 if C is None else C)) + K,
+            matrix=self.scaled.at(changes).at(shift),
+            factor=self.factor,
+        )
+        return complement.contraction_in(self.region, problem) < CONTRACTS
 
     @property
     def size(self) -> int:
@@ -144,17 +203,7 @@ class Reduction:
         """True if all roots at all values meet the full problem to the tolerance."""
         return self.worst <= TOLERANCE
 
-    def _own(self, changes: Changes) -> bool:
-        """True if the frequency is that of each root."""
-        return not changes.keys() >= set(self.system.follows)
-
-    def frozen(self, omega: float, region: Rectangle) -> "Reduction":
-        """The same at one frequency (rad/s), in a region around it."""
-        other = copy(self)
-        other.system, other.region = self.system.frozen(omega), region
-        return other
-
-    def replaced(self, changes: Changes) -> "Reduction":
+    def replaced(self, changes: Changes) -> Reduction:
         """The same with other values of some parameters as its own."""
         other = copy(self)
         other.scaled = copy(self.scaled)
@@ -162,107 +211,131 @@ class Reduction:
         other.system = self.system.replace(changes)
         return other
 
-    def _stiffness(self, changes: Changes) -> float:
+    def _stiffness_norm(self, changes: Changes) -> float:
         """A bound of the norm of the full K, whose rounding the reduced one carries."""
         p = self.system.values(changes)
-        terms = zip(self.system.K, self._norms[2], strict=True)
-        return float(sum(abs(t.factor.value(p)) * bound for t, bound in terms))
+        factors = [abs(term.factor.value(p)) for term in self.system.K]
+        return float(np.dot(factors, self._norms[-len(factors) :]))
 
     def roots(
         self, changes: Changes, left: bool = False, values: ComplexArray | None = None
     ) -> Roots:
         """The roots in the region at the parameters, some of them changed, spurious ones among
         them, or the roots of these `values`; left vectors if wanted."""
-        matrices, stiffness = self.system.at(changes), self._stiffness(changes)
-        if values is None:
-            values = dense_values(*matrices, stiffness)
-            values = values[self.region.contains(values)]
-        return roots_at(*matrices, values, left, stiffness)
+        M, C, K = self.system.at(changes)
+        stiffness = self._stiffness_norm(changes)
+        if values is not None:
+            return roots_at(M, C, K, values, left, stiffness)
+        computed = dense_values(M, C, K, stiffness)
+        return roots_at(M, C, K, computed[self.region.contains(computed)], left, stiffness)
 
     def residuals(self, roots: Roots, changes: Changes) -> Array:
         """Backward errors (m,) in the full problem of roots of the reduced one, estimated.
 
         They are relative to the sum of the norms of the terms, a bound of that of their sum.
         """
-        if self._own(changes):  # each at its own frequency
-            each = enumerate(self.system.frequency(abs(z.imag)) for z in roots.values)
-            picked = [(roots.picked(np.array([k])), {**changes, **at}) for k, at in each]
-            return np.array([float(self.residuals(*one)[0]) for one in picked])
-        p, size = self.system.values(changes), np.abs(roots.values)
-        weights, bounds = [], np.zeros(len(size))
-        for terms, norms, power in zip(self._terms, self._norms, (2, 1, 0), strict=True):
-            for (term, _), bound in zip(terms, norms, strict=True):
-                factor = term.factor.value(p)
-                weights.append(factor * roots.values**power)
-                bounds += abs(factor) * bound * size**power if factor else 0.0
-        parts = self._sketch, np.array(weights), roots.right
-        rest = np.einsum("trd,tm,dm->rm", *parts, optimize=True)
-        return np.asarray(np.linalg.norm(rest, axis=0) / divisor(bounds))
+        weights = term_weights(self.system, self.system.values(changes), roots.values)
+        sketched = np.einsum("trd,tm,dm->rm", self._sketch, weights, roots.right, optimize=True)
+        return np.linalg.norm(sketched, axis=0) / divisor(self.bounds(weights))
 
-    def modes(
-        self, changes: Changes, values: ComplexArray | None = None, left: bool = False
-    ) -> tuple[Roots, Array, int]:
-        """The roots in the region, or of these `values`, with their `residuals`, without those that
-        are none of the full problem; and how many these were. Left vectors if wanted."""
-        if self._own(changes):
-            found = settled(self, changes).roots if values is None else [(z, 1) for z in values]
-            roots = vectors(self, changes, found)
-        else:
-            roots = self.roots(changes, left, values)
-        errors = self.residuals(roots, changes)
-        good = errors <= SPURIOUS
-        return roots.picked(good), errors[good], int(np.sum(~good))
+    def bounds(self, weights: NDArray) -> Array:
+        """The sum (m,) of the norms of the full terms with weights (terms, m)."""
+        sizes = np.abs(weights)
+        return np.sum(sizes * self._norms[:, None], axis=0, where=sizes > 0.0)
+
+    def modes(self, changes: Changes, left: bool = False) -> EstimatedModes:
+        """The roots in the region without those that are none of the full problem, with left
+        vectors if wanted."""
+        roots = self.roots(changes, left)
+        residuals = self.residuals(roots, changes)
+        is_genuine = residuals <= SPURIOUS
+        return EstimatedModes(
+            roots=roots.select(is_genuine),
+            residuals=residuals[is_genuine],
+            spurious=int(np.sum(~is_genuine)),
+        )
 
     def values(self, changes: Changes) -> ComplexArray:
         """The values of these roots alone."""
-        return self.modes(changes)[0].values
+        return self.modes(changes).roots.values
 
 
-def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Changes]) -> Reduction:
+def term_weights(system: TermSystem, p: Changes, values: ComplexArray) -> NDArray:
+    """The weights (terms, m) of the terms of M, C and K in P(values) x: factor times power."""
+    weights = []
+    for terms, power in zip(system.parts, (2, 1, 0), strict=True):
+        for term in terms:
+            weights.append(term.factor.value(p) * values**power)
+    return np.array(weights)
+
+
+def reduce_system(
+    scaled: ScaledSystem,
+    region: Rectangle,
+    values: Sequence[Changes],
+    kind: type[Reduction] = Reduction,
+) -> Reduction:
     """A reduced system whose roots in a region meet `TOLERANCE` at all values of the parameters.
 
     Right and left modes of the full system at one of the `values` (changes of one to three
     parameters) start the basis, then those at the first and the last one; of the other values that
     where a root's residual in the full problem is worst adds its own, until all are below that (a
     backward error). Where the full problem was solved, what exceeds it by far is no root of it.
-    `worst` exceeds the tolerance
-    if 20 samples do not suffice. Of a region without a root the basis holds those around it.
-    Raises ComputationError.
+    `worst` exceeds the tolerance if 20 samples do not suffice. Of a region without a root the basis
+    holds those around it. Raises ComputationError.
     """
-    found, wide = Reduction(scaled, region), region.widened(0.04)
-    samples: dict[int, bool] = {}  # by index of the value; whether its roots were counted
-    where = len(values) // 2
-
+    reduction = kind(scaled, region)
+    wide = region.widened(MARGIN)
+    is_counted: dict[int, bool] = {}  # of each sample, by index of its value
+    for k in dict.fromkeys([len(values) // 2, 0, len(values) - 1]):
+        _report_sample(len(is_counted) + 1, values[k])
+        reduction.sample(values[k], wide)
+        is_counted[k] = False
+        if reduction.size == 0:
+            _sample_around(reduction, values[k], wide)
     while True:
-        named = ", ".join(f"{name} = {value:.6g}" for name, value in values[where].items())
-        PROGRESS.get()(f"sample {len(samples) + 1} at {named or 'the parameters'}")
-        counted = where in samples  # what the full problem has not stands in doubt
-        found.sample(values[where], region if counted else wide, counted)
-        samples[where] = counted
-        around = wide
-        while found.size == 0:  # what may enter the region at other values lies around it
-            around = around.widened(1.0)
-            if around.radius > scaled.at(values[where]).rate + abs(region.centre):
-                if scaled.n > OPTIONS.steps:
-                    raise ComputationError("no root lies in the region or around it")
-                found.extend(np.eye(scaled.n, dtype=complex))
-            else:
-                found.sample(values[where], around)
-        if waiting := [k for k in (0, len(values) - 1) if k not in samples]:
-            where = waiting[0]
-            continue
-        errors = [found.residuals(found.roots(p), p) for p in values]
-        spurious = {k: int(np.sum(errors[k] > SPURIOUS)) for k in samples}
-        doubtful = [k for k, proved in samples.items() if spurious[k] and not proved]
+        residuals = [reduction.residuals(reduction.roots(p), p) for p in values]
+        spurious = {k: int(np.sum(residuals[k] > SPURIOUS)) for k in is_counted}
+        # what the full problem seems not to have stands in doubt until it is counted
+        doubtful = [k for k in is_counted if spurious[k] and not is_counted[k]]
         if doubtful:
-            where = doubtful[0]
+            k = doubtful[0]
+            _report_sample(len(is_counted) + 1, values[k])
+            reduction.sample(values[k], region, certify=True)
+            is_counted[k] = True
             continue
-        genuine = [e[e <= SPURIOUS] if k in samples else e for k, e in enumerate(errors)]
-        worst = [float(np.max(e, initial=0.0)) for e in genuine]
-        left = [0.0 if k in samples else w for k, w in enumerate(worst)]
-        where = int(np.argmax(left))
-        if left[where] <= TOLERANCE or len(samples) == SAMPLES:
+        for k in is_counted:
+            residuals[k] = residuals[k][residuals[k] <= SPURIOUS]
+        worst = np.array([np.max(of_value, initial=0.0) for of_value in residuals])
+        unsolved = worst.copy()
+        unsolved[list(is_counted)] = 0.0
+        k = int(np.argmax(unsolved))
+        if unsolved[k] <= TOLERANCE or len(is_counted) == SAMPLES:
             break
-    found.samples = tuple(values[k] for k in samples)
-    found.worst, found.spurious = max(worst), sum(spurious.values())
-    return found
+        _report_sample(len(is_counted) + 1, values[k])
+        reduction.sample(values[k], wide)
+        is_counted[k] = False
+    reduction.samples = tuple(values[k] for k in is_counted)
+    reduction.worst = float(worst.max())
+    reduction.spurious = sum(spurious.values())
+    return reduction
+
+
+def _report_sample(number: int, changes: Changes) -> None:
+    texts = [f"{name} = {value:.6g}" for name, value in changes.items()]
+    report(f"sample {number} at {', '.join(texts) or 'the parameters'}")
+
+
+def _sample_around(reduction: Reduction, changes: Changes, region: Rectangle) -> None:
+    """Start a basis from modes around a region: they may enter it at other values."""
+    scaled = reduction.scaled
+    farthest = scaled.at(changes).frequency_scale + abs(region.centre)
+    around = region
+    while reduction.size == 0:
+        around = around.widened(1.0)
+        if around.radius <= farthest:
+            reduction.sample(changes, around)
+        elif scaled.n <= COLUMNS:
+            reduction.extend(np.eye(scaled.n, dtype=complex))
+        else:
+            raise ComputationError("no root lies in the region or around it")

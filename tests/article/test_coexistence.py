@@ -20,6 +20,7 @@ from tests.conftest import ROOT, needs_heyoka
 
 pytestmark = needs_heyoka
 ASIDE = 0.06  # relative distance in modal damping from a fold, at which motions are compared
+STEP = 1.6e-6  # s, of Runge and Kutta's method: some 200 a period
 PERIODS = 90  # after which a motion above a fold has come to rest
 
 
@@ -99,11 +100,10 @@ def sides_of_folds(motion, chosen):
     pad = DampedContact.of(scene(motion), 0.01, 0.01)
     states = np.array([p.state for p in chosen]).T * si(pad)[:, None]
     time = PERIODS * max(p.period for p in chosen) * pad.time
-    lasting = []
-    for factor in (1.0 - ASIDE, 1.0 + ASIDE):
-        own = by_hand(motion, a, factor * zeta, mu)
-        lasting.append(own.march(states, time, step=8e-7)[1])
-    return lasting
+    sides = np.concatenate([(1.0 - ASIDE) * zeta, (1.0 + ASIDE) * zeta])
+    own = by_hand(motion, np.tile(a, 2), sides, np.tile(mu, 2))
+    lasting = own.march(np.tile(states, 2), time, step=STEP)[1]
+    return lasting[: len(chosen)], lasting[len(chosen) :]
 
 
 def outermost(curve, point):
@@ -143,7 +143,7 @@ def test_least_disturbance_leads_to_loss_of_contact_by_hand(motion):
     rest = np.append(own.rest(), np.zeros(3))
     factors = np.array([0.8, 0.9, 0.97, 1.0005, 1.001, 1.002, 1.003, 1.005])
     states = rest[:, None] + (np.array(one.disturbance) * si(pad))[:, None] * factors
-    lasting = own.march(states, 0.03, step=8e-7)[1]
+    lasting = own.march(states, 0.015, step=STEP)[1]
     assert not lasting[:3].any()
     assert np.count_nonzero(lasting[3:]) >= 2
 

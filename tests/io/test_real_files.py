@@ -4,7 +4,16 @@ import shutil
 
 import pytest
 
-from workflow.trials.real_files import beams, calculix, deck, decks, nastran, shells, solids
+from workflow.trials.real_files import (
+    SOURCES,
+    beams,
+    calculix,
+    deck,
+    decks,
+    nastran,
+    shells,
+    solids,
+)
 
 needs_ccx = pytest.mark.skipif(not shutil.which("ccx"), reason="CalculiX (ccx) is not installed")
 QUICK = ("C3D8I", "S4", "B31", "C3D8, spring and mass")
@@ -23,6 +32,16 @@ def test_matrices_of_calculix_have_its_own_frequencies(tmp_path, monkeypatch):
     monkeypatch.setattr("workflow.trials.real_files.decks", lambda: iter(chosen))
     found = list(calculix(tmp_path))
     assert [one.holds for one in found] == list(QUICK)
+    assert all(one.good for one in found), found
+
+
+@pytest.mark.parametrize("program", ["GNU Octave", "FreeFEM", "GetFEM", "Ansys"])
+def test_matrices_of_other_programs_have_their_own_frequencies(program, tmp_path):
+    (source,) = [one for one in SOURCES if one.program.startswith(program)]
+    if not source.is_there():
+        pytest.skip(f"{source.program} is not installed")
+    found = list(source.files(tmp_path))
+    assert found
     assert all(one.good for one in found), found
 
 

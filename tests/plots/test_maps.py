@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.answers import Step, Sweep
-from squeal.analysis.maps import NAMES, Axis, Map, angle_axes
 from squeal.io.scene import read_scene
 from squeal.plots import maps
 from squeal.plots.coupling import sweep_drawing
 from squeal.plots.style import save
+from squeal.queries.pads.maps import NAMES, angle_axes
+from squeal.results.map import Axis, Map
+from squeal.results.sweep import Step, Sweep
 from tests.conftest import SCENES
 
 B3 = SCENES / "b3.yaml"
@@ -34,7 +35,7 @@ def test_own_pad_and_its_level_are_drawn():
 
 def test_areas_are_drawn_and_their_shares_said(tmp_path):
     found = squeal.map(read_scene(B3), angle_axes(30))
-    found.plot(tmp_path / "map.pdf")
+    found.save(tmp_path / "map.pdf")
     data = (tmp_path / "map.pdf").read_bytes()
     for verdict, share in found.share.items():
         assert not share or f"{verdict} {100 * share:.1f} %".encode() in data

@@ -58,7 +58,7 @@ def test_the_command_writes_it_and_refuses_what_it_cannot_write(capsys, tmp_path
         assert name in err
     assert (tmp_path / "b.html").read_text() == "mine"
     with pytest.raises(InputError, match="must end in"):
-        squeal.report(pair(1.0)).save(tmp_path / "a.pdf")
+        squeal.report(pair(1.0)).save(tmp_path / "a.txt")
 
 
 @pytest.mark.parametrize("copies", [1, 2])

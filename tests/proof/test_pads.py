@@ -8,12 +8,14 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import critical_friction
+from benchmarks.random_pads import examine
 from squeal.equilibrium.damping import damped_model, without_friction
 from squeal.io.scene import Damping
 from squeal.model.equations import linearise
 from squeal.proof.branches import PadBranch, signs
-from squeal.proof.pads import Claim, prove_pad
+from squeal.proof.pads import Claim, _growing, _right_half_plane, prove_pad
+from squeal.queries.thresholds import critical_friction
+from squeal.results.sources import PadSource
 from tests.conftest import scene_of
 from tests.exact import Exact, det, discriminant
 
@@ -59,6 +61,36 @@ def test_signs_of_polynomials_are_those_at_50_digits(digits):
                     value *= mp.mpf(t) - mp.mpf(zero)
                 if piece.sign:
                     assert value * piece.sign > wide / 2
+
+
+def test_wide_balls_have_the_count_of_each_polynomial_in_them():
+    """Cubics in s and polynomials in lambda whose coefficients are known to their sign alone."""
+    rng = np.random.default_rng(0)
+    counted = 0
+    for _ in range(400):
+        squares = rng.uniform(0.1, 1.0, 3) * rng.choice([-1.0, 1.0], 3)
+        coefficients = -np.poly(squares)[::-1]
+        balls = [flint.arb(float(c), 0.99 * abs(float(c))) for c in coefficients]
+        found = _growing(balls, 1, damped=False)
+        if found is not None:
+            counted += 1
+            assert found == np.sum(squares < 0.0)
+        roots = np.roots(rng.uniform(0.1, 1.0, 4) * rng.choice([-1.0, 1.0], 4))
+        coefficients = np.poly(roots)[::-1]
+        balls = [flint.arb(float(c), 1e-3 * abs(float(c))) for c in coefficients]
+        found = _right_half_plane(balls)
+        if found is not None:
+            counted += 1
+            assert found == np.sum(roots.real > 0.0)
+    assert counted > 500
+
+
+@pytest.mark.parametrize("seed", [69, 74])
+def test_wide_enclosures_refute_no_right_list(seed):
+    """Pads over eight decades whose lists are right at 50 digits."""
+    pad = examine(seed, wide=True)
+    assert not pad.wrong
+    assert "disagrees" not in pad.open_reason
 
 
 @pytest.mark.parametrize("stem", ["b1-b", "b2-a", "b2-b", "b2-c"])
@@ -141,7 +173,8 @@ def test_damped_pads_by_eigenvalues_at_40_digits(stem, ratio):
     answer = critical_friction(scene, prove=True)
     assert answer.proof["status"] == "proved", answer.proof_line
     model = damped_model(scene)
-    path = answer.source[1]
+    assert isinstance(answer.source, PadSource)
+    path = answer.source.branch
     edges = [0.0]
     for one in answer.crossings:
         edges += list(one.interval)

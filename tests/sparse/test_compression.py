@@ -36,15 +36,15 @@ def test_growths_lie_within_the_stated_errors(kind):
     for changes in [*BETWEEN, *VALUES]:
         full = modes_in(look.scaled.at(changes), look.region, False, exact=1e-12).values
         full = full[look.region.contains(full)]
-        found = look.decided(changes)
+        found = look.estimate(changes)
         assert len(found.values) == len(full) > 3
         away = np.abs(full[:, None] - found.values)
         partner = np.argmin(away, axis=0)
         assert len(set(partner)) == len(full)
         assert np.all(away.min(axis=0) <= found.errors + 1e-10 * np.abs(found.values))
         assert np.all(np.sign(found.values.real) == np.sign(full[partner].real))
-        estimates += not found.corrected.any() and look.estimated(changes) is not None
-        decisive = look.decided(changes, deciding=True)
+        estimates += not found.corrected.any() and look.estimate_by_few_modes(changes) is not None
+        decisive = look.estimate(changes, deciding=True)
         assert decisive.values.real.max() == pytest.approx(full.real.max(), abs=1.0)
         assert np.any(decisive.values.real > 0.0) == np.any(full.real > 0.0)
     assert estimates > len(VALUES) / 2  # else few modes are of no use
@@ -55,7 +55,7 @@ def test_a_mode_that_the_few_lack_leaves_the_answer_to_the_basis():
     look = look_at(brake("heavy"), VALUES)
     changes = {"mu": 20.0}
     full = modes_in(look.scaled.at(changes), look.region, False, exact=1e-12).values
-    estimate = look.estimated(changes)
+    estimate = look.estimate_by_few_modes(changes)
     if estimate is not None:
         away = np.abs(full[:, None] - estimate.values).min(axis=0)
         assert np.all(away <= estimate.errors)

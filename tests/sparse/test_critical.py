@@ -10,7 +10,12 @@ from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.sparse import crossings
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.crossings import axis_crossing, crossings_along, singular_stiffness
+from squeal.sparse.crossings import (
+    CrossingGuess,
+    axis_crossing,
+    crossings_along,
+    singular_stiffness,
+)
 from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
 from tests import large
@@ -97,7 +102,7 @@ def test_every_place_where_the_stiffness_is_singular(diagonal, ends, exact):
 
 
 def test_a_change_of_sign_that_is_not_located_is_said(monkeypatch):
-    monkeypatch.setattr(crossings, "singular", lambda *_: None)
+    monkeypatch.setattr(crossings, "singular_between", lambda *_: None)
     system = affine(np.eye(2), np.diag([1.0, 9.0]), np.diag([-1.0, 0.0]), 0.1 * np.eye(2))
     found, (text,) = singular_stiffness(ScaledSystem(system), [0.0, 2.0])
     assert not found
@@ -112,15 +117,15 @@ def test_a_real_root(rng):
     K1 = csc_array(([-2.0], ([0], [0])), shape=(21, 21))
     system = TermSystem((Term(M),), (Term(C),), (Term(K), Term(K1, Formula("p"))), {"p": 0.5}, "p")
     scaled = ScaledSystem(system)
-    guess = np.ones(21) * 0.1 + np.eye(21)[0]
-    crossing = axis_crossing(scaled, "p", 0.69, 0.0, guess + 0j, guess + 0j)
+    near = np.ones(21) * 0.1 + np.eye(21)[0] + 0j
+    crossing = axis_crossing(scaled, "p", CrossingGuess(0.69, 0.0, near, near))
     assert crossing.value == pytest.approx(0.7, rel=1e-10)
     assert (crossing.kind, crossing.direction) == ("divergence", 1)
     assert crossing.slope == pytest.approx(2.0 / 3.0, rel=1e-9)
     still = TermSystem(system.M, system.C, (system.K[0], Term(K1, Formula("0*p"))), {"p": 0.5}, "p")
     for omega in (0.0, 5.0):
         with pytest.raises(ComputationError, match="no crossing"):
-            axis_crossing(ScaledSystem(still), "p", 0.3, omega, guess + 0j, guess + 0j)
+            axis_crossing(ScaledSystem(still), "p", CrossingGuess(0.3, omega, near, near))
 
 
 @pytest.mark.parametrize("low", [350.0, -600.0])

@@ -11,7 +11,7 @@ from squeal import Term, TermSystem
 from squeal.errors import InputError
 from squeal.linear.moduli import Modulus, Table
 from squeal.numerics.differentiation import Formula
-from squeal.sparse.crossings import axis_crossing
+from squeal.sparse.crossings import CrossingGuess, axis_crossing
 from squeal.sparse.quadratic import ScaledSystem
 
 RATE = 2 * np.pi * 1000.0
@@ -86,8 +86,8 @@ def test_the_slope_of_a_crossing_is_that_of_the_root_at_its_own_frequency():
     brake, h = _brake(stiff), 1e-4
     (there,) = squeal.thresholds(brake, 2.0, band=BAND).crossings
     near = _fastest(brake, there.mu)
-    vectors = near.right, near.left.conj()
-    found = axis_crossing(ScaledSystem(brake), "mu", there.mu, near.value.imag, *vectors)
+    guess = CrossingGuess(there.mu, near.value.imag, near.right, near.left.conj())
+    found = axis_crossing(ScaledSystem(brake), "mu", guess)
     assert found.value == pytest.approx(there.mu, rel=1e-12)
     up, down = (_fastest(brake, there.mu + e).value.real for e in (h, -h))
     assert found.slope == pytest.approx((up - down) / (2 * h), rel=1e-8)

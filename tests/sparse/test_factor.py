@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import lu
 from scipy.sparse import csc_array, csr_array, diags_array
 
-from squeal.sparse import quadratic as factor
+from squeal.sparse import factor
 from squeal.sparse.quadratic import quadratic
 from tests import large
 

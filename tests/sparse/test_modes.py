@@ -9,8 +9,9 @@ from scipy.sparse import block_diag, csc_array, diags_array
 
 from squeal.errors import ComputationError
 from squeal.linear.system import Term
+from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
-from squeal.sparse.eigensolver import OPTIONS, lowest_modes, modes_in
+from squeal.sparse.eigensolver import GOOD_ENOUGH, lowest_modes, modes_in
 from squeal.sparse.quadratic import ScaledSystem, quadratic
 from tests import large
 from tests.known import affine
@@ -97,27 +98,26 @@ def test_rigid_body_roots_are_among_the_lowest():
 def test_a_missing_root_is_noticed(monkeypatch):
     """The count does not follow the list: with a root hidden from the search it stays right."""
     import squeal
-    from squeal.analysis.systems import roots as analysed
-    from squeal.sparse import eigensolver
+    from squeal.queries.systems import roots as analysed
 
     rng = np.random.default_rng(8)
     a, w = rng.uniform(0.01, 0.1, 40), np.linspace(1.0, 10.0, 40)
     M, C, K = large.blocks(a, w, rng)
     problem, turn = quadratic(M, C, K), 2 * np.pi
-    complete = eigensolver.corrected
+    complete = eigensolver.corrected_roots
 
     def hiding(*given):
         roots = complete(*given)
-        return roots.picked(np.abs(roots.values.imag - w[15]) > 1e-3)
+        return roots.select(np.abs(roots.values.imag - w[15]) > 1e-3)
 
-    monkeypatch.setattr(eigensolver, "corrected", hiding)
+    monkeypatch.setattr(eigensolver, "corrected_roots", hiding)
     found = modes_in(problem, Rectangle(-1.0, 1.0, 2.9, 6.05))
     assert not found.certified
     assert found.count == len(found.eigenvalues) + 1
     monkeypatch.setattr(analysed, "ALL_ROWS", 8)
     system, values, band = affine(M, K, C0=C), [0.1, 0.2], (2.9 / turn, 6.05 / turn)
     for search, told in ((hiding, 1), (complete, 0)):
-        monkeypatch.setattr(eigensolver, "corrected", search)
+        monkeypatch.setattr(eigensolver, "corrected_roots", search)
         swept = squeal.sweep(system, values, band, method="full")
         assert {step.certified for step in swept.steps} == {not told}
         assert len(swept.warnings) == told
@@ -171,19 +171,24 @@ def test_right_and_left_modes(scaled, exact):
     assert np.all(distance < 1e-9 * np.abs(full.values))
     assert np.all(problem.backward_errors(roots.values, roots.right) < 2 * exact)
     rest = problem.transposed().backward_errors(roots.values, roots.left.conj())
-    assert np.all(rest < 2 * OPTIONS.accepted)
+    assert np.all(rest < 2 * GOOD_ENOUGH)
 
 
-def test_what_is_not_reached_is_divided_and_what_is_not_corrected_is_refused():
+def test_what_is_not_reached_is_divided_and_what_is_not_corrected_is_refused(monkeypatch):
     problem = ScaledSystem(BRAKE).at({"mu": 0.6})
     expected = modes_in(problem, REGION).values
-    few = modes_in(problem, REGION, options=replace(OPTIONS, steps=24))
+    monkeypatch.setattr(eigensolver, "COLUMNS", 24)
+    few = modes_in(problem, REGION)
     assert few.certified
     assert np.allclose(np.sort_complex(few.values), np.sort_complex(expected), rtol=1e-9)
-    with pytest.raises(ComputationError, match="were not found: one stiffness"):
-        modes_in(problem, REGION, options=replace(OPTIONS, rounds=1, smallest=0.5))
+    monkeypatch.setattr(eigensolver, "PARTS", 2)
     with pytest.raises(ComputationError, match="too many roots"):
-        modes_in(problem, REGION, options=replace(OPTIONS, steps=24, pieces=2))
+        modes_in(problem, REGION)
+    monkeypatch.undo()
+    monkeypatch.setattr(eigensolver, "CORRECTIONS", 1)
+    monkeypatch.setattr(eigensolver, "SMALLEST_PART", 0.5)
+    with pytest.raises(ComputationError, match="were not found: one stiffness"):
+        modes_in(problem, REGION)
 
 
 def test_no_root_left_out_near_the_outline_is_overlooked(rng):

@@ -9,11 +9,12 @@ from scipy.sparse import csc_array, diags_array
 
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
-from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _same
-from squeal.sparse.eigensolver import OPTIONS, enlarged, grown, near_roots, orthogonal
-from squeal.sparse.first_look import Structure, movements
-from squeal.sparse.quadratic import Roots, ScaledSystem, factorise, listed, quadratic
-from squeal.sparse.reduction import contraction
+from squeal.sparse.crossings import AxisCrossing, _changes_sign, _in_range, _is_same
+from squeal.sparse.eigensolver import enlarged, grown, orthogonalise, roots_near_shift
+from squeal.sparse.factor import factorise
+from squeal.sparse.first_look import Structure, root_error_bounds
+from squeal.sparse.quadratic import Roots, ScaledSystem, eigenvalues_of, quadratic
+from squeal.sparse.reduction import Complement
 from tests import large
 
 ONE: Any = np.eye(3)
@@ -39,7 +40,7 @@ def test_rows_are_scaled_to_a_unit_diagonal_by_powers_of_two(rng):
     slope = problem.slope(value).toarray()
     assert slope == pytest.approx(((ahead - back) / (2 * h)).toarray(), rel=1e-8, abs=1e-7)
     assert problem.slope(2.0).dtype == float
-    assert problem.rate == pytest.approx(np.sqrt(problem.norms[2] / problem.norms[0]))
+    assert problem.frequency_scale == pytest.approx(np.sqrt(problem.norms[2] / problem.norms[0]))
 
 
 @pytest.mark.parametrize(("m", "c", "k"), [(2.0, 0.3, 5.0), (0.1, 7.0, 3.0)])
@@ -54,7 +55,9 @@ def test_conditions_and_vectors_of_one_degree_of_freedom(m, c, k):
     )
     size = abs(z) ** 2 * m + abs(z) * c + k
     order = np.lexsort((z.real, z.imag))
-    each = sorted(listed(problem, Roots(z, x, 1j * x)), key=lambda e: (e.value.imag, e.value.real))
+    each = sorted(
+        eigenvalues_of(problem, Roots(z, x, 1j * x)), key=lambda e: (e.value.imag, e.value.real)
+    )
     for e, j in zip(each, order, strict=True):
         assert e.value == z[j]
         assert e.condition == pytest.approx(size[j] / abs(z[j] * (2 * z[j] * m + c)))
@@ -72,7 +75,7 @@ def test_rounding_of_a_slow_root_is_what_rounding_of_the_stiffness_moves(slow, r
     Q = np.linalg.qr(rng.standard_normal((2, 2)))[0]
     problem = quadratic(np.eye(2), None, Q * [1.0, slow**2] @ Q.T)
     x: Any = Q[:, 1:] / problem.scale[:, None] + 0j
-    (found,) = listed(problem, Roots(np.array([1j * slow]), x, x))
+    (found,) = eigenvalues_of(problem, Roots(np.array([1j * slow]), x, x))
     moved = np.sqrt(slow**2 + 8 * np.finfo(float).eps) - slow
     assert 0.2 * moved < found.rounding < 20 * moved
 
@@ -84,7 +87,7 @@ def test_columns_join_an_orthonormal_basis(kind, rng):
     basis = np.linalg.qr(rng.standard_normal((50, 7)))[0].astype(kind)
     x = rng.standard_normal((50, 4)).astype(kind)
     x[:, 1], x[:, 3] = basis @ np.ones(7) + 1e-4 * x[:, 1], x[:, 0] + basis[:, 2]
-    new, inside = orthogonal(basis, x)
+    new, inside = orthogonalise(basis, x)
     whole = np.hstack([basis, new])
     assert new.shape == (50, 3)
     assert np.abs(whole.conj().T @ whole - np.eye(10)).max() < 40 * eps
@@ -109,7 +112,7 @@ def test_roots_around_a_shift_are_all_within_its_reach(single, shift, rng):
         asked.append(reach)
         return reach > 3.0
 
-    near = near_roots(problem, shift, 3.0, enough, 0, single, OPTIONS)
+    near = roots_near_shift(problem, shift, 3.0, enough, single=single)
     assert near.reach > 3.0 >= max([0.0, *asked[:-1]])
     sure = near.values[abs(near.values - near.shift) < near.reach]
     exact = every[abs(every - near.shift) < near.reach]
@@ -126,17 +129,17 @@ def test_movements_bound_how_far_roots_are(rng):
         z, E = np.array([0.0, 1.0, 3.0j]), 1e-3 * rng.standard_normal((3, 3))
         exact = np.linalg.eigvals(np.diag(z) + E)
         moved = np.abs(exact[:, None] - z).min(axis=0)
-        errors, _ = movements(z, ONE, E, np.zeros((3, 3)))
+        errors, _ = root_error_bounds(z, ONE, E, np.zeros((3, 3)))
         assert np.all(moved <= 1.001 * errors)
         assert np.all(errors <= 1.01 * moved + 20e-6)
-        more, steady = movements(z, 2 * ONE, E, abs(E))
+        more, steady = root_error_bounds(z, 2 * ONE, E, abs(E))
         assert more == pytest.approx(errors, rel=0.1)
         assert steady.tolist() == [True, False, True]
     near, off = np.array([1j, 1.0001j]), np.array([[0.0, 1e-3], [1e-3, 0.0]])
-    errors, steady = movements(near, ONE[:2, :2], off, 0 * off)
+    errors, steady = root_error_bounds(near, ONE[:2, :2], off, 0 * off)
     assert errors == pytest.approx([1e-3, 1e-3], rel=1e-9)  # a pair that meets: the square root
     assert not steady.any()
-    assert np.isinf(movements(near, 0 * off, off, off)[0]).all()
+    assert np.isinf(root_error_bounds(near, 0 * off, off, off)[0]).all()
 
 
 def test_what_a_basis_lacks_contracts_as_the_worst_of_its_directions():
@@ -145,7 +148,7 @@ def test_what_a_basis_lacks_contracts_as_the_worst_of_its_directions():
     F, P = (csc_array(diags_array(d)) for d in (f, p))
     for axes in ([3], [3, 25], [3, 25, 20], range(25, 30)):
         V, left = np.eye(30)[:, list(axes)], np.delete(abs(1 - p / f), list(axes))
-        found = contraction(V, V.T @ (F @ V), F, factorise(F), P)
+        found = Complement(V, V.T @ (F @ V), F, factorise(F)).contraction(P)
         assert found == pytest.approx(left.max(), rel=0.02, abs=1e-12)
 
 
@@ -179,10 +182,10 @@ def test_crossings_at_the_ends_of_a_range():
     assert [c.value for c in _in_range(falls, 0.0, 2.0)] == [1.0]
     assert _in_range(falls, 1.2, 2.0) == _in_range(falls, 0.0, 0.8) == []
     same, other = crossing(1 + 5e-8, 2 + 1e-7), crossing(vector=(0.3, 0.9))
-    assert _same(crossing(), same)
-    assert not any(_same(crossing(), x) for x in (other, crossing(omega=2.1)))
+    assert _is_same(crossing(), same)
+    assert not any(_is_same(crossing(), x) for x in (other, crossing(omega=2.1)))
     one, next_one = (replace(crossing(p), interval=(p, p)) for p in (1.0, 1 + 2e-7))
-    assert not _same(one, next_one)
-    assert _same(crossing(), crossing(1 + 2e-7))  # whose intervals overlap
+    assert not _is_same(one, next_one)
+    assert _is_same(crossing(), crossing(1 + 2e-7))  # whose intervals overlap
     pairs = np.array([[1 + 1j, -1 + 1j], [1 + 1j, 2.0], [1 + 1j, -1e-17 + 1j], [-1.0, 1.0]]).T
     assert _changes_sign(*pairs).tolist() == [True, False, False, True]

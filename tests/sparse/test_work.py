@@ -5,7 +5,8 @@ import pytest
 
 from squeal.sparse.argument_principle import NODES
 from squeal.sparse.eigensolver import lowest_modes, modes_in
-from squeal.sparse.quadratic import Factor, ScaledSystem
+from squeal.sparse.factor import Factor
+from squeal.sparse.quadratic import ScaledSystem
 from squeal.sparse.reduction import reduce_system
 from tests.sparse.test_first_look import BRAKE, look_at
 from tests.sparse.test_reduction import REGION, VALUES
@@ -45,5 +46,5 @@ def test_one_for_a_basis_and_none_for_what_it_answers(factorised, scaled):
     look = look_at(BRAKE)
     assert len(factorised) == 2
     for mu in np.linspace(0.0, 0.7, 9):
-        assert len(look.judged({"mu": mu}).values) > 3
+        assert len(look.estimate_by_basis({"mu": mu}).values) > 3
     assert len(factorised) == 2

@@ -31,5 +31,6 @@ swept = squeal.sweep(brake(0.0), np.linspace(0.0, 1.0, 11))
 growth = [step.roots.real.max() for step in swept.steps if step.roots is not None]
 frame = swept.to_dataframe()
 swept.save(folder / "swept.csv")
-squeal.thresholds(brake(0.0)).plot(folder / "thresholds.svg")
+squeal.thresholds(brake(0.0)).save(folder / "thresholds.svg")
+squeal.thresholds(brake(0.0)).plot(color="k").set_title("thresholds")
 print(f"{critical[0]:.6f} {len(roots)} {len(growth)} {len(frame)}")

@@ -1,10 +1,13 @@
 """`python -m workflow.trials.real_files [FOLDER]`: files as real programs write them.
 
 CalculiX (`ccx`) writes the matrices of small structures of each of its element types, and prints
-their frequencies for the same decks; the package pyyeti brings OP4 files that MSC and NX Nastran
-have written with the eigenvalues that these found. Each file is read as the program wrote it, and
-the frequencies of squeal are compared with those that the program itself printed. One line a file;
-1 if one differs by more than `CLOSE`, is refused, or may grow as squeal says.
+their frequencies for the same decks; GNU Octave, FreeFEM and GetFEM run a script that writes the
+matrices and prints the frequencies that they find themselves. The package pyyeti brings OP4 files
+that MSC and NX Nastran have written with the eigenvalues that these found, and
+ansys-mapdl-reader a .full of Ansys whose frequencies its documentation prints. Each file is read as
+the program wrote it, and the frequencies of squeal are compared with those of the program. One line
+a file; 1 if one differs by more than `CLOSE`, is refused, or may grow as squeal says. What is not
+installed is named and left out.
 """
 
 from __future__ import annotations
@@ -52,7 +55,7 @@ class Compared:
 
     @property
     def good(self) -> bool:
-        quiet = self.words == "marginal"  # of a structure without damping and friction
+        quiet = self.words in ("marginal", "none grows")  # without damping and friction
         return quiet and self.worst is not None and self.worst <= CLOSE
 
 
@@ -269,6 +272,178 @@ def nastran(folder: Path) -> Iterator[Compared]:
         yield _compared("Nastran", holds, system, wanted)
 
 
+OCTAVE = """n = 40;
+e = ones (n, 1);
+K = 1e6 * spdiags ([-e, 2*e, -e], -1:1, n, n);
+K(n, n) = 1e6;
+M = spdiags ([e, 4*e, e] / 6, -1:1, n, n);
+M(n, n) = 2 / 6;
+model.mass = M;
+model.stiffness = K;
+mass = full (M);
+stiffness = full (K);
+save ("-v7", "compressed.mat", "M", "K");
+save ("-v6", "plain.mat", "M", "K");
+save ("-v7", "struct.mat", "model");
+save ("-v7", "full.mat", "mass", "stiffness");
+printf ("%.12g\\n", sqrt (sort (eigs (K, M, 6, "sm"))) / (2 * pi));
+"""
+OCTAVE_FILES = (
+    ("compressed.mat", "sparse, -v7", "M", "K"),
+    ("plain.mat", "sparse, -v6", "M", "K"),
+    ("struct.mat", "struct, -v7", "model.mass", "model.stiffness"),
+    ("full.mat", "full, -v7", "mass", "stiffness"),
+)
+FREEFEM = """mesh Th = square({cells}, 3, [0.2*x, 0.03*y]);
+fespace Vh(Th, [{element}, {element}]);
+Vh [u, v], [p, q];
+real E = 210e9, nu = 0.3, rho = 7800;
+real mu = E/(2*(1 + nu)), lambda = E*nu/((1 + nu)*(1 - 2*nu));
+varf stiffness([u, v], [p, q]) = int2d(Th)(lambda*(dx(u) + dy(v))*(dx(p) + dy(q))
+  + 2*mu*(dx(u)*dx(p) + dy(v)*dy(q)) + mu*(dy(u) + dx(v))*(dy(p) + dx(q))) + on(4, u=0, v=0);
+varf mass([u, v], [p, q]) = int2d(Th)(rho*(u*p + v*q)) + on(4, u=0, v=0);
+matrix K = stiffness(Vh, Vh, tgv=-2);
+matrix M = mass(Vh, Vh, tgv=-20);
+real[int] values(6);
+int found = EigenValue(K, M, sym=true, sigma=0, value=values, tol=1e-13);
+cout.precision(12);
+for (int i = 0; i < min(found, 6); i++) cout << "HERTZ " << sqrt(values[i])/(2*pi) << endl;
+func int write(matrix & A, string name) {{
+  int[int] I(1), J(1);
+  real[int] C(1);
+  [I, J, C] = A;
+  ofstream f(name);
+  f.precision(17);
+  f << "%%MatrixMarket matrix coordinate real general" << endl;
+  f << A.n << " " << A.m << " " << C.n << endl;
+  for (int i = 0; i < C.n; i++) f << I[i] + 1 << " " << J[i] + 1 << " " << C[i] << endl;
+  return 0;
+}}
+write(K, "K.mtx");
+write(M, "M.mtx");
+"""
+GETFEM = """import numpy as np, getfem as gf
+mesh = gf.Mesh("cartesian", np.linspace(0.0, 0.2, 13), np.linspace(0.0, 0.03, 4))
+places, data = gf.MeshFem(mesh, 2), gf.MeshFem(mesh)
+places.set_fem(gf.Fem("FEM_QK(2, 2)"))
+data.set_fem(gf.Fem("FEM_QK(2, 0)"))
+gauss = gf.MeshIm(mesh, gf.Integ("IM_GAUSS_PARALLELEPIPED(2, 6)"))
+each = np.ones(data.nbdof())
+K = gf.asm_linear_elasticity(gauss, places, data, 1.2e11 * each, 0.8e11 * each)
+M = gf.asm_mass_matrix(gauss, places)
+M.scale(7800.0)
+moving = np.flatnonzero(places.basic_dof_nodes()[0] > 1e-9)
+for name, matrix in (("K", K), ("M", M)):
+    part = gf.Spmat("copy", matrix, moving, moving)
+    part.save("hb", name + ".hb")
+    part.save("mm", name + ".mtx")
+    globals()[name] = part.full()
+squares = np.linalg.eigvals(np.linalg.solve(M, K)).real
+for square in np.sort(squares)[:6]:
+    print("HERTZ %.12g" % (np.sqrt(square) / (2.0 * np.pi)))
+"""
+ANSYS = (1283.200, 1283.200, 5781.975, 6919.399)  # Hz, as the reader's documentation prints them
+
+
+def hertz(command: Sequence[str], folder: Path, script: str, name: str) -> np.ndarray:
+    """The frequencies (k,) in Hz that a script prints, the last word of each line with a number.
+
+    Raises CalledProcessError.
+    """
+    (folder / name).write_text(script, encoding="utf-8")
+    done = subprocess.run(
+        [*command, name], cwd=folder, check=True, capture_output=True, text=True, timeout=300
+    )
+    lines = re.findall(r"^(?:HERTZ )?([\d.e+]+)$", done.stdout, re.MULTILINE)
+    return np.array([float(line) for line in lines])
+
+
+def octave(folder: Path) -> Iterator[Compared]:
+    """Files of GNU Octave in MATLAB's formats."""
+    wanted = hertz(["octave-cli", "--norc"], folder, OCTAVE, "chain.m")
+    for name, holds, mass, stiffness in OCTAVE_FILES:
+        system = folder / "octave.yaml"
+        lines = (f"M: {{file: {name}, key: {mass}}}", f"K: {{file: {name}, key: {stiffness}}}")
+        system.write_text("\n".join(lines), encoding="utf-8")
+        yield _compared("Octave", holds, system, wanted)
+
+
+def freefem(folder: Path) -> Iterator[Compared]:
+    """A clamped plate of FreeFEM, of linear and of quadratic triangles."""
+    for element, cells in (("P1", 20), ("P2", 9)):
+        script = FREEFEM.format(element=element, cells=cells)
+        wanted = hertz(["FreeFem++", "-nw", "-v", "0"], folder, script, "plate.edp")
+        system = folder / "freefem.yaml"
+        system.write_text("M: {file: M.mtx}\nK: {file: K.mtx}\n", encoding="utf-8")
+        yield _compared("FreeFEM", f"{element} triangles", system, wanted)
+
+
+GETFEM_PYTHON = "/usr/bin/python3"  # which Debian's package installs it for
+
+
+def has_getfem() -> bool:
+    """Whether the system's Python has GetFEM."""
+    asked = [GETFEM_PYTHON, "-c", "import getfem"]
+    return (
+        Path(GETFEM_PYTHON).exists() and not subprocess.run(asked, capture_output=True).returncode
+    )
+
+
+def getfem(folder: Path) -> Iterator[Compared]:
+    """A clamped plate of GetFEM, in both formats that it writes."""
+    wanted = hertz([GETFEM_PYTHON], folder, GETFEM, "plate.py")
+    for suffix, holds in (("hb", "Harwell-Boeing"), ("mtx", "Matrix Market")):
+        system = folder / "getfem.yaml"
+        lines = (f"M: {{file: M.{suffix}}}", f"K: {{file: K.{suffix}}}")
+        system.write_text("\n".join(lines), encoding="utf-8")
+        yield _compared("GetFEM", holds, system, wanted)
+
+
+def ansys(folder: Path) -> Iterator[Compared]:
+    """The .full that ansys-mapdl-reader brings."""
+    spec = find_spec("ansys.mapdl.reader")
+    if spec is None or spec.origin is None:
+        return
+    full = Path(spec.origin).parent / "examples" / "file.full"
+    system = folder / "ansys.yaml"
+    files = (f"{part}: {{file: {full}, key: {part}}}\n" for part in "MK")
+    system.write_text("".join(files), encoding="utf-8")
+    yield _compared("Ansys", "SOLID186, .full", system, np.array(ANSYS))
+
+
+@dataclass(frozen=True)
+class Source:
+    """A program, whether it is there, and the files that it gives."""
+
+    program: str
+    is_there: Callable[[], bool]
+    files: Callable[[Path], Iterator[Compared]]
+
+
+def _has_package(name: str) -> Callable[[], bool]:
+    def is_there() -> bool:
+        try:
+            return find_spec(name) is not None
+        except ModuleNotFoundError:  # of a folder above it
+            return False
+
+    return is_there
+
+
+def _has_command(name: str) -> Callable[[], bool]:
+    return lambda: shutil.which(name) is not None
+
+
+SOURCES = (
+    Source("CalculiX (ccx)", _has_command("ccx"), calculix),
+    Source("GNU Octave (octave-cli)", _has_command("octave-cli"), octave),
+    Source("FreeFEM (FreeFem++)", _has_command("FreeFem++"), freefem),
+    Source("GetFEM (python3-getfem)", has_getfem, getfem),
+    Source("Nastran's files (pyyeti)", _has_package("pyyeti"), nastran),
+    Source("Ansys's file (ansys-mapdl-reader)", _has_package("ansys.mapdl.reader"), ansys),
+)
+
+
 def _compared(program: str, holds: str, system: Path, wanted: np.ndarray) -> Compared:
     with warnings.catch_warnings():  # of labels that repeat, and of triangles that are mirrored
         warnings.simplefilter("ignore", InputWarning)
@@ -284,6 +459,8 @@ def _compared(program: str, holds: str, system: Path, wanted: np.ndarray) -> Com
     free = program == "Nastran"  # whose structures are, so that slow growth is rounding
     if answer.verdict is None and free and grows < FREE * 2.0 * np.pi * wanted.min():
         words = "marginal"
+    elif answer.verdict is None and not answer.unstable:
+        words = "none grows"  # of the lowest modes of a larger system: the others are not known
     return Compared(program, holds, read.system.n, worst, words)
 
 
@@ -292,16 +469,16 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as made:
         folder = Path(sys.argv[1]) if len(sys.argv) > 1 else Path(made)
         folder.mkdir(parents=True, exist_ok=True)
-        parts = [nastran(folder)]
-        if shutil.which("ccx"):
-            parts.insert(0, calculix(folder))
-        else:
-            print("CalculiX is not installed (ccx): its decks are left out")
         found = []
-        for one in itertools.chain(*parts):
-            found.append(one)
-            worst = "-" if one.worst is None else f"{one.worst:.1e}"
-            print(f"{one.program:9} {one.holds:28} {one.rows:6} {worst:>8} {one.words}", flush=True)
+        for source in SOURCES:
+            if not source.is_there():
+                print(f"left out, since it is not installed: {source.program}")
+                continue
+            for one in source.files(folder):
+                found.append(one)
+                worst = "-" if one.worst is None else f"{one.worst:.1e}"
+                line = f"{one.program:12} {one.holds:28} {one.rows:6} {worst:>8} {one.words}"
+                print(line, flush=True)
     bad = sum(not one.good for one in found)
     print(f"{len(found)} files, {bad} not as the program says")
     return bad > 0

@@ -1,0 +1,93 @@
+"""One panel of an answer: a column of its table over another one, in an Axes of the user."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+
+from squeal.io.writing import Answer, Mark
+from squeal.plots.maps import COLOUR_OF
+from squeal.plots.style import DOUBLE, Drawing, literal, origin, style
+from squeal.results.map import Map
+
+Row = Mapping[str, Any]
+
+
+def panel_drawing(answer: Answer, name: str) -> Drawing:
+    """The panel as a figure of its own."""
+    title = f"{type(answer).__name__} of {name}"
+    with style():
+        figure = Figure(figsize=(DOUBLE, 3.2))
+        axes = figure.add_subplot()
+        draw_panel(answer, axes)
+    text = f"{title}: {axes.get_ylabel()} over {axes.get_xlabel()}."
+    return Drawing(figure, text, title, origin(__name__))
+
+
+def draw_panel(answer: Answer, axes: Axes, **look: Any) -> None:
+    """Draw what `answer.panel` names into an Axes; `look` goes to Matplotlib's artists."""
+    if isinstance(answer, Map):
+        _draw_map(answer, axes, **look)
+        return
+    panel = answer.panel
+    columns = answer.table().columns
+    names = [column.name for column in columns]
+    x = panel.x if isinstance(panel.x, str) else names[panel.x]
+    y = panel.y if isinstance(panel.y, str) else names[panel.y]
+    rows = [row for row in answer.to_records() if row[x] is not None and row[y] is not None]
+    axes.set_xlabel(literal(columns[names.index(x)].head))
+    axes.set_ylabel(literal(columns[names.index(y)].head))
+    if panel.mark is Mark.BARS:
+        _draw_bars(axes, rows, x, y, panel.each, **look)
+    elif panel.mark is Mark.LINES:
+        _draw_lines(axes, rows, x, y, panel.each, **look)
+    elif panel.mark is Mark.STEPS:
+        axes.step([row[x] for row in rows], [row[y] for row in rows], where="post", **look)
+    else:
+        points = {"marker": ".", "linestyle": ""} | look
+        axes.plot([row[x] for row in rows], [row[y] for row in rows], **points)
+
+
+def _draw_bars(axes: Axes, rows: Sequence[Row], x: str, y: str, each: str, **look: Any) -> None:
+    """Horizontal bars of y, the first row on top."""
+    if each:
+        rows = [row for row in rows if row[each] == rows[0][each]]
+        axes.set_title(literal(f"{each} {rows[0][each]}" if rows else each), loc="left")
+    labels = [literal(str(row[x])) for row in rows]
+    places = range(len(rows))
+    axes.barh(places, [row[y] for row in rows], **look)
+    axes.set_yticks(places, labels)
+    axes.invert_yaxis()
+    axes.set_xlabel(axes.get_ylabel())
+    axes.set_ylabel("")
+
+
+def _draw_lines(axes: Axes, rows: Sequence[Row], x: str, y: str, each: str, **look: Any) -> None:
+    """A line for each value of the column `each`, or one."""
+    kinds = dict.fromkeys(row[each] if each else "" for row in rows)
+    for kind in kinds:
+        mine = [row for row in rows if not each or row[each] == kind]
+        label = {"label": f"{each} {kind}"} if each else {}
+        axes.plot([row[x] for row in mine], [row[y] for row in mine], **(label | look))
+
+
+def _draw_map(answer: Map, axes: Axes, **look: Any) -> None:
+    """The quantity of a map, else its verdicts in their colours."""
+    first, second = answer.axes
+    if answer.quantity is not None:
+        values: Any = answer.quantity[2]
+        own: dict[str, Any] = {}
+    else:
+        values = answer.codes
+        colours = [COLOUR_OF[verdict] for verdict in answer.verdicts]
+        own = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
+    axes.pcolormesh(first.values, second.values, values.T, shading="nearest", **(own | look))
+    for axis, way in ((first, "x"), (second, "y")):
+        limits = {f"{way}lim": (axis.low, axis.high), f"{way}label": literal(axis.name)}
+        axes.set(**limits)
+        if axis.log:
+            axes.set(**{f"{way}scale": "log"})

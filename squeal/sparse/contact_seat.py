@@ -1,0 +1,381 @@
+"""Contact between two components: node pairs, their directions, and the static contact solution.
+
+Contact acts between nodes of two components, so that it changes without a new reduction. What
+touches is found under the brake load: pairs that would pull open, and carry neither stiffness nor
+friction.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from squeal.errors import ComputationError, InputError
+from squeal.linear.matrices import EPS, divisor, is_sparse
+from squeal.linear.system import Matrix, TermSystem
+from squeal.numerics.differentiation import Formula
+from squeal.sparse.components import Component
+from squeal.sparse.factor import factorise
+from squeal.sparse.quadratic import (
+    Array,
+    Bools,
+    Changes,
+)
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """Node pairs between two components, and what acts between them.
+
+    A pair is pressed by h, the approach of its nodes along the normal less the gap. Its pressure p
+    grows by dp/dh = stiffness (p / reference)^exponent.
+
+    Parameters
+    ----------
+    between : (str, str)
+        Names of the components.
+    pairs : array_like (m, 2) or float
+        Labels of the nodes of the one and the other; or the distance (m) within which each node of
+        the other is paired with the nearest one of the first.
+    normal : array_like (3,) or (m, 3)
+        From the first to the second, of any length above 0.
+    stiffness : float or array_like (m,)
+        Normal stiffness, N/m^3 of the area; without `area` N/m of a pair.
+    area : float or array_like (m,), optional
+        m^2 of the whole contact, shared evenly, or of each pair.
+    sliding : array_like (3,) or (m, 3), optional
+        Along which the first moves past the second; friction pulls the second there.
+    axis, through : array_like (3,), optional
+        The same as a rotation of the first: axis x (r - through), at each pair.
+    tangential : float or array_like (m,)
+        Stiffness in the two directions across the normal, as `stiffness`.
+    gap : float or array_like (m,)
+        What is between the nodes beside their places, in m: wear and machined height.
+    exponent, reference : float
+        Of the normal stiffness by pressure (Pa; N without `area`); 0 is a constant stiffness.
+    bonded : bool
+        True for a joint, whose pairs cannot open.
+    friction, factor : str
+        Formulas of the parameters: the coefficient of friction and the factor of the normal
+        stiffness. That of the tangential one is the parameter `tangential`.
+    speed : str, optional
+        Formula of the sliding speed: m/s where `sliding` is constant, rad/s about `axis`. It turns
+        friction with the direction of sliding: across it a pair that carries N in the seat is
+        damped by friction N / speed. Left out there is no such damping.
+    slope : str
+        Formula of d friction / d speed in s/m: below 0 where friction falls. Along sliding a pair
+        is damped by slope N.
+    """
+
+    between: tuple[str, str]
+    pairs: Any = field(repr=False)
+    normal: Any = field(repr=False)
+    stiffness: Any
+    area: Any = None
+    sliding: Any = field(default=None, repr=False)
+    axis: Any = None
+    through: Any = (0.0, 0.0, 0.0)
+    tangential: Any = 0.0
+    gap: Any = 0.0
+    exponent: float = 0.0
+    reference: float = 1.0
+    bonded: bool = False
+    friction: str = "mu"
+    factor: str = "contact"
+    speed: str = ""
+    slope: str = "0"
+
+    def __post_init__(self) -> None:
+        if self.sliding is not None or self.axis is not None:
+            return
+        if self.speed:
+            raise InputError("speed: needs sliding or axis beside it")
+        slope = Formula(self.slope)
+        if slope.names or slope.value({}) != 0.0:
+            raise InputError("slope: needs sliding or axis beside it")
+
+    @property
+    def name(self) -> str:
+        """The names of both components."""
+        return " - ".join(self.between)
+
+    def labelled(self, bodies: Mapping[str, Component]) -> Contact:
+        """The same contact with the labels of its pairs (m, 2). Raises InputError."""
+        if len(bodies.keys() & {*self.between}) != 2:
+            raise InputError(f"is not allowed; it must be two of {', '.join(bodies)}")
+        pairs = np.asarray(self.pairs)
+        if not pairs.ndim:
+            one, other = (bodies[name] for name in self.between)
+            pairs = _nearest_pairs(one, other, self.pairs)
+        if pairs.ndim != 2 or pairs.shape[1] != 2 or not len(pairs):
+            raise InputError("pairs: there is none; labels (m, 2) or a greater distance are needed")
+        return replace(self, pairs=pairs.astype(str))
+
+
+def _nearest_pairs(one: Component, other: Component, distance: float) -> NDArray[np.str_]:
+    """Labels (m, 2) of nodes of the other and the nearest one of the first within a distance."""
+    from scipy.spatial import KDTree
+
+    first = np.unique(one.nodes[one.directions >= 0])
+    second = np.unique(other.nodes[other.directions >= 0])
+    distances, nearest = KDTree(one.places_of(first)).query(other.places_of(second))
+    return np.column_stack([first[nearest], second])[distances <= distance]
+
+
+class PairDirections(NamedTuple):
+    """The pairs of a contact in the rows of the assembly: displacements (m, n) of the second node
+    less those of the first, along each direction."""
+
+    contact: Contact
+    area: Array  # (m,)
+    normal: csr_array
+    sliding: csr_array  # zero without sliding
+    across: tuple[csr_array, csr_array]  # both directions across the normal, sliding first
+    radius: Array  # (m,) times the contact's `speed` is that of sliding: 1, or to the axis
+
+
+def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDirections:
+    """The pairs of a contact with labels. Raises InputError for directions that are none."""
+    nodes = contact.pairs
+    m = len(nodes)
+    *starts, n = np.cumsum([0] + [body.system.n for body in bodies.values()])
+    start_of = dict(zip(bodies, starts, strict=True))
+    ends = [(bodies[name], labels) for name, labels in zip(contact.between, nodes.T, strict=True)]
+    rows = np.hstack([body.rows_of(labels) for body, labels in ends])
+    columns = rows + np.repeat([start_of[name] for name in contact.between], 3)
+
+    def relative_displacement(vectors: Array) -> csr_array:
+        from scipy.sparse import coo_array
+
+        entries = np.hstack([-vectors, vectors])
+        is_used = (rows >= 0) & (entries != 0.0)
+        where = (np.nonzero(is_used)[0], columns[is_used])
+        return coo_array((entries[is_used], where), shape=(m, n)).tocsr()
+
+    normals = _unit_vectors("normal", contact.normal, nodes)
+    normal = relative_displacement(normals)
+    _require_at_pairs(np.diff(normal.indptr) > 0, "pairs: no row moves along the normal", nodes)
+    motion = contact.sliding
+    radius = np.ones(m)
+    if motion is None and contact.axis is not None:
+        centres = np.mean([body.places_of(labels) for body, labels in ends], axis=0)
+        axes = _unit_vectors("axis", contact.axis, nodes)
+        motion = np.cross(axes, centres - contact.through)
+        radius = np.linalg.norm(motion, axis=1)
+    slides = motion is not None
+    if not slides:  # any direction across the normal
+        motion = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
+    tangents = _unit_vectors("sliding", motion, nodes)
+    tangents = tangents - np.sum(tangents * normals, axis=1)[:, None] * normals
+    is_across = np.linalg.norm(tangents, axis=1) > np.sqrt(EPS)
+    _require_at_pairs(is_across, "sliding: is parallel to the normal", nodes)
+    tangents = _unit_vectors("sliding", tangents, nodes)
+    tangent = relative_displacement(tangents)
+    if contact.area is None:
+        area = np.ones(m)
+    elif np.ndim(contact.area):
+        area = np.broadcast_to(contact.area, m)
+    else:
+        area = np.full(m, contact.area / m)
+    return PairDirections(
+        contact=contact,
+        area=area,
+        normal=normal,
+        sliding=tangent if slides else relative_displacement(0.0 * tangents),
+        across=(tangent, relative_displacement(np.cross(normals, tangents))),
+        radius=radius,
+    )
+
+
+def _unit_vectors(name: str, given: ArrayLike, nodes: NDArray[np.str_]) -> Array:
+    """Unit vectors (m, 3) of all pairs. Raises InputError where one has no length."""
+    vectors = np.broadcast_to(np.asarray(given, dtype=float), (len(nodes), 3))
+    lengths = np.linalg.norm(vectors, axis=1)
+    _require_at_pairs(lengths > 0.0, f"{name}: has no length", nodes)
+    return vectors / lengths[:, None]
+
+
+def _require_at_pairs(holds: Bools, words: str, nodes: NDArray[np.str_]) -> None:
+    if not np.all(holds):
+        raise InputError(f"{words} at the pair {', '.join(nodes[np.argmin(holds)])}")
+
+
+@dataclass(frozen=True, eq=False)
+class StaticContact:
+    """A contact under the load.
+
+    `closed` (m,) are the pairs that touch, `forces` (m,) their normal forces in N and `pressures`
+    (m,) these over the areas; `stiffness` (m,) is that of the pairs without its factor, zero where
+    they are open, `constant` if it does not depend on the load.
+    """
+
+    name: str
+    closed: Bools = field(repr=False)
+    forces: Array = field(repr=False)
+    pressures: Array = field(repr=False)
+    stiffness: Array = field(repr=False)
+    constant: bool = False
+
+    def summary(self) -> dict[str, Any]:
+        """What a JSON object says of it: pairs, force in N, largest pressure in Pa."""
+        return {
+            "between": self.name,
+            "pairs": len(self.closed),
+            "closed": int(np.count_nonzero(self.closed)),
+            "force": float(self.forces.sum()),
+            "largest_pressure": float(self.pressures.max()),
+        }
+
+    def __str__(self) -> str:
+        text = (
+            "contact {between}: {closed} of {pairs} pairs closed, {force:.6g} N, largest "
+            "pressure {largest_pressure:.4g}"
+        ).format(**self.summary())
+        if self.constant and self.closed.all():
+            text += "; as long as all are, load and gap move the forces alone, not the roots"
+        return text
+
+
+class _PairLaws(NamedTuple):
+    """What acts at each pair (m,), of all contacts."""
+
+    area: Array
+    factor: Array  # of the normal stiffness
+    stiffness: Array  # of the pair at its reference
+    gap: Array
+    exponent: Array
+    reference: Array
+    bonded: Bools
+    tangential: Array  # stiffness across the normal
+
+    def forces(self, approach: Array) -> tuple[Array, Array]:
+        """Normal forces (m,) and their derivatives, both without the factor."""
+        share = 1 - self.exponent
+        pressed = self.stiffness * np.where(self.bonded, approach, np.maximum(approach, 0.0))
+        power = (share * pressed / self.reference) ** (self.exponent / share)
+        return share * pressed * power, self.stiffness * power
+
+
+def _pair_laws(directions: PairDirections, parameters: Changes) -> _PairLaws:
+    contact = directions.contact
+    area = directions.area
+    # where it slides friction is all that acts across the normal
+    tangential: ArrayLike = 0.0
+    if not directions.sliding.nnz:
+        tangential = parameters["tangential"] * area * contact.tangential
+
+    def of_pairs(value: ArrayLike) -> Array:
+        return np.broadcast_to(np.asarray(value, dtype=float), len(area))
+
+    return _PairLaws(
+        area=area,
+        factor=of_pairs(Formula(contact.factor).value(parameters)),
+        stiffness=area * contact.stiffness,
+        gap=of_pairs(contact.gap),
+        exponent=of_pairs(0.0 if contact.bonded else contact.exponent),
+        reference=area * contact.reference,
+        bonded=of_pairs(contact.bonded) > 0.0,
+        tangential=of_pairs(tangential),
+    )
+
+
+def seat_contacts(
+    structure: TermSystem, joints: Sequence[PairDirections], bodies: Sequence[Component]
+) -> tuple[list[StaticContact], Array]:
+    """The contacts under the load, and the displacements (n,).
+
+    Newton's method on the laws of the pairs, which with constant stiffness passes from one set of
+    closed pairs to the next and ends where it does not change. Once a set returns, one pair changes
+    at a time, the first that violates its condition, after which none returns (Murty).
+    """
+    from scipy.sparse import vstack
+
+    load = np.concatenate([np.zeros(b.system.n) if b.load is None else b.load for b in bodies])
+    if not load.any() and not all(joint.contact.bonded for joint in joints):
+        raise InputError("load: missing; pairs that may open are seated under the brake load")
+    parameters = structure.parameters
+    K = structure.at()[2].real
+    of_contacts = [_pair_laws(joint, parameters) for joint in joints]
+    laws = _PairLaws(*(np.hstack(part) for part in zip(*of_contacts, strict=True)))
+    pushes = []  # directions of the normal force with its friction
+    for joint in joints:
+        friction = Formula(joint.contact.friction).value(parameters)
+        pushes.append(joint.normal + friction * joint.sliding)
+    push = vstack(pushes).T
+    normal = vstack([joint.normal for joint in joints])
+    across = vstack([joint.across[0] for joint in joints] + [joint.across[1] for joint in joints])
+    is_nonlinear = laws.exponent.any()
+    closed = np.ones(len(laws.gap), dtype=bool)
+    approach = -laws.gap
+    forces = laws.stiffness * approach  # without the factor, as the slopes
+    slopes = laws.stiffness
+    visited: set[bytes] = set()
+    one_at_a_time = False
+    for _ in range(100 + len(laws.gap)):
+        springs = closed * laws.factor * slopes
+        tangential = np.tile(closed * laws.tangential, 2)
+        A = K + push @ normal.multiply(springs[:, None])
+        A = A + across.T @ across.multiply(tangential[:, None])
+        preload = closed * laws.factor * (forces - slopes * (approach + laws.gap))
+        displacements = _solve(A, load + push @ preload)
+        before = approach
+        approach = -laws.gap - normal @ displacements
+        forces, slopes = laws.forces(approach)
+        now_closed = (approach > 0.0) | laws.bonded
+        if not now_closed.any():
+            raise InputError("all pairs open under the load; it must press the components together")
+        changed = np.flatnonzero(now_closed != closed)
+        is_settled = not is_nonlinear or np.allclose(approach, before, rtol=1e-11, atol=0.0)
+        if not len(changed) and is_settled:
+            break
+        if len(changed) and now_closed.tobytes() in visited:
+            one_at_a_time = True
+        if one_at_a_time and not is_nonlinear:
+            now_closed[changed[1:]] = closed[changed[1:]]
+        visited.add(closed.tobytes())
+        closed = now_closed
+    else:
+        raise ComputationError("the contact is not settled: its set of closed pairs keeps changing")
+    normal_forces = closed * laws.factor * forces
+    contacts = []
+    start = 0
+    for joint in joints:
+        pairs = slice(start, start + len(joint.area))
+        start = pairs.stop
+        contacts.append(
+            StaticContact(
+                name=joint.contact.name,
+                closed=closed[pairs],
+                forces=normal_forces[pairs],
+                pressures=normal_forces[pairs] / joint.area,
+                stiffness=closed[pairs] * slopes[pairs],
+                constant=not joint.contact.exponent,
+            )
+        )
+    return contacts, displacements
+
+
+def _solve(A: Matrix, right: Array) -> Array:
+    """A^-1 right. Raises InputError where A is singular."""
+    from scipy.linalg import LinAlgWarning, solve
+
+    try:
+        if is_sparse(A):
+            return factorise(A.tocsc()).solve(right)
+        scale = 1.0 / np.sqrt(divisor(np.abs(np.diag(A))))
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", LinAlgWarning)
+            return scale * solve(A * scale[:, None] * scale, scale * right)
+    except (ZeroDivisionError, np.linalg.LinAlgError, LinAlgWarning):
+        raise InputError(
+            "nothing holds some motion of the components under the load; each needs supports, or "
+            "contact that holds it"
+        ) from None
