@@ -176,13 +176,14 @@ def _multiplied(X: Balls, factor: Any) -> Balls:
 class Bounds(NamedTuple):
     """Numbers of roots over an interval.
 
-    least, most: bounds of how many grow; fast: at most so many grow faster than a rate;
-    not_decaying: at least so many grow, or decay by no more than it.
+    least, most: bounds of how many grow; doubtful: of so many it is not certain that they grow, and
+    they may grow faster than a rate; not_decaying: at least so many grow, or decay by no more than
+    it.
     """
 
     least: int
     most: int
-    fast: int
+    doubtful: int
     not_decaying: int
     reason: str = "what grows cannot be told from what does not"
 
@@ -192,7 +193,7 @@ class Bounds(NamedTuple):
 
     def prove(self, unstable: int) -> bool:
         """True if so many roots grow, but for some that grow or decay by no more than the rate."""
-        return self.fast <= unstable <= self.not_decaying
+        return not self.doubtful and self.allow(unstable) and unstable <= self.not_decaying
 
 
 def bounds_between(terms: Terms, low: float, high: float, rate: float) -> Bounds:
@@ -219,13 +220,14 @@ def bounds_between(terms: Terms, low: float, high: float, rate: float) -> Bounds
             else:
                 each = tallies_of_values(found, half, terms.is_symmetric and terms.is_skew)
             least, most = growing_of(each)
+            doubtful = sum(one.number for one in each if one.side != "grows" and one.high > rate)
             known = Bounds(
                 max(known.least, least),
                 min(known.most, most),
-                min(known.fast, growing_of(each, rate)[1]),
+                min(known.doubtful, doubtful),
                 max(known.not_decaying, growing_of(each, -rate)[0]),
             )
-            if known.fast <= known.least:
+            if not known.doubtful:
                 break
     return known
 
@@ -273,17 +275,21 @@ def prove_gap(
     most : int
         How many intervals are looked at before the answer stays open.
     """
-    return _Walk(terms, growth_below, most).gap(low, high, unstable)
+    return _Walk(terms, growth_below, most, (low, high)).gap(low, high, unstable)
 
 
 class _Walk:
-    """Intervals of the parameter that are looked at one after the other, at most `most` in all."""
+    """Intervals of the parameter that are looked at one after the other, at most `most` in all, of
+    a range with these ends."""
 
-    def __init__(self, terms: Terms, growth_below: float, most: int) -> None:
+    def __init__(
+        self, terms: Terms, growth_below: float, most: int, ends: tuple[float, float]
+    ) -> None:
         self.components = terms.components()
         self.data = terms.data
         self.growth_below = growth_below
         self.left = most
+        self.ends = ends
 
     def gap(self, low: float, high: float, unstable: int) -> Proof:
         """The proof between two values, from both ends to the middle."""
@@ -294,7 +300,9 @@ class _Walk:
     def _steps(self, start: float, end: float, unstable: int) -> Proof:
         """The proof from one value to another, above or below it."""
         narrowest = NARROWEST * max(abs(end - start), abs(start), abs(end))
-        length = max(FIRST * abs(end - start), narrowest)
+        length = abs(end - start)
+        if start not in self.ends:  # beside a threshold
+            length = max(FIRST * length, narrowest)
         way = 1.0 if end >= start else -1.0
         at = start
         while True:
@@ -345,7 +353,7 @@ class _Walk:
         return Bounds(
             sum(one.least for one in each),
             sum(one.most for one in each),
-            sum(one.fast for one in each),
+            sum(one.doubtful for one in each),
             sum(one.not_decaying for one in each),
             vague.reason,
         )
@@ -384,12 +392,12 @@ def prove_thresholds(
     if any(b < a for a, b in itertools.pairwise(edges)):
         return Proof("refuted", reason="the intervals overlap or leave the range")
     gaps = list(zip(edges[::2], edges[1::2], strict=True))
-    walk = _Walk(terms, growth_below, most)
+    walk = _Walk(terms, growth_below, most, (low, high))
     found = []
     for a, b in gaps:
         middle = (a + b) / 2.0
         bounds = walk.bounds(middle, middle)
-        if bounds.fast > bounds.least:
+        if bounds.doubtful:
             return Proof("open", "enclosure", reason=bounds.reason, where=middle)
         found.append(bounds.least)
     for number, (below, above) in enumerate(itertools.pairwise(found)):
