@@ -29,6 +29,10 @@ ILL = 1e-7  # reciprocal condition of M, its diagonal scaled to 1, below which i
 BEYOND = "M, C, K: the eigenvalues are beyond double precision"
 
 
+class SingularTogetherError(MatrixError):
+    """Rounding does not tell M, C and K from matrices for which every number is a root."""
+
+
 class LightMassError(MatrixError):
     """M is singular, or so nearly that its inverse would cost the digits of other modes."""
 
@@ -215,7 +219,10 @@ def unit_diagonal(M: NDArray) -> NDArray:
 
 
 def check_regular(M: NDArray, C: NDArray | None, K: NDArray) -> None:
-    """Refuse matrices (n, n) for which every number is a root. Raises InputError."""
+    """Refuse matrices (n, n) for which every number is a root, as far as rounding shows.
+
+    Raises SingularTogetherError.
+    """
     mass = float(abs(M).max())
     stiffness = float(abs(K).max())
     frequency = np.sqrt(stiffness / mass) if mass and stiffness else 1.0
@@ -223,7 +230,7 @@ def check_regular(M: NDArray, C: NDArray | None, K: NDArray) -> None:
         z = frequency * point
         if scaled_rank(z * z * M + (0.0 if C is None else z * C) + K) == len(M):
             return
-    raise MatrixError(
+    raise SingularTogetherError(
         "M, C and K: are singular together as far as rounding shows, so that every number is a root"
     )
 

@@ -17,10 +17,10 @@ import numpy as np
 from numpy.linalg import LinAlgError
 from numpy.typing import NDArray
 
-from squeal.proof.balls import Floats, upper
+from squeal.proof.balls import Floats
 
-PARALLEL = 1e-4  # 1 - cosine of the angle up to which two vectors count as one
-NULL = 1e-5  # of the size of the restricted pencil: singular values below belong to vectors proper
+PARALLEL = 0.05  # 1 - cosine of the angle up to which two vectors count as one
+NULL = 1e-2  # of the size of the restricted pencil: singular values below belong to vectors proper
 LARGEST_CHAIN = 40  # members
 FINEST = 50  # t = 2^-FINEST at the least
 
@@ -39,18 +39,19 @@ class Chain:
         changed[:, self.members] = self.basis
         return changed
 
-    def graded(self, N: Floats) -> Floats:
-        """Bounds N (n, n) of entries after columns are scaled by t^level, t the best power of 2."""
-        best = N
+    def shifts(self, N: Floats) -> NDArray[np.intp]:
+        """By which powers of 2 entries (n, n) grow as columns are scaled by t^level, with the t for
+        which the sums of the members' rows of N are least."""
+        best = np.zeros(N.shape, dtype=int)
         least = np.inf
         for exponent in range(FINEST):
-            shifts = np.zeros(len(N), dtype=int)
-            shifts[self.members] = exponent * self.levels
-            scaled = np.ldexp(N[self.members], shifts[self.members][:, None] - shifts)
-            widest = float(np.max(np.sum(scaled, axis=1)))
+            powers = np.zeros(len(N), dtype=int)
+            powers[self.members] = exponent * self.levels
+            shifts = powers[:, None] - powers
+            widest = float(np.max(np.sum(np.ldexp(N[self.members], shifts[self.members]), axis=1)))
             if widest < least:
                 least = widest
-                best = upper(np.ldexp(N, shifts[:, None] - shifts), 1)
+                best = shifts
         return best
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -53,6 +53,15 @@ class Piece:
     def is_sharp(self) -> bool:
         """True if nothing is left to say but where in its disc the root lies."""
         return self.count == 1 and self.side != "unknown"
+
+
+class Tally(NamedTuple):
+    """So many roots whose real parts lie between two bounds (1/s), and what they do."""
+
+    number: int
+    low: float
+    high: float
+    side: Side
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,13 +171,18 @@ def pieces_of(
 
 def growing_counts(pieces: Sequence[Piece], rate: float = 0.0) -> tuple[int, int]:
     """The least and the largest number of roots that may grow faster than a rate (1/s)."""
+    return growing_of([Tally(p.count, p.low, p.high, p.side) for p in pieces], rate)
+
+
+def growing_of(tallies: Sequence[Tally], rate: float = 0.0) -> tuple[int, int]:
+    """The same of tallies."""
     least = 0
     most = 0
-    for piece in pieces:
-        surely = piece.low > rate or (rate == 0.0 and piece.side == "grows")
-        never = piece.high <= rate or (rate == 0.0 and piece.side in ("axis", "decays"))
+    for number, low, high, side in tallies:
+        surely = low > rate or (rate == 0.0 and side == "grows")
+        never = high <= rate or (rate == 0.0 and side in ("axis", "decays"))
         if surely:
-            least += piece.count
+            least += number
         if not never:
-            most += piece.count
+            most += number
     return least, most

@@ -8,23 +8,33 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.linalg import LinAlgError
 from numpy.typing import ArrayLike
 
 from squeal.proof.balls import (
     AS_GIVEN,
+    EPS,
     Balls,
-    Quadratic,
     doubles,
     half_widths,
     middle_and_radius,
     upper,
 )
-from squeal.proof.pieces import Failure, growing_counts
-from squeal.proof.referee import Proof, enclosed, unstable_count
+from squeal.proof.enclosure import companion
+from squeal.proof.pieces import Failure, growing_of, strong_parts
+from squeal.proof.referee import Proof
+from squeal.proof.segments import (
+    Expansion,
+    bases,
+    moving,
+    tallies_of_squares,
+    tallies_of_values,
+)
 
 try:
     import flint
@@ -32,11 +42,16 @@ except ImportError:  # an extra
     flint = None
 
 Factor = Callable[[Any], Any]
-"""A function of the parameter by + - * / and **; it is given a ball of numbers (`flint.arb`)."""
-Provider = Callable[[float, float], tuple[Quadratic, ...] | Failure]
-"""Systems that together hold all whose parameter lies between two numbers."""
-NARROWEST = 1e-14  # of the range: an interval that is not halved
-MOST_INTERVALS = 4000  # of one gap
+"""A function of the parameter by + - * / and **; it is given a ball of numbers (`flint.arb`), or a
+Taylor series of balls (`flint.arb_series`)."""
+NARROWEST = 1e-14  # of the range: a step that is not shortened
+MOST_INTERVALS = 4000
+SPENT = "the range takes more steps than are made"
+LONGER = 32.0  # than the last one: a step after one that is proved
+SHORTER = 0.35  # ... and after one that is not
+AHEAD = 8  # values that are looked at beyond a place where no step succeeds
+ASIDE = 1e-3  # of a gap: how far from a threshold that is refuted the search looks again
+FIRST = 1e-8  # of the gap: a step beside a threshold
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +64,7 @@ class Term:
 
 @dataclass(frozen=True, eq=False)
 class Terms:
-    """A provider of M, C and K that are sums of terms; C may have none.
+    """M, C and K over a parameter, each a sum of terms; C may have none.
 
     `data` says how the entries of each matrix are known. Needs python-flint.
 
@@ -65,51 +80,180 @@ class Terms:
     C: Sequence[Term]
     K: Sequence[Term]
     data: str = AS_GIVEN
-    _given: dict[str, list[np.ndarray]] = field(init=False, repr=False)
+    _balls: dict[str, list[Balls]] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         if flint is None:
             raise ImportError("ranges need python-flint", name="flint")
-        given = {}
+        balls = {}
         for name in "MCK":
-            given[name] = [doubles(np.asarray(term.matrix)) for term in getattr(self, name)]
-        object.__setattr__(self, "_given", given)
+            matrices = [doubles(np.asarray(term.matrix)) for term in getattr(self, name)]
+            balls[name] = [Balls(X, half_widths(X, self.data)) for X in matrices]
+        object.__setattr__(self, "_balls", balls)
 
-    def __call__(self, low: float, high: float) -> tuple[Quadratic, ...]:
-        parameter = flint.arb(low).union(flint.arb(high))
-        M, C, K = (self._sum(name, parameter) for name in "MCK")
-        symmetric = all(np.array_equal(X, X.T) for name in "MK" for X in self._given[name])
-        skew = all(np.array_equal(X, -X.T) for X in self._given["C"])
-        return (Quadratic(M, C, K, self.data, symmetric, skew),)
+    @property
+    def n(self) -> int:
+        """Number of rows."""
+        return len(self._balls["M"][0].mid)
 
-    def _sum(self, name: str, parameter: Any) -> Balls:
+    @property
+    def is_symmetric(self) -> bool:
+        """True if M and K are symmetric at each value."""
+        return all(np.array_equal(X.mid, X.mid.T) for name in "MK" for X in self._balls[name])
+
+    @property
+    def is_skew(self) -> bool:
+        """True if C is skew at each value."""
+        return all(np.array_equal(X.mid, -X.mid.T) for X in self._balls["C"])
+
+    @property
+    def is_undamped(self) -> bool:
+        """True if C is zero at each value."""
+        return not any(X.mid.any() for X in self._balls["C"])
+
+    def components(self) -> list[Terms]:
+        """Those of each strong component of the pattern of all terms."""
+        pattern = sum(np.abs(X.mid) for name in "MCK" for X in self._balls[name]) > 0.0
+        each = []
+        for rows in strong_parts(pattern):
+            M, C, K = (
+                [
+                    Term(X.mid[np.ix_(rows, rows)], term.factor)
+                    for term, X in zip(getattr(self, name), self._balls[name], strict=True)
+                ]
+                for name in "MCK"
+            )
+            each.append(Terms(M, C, K, self.data))
+        return each
+
+    def expanded(self, low: float, high: float) -> tuple[Expansion, Expansion, Expansion]:
+        """M, C and K around the middle of two values, with Lagrange's remainder.
+
+        Raises ValueError where a factor divides by what may be zero.
+        """
+        middle = flint.arb_series([flint.arb((low + high) / 2.0), 1], prec=2)
+        between = flint.arb_series([flint.arb(low).union(flint.arb(high)), 1], prec=3)
+        M, C, K = (self._sum(name, middle, between) for name in "MCK")
+        return M, C, K
+
+    def _sum(self, name: str, middle: Any, between: Any) -> Expansion:
         """The sum of terms; entries that are zero in all of them stay zero."""
-        shape = self._given["M"][0].shape
-        total = Balls(np.zeros(shape), np.zeros(shape))
-        used = np.zeros(shape, dtype=bool)
-        for term, X in zip(getattr(self, name), self._given[name], strict=True):
-            added = Balls(X, half_widths(X, self.data))
-            if term.factor is not None:
-                added = _multiplied(added, term.factor(parameter))
-            total = added if not used.any() else total.plus(added)
-            used |= X != 0.0
-        return Balls(total.mid, np.where(used, total.rad, 0.0))
+        none = np.zeros((self.n, self.n))
+        value = Balls.exact(none)
+        slope = Balls.exact(none)
+        rest = none
+        for term, X in zip(getattr(self, name), self._balls[name], strict=True):
+            if term.factor is None:
+                value = value.plus(X)
+                continue
+            level, rise = _coefficients(term.factor(middle))[:2]
+            bend = _coefficients(term.factor(between))[2]
+            value = value.plus(_multiplied(X, level))
+            slope = slope.plus(_multiplied(X, rise))
+            rest = rest + X.bound() * float(np.nextafter(float(bend.abs_upper()), np.inf))
+        used = sum((np.abs(X.mid) for X in self._balls[name]), none) > 0.0
+        return Expansion(
+            Balls(value.mid, np.where(used, value.rad, 0.0)),
+            Balls(slope.mid, np.where(used, slope.rad, 0.0)),
+            np.where(used, upper(rest, 2 * len(self._balls[name])), 0.0),
+        )
+
+
+def _coefficients(value: Any) -> list[Any]:
+    """The first three coefficients (balls) of a series, or of a constant."""
+    if not isinstance(value, flint.arb_series):
+        value = flint.arb_series([flint.arb(value)])
+    return [value[k] for k in range(3)]
 
 
 def _multiplied(X: Balls, factor: Any) -> Balls:
     """Entries times a ball of numbers."""
-    middle, radius = middle_and_radius(flint.arb(factor))
+    middle, radius = middle_and_radius(factor)
     product = X.times(middle)
     return Balls(product.mid, upper(product.rad + np.abs(X.mid) * radius + X.rad * radius, 4))
 
 
+class Bounds(NamedTuple):
+    """Numbers of roots over an interval.
+
+    least, most: bounds of how many grow; doubtful: of so many it is not certain that they grow, and
+    they may grow faster than a rate; not_decaying: at least so many grow, or decay by no more than
+    it.
+    """
+
+    least: int
+    most: int
+    doubtful: int
+    not_decaying: int
+    reason: str = "what grows cannot be told from what does not"
+
+    def allow(self, unstable: int) -> bool:
+        """True if so many roots may grow."""
+        return self.least <= unstable <= self.most
+
+    def prove(self, unstable: int) -> bool:
+        """True if so many roots grow, but for some that grow or decay by no more than the rate."""
+        return not self.doubtful and self.allow(unstable) and unstable <= self.not_decaying
+
+
+def bounds_between(terms: Terms, low: float, high: float, rate: float) -> Bounds:
+    """The numbers of one component at all values between two."""
+    roots = 2 * terms.n
+    known = Bounds(0, roots, roots, 0)
+    try:
+        M, C, K = terms.expanded(low, high)
+    except ValueError:
+        return known._replace(reason="a factor divides by what may be zero")
+    half = float(np.nextafter((high - low) / 2.0 * (1.0 + 8.0 * EPS), np.inf))
+    A = K
+    B = M
+    if not terms.is_undamped:
+        A, B = _states(M, C, K)
+    with np.errstate(all="ignore"), suppress(LinAlgError):
+        for basis in bases(A.value.mid, B.value.mid):
+            found = moving(A, B, half, basis)
+            if isinstance(found, Failure):
+                known = known._replace(reason=found.reason)
+                continue
+            if terms.is_undamped:
+                each = tallies_of_squares(found, half)
+            else:
+                each = tallies_of_values(found, half, terms.is_symmetric and terms.is_skew)
+            least, most = growing_of(each)
+            doubtful = sum(one.number for one in each if one.side != "grows" and one.high > rate)
+            known = Bounds(
+                max(known.least, least),
+                min(known.most, most),
+                min(known.doubtful, doubtful),
+                max(known.not_decaying, growing_of(each, -rate)[0]),
+            )
+            if not known.doubtful:
+                break
+    return known
+
+
+def _states(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansion, Expansion]:
+    """A and B (2n, 2n) of the states (q, q' / rate)."""
+    rate = 1.0
+    sizes = float(np.max(M.value.bound())), float(np.max(K.value.bound()))
+    if min(sizes) > 0.0 and np.isfinite(sizes).all():
+        rate = float(2.0 ** np.round(np.log2(sizes[1] / sizes[0]) / 2.0))
+    values = companion(M.value, C.value, K.value, rate)
+    slopes = companion(M.slope, C.slope, K.slope, rate, 0.0)
+    none = np.zeros(M.rest.shape)
+    mass, damping, stiffness = (Balls(none, X.rest) for X in (M, C, K))
+    rests = companion(mass, damping, stiffness, rate, 0.0)
+    parts = zip(values, slopes, rests, strict=True)
+    A, B = (Expansion(value, slope, rest.rad) for value, slope, rest in parts)
+    return A, B
+
+
 def prove_gap(
-    provider: Provider,
+    terms: Terms,
     low: float,
     high: float,
     unstable: int,
     growth_below: float,
-    cuts: Sequence[float] = (),
     most: int = MOST_INTERVALS,
 ) -> Proof:
     """Whether `unstable` roots grow at every value between two, and others by no more than a rate.
@@ -120,104 +264,108 @@ def prove_gap(
 
     Parameters
     ----------
-    provider : callable
-        Low and high value of the parameter to all systems between them.
+    terms : Terms
+        The systems.
     low, high : float
         Ends of the gap.
     unstable : int
         How many roots are said to grow.
     growth_below : float
         A rate, 1/s, above 0.
-    cuts : sequence of float
-        Ascending values at which the gap is cut before it is halved.
     most : int
         How many intervals are looked at before the answer stays open.
     """
-    for end in (low, high):
-        systems = provider(end, end)
-        if not isinstance(systems, Failure):
-            bounds = _bounds(systems, growth_below)
-            if not bounds.least <= unstable <= bounds.most:
-                return _refuted(bounds, unstable, systems[0].data, end)
-    narrowest = NARROWEST * max(high - low, abs(low), abs(high))
-    edges = [low, *(cut for cut in cuts if low < cut < high), high]
-    waiting = list(itertools.pairwise(edges))[::-1]
-    most += len(waiting)
-    looked = 0
-    while waiting:
-        a, b = waiting.pop()
-        looked += 1
-        middle = (a + b) / 2.0
-        systems = provider(a, b)
-        if isinstance(systems, Failure):
-            reason = systems.reason
-        else:
-            bounds = _bounds(systems, growth_below)
-            data = systems[0].data
-            if not bounds.least <= unstable <= bounds.most:
-                return _refuted(bounds, unstable, data, middle)
-            if bounds.fast <= unstable <= bounds.not_decaying:
+    return _Walk(terms, growth_below, most, (low, high)).gap(low, high, unstable)
+
+
+class _Walk:
+    """Intervals of the parameter that are looked at one after the other, at most `most` in all, of
+    a range with these ends."""
+
+    def __init__(
+        self, terms: Terms, growth_below: float, most: int, ends: tuple[float, float]
+    ) -> None:
+        self.components = terms.components()
+        self.data = terms.data
+        self.growth_below = growth_below
+        self.left = most
+        self.ends = ends
+
+    def gap(self, low: float, high: float, unstable: int) -> Proof:
+        """The proof between two values, from both ends to the middle."""
+        middle = (low + high) / 2.0
+        proof = self._steps(low, middle, unstable)
+        return self._steps(high, middle, unstable) if proof.status == "proved" else proof
+
+    def _steps(self, start: float, end: float, unstable: int) -> Proof:
+        """The proof from one value to another, above or below it."""
+        narrowest = NARROWEST * max(abs(end - start), abs(start), abs(end))
+        length = abs(end - start)
+        if start not in self.ends:  # beside a threshold
+            length = max(FIRST * length, narrowest)
+        way = 1.0 if end >= start else -1.0
+        at = start
+        while True:
+            beyond = at + way * length
+            if way * (end - beyond) <= 0.25 * length:
+                beyond = end
+            where = (at + beyond) / 2.0
+            if self.left <= 0:
+                return Proof("open", "enclosure", reason=SPENT, where=where)
+            bounds = self.bounds(min(at, beyond), max(at, beyond))
+            self.left -= 1
+            if not bounds.allow(unstable):
+                return self._refuted(bounds, unstable, where)
+            if bounds.prove(unstable):
+                if beyond == end:
+                    return Proof("proved", "enclosure", self.growth_below, self.data)
+                at = beyond
+                length *= LONGER
                 continue
-            reason = bounds.reason
-        if b - a <= narrowest or looked + len(waiting) >= most:
-            return Proof("open", "enclosure", reason=reason, where=middle)
-        waiting += [(middle, b), (a, middle)]
-    return Proof("proved", "enclosure", growth_below, data)
+            length = abs(beyond - at) * SHORTER
+            if length < narrowest:
+                return self._ahead(at, end, unstable) or Proof(
+                    "open", "enclosure", reason=bounds.reason, where=where
+                )
 
+    def _ahead(self, at: float, end: float, unstable: int) -> Proof | None:
+        """A refutation by a value between where no step succeeds and the end, if there is one."""
+        share = 1.0
+        for _ in range(AHEAD):
+            share /= LONGER
+            value = at + share * (end - at)
+            bounds = self.bounds(value, value)
+            if not bounds.allow(unstable):
+                return self._refuted(bounds, unstable, value)
+        return None
 
-def _refuted(bounds: _Bounds, unstable: int, data: str, where: float) -> Proof:
-    """Another number of roots grows for certain."""
-    words = f"{bounds.least} to {bounds.most} roots grow, not {unstable}"
-    if bounds.least == bounds.most:
-        words = f"{bounds.least} roots grow, not {unstable}"
-    return Proof("refuted", "enclosure", data=data, reason=words, where=where)
+    def _refuted(self, bounds: Bounds, unstable: int, where: float) -> Proof:
+        """Another number of roots grows for certain."""
+        words = f"{bounds.least} to {bounds.most} roots grow, not {unstable}"
+        if bounds.least == bounds.most:
+            words = f"{bounds.least} roots grow, not {unstable}"
+        return Proof("refuted", "enclosure", data=self.data, reason=words, where=where)
 
-
-class _Bounds(NamedTuple):
-    """Numbers of roots of systems that together hold all over an interval.
-
-    least, most: bounds of how many grow; fast: at most so many grow faster than a rate;
-    not_decaying: at least so many grow, or decay by no more than it.
-    """
-
-    least: int
-    most: int
-    fast: int
-    not_decaying: int
-    reason: str
-
-
-def _bounds(systems: Sequence[Quadratic], rate: float) -> _Bounds:
-    """The numbers that hold for each of the systems."""
-    each = []
-    for system in systems:
-        finding = enclosed(system)
-        pieces = finding.pieces
-        least, most = growing_counts(pieces)
-        fast = growing_counts(pieces, rate)[1]
-        not_decaying = growing_counts(pieces, -rate)[0]
-        reason = "what grows cannot be told from what does not"
-        if finding.failure is not None:
-            most = fast = 2 * system.n
-            reason = finding.failure.reason
-        each.append(_Bounds(least, most, fast, not_decaying, reason))
-    return _Bounds(
-        min(one.least for one in each),
-        max(one.most for one in each),
-        max(one.fast for one in each),
-        min(one.not_decaying for one in each),
-        each[0].reason,
-    )
+    def bounds(self, low: float, high: float) -> Bounds:
+        """The numbers over an interval."""
+        each = [bounds_between(one, low, high, self.growth_below) for one in self.components]
+        vague = next((one for one in each if one.least < one.most), each[0])
+        return Bounds(
+            sum(one.least for one in each),
+            sum(one.most for one in each),
+            sum(one.doubtful for one in each),
+            sum(one.not_decaying for one in each),
+            vague.reason,
+        )
 
 
 def prove_thresholds(
-    provider: Provider,
+    terms: Terms,
     low: float,
     high: float,
     intervals: Sequence[tuple[float, float]],
     growth_below: float,
-    counts: Sequence[int] | None = None,
-    cuts: Sequence[float] = (),
+    rises: Sequence[int] | None = None,
     most: int = MOST_INTERVALS,
 ) -> Proof:
     """Whether the number of growing roots changes in the printed intervals and nowhere else.
@@ -227,46 +375,39 @@ def prove_thresholds(
 
     Parameters
     ----------
-    provider : callable
-        Low and high value of the parameter to all systems between them.
+    terms : Terms
+        The systems.
     low, high : float
         Ends of the range.
     intervals : sequence of (float, float)
         The printed intervals, ascending and disjoint.
     growth_below : float
         A rate, 1/s, above 0.
-    counts : sequence of int, optional
-        The printed numbers of growing roots in the gaps, one more than there are intervals.
-    cuts, most
-        As `prove_gap` takes them.
+    rises : sequence of int, optional
+        By how much the number of growing roots is printed to rise in each interval.
+    most : int
+        How many intervals are looked at before the answer stays open.
     """
     edges = [low, *(end for interval in intervals for end in interval), high]
     if any(b < a for a, b in itertools.pairwise(edges)):
         return Proof("refuted", reason="the intervals overlap or leave the range")
     gaps = list(zip(edges[::2], edges[1::2], strict=True))
+    walk = _Walk(terms, growth_below, most, (low, high))
     found = []
-    data = ""
     for a, b in gaps:
         middle = (a + b) / 2.0
-        systems = provider(middle, middle)
-        if isinstance(systems, Failure):
-            return Proof("open", reason=systems.reason, where=middle)
-        counted = [unstable_count(system) for system in systems]
-        if len({count.lower for count in counted} | {count.upper for count in counted}) > 1:
-            reason = counted[0].reason or "it is not known which matrices hold"
-            return Proof("open", "enclosure", reason=reason, where=middle)
-        found.append(counted[0].lower)
-        if data != AS_GIVEN:  # the exact means know the doubles only
-            data = counted[0].data
-    for number, (start, _) in enumerate(gaps[1:], start=1):
-        if found[number] == found[number - 1]:
-            words = f"{found[number]} roots grow on both sides of a threshold"
-            return Proof("refuted", "enclosure", data=data, reason=words, where=start)
+        bounds = walk.bounds(middle, middle)
+        if bounds.doubtful:
+            return Proof("open", "enclosure", reason=bounds.reason, where=middle)
+        found.append(bounds.least)
+    for number, (below, above) in enumerate(itertools.pairwise(found)):
+        if below == above or (rises is not None and rises[number] != above - below):
+            words = f"{below} roots grow below a threshold, {above} above"
+            start, stop = gaps[number + 1]
+            where = start + ASIDE * (stop - start)
+            return Proof("refuted", "enclosure", data=terms.data, reason=words, where=where)
     for number, (a, b) in enumerate(gaps):
-        if counts is not None and counts[number] != found[number]:
-            words = f"{found[number]} roots grow, not {counts[number]}"
-            return Proof("refuted", "enclosure", data=data, reason=words, where=(a + b) / 2.0)
-        proof = prove_gap(provider, a, b, found[number], growth_below, cuts, most)
+        proof = walk.gap(a, b, found[number])
         if proof.status != "proved":
             return proof
-    return Proof("proved", "enclosure", growth_below, data)
+    return Proof("proved", "enclosure", growth_below, terms.data)

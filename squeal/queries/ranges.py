@@ -18,17 +18,20 @@ from squeal.queries.systems.proofs import HALF_ULP, Statement
 from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:  # scenes start without the referee
-    from squeal.proof.ranges import Provider
-    from squeal.proof.referee import Proof
+    from squeal.proof.referee import Count, Proof
 
 NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"
 RATE = 1e-6  # growth below which nothing is told apart, of the fastest root
-WIDTHS = (1e-10, 1e-8)  # half widths, of a threshold, in which it may be proved
+WIDTH = 1e-10  # of a threshold: by how much the interval is wider in which it is proved
 BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be followed
 AS_GIVEN = "as given"  # the entries of pads
 DISAGREES = "the referee disagrees: "
 PROVED_ROWS = 20  # up to which thresholds of systems are always asked for
-WORK = 4e5  # intervals of one gap times the squared rows and a constant
+INTERVALS = 600  # that are looked at in a system of few rows
+LARGE = 40.0  # states, of which an interval costs twice as much
+BESIDE = (1e-8, 1e-6)  # of a threshold: how far from it growing roots are counted
+ASIDE = 1e-3  # of half the gap: how far from a threshold that is refuted the search looks again
+SEARCHES = 4  # in all, where the referee refutes each but the last
 
 Interval = tuple[float, float]
 
@@ -47,9 +50,11 @@ class RangeStatement(Statement):
     high: float = 0.0
 
     @property
-    def is_refuted(self) -> bool:
-        """Whether it is open because the referee disagrees."""
-        return self.reason.startswith(DISAGREES)
+    def refuted_at(self) -> float | None:
+        """The value at which the referee disagrees, None if it does not."""
+        if self.where is None or not self.reason.startswith(DISAGREES):
+            return None
+        return float(self.where.real)
 
     @property
     def words(self) -> str:
@@ -98,25 +103,6 @@ def _places(crossings: Sequence[Crossing], low: float, high: float, half: float)
         else:
             found.append(wide)
     return found
-
-
-def _proved(
-    provider: Provider,
-    extent: Interval,
-    crossings: Sequence[Crossing],
-    rate: float,
-    cuts: Sequence[float] = (),
-    most: int = 4000,
-) -> tuple[Proof, list[Interval]]:
-    """The proof for the narrowest places that have one."""
-    from squeal.proof.ranges import prove_thresholds
-
-    for half in WIDTHS:
-        places = _places(crossings, *extent, half)
-        proof = prove_thresholds(provider, *extent, places, rate, cuts=cuts, most=most)
-        if proof.status == "proved" or not crossings:
-            break
-    return proof, places
 
 
 def pad_statement(
@@ -181,6 +167,12 @@ def _rise(crossing: Crossing) -> int:
     return roots if crossing.direction == "up" else -roots
 
 
+def _risen(crossings: Sequence[Crossing], place: Interval) -> int:
+    """The same of all crossings in an interval."""
+    low, high = place
+    return sum(_rise(one) for one in crossings if low <= one.mu <= high)
+
+
 def _factor(term: Any, system: TermSystem) -> Callable[[Any], Any] | None:
     """The factor of a term as a function of the parameter; None where it is 1."""
     if not term.factor.names and term.factor.value({}) == 1.0:
@@ -188,14 +180,18 @@ def _factor(term: Any, system: TermSystem) -> Callable[[Any], Any] | None:
     import flint
 
     values = dict(system.parameters)
-    return lambda ball: term.factor.over(values | {system.parameter: ball}, flint.arb)
+
+    def number(x: Any) -> Any:
+        return x if isinstance(x, flint.arb_series) else flint.arb(x)
+
+    return lambda ball: term.factor.over(values | {system.parameter: ball}, number)
 
 
 def system_statement(
     system: TermSystem, crossings: Sequence[Crossing], low: float, high: float, fastest: float
 ) -> tuple[RangeStatement, list[Interval]]:
     """What is proved of all thresholds of a real system, and in which intervals."""
-    from squeal.proof.ranges import Term, Terms
+    from squeal.proof.ranges import Term, Terms, prove_thresholds
     from squeal.proof.referee import Proof
 
     extent = (low, high)
@@ -204,18 +200,53 @@ def system_statement(
         return stated(proof, system.parameter, extent, high), []
     try:
         M, C, K = (
-            [Term(_dense(term.matrix), _factor(term, system)) for term in terms]
-            for terms in system.parts
+            [Term(_dense(term.matrix), _factor(term, system)) for term in part]
+            for part in system.parts
         )
-        provider = Terms(M, C, K, HALF_ULP)
+        terms = Terms(M, C, K, HALF_ULP)
     except ImportError:
         return stated(Proof("open", reason=NO_BALLS), system.parameter, extent, high), []
-    most = int(WORK / (200.0 + 6.0 * system.n**2))
+    states = system.n * (2 if system.C else 1)
+    most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
+    places = _places(crossings, low, high, WIDTH)
+    rises = [_risen(crossings, place) for place in places]
     try:
-        proof, places = _proved(provider, extent, crossings, RATE * fastest, most=most)
+        proof = prove_thresholds(terms, low, high, places, RATE * fastest, rises, most)
     except InputError as error:  # a factor has no value somewhere
-        proof, places = Proof("open", reason=str(error)), []
+        proof = Proof("open", reason=str(error))
     return stated(proof, system.parameter, extent, high), places if proof.status == "proved" else []
+
+
+def disagreement(
+    system: TermSystem, crossings: Sequence[Crossing], low: float, high: float
+) -> tuple[float | None, str]:
+    """The first threshold of a small system on whose two sides the referee counts growing roots
+    that the list cannot explain, and this in words; None if there is none."""
+    from squeal.proof.balls import Quadratic
+    from squeal.proof.referee import unstable_count
+
+    def count(value: float) -> Count:
+        M, C, K = system.arrays({system.parameter: value})
+        damping = None if C is None else _dense(C)
+        return unstable_count(Quadratic.of(_dense(M), damping, _dense(K), HALF_ULP))
+
+    places = _places(crossings, low, high, 0.0)
+    ends = [low, *(end for place in places for end in place), high]
+    for k, (a, b) in enumerate(places):
+        expected = _risen(crossings, (a, b))
+        room = (a - ends[2 * k]) / 2.0, (ends[2 * k + 3] - b) / 2.0
+        for share in BESIDE:
+            margin = share * max(abs(a), abs(b), 1e-3 * (high - low))
+            below = count(a - min(margin, room[0]))
+            above = count(b + min(margin, room[1]))
+            if below.is_certain and above.is_certain:
+                break
+        least = above.lower - below.upper
+        most = above.upper - below.lower
+        if not least <= expected <= most and min(room) > 0.0:
+            words = f"{below.lower} roots grow below {a:.9g} and {above.lower} above"
+            return b + ASIDE * room[1], f"{DISAGREES}{words}"
+    return None, ""
 
 
 def _dense(matrix: Any) -> Any:

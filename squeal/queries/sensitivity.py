@@ -115,6 +115,6 @@ def sensitivity(
     analysis = SystemAnalysis.of(subject, band, region, modes, memory, progress)
     system = with_matrices(analysis.file, matrices or {})
     if of_threshold:
-        found = known_thresholds or system_thresholds_with_proof(analysis, high, low)
+        found = known_thresholds or system_thresholds_with_proof(analysis, high, low, prove=False)
         return threshold_sensitivity(system, found)
     return root_sensitivity(system, known_eigenvalues or system_eigenvalues(analysis))

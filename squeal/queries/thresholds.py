@@ -19,6 +19,7 @@ from squeal.linear import thresholds as located_thresholds
 from squeal.linear.continuation import ContinuationOptions
 from squeal.linear.eigen import STIFF, hidden
 from squeal.linear.matrices import checked, reduce
+from squeal.linear.system import TermSystem
 from squeal.queries.options import (
     Band,
     Progress,
@@ -29,7 +30,7 @@ from squeal.queries.options import (
 )
 from squeal.queries.pads.equilibrium import branch_system, roots_and_verdict
 from squeal.results.sources import EigenvalueSelection, PadSource
-from squeal.results.thresholds import Thresholds
+from squeal.results.thresholds import MISSED, Thresholds
 from squeal.schema import Number, Place, Positive, public
 
 if TYPE_CHECKING:  # pads start without the referee and the solvers of systems
@@ -67,8 +68,8 @@ def thresholds(
         Lower end, of systems; left out, 0, or a little above where a factor divides by the
         parameter.
     prove : bool, optional
-        Whether the referee judges the list: of a pad, which it does if this is left out, or of a
-        system of up to 20 rows. `proof` of the answer says what is proved, and of which extent.
+        Whether the referee judges the list, which it does if this is left out: of a pad, and of a
+        real system of up to 20 rows. `proof` says what is proved, and of which extent.
 
     Returns
     -------
@@ -201,10 +202,7 @@ def _proved(
         fastest,
         None if path is None else path.fold,
     )
-    refuted_at = None
-    if statement.is_refuted and statement.where is not None:
-        refuted_at = float(statement.where.real)
-    return with_statement(answer, statement, places), refuted_at
+    return with_statement(answer, statement, places), statement.refuted_at
 
 
 def with_statement(
@@ -222,7 +220,7 @@ def with_statement(
     notes = answer.notes
     details = {**answer.details}
     if proved:
-        notes = tuple(note for note in notes if not note.startswith("windows"))
+        notes = tuple(note for note in notes if not note.endswith(MISSED))
     if "doubts" in details:
         details["doubts"] = [] if proved else [statement.reason]
     return replace(
@@ -278,12 +276,13 @@ def system_thresholds_with_proof(
     workers: int = 1,
     prove: bool | None = None,
 ) -> Thresholds:
-    """Every threshold of the selected roots from low to high, and what the referee says of them.
+    """Every threshold of the selected roots from low to high, and what the referee says of them
+    unless `prove` is False.
 
-    Only `prove` asks the referee.
+    What it refutes is searched again, with the place in question as one that is looked at.
     """
-    from squeal.queries.ranges import PROVED_ROWS, system_statement
-    from squeal.queries.systems.all_roots import roots_of_all
+    from squeal.queries.ranges import PROVED_ROWS, SEARCHES
+    from squeal.queries.systems.all_roots import is_small
     from squeal.queries.systems.known import thresholds_as_known
     from squeal.queries.systems.sensitivity import widened_by_reduction
     from squeal.queries.systems.thresholds import system_thresholds
@@ -304,14 +303,41 @@ def system_thresholds_with_proof(
             "without a band or a region"
         )
     analysis.warn_of_unused_parameter()
-    answer = system_thresholds(system, high, low, selection, workers)
-    if prove:
-        roots = roots_of_all(system, selection, {system.parameter: answer.low})
-        fastest = float(np.max(np.abs(roots), initial=0.0))
-        statement, intervals = system_statement(
-            system, answer.crossings, answer.low, answer.high, fastest
-        )
-        answer = with_statement(answer, statement, intervals)
+    looked_at: list[float] = []
+    for _ in range(SEARCHES):
+        answer = system_thresholds(system, high, low, selection, workers, looked_at=looked_at)
+        refuted_at = None
+        if can_be_proved and prove is not False:
+            answer, refuted_at = _proved_system(system, answer)
+        elif is_small(system) and system.real and assembly is None and prove is not False:
+            answer, refuted_at = _counted_system(system, answer)
+        if refuted_at is None:
+            break
+        looked_at.append(refuted_at)
     if analysis.joined:
         answer = widened_by_reduction(system, assembly, answer)
     return thresholds_as_known(analysis.file, selection, answer)
+
+
+def _proved_system(system: TermSystem, answer: Thresholds) -> tuple[Thresholds, float | None]:
+    """The answer with what the referee says of its whole range, and where it is refuted."""
+    from squeal.queries.ranges import system_statement
+    from squeal.queries.systems.all_roots import roots_of_all
+
+    roots = roots_of_all(system, EigenvalueSelection(), {system.parameter: answer.low})
+    fastest = float(np.max(np.abs(roots), initial=0.0))
+    statement, intervals = system_statement(
+        system, answer.crossings, answer.low, answer.high, fastest
+    )
+    return with_statement(answer, statement, intervals), statement.refuted_at
+
+
+def _counted_system(system: TermSystem, answer: Thresholds) -> tuple[Thresholds, float | None]:
+    """The answer, and where the counts of the referee beside its thresholds refute it."""
+    from squeal.queries.ranges import disagreement
+
+    refuted_at, words = disagreement(system, answer.crossings, answer.low, answer.high)
+    if refuted_at is None:
+        return answer, None
+    details = {**answer.details, "doubts": [*answer.details["doubts"], words]}
+    return replace(answer, certified=False, details=details), refuted_at

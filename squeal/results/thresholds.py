@@ -16,6 +16,9 @@ from squeal.results.columns import parameter_entry
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import Source
 
+MISSED = "between the computed values may be missed"
+"""The end of a note, which a proof takes back."""
+
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Thresholds(Answer):

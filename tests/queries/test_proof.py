@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.errors import InputWarning
+from squeal.errors import InputError, InputWarning
 from squeal.linear.eigen import Spectrum
 
 roots_module = importlib.import_module("squeal.queries.systems.roots")
@@ -122,3 +122,32 @@ def test_complex_matrices_are_proved_by_what_lies_above_the_real_axis():
     assert (found.certified, found.verdict) == (True, "flutter")
     grows = np.sqrt(-K[1, 1]) if np.sqrt(-K[1, 1]).imag > 0 else -np.sqrt(-K[1, 1])
     assert np.isclose(found.unstable[0].growth_rate, grows.real)
+
+
+@pytest.mark.parametrize(
+    ("M", "K", "verdict"),
+    [
+        ([[1, 1], [1, 1]], [[1, 1], [1, 1 + 2.0**-52]], "marginal"),
+        (
+            [[1, 2, 3], [4, 5, 6], [7, 8, 9]],
+            [[1, 2, 3], [4, 5, 6], [7, 8, 9 + 2.0**-49]],
+            "marginal",
+        ),
+    ],
+)
+def test_matrices_that_rounding_takes_for_singular_together_have_their_roots(M, K, verdict):
+    """det(K - s M) is no zero polynomial: of the first 2^-52 (1 - s)."""
+    found = squeal.eigenvalues(squeal.System(np.array(M, float), K=np.array(K, float)))
+    assert (found.verdict, found.certified) == (verdict, True)
+
+
+def test_matrices_that_are_singular_together_are_refused():
+    with pytest.raises(InputError, match="are singular together, so that"):
+        squeal.eigenvalues(squeal.System(np.ones((2, 2)), K=2.0 * np.ones((2, 2))))
+
+
+def test_a_system_without_any_motion_is_stable_and_says_so():
+    """det(s^2 M + K) = 1: no number is a root."""
+    found = squeal.eigenvalues(squeal.System([[0.0, 1.0], [0.0, 0.0]], K=np.eye(2)))
+    assert (found.verdict, found.certified, found.count) == ("stable", True, 0)
+    assert "no motion satisfies the equations" in str(found)

@@ -1,6 +1,7 @@
 """What is said to be proved of thresholds, against onsets that are known in closed form."""
 
 import importlib
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from squeal.equilibrium.damping import without_friction
 from squeal.queries.ranges import pad_statement
 from squeal.queries.thresholds import critical_friction, with_statement
 from tests.conftest import scene_of
+from tests.known import known_system
 
 pytest.importorskip("flint")
 
@@ -67,10 +69,47 @@ def test_a_pad_whose_loss_is_left_out_is_open():
 
 
 def _moved(crossing):
-    from dataclasses import replace
-
     low, high = (end * (1.0 + 1e-6) for end in crossing.interval)
     return replace(crossing, mu=crossing.mu * (1.0 + 1e-6), interval=(low, high))
+
+
+def test_a_window_that_the_search_overlooks_is_searched_again():
+    """K = [[2, f], [1, 2]] grows where f < 0: over 1.4e-6 of the range, in which no step ends."""
+    centre, width = 0.5224, 1e-6
+    bump = f"1 - 1.5*{width**2!r}/((mu - {centre})**2 + {width**2!r})"
+    K = {"1": [[2.0, 0.0], [1.0, 2.0]], bump: [[0.0, 1.0], [0.0, 0.0]]}
+    system = squeal.System(np.eye(2), K=K, parameters={"mu": 0.0})
+    assert not squeal.thresholds(system, 1.0, prove=False).crossings
+    answer = squeal.thresholds(system, 1.0)
+    ends = [centre - width / np.sqrt(2.0), centre + width / np.sqrt(2.0)]
+    assert [one.mu for one in answer.crossings] == pytest.approx(ends, abs=1e-10)
+    assert (answer.certified, answer.proof["status"]) == (True, "proved")
+
+
+@pytest.mark.parametrize("damped", [False, True])
+def test_what_the_referee_refutes_does_not_reach_the_user(damped, monkeypatch):
+    """The search leaves a threshold out at first: of 8 rows the range is refuted, of 24 a count."""
+    module = importlib.import_module("squeal.queries.systems.thresholds")
+    whole = module.thresholds
+    for rows in (8, 24):
+        system, expected = known_system(rows, np.random.default_rng(3), damped)
+        asked = []
+
+        def partial(*given, asked=asked):
+            found = whole(*given)
+            asked.append(given[2])
+            if len(asked) > 1:
+                return found
+            found.crossings.append(replace(found.crossings[0], direction="down"))
+            return found
+
+        monkeypatch.setattr(module, "thresholds", partial)
+        answer = squeal.thresholds(system)
+        assert len(asked) == 2
+        assert len(asked[1]) == 1
+        assert answer.certified
+        values = sorted(event[0] for event in expected)
+        assert [one.mu for one in answer.crossings] == pytest.approx(values, rel=1e-9)
 
 
 def test_without_flint_it_is_open(monkeypatch):

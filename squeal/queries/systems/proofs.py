@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import math
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.errors import InputWarning
+from squeal.errors import InputWarning, MatrixError
 from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue, growing, ordered
-from squeal.linear.matrices import dense
+from squeal.linear.matrices import SingularTogetherError, dense
 from squeal.linear.system import Matrix
 from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:
-    from squeal.proof import Proof, Quadratic
+    from squeal.proof import Piece, Proof, Quadratic
 
 AS_GIVEN = "as given"
 HALF_ULP = "half an ulp"  # is assumed of the entries of arrays and of files with all digits
+NO_MOTION = "no motion satisfies the equations, so that none grows"
 PRINTED = 1e-6  # of |lambda|: the digits of a table
 Known = tuple[Eigenvalue, ...]
 Words = tuple[str | None, str]
@@ -152,7 +154,9 @@ def refereed(
     elif status == "proved" and words[0] is None:
         verdict = next(iter(proof.verdicts)) if len(proof.verdicts) == 1 else None
         # what is known to few digits neither grows nor decays
-        if data.words == HALF_ULP and verdict in ("stable", "marginal"):
+        if not every:
+            words = verdict, f"{verdict}: {NO_MOTION}"
+        elif data.words == HALF_ULP and verdict is not None:
             words = verdict, f"{verdict}, which is proved although rounding hides it"
         elif any(piece.side == "free" for piece in proof.pieces):
             status = "open"
@@ -163,6 +167,33 @@ def refereed(
     every = with_proved_errors(every, proof.errors, words[0])
     growth = proof.growth_below if proof.growth_below < math.inf else None
     return every, words, Statement(status, proof.by, growth, proof.data, reason, where)
+
+
+def exact_spectrum(M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularTogetherError) -> Known:
+    """All finite roots of matrices that rounding does not tell from singular ones.
+
+    Raises MatrixError if they are singular together, `unsure` where the exact means do not say.
+    """
+    from squeal.proof.balls import Quadratic
+    from squeal.proof.enclosure import components
+    from squeal.proof.exact import SINGULAR, exact_roots
+    from squeal.proof.pieces import Failure
+
+    arrays = dense(M), None if C is None else dense(C), dense(K)
+    system = Quadratic.of(*arrays, AS_GIVEN)
+    if not system.is_real:
+        raise unsure
+    pieces: list[Piece] = []
+    for rows in components(system):
+        part = exact_roots(system.block(rows))
+        if isinstance(part, Failure):
+            if part.reason == SINGULAR:
+                words = "M, C and K: are singular together, so that every number is a root"
+                raise MatrixError(words)
+            raise unsure
+        pieces += part
+    values = _centres(pieces)
+    return tuple(_solved(arrays, z) for z in values[ordered(values)].tolist())
 
 
 def with_proved_errors(every: Known, errors: NDArray[np.float64], verdict: str | None) -> Known:
@@ -181,7 +212,7 @@ def with_proved_errors(every: Known, errors: NDArray[np.float64], verdict: str |
     return every if verdict in GROWING and not growing(wide) else tuple(wide)
 
 
-def _centres(pieces: tuple[Any, ...]) -> NDArray[np.complex128]:
+def _centres(pieces: Sequence[Piece]) -> NDArray[np.complex128]:
     """The known roots (m,), conjugate to each other where they are."""
     found: list[complex] = []
     for piece in pieces:

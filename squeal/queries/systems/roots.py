@@ -21,10 +21,17 @@ from squeal.linear.eigen import (
     roots_of,
     spectrum_of,
 )
-from squeal.linear.matrices import checked, rank_of, reduce, unit_diagonal
+from squeal.linear.matrices import SingularTogetherError, checked, rank_of, reduce, unit_diagonal
 from squeal.linear.system import Matrix, TermSystem
 from squeal.queries.systems.all_roots import Changes, is_small
-from squeal.queries.systems.proofs import Data, Statement, counted, refereed
+from squeal.queries.systems.proofs import (
+    NO_MOTION,
+    Data,
+    Statement,
+    counted,
+    exact_spectrum,
+    refereed,
+)
 from squeal.queries.systems.reduced import reduced_for
 from squeal.queries.systems.region_ends import (
     ROUGH,
@@ -242,7 +249,10 @@ def _roots_of_matrices(
     problem = quadratic(M, C, K)
     roots, words = _reduced_spectrum(problem, matrices)
     if words is None:
-        roots = dense_spectrum(M, C, K)
+        try:
+            roots = dense_spectrum(M, C, K)
+        except SingularTogetherError as error:
+            roots = exact_spectrum(M, C, K, error)
         if not all(root.value for root in roots) and np.linalg.cond(unit_diagonal(K)) < REGULAR:
             raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     if bounded is not None:
@@ -266,7 +276,10 @@ def _roots_of_matrices(
     if selection.modes is not None or not problem.real:
         meaningful, count = _upper(roots, count, problem.real)
     verdict, criterion = words
-    return SystemRoots(meaningful, None, count, verdict, criterion, judged_by=statement)
+    notes = () if roots else (NO_MOTION,)
+    return SystemRoots(
+        meaningful, None, count, verdict, criterion, notes=notes, judged_by=statement
+    )
 
 
 def _reduced_spectrum(

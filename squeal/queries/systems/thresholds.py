@@ -32,7 +32,7 @@ from squeal.queries.systems.reduced import basis_of, reduced_for
 from squeal.queries.systems.verdicts import rounding_of, verdict_of
 from squeal.results.columns import basis_text
 from squeal.results.sources import EigenvalueSelection, SystemSource
-from squeal.results.thresholds import Thresholds
+from squeal.results.thresholds import MISSED, Thresholds
 from squeal.sparse.crossings import (
     CrossingGuess,
     coalescences,
@@ -56,6 +56,7 @@ def system_thresholds(
     wanted: EigenvalueSelection | None = None,
     workers: int = 1,
     served: Reduction | None = None,
+    looked_at: Sequence[float] = (),
 ) -> Thresholds:
     """Every threshold of a system in low <= p <= high, of the band if one is wanted.
 
@@ -69,8 +70,9 @@ def system_thresholds(
     Without `low` the range begins at 0, or at high / 1000 where a factor divides by the parameter.
     In the details `unconfirmed` names what the full system did not confirm, `left_out` what leaves
     the band while it grows, `doubts` why the answer is not certified. `served` is a large system as
-    it was reduced already; nothing is counted then. Raises InputError for an empty range, and for a
-    large system or complex matrices without a band or region.
+    it was reduced already; nothing is counted then. At the values `looked_at` steps end. Raises
+    InputError for an empty range, and for a large system or complex matrices without a band or
+    region.
     """
     wanted, name = wanted or EigenvalueSelection(), system.parameter
     region = wanted.rectangle
@@ -91,20 +93,20 @@ def system_thresholds(
     rows: Sequence[Event] = []
     searched: Sequence[SearchResult] = ()
     reduction, outside, certified = None, None, None
-    values = [low, high]
+    values = [low, *sorted(looked_at), high]
     roots: Roots = partial(roots_of_all, system, wanted)
     whole = is_small(system) and system.real
     if whole and region is not None:  # all roots cost more than its own, and M has to be inverted
         whole = system.n <= ContinuationOptions.small
         whole &= ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0
     if whole:
-        every = thresholds(system, high, mu_min=low)
+        every = thresholds(system, high, looked_at, low)
         searched, certified = every.searched, every.certified
         points, crossings = every.points, every.crossings
     else:
         # inner values that thresholds do not like to lie at
         inner = [(k + 0.0371 * (1 + k % 3)) / (STEPS - 1) for k in range(1, STEPS - 1)]
-        values[1:1] = [low + x * (high - low) for x in inner]
+        values = sorted([*values, *(low + x * (high - low) for x in inner)])
         reduction = served or reduced_for(system, wanted, [{name: v} for v in values])
         roots, region = reduction.values, reduction.region
         still: list[CrossingGuess] = []
@@ -124,7 +126,8 @@ def system_thresholds(
     if region is not None:
         for part in searched:
             events = itertools.chain(*part.clusters)
-            rows = [c for c in events if region.low_imag <= c.omega <= region.high_imag]
+            inside = [c for c in events if region.low_imag <= c.omega <= region.high_imag]
+            rows = [*rows, *inside]
         outside = len(crossings) - len(rows) if whole else None
         if reduction is not None and searched:
             rows = [replace(c, residual=reduction.worst) for c in rows]
@@ -147,7 +150,7 @@ def system_thresholds(
         notes.append(f"crossings outside {wanted.words()}: {beside}")
     if certified is not None:
         missed = "Very narrow unstable ranges" if system.real else "Narrow unstable ranges"
-        notes.append(f"{missed} between the computed values may be missed")
+        notes.append(f"{missed} {MISSED}")
     basis = basis_of(reduction, wanted)
     doubts = [] if certified is None else doubts + unconfirmed
     details = {"parameters": system.given, "admissible_to": high, "unconfirmed": unconfirmed}

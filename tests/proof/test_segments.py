@@ -1,0 +1,117 @@
+"""Discs whose centres move with the parameter, against exact roots within the interval."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from squeal.proof import Quadratic, Term, Terms
+from squeal.proof.balls import Balls
+from squeal.proof.exact import exact_roots
+from squeal.proof.pieces import growing_of
+from squeal.proof.ranges import bounds_between
+from squeal.proof.segments import Expansion, bases, moving, tallies_of_squares
+
+pytest.importorskip("flint")
+
+UNIT = 2.0**-12
+KINDS = ("dense", "twins", "defective", "near", "symmetric", "gyroscopic", "damped", "overdamped")
+
+
+def dyadic(X, unit=UNIT):
+    return np.round(np.asarray(X) / unit) * unit
+
+
+def sheared(matrices, rng):
+    """Similar matrices: rows are added to others, which rounds nothing."""
+    mixed = [X.copy() for X in matrices]
+    for _ in range(4):
+        i, j = rng.choice(len(mixed[0]), 2, replace=False)
+        for X in mixed:
+            X[i] += X[j]
+            X[:, j] -= X[:, i]
+    return mixed
+
+
+def drawn(kind, rng):
+    """C, K0 and K1 (n, n) of short dyadic entries, M = 1."""
+    n = int(rng.integers(2, 8))
+    C = np.zeros((n, n))
+    K0 = np.diag(dyadic(rng.uniform(1, 9, n)))
+    K1 = dyadic(rng.standard_normal((n, n)))
+    if kind == "twins":
+        K0 = np.diag(dyadic(rng.uniform(1, 3, n)).repeat(2)[:n])
+    if kind == "defective":
+        K0 = 2.0 * np.eye(n) + np.eye(n, k=1)
+        K1 = dyadic(0.1 * K1)
+    if kind == "near":
+        K0 = np.diag(dyadic(2.0 + rng.uniform(-1, 1, n) / 256))
+        K1 = dyadic(K1 / 64)
+    if kind == "damped":
+        C = np.diag(dyadic(rng.uniform(0, 0.2, n))) + dyadic(0.02 * rng.standard_normal((n, n)))
+    if kind == "overdamped":
+        C = np.diag(dyadic(rng.uniform(1, 8, n)))
+    if kind == "symmetric":
+        return C, K0, K1 + K1.T
+    if kind == "gyroscopic":
+        spin = dyadic(rng.standard_normal((n, n)))
+        return spin - spin.T, K0, K1 + K1.T
+    return sheared([C, K0, K1], rng)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_counts_hold_at_exact_values_within(kind):
+    """The roots at dyadic values are known without any rounding."""
+    known = 0
+    for number in range(12):
+        rng = np.random.default_rng([KINDS.index(kind), number])
+        C, K0, K1 = drawn(kind, rng)
+        half = 2.0 ** -int(rng.integers(1, 20))
+        middle = 0.0 if kind == "defective" else dyadic(rng.uniform(0, 2), half / 4)
+        damping = [Term(C)] if C.any() else []
+        terms = Terms([Term(np.eye(len(C)))], damping, [Term(K0), Term(K1, lambda mu: mu)])
+        rate = 10.0 ** rng.uniform(-3, 0)
+        low, high = middle - half, middle + half
+        each = [bounds_between(one, low, high, rate) for one in terms.components()]
+        least, most, doubtful, not_decaying = (sum(one[k] for one in each) for k in range(4))
+        known += least == most
+        for share in (0.0, 0.5, 1.0, *rng.integers(0, 1025, 3) / 1024):
+            value = low + 2.0 * half * share
+            pieces = exact_roots(Quadratic.of(np.eye(len(C)), C, K0 + value * K1))
+            real_parts = np.array([(piece.low + piece.high) / 2.0 for piece in pieces])
+            assert least <= sum(piece.side == "grows" for piece in pieces) <= most
+            assert np.sum(real_parts > rate * (1.0 + 1e-9)) <= least + doubtful
+            assert np.sum(real_parts > -rate * (1.0 - 1e-9)) >= not_decaying
+    assert known >= (0 if kind == "defective" else 3)
+
+
+def test_discs_hold_terms_of_second_order():
+    """Of half the interval they are a quarter as wide, and their centres move as roots do."""
+    rng = np.random.default_rng(3)
+    K0 = np.diag(np.arange(1.0, 11.0))
+    K1 = rng.standard_normal((10, 10))
+    A = Expansion(Balls.exact(K0), Balls.exact(K1), np.zeros((10, 10)))
+    B = Expansion.constant(Balls.exact(np.eye(10)))
+    basis = next(bases(K0, np.eye(10)))
+    widths = []
+    for half in (2.0**-10, 2.0**-11):
+        found = moving(A, B, half, basis)
+        widths.append(found.N.sum(axis=1).max())
+        order = np.argsort(found.centres)
+        assert found.speeds[order] == pytest.approx(K1.diagonal(), abs=1e-12)
+    assert widths[0] / widths[1] == pytest.approx(4.0, rel=0.1)
+
+
+def test_a_pair_that_meets_is_decided_by_its_discriminant():
+    """s = 2 +- sqrt(d): real on one side of d = 0, a pair on the other, up to close to it."""
+    A0 = np.array([[2.0, 1.0], [0.0, 2.0]])
+    lower = np.array([[0.0, 0.0], [1.0, 0.0]])
+    for side, (near, far) in itertools.product((1.0, -1.0), ((1e-9, 1e-6), (1e-3, 0.1))):
+        middle, half = side * (near + far) / 2.0, (far - near) / 2.0
+        at = Balls.exact(A0 + middle * lower)
+        A = Expansion(at, Balls.exact(lower), np.zeros((2, 2)))
+        B = Expansion.constant(Balls.exact(np.eye(2)))
+        counts = []
+        for basis in bases(at.mid, np.eye(2)):
+            counts.append(growing_of(tallies_of_squares(moving(A, B, half, basis), half)))
+        assert ((0, 0) if side > 0.0 else (2, 2)) in counts
