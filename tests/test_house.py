@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (268_500, 175_000),
+    "tokens": (268_600, 175_000),
     "tokens a code line": (10.2, 9.5),
     "paired assignments per 1,000 code lines": (3.0, 3),
     "comprehensions per 1,000 code lines": (39.6, 15),
