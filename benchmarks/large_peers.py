@@ -96,20 +96,21 @@ def _parts(system: Any, changes: Any = None) -> dict[str, Any]:
 
 
 def _squeal(folder: Path, way: str) -> tuple[float, Any]:
-    from squeal.analysis.of_systems import Question
-    from squeal.analysis.systems.roots import Wanted, system_roots
-    from squeal.analysis.systems.thresholds import system_thresholds
+    import squeal
     from squeal.io.system_files import read_system
+    from squeal.queries.systems.roots import system_roots
+    from squeal.queries.systems.thresholds import system_thresholds
+    from squeal.results.sources import EigenvalueSelection
 
     for name in ("scipy.linalg", "scipy.optimize", "scipy.sparse.linalg"):  # as of the peers
         importlib.import_module(name)
-    system, wanted = read_system(folder / "system.yaml").system, Wanted(band=BAND)
+    system, wanted = read_system(folder / "system.yaml").system, EigenvalueSelection(band=BAND)
     start = time.process_time()
     if way == "thresholds":
         found = system_thresholds(system, 1.0, wanted=wanted)
         return time.process_time() - start, np.full(len(found.crossings), 0.5j * (LOW + HIGH))
     if way == "look":
-        steps = Question.of(system, BAND).sweep(SWEPT, "modal").steps
+        steps = squeal.sweep(system, SWEPT, band=BAND, method="modal").steps
         return time.process_time() - start, np.concatenate([step.roots for step in steps])
     if way == "loop":
         each = [_eigs(_parts(system, {"mu": mu})) for mu in SWEPT]

@@ -26,7 +26,6 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from benchmarks.peers import peers
-from squeal.analysis.pads import analyse, at_equilibrium, critical_friction
 from squeal.article.figures.work import panels
 from squeal.article.studies._reference import precision_in_words, reference
 from squeal.article.studies.accuracy import (
@@ -51,6 +50,8 @@ from squeal.io.scene import Scene, read_scene
 from squeal.linear.matrices import state_matrices
 from squeal.model.contact import STATES
 from squeal.plots.style import Drawing, blank, save, style
+from squeal.queries.pads.equilibrium import analyse, at_equilibrium
+from squeal.queries.thresholds import critical_friction
 from squeal.simulation.run import in_natural_units
 from tests.exact import Exact, discriminant
 

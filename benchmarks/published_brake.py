@@ -22,12 +22,12 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.analysis.systems.roots import Wanted
-from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
 from squeal.io.matrices import read_matrix
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.thresholds import system_thresholds
+from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values
 from squeal.sparse.eigensolver import Modes, modes_in
@@ -153,7 +153,9 @@ def judgement_table(systems: dict[str, TermSystem]) -> bool:
         proof = "certified" if modes.certified else "NOT certified"
         print(f"  {name:8s} {len(modes.eigenvalues)} roots, {proof}, {run.seconds:.1f} s CPU")
         print(f"           growing: {listed or 'none'}")
-    found = system_thresholds(systems["program"], SPEEDS[-1], SPEEDS[0], Wanted(region=REGION))
+    found = system_thresholds(
+        systems["program"], SPEEDS[-1], SPEEDS[0], EigenvalueSelection(region=REGION)
+    )
     crossed = [round(c.frequency_hz) for c in found.crossings]
     print(f"  program: crossings at {crossed} Hz, certified {found.certified}")
     return right and bool(found.certified) and crossed == CROSSED

@@ -27,9 +27,6 @@ from typing import Any
 import mpmath as mp
 import numpy as np
 
-from squeal.analysis.answers import Thresholds
-from squeal.analysis.pads import analyse, critical_friction, eigenvalues
-from squeal.analysis.ranges import DISAGREES
 from squeal.article.transitions import EDGE_NAMES
 from squeal.equilibrium import Path
 from squeal.errors import ComputationError
@@ -37,6 +34,12 @@ from squeal.io.scene import Scene
 from squeal.linear import CriticalPoint, verdict
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.pad import Model
+from squeal.queries.eigenvalues import eigenvalues
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.ranges import DISAGREES
+from squeal.queries.thresholds import critical_friction
+from squeal.results.sources import PadSource
+from squeal.results.thresholds import Thresholds
 from tests import exact as exactly
 from tests import naive
 from tests.conftest import random_pad
@@ -211,7 +214,9 @@ def _compare_branch(scene: Scene, pad: Pad, wide: bool) -> None:
         pad.refused.append(str(error))
         return
     pad.seconds = time.process_time() - start
-    path = critical.source[1]
+    assert isinstance(critical.source, PadSource)
+    path = critical.source.branch
+    assert path is not None
     pad.end = critical.end
     pad.proved_thresholds = critical.certified
     pad.open_reason = "" if critical.certified else critical.proof_line

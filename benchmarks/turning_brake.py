@@ -23,7 +23,7 @@ import numpy as np
 
 import squeal
 from benchmarks.large_peers import eigs_near
-from squeal.examples.brake import ROUND, SolidBrake, solid_brake, transport
+from squeal.examples.brake import ROUND, VTK, Geometry, SolidBrake, solid_brake
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
 
@@ -55,6 +55,39 @@ def turning_brake(
     K = (*system.K, Term(centrifugal, Formula("-speed**2")))
     own = {**system.parameters, "speed": speed, "pressure": pressure}
     return TermSystem(system.M, C, K, own, "mu", "turning brake")
+
+
+def transport(brake: SolidBrake) -> tuple[Any, Any]:
+    """What turning the disc by 1 rad/s adds: G of the gyroscopic term 2 G q' and H of -H q, both
+    (n, n), from the derivative along the motion of a material that passes the mesh."""
+    from scipy.sparse import block_diag, coo_array, csc_array, kron
+    from skfem import Basis, ElementHex1, MeshHex
+
+    density = Geometry().disc[2]
+    of_disc = brake.cells[:, VTK].max(axis=1) < brake.pairs[0, 1]
+    corners = brake.cells[of_disc][:, np.argsort(VTK)].T
+    disc = int(corners.max()) + 1
+    basis = Basis(MeshHex(brake.places[:disc].T, corners), ElementHex1())
+    x, y, _ = np.asarray(basis.global_coordinates())
+    values = np.array([np.asarray(b[0]) for b in basis.basis])
+    slopes = np.array([x * b[0].grad[1] - y * b[0].grad[0] for b in basis.basis])
+    mass = density * basis.dx
+    carried = np.einsum("iep,jep,ep->eij", values, slopes, mass)
+    centrifugal = np.einsum("iep,jep,ep->eij", slopes, slopes, mass)
+    gyroscopic = (carried - carried.transpose(0, 2, 1)) / 2  # skew, as over the closed ring
+    nodes = basis.element_dofs.T
+    where = np.repeat(nodes, 8, axis=1).ravel(), np.tile(nodes, 8).ravel()
+    others = len(brake.places) - disc
+    found = []
+    for entries in (gyroscopic, centrifugal):
+        scalar = coo_array((entries.ravel(), where), shape=(disc, disc))
+        whole = block_diag([scalar, coo_array((others, others))])
+        vector = csc_array(kron(whole, np.eye(3)))
+        rows = 3 * brake.nodes + brake.directions
+        matrix = csc_array(vector[rows][:, rows])
+        matrix.eliminate_zeros()
+        found.append(matrix)
+    return found[0], found[1]
 
 
 def _radial_friction(brake: SolidBrake) -> Any:

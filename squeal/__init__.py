@@ -17,26 +17,6 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
-    from squeal.analysis.check import Check, check
-    from squeal.analysis.critical_speeds import CriticalSpeeds, critical_speeds
-    from squeal.analysis.cycles import Cycles, cycles
-    from squeal.analysis.energy import Energy, energy
-    from squeal.analysis.maps import Axis, Map
-    from squeal.analysis.optimisation import Optimum, optimise
-    from squeal.analysis.pairing import Pairs, compare, mac
-    from squeal.analysis.scatter import Scatter, read_spreads, scatter
-    from squeal.analysis.sensitivity import Sensitivity
-    from squeal.analysis.state_space import state_space
-    from squeal.analysis.variations import Advice, advise
-    from squeal.analysis.verbs import (
-        eigenvalues,
-        map,
-        reduce,
-        sensitivity,
-        sweep,
-        thresholds,
-    )
     from squeal.errors import ComputationError, InputError
     from squeal.io.scene import Damping, Scene, read_scene
     from squeal.io.system import SystemFile
@@ -45,27 +25,54 @@ if TYPE_CHECKING:
     from squeal.linear.system import System, Term, TermSystem
     from squeal.model.contact import Formulation
     from squeal.model.pad import Pad
+    from squeal.queries.advise import Advice, advise
+    from squeal.queries.check import Check, check
+    from squeal.queries.compare import Pairs, compare, mac
+    from squeal.queries.critical_speeds import CriticalSpeeds, critical_speeds
+    from squeal.queries.cycles import Cycles, cycles
+    from squeal.queries.eigenvalues import eigenvalues
+    from squeal.queries.energy import Energy, energy
+    from squeal.queries.map import map
+    from squeal.queries.optimise import Optimum, optimise
+    from squeal.queries.reduce import reduce
+    from squeal.queries.scatter import Scatter, read_spreads, scatter
+    from squeal.queries.sensitivity import sensitivity
+    from squeal.queries.state_space import state_space
+    from squeal.queries.sweep import sweep
+    from squeal.queries.thresholds import thresholds
     from squeal.reports import Report, report
+    from squeal.results.eigenvalues import Eigenvalues
+    from squeal.results.map import Axis, Map
+    from squeal.results.sensitivity import Sensitivity
+    from squeal.results.sweep import Sweep
+    from squeal.results.thresholds import Thresholds
     from squeal.simulation.run import Simulation, simulate
     from squeal.sparse.assembly import Assembly, assemble
     from squeal.sparse.components import Component
     from squeal.sparse.contact_seat import Contact
 
 _HOMES = {
-    "analysis.answers": "Eigenvalues Sweep Thresholds",
-    "analysis.check": "Check check",
-    "analysis.critical_speeds": "CriticalSpeeds critical_speeds",
-    "analysis.cycles": "Cycles cycles",
-    "analysis.energy": "Energy energy",
-    "analysis.maps": "Axis Map",
-    "analysis.optimisation": "Optimum optimise",
-    "analysis.state_space": "state_space",
-    "analysis.pairing": "Pairs compare mac",
-    "analysis.scatter": "Scatter read_spreads scatter",
-    "analysis.sensitivity": "Sensitivity",
-    "analysis.variations": "Advice advise",
-    "analysis.verbs": "eigenvalues map reduce sensitivity sweep thresholds",
+    "queries.check": "Check check",
+    "queries.critical_speeds": "CriticalSpeeds critical_speeds",
+    "queries.cycles": "Cycles cycles",
+    "queries.energy": "Energy energy",
+    "results.map": "Axis Map",
+    "queries.optimise": "Optimum optimise",
+    "queries.state_space": "state_space",
+    "queries.compare": "Pairs compare mac",
+    "queries.scatter": "Scatter read_spreads scatter",
+    "results.sensitivity": "Sensitivity",
+    "queries.advise": "Advice advise",
+    "queries.eigenvalues": "eigenvalues",
+    "queries.map": "map",
+    "queries.reduce": "reduce",
+    "queries.sensitivity": "sensitivity",
+    "queries.sweep": "sweep",
+    "queries.thresholds": "thresholds",
     "io.writing": "Answer Column Table",
+    "results.eigenvalues": "Eigenvalues",
+    "results.sweep": "Sweep",
+    "results.thresholds": "Thresholds",
     "errors": "ComputationError InputError",
     "io.scene": "Damping Scene read_scene",
     "io.system": "SystemFile",
@@ -97,7 +104,9 @@ if not TYPE_CHECKING:  # a type checker must refuse a name that there is not
 
     def __getattr__(name: str) -> object:
         if name == "plots":
-            return importlib.import_module("squeal.plots")
+            import squeal.plots
+
+            return squeal.plots
         if name not in _HOME:
             raise AttributeError(f"module 'squeal' has no attribute {name!r}")
         value = getattr(importlib.import_module(f"squeal.{_HOME[name]}"), name)

@@ -25,7 +25,8 @@ def visible(text: str) -> str:
     >>> print(visible("a\x1b[2Jb"))
     a\x1b[2Jb
     """
-    return "\n".join(one if one.isprintable() else _escaped(one) for one in text.split("\n"))
+    lines = text.split("\n")
+    return "\n".join(line if line.isprintable() else _escaped(line) for line in lines)
 
 
 def _escaped(text: str, kept: str = "\t") -> str:
@@ -38,18 +39,19 @@ def meant(name: str, known: Iterable[str]) -> str:
     >>> meant("facter", ["file", "factor"]), meant("x", ["file", "factor"])
     ('did you mean factor?', 'allowed are file, factor')
     """
-    close = difflib.get_close_matches(name, known := list(known), 1, 0.7)
-    return f"did you mean {close[0]}?" if close else f"allowed are {', '.join(known)}"
+    names = list(known)
+    close = difflib.get_close_matches(name, names, 1, 0.7)
+    return f"did you mean {close[0]}?" if close else f"allowed are {', '.join(names)}"
 
 
-class _Said(Exception):
-    """What is said in one line that any terminal can show."""
+class _OneLine(Exception):
+    """An error or warning that is told in one line, which any terminal can show."""
 
     def __str__(self) -> str:
         return _escaped(" ".join(super().__str__().splitlines()), kept="")
 
 
-class InputError(_Said, ValueError):
+class InputError(_OneLine, ValueError):
     """The input is refused; one sentence names file, key, value and what is allowed."""
 
 
@@ -57,11 +59,11 @@ class MatrixError(InputError):
     """The matrices of a system are refused; who knows their file names it before."""
 
 
-class InputWarning(_Said, UserWarning):
+class InputWarning(_OneLine, UserWarning):
     """The input is taken as it stands, but something else may be meant."""
 
 
-class ComputationError(_Said, RuntimeError):
+class ComputationError(_OneLine, RuntimeError):
     """A valid request could not be completed; the message gives the reason."""
 
 

@@ -15,16 +15,24 @@ from pathlib import Path
 from typing import Any
 
 from squeal import __version__
-from squeal.analysis import of_systems, pads
-from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds, basis_text
-from squeal.analysis.check import Check, check
-from squeal.analysis.energy import Energy, energy
-from squeal.analysis.sensitivity import Sensitivity
-from squeal.analysis.verbs import Subject, eigenvalues, sensitivity, thresholds
 from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
+from squeal.io.system import SystemFile
 from squeal.io.writing import Answer, Column, Panel, Table, number, write_text
+from squeal.queries.check import Check, check
+from squeal.queries.eigenvalues import eigenvalues
+from squeal.queries.energy import Energy, energy
+from squeal.queries.options import Subject
+from squeal.queries.sensitivity import sensitivity
+from squeal.queries.sweep import eigenvalue_paths
+from squeal.queries.thresholds import thresholds
+from squeal.results.columns import basis_text
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sensitivity import Sensitivity
+from squeal.results.sources import PadSource, SystemSource
+from squeal.results.sweep import Sweep
+from squeal.results.thresholds import Thresholds
 from squeal.schema import Positive, public
 
 MOST_STEPS = 25  # of 1 % or a degree: a larger change is no first-order matter
@@ -230,7 +238,7 @@ def report(
     change = _change(found, moved) if found.unstable else None
     if change is not None:
         parameter, after, words = change
-        changed = _replaced(found.source[0], parameter, after)
+        changed = _replaced(found.source, parameter, after)
         computed = eigenvalues(changed, **asked)
         remedy = Remedy(parameter, moved.values[parameter], after, words, computed)
     return Report(
@@ -273,11 +281,14 @@ def _change(found: Eigenvalues, moved: Sensitivity) -> tuple[str, float, str] | 
     return name, after, f"{count} {unit}{plural}"
 
 
-def _replaced(subject: Any, parameter: str, value: float) -> Any:
+def _replaced(
+    source: PadSource | SystemSource | None, parameter: str, value: float
+) -> Scene | SystemFile:
     """The scene or the file of a system with another value of a parameter."""
-    if isinstance(subject, Scene):
-        return subject.replace(**{parameter: value})
-    return replace(subject, system=subject.system.replace({parameter: value}))
+    if isinstance(source, PadSource):
+        return source.scene.replace(**{parameter: value})
+    assert source is not None
+    return replace(source.file, system=source.file.system.replace({parameter: value}))
 
 
 def page(report: Report, inputs: Sequence[Any] = ()) -> str:
@@ -328,12 +339,8 @@ def _figure(answer: Answer, name: str, **more: Any) -> _Figure:
 def _chart(report: Report) -> Sweep:
     """The eigenvalue paths up to a little more than the parameter's own value."""
     found, crossed = report.eigenvalues, report.thresholds
-    if isinstance(report.subject, Scene):
-        high = min(crossed.high, CHART * found.value)
-        return pads.along(crossed, crossed.low, high if high > crossed.low else crossed.high)
-    swept = of_systems.along(crossed)
-    shown = [step for step in swept.steps if step.value <= CHART * found.value]
-    return replace(swept, steps=tuple(shown)) if len(shown) > 2 else swept
+    high = min(CHART * found.value, crossed.high)
+    return eigenvalue_paths(crossed, crossed.low, high if high > crossed.low else crossed.high)
 
 
 def _growing(report: Report) -> list[int]:

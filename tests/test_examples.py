@@ -10,7 +10,7 @@ from scipy.linalg import eigvals
 import squeal
 from squeal.cli.main import main
 from squeal.examples.brake import CORNERS, solid_brake
-from squeal.examples.brake import _assembled as assembled
+from squeal.examples.brake import _mass_and_stiffness as assembled
 from squeal.examples.files import EXAMPLES, Size, write_example
 from tests.conftest import ROOT
 

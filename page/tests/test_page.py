@@ -11,10 +11,12 @@ from page import PAGE
 from page.tests.browser import Chromium, Firefox
 from page.tests.conftest import HERE, as_json
 from page.tests.test_motion import CASES, compare, random_scene, simulated
-from squeal.analysis.pads import analyse, critical_friction, eigenvalues
 from squeal.cli.main import main
 from squeal.errors import ComputationError
 from squeal.io.scene import read_scene
+from squeal.queries.eigenvalues import eigenvalues
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.thresholds import critical_friction
 from squeal.simulation.run import simulate
 from tests.conftest import ROOT
 

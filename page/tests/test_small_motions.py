@@ -8,11 +8,12 @@ import pytest
 from page.export import bits
 from page.tests.conftest import as_json
 from page.tests.test_motion import CASES, random_scene
-from squeal.analysis.maps import NAMES, angle_axes, stability_map
-from squeal.analysis.pads import analyse, critical_friction
 from squeal.equilibrium import Path
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, read_scene
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.pads.maps import NAMES, angle_axes, stability_map
+from squeal.queries.thresholds import critical_friction
 from tests.conftest import ROOT
 
 SCENES = [ROOT / "workflow" / "scenes" / f"{stem}.yaml" for stem in CASES]

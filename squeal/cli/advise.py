@@ -14,17 +14,17 @@ from squeal.cli.options import take, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.io.writing import picked
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal advise`."""
     words = "how far a parameter is lowered and raised, such as k1=5%% or alpha1=0.01 in its own "
     words += "unit (repeatable; left out: 2%%, an angle 0.02 rad, and nothing that is 0)"
-    form = "NAME=VALUE"
-    parser.add_argument("--tolerance", metavar=form, action="append", default=[], help=words)
+    parser.add_argument(
+        "--tolerance", metavar="NAME=VALUE", action="append", default=[], help=words
+    )
     take(parser, "high", high=2.0)
-    take(parser, "band memory")
+    take(parser, "band", "memory")
     take_files(parser, table="the table")
 
 
@@ -32,12 +32,14 @@ def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and answer."""
     subject = given.source.subject()
     tolerances: dict[str, float | str] = {}
-    for one in given.tolerance:
-        name, _, text = (part.strip() for part in one.partition("="))
+    for typed in given.tolerance:
+        parameter, _, value = typed.partition("=")
+        name = parameter.strip()
         if name in tolerances:
-            raise InputError(f"--tolerance {one}: {name} has a tolerance already; one is allowed")
-        tolerances[name] = text
-    asked = picked(given, "band memory") | {"progress": steps()}
-    advice = squeal.advise(subject, tolerances, given.high, **asked)
+            raise InputError(f"--tolerance {typed}: {name} has a tolerance already; one is allowed")
+        tolerances[name] = value.strip()
+    advice = squeal.advise(
+        subject, tolerances, given.high, band=given.band, memory=given.memory, progress=steps()
+    )
     write_files(given, advice)
     return Reply.of(advice, judged=isinstance(subject, Scene))

@@ -15,7 +15,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from hashlib import sha256
 from pathlib import Path
-from typing import Any, NoReturn
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from squeal.cli.options import FILES, SYSTEMS, Once, changes, check_outputs
 from squeal.cli.streams import printed, say
@@ -36,6 +37,9 @@ from squeal.schema import (
     scalar,
 )
 
+if TYPE_CHECKING:
+    from squeal.io.system import SystemFile
+
 _ARGUMENT = re.compile(r"(?:\w+: )?(\w+)[.\d]*: ")  # with which the library begins a refusal
 
 
@@ -47,47 +51,62 @@ class Source:
     """
 
     def __init__(self, given: argparse.Namespace) -> None:
-        self.given, self.matrices = given, changes(given)
+        self.given = given
+        self.matrices = changes(given)
         self.path = None if given.scene == "-" else Path(given.scene)
-        self.at = Place(given.scene if self.path else "standard input")
-        self.folder, self.name = Path(given.scene).parent, Path(self.at.source).name
-        content = read_content(self.path, self.at) if self.path else sys.stdin.buffer.read()
+        self.at = Place("standard input" if self.path is None else given.scene)
+        self.folder = Path(given.scene).parent
+        self.name = Path(self.at.source).name
+        content = self._content()
         self.document = parse_document(content, self.at)
         self.inputs: list[Path | InputFile] = [InputFile(self.name, sha256(content).hexdigest())]
-        named = [vars(given).get(key) for key in ("scatter", "test")]
-        named += [file for parts in (self.matrices or {}).values() for file in parts.values()]
-        self.inputs += [Path(file) for file in named if file]
+        for option in ("scatter", "test"):
+            file = vars(given).get(option)
+            if file:
+                self.inputs.append(Path(file))
+        for files in (self.matrices or {}).values():
+            self.inputs += map(Path, files.values())
         check_outputs(given, [self.path, *self.inputs])
         self.changes: dict[str, Any] = {}
         for change in given.set:
             self._set(change)
 
+    def _content(self) -> bytes:
+        if self.path is None:
+            return sys.stdin.buffer.read()
+        return read_content(self.path, self.at)
+
     def _set(self, change: str) -> None:
         """Put NAME=VALUE into the document."""
         at = Place(f"--set {change}")
         name, _, text = change.partition("=")
-        group: Any = _keys_of(self.document)
-        words = "; another number is set by a parameter that the file names in its place"
-        keys, key = group.find(name.strip(), at, words * (group is not SCENE))
-        value, dotted = scalar(text), ".".join(keys)
+        group = _keys_of(self.document)
+        hint = ""
+        if group is not SCENE:
+            hint = "; another number is set by a parameter that the file names in its place"
+        keys, key = group.find(name.strip(), at, hint)
+        value = scalar(text)
         key.kind.read(value, at)
-        if before := next((b for b in self.changes if f"{b}.".startswith(f"{dotted}.")), None):
-            raise at.refuse(f"{before} is set already; a value is set by one --set only")
+        dotted = ".".join(keys)
+        for earlier in self.changes:
+            if f"{earlier}.".startswith(f"{dotted}."):
+                raise at.refuse(f"{earlier} is set already; a value is set by one --set only")
         self.changes[dotted] = value
-        inner: Any = self.document
+        mapping: Any = self.document
+        kind: Any = group
         for step in keys[:-1]:
-            group = group.keys[step].kind
-            inner[step] = group.mapping(inner.get(step, {}))
-            inner = inner[step]
-            if not isinstance(inner, dict):  # refused when the document is read
+            kind = kind.keys[step].kind
+            mapping[step] = kind.mapping(mapping.get(step, {}))
+            mapping = mapping[step]
+            if not isinstance(mapping, dict):  # refused when the document is read
                 return
-        inner[keys[-1]] = value
+        mapping[keys[-1]] = value
 
     def scene(self) -> Scene:
         """The scene, validated. Raises InputError."""
         return Scene.from_dict(self.document, self.at, self.path or Path(self.at.source))
 
-    def subject(self) -> Any:
+    def subject(self) -> Scene | SystemFile:
         """The Scene or SystemFile that the file holds. Raises InputError."""
         if not is_system(self.document):
             return self.scene()
@@ -97,14 +116,14 @@ class Source:
         self.inputs += file.inputs
         check_outputs(self.given, [self.path, *self.inputs])
         if self.matrices:  # refused before anything is solved
-            from squeal.analysis.systems.sensitivity import with_matrices
+            from squeal.queries.systems.sensitivity import with_matrices
 
             with_matrices(file, self.matrices)
-        system = file.system
+        if file.assembly is not None:  # what presses it has been used
+            return file
         for key, value in self.changes.items():
             name = key.removeprefix("parameters.")
-            seated = file.assembly is not None  # and what presses it has been used
-            if name != key and name not in system.names and not seated:
+            if name != key and name not in file.system.names:
                 words = f"no matrix of {self.name} depends on {name}"
                 raise InputError(f"--set {name}={value:g}: {words}")
         return file
@@ -114,11 +133,12 @@ def _keys_of(document: dict[str, Any]) -> Group:
     """The keys that --set may name; those of a system's parameters are its own."""
     if not is_system(document):
         return SCENE
-    from squeal.io.system import SYSTEM
+    from squeal.io.system_keys import SYSTEM
 
-    own = document.get("parameters")
-    names = [*(own if isinstance(own, dict) else ()), document.get("parameter", "mu"), *FREQUENCY]
     group = SYSTEM
+    parameters = document.get("parameters")
+    names = list(parameters) if isinstance(parameters, dict) else []
+    names += [document.get("parameter", "mu"), *FREQUENCY]
     if "components" in document:
         from squeal.io.components import ASSEMBLY  # which no other system needs
         from squeal.sparse.assembly import OWN
@@ -126,8 +146,11 @@ def _keys_of(document: dict[str, Any]) -> Group:
         group = ASSEMBLY
         names += OWN
     numbers = Group({str(name): Key("a parameter", ANY) for name in names})
-    known = {k: v for k, v in group.keys.items() if type(v.kind) not in (Several, Named)}
-    return Group(known | {"parameters": Key("named numbers", numbers)})
+    keys = {}
+    for name, key in group.keys.items():
+        if type(key.kind) not in (Several, Named):
+            keys[name] = key
+    return Group(keys | {"parameters": Key("named numbers", numbers)})
 
 
 @dataclass(frozen=True)
@@ -153,19 +176,21 @@ class Reply:
 
         def data() -> dict[str, Any]:
             joined: dict[str, Any] = {}
-            for answer in answers:  # what an answer does not know another may have said
-                own = answer.to_dict().items()
-                joined |= {key: v for key, v in own if v is not None or key not in joined}
+            for answer in answers:
+                for key, value in answer.to_dict().items():
+                    if value is not None or key not in joined:  # another answer may know it
+                        joined[key] = value
             return joined
-
-        reasons = [words for answer in answers for words in answer.warnings]
-        for words in [] if judged else reasons:
-            warnings.warn(words, InputWarning, stacklevel=2)
 
         def text() -> str:
             return "\n\n".join(answer.text() for answer in answers) + more
 
-        return Reply(data, text, warnings=reasons if judged else None)
+        reasons = [words for answer in answers for words in answer.warnings]
+        if judged:
+            return Reply(data, text, warnings=reasons)
+        for words in reasons:
+            warnings.warn(words, InputWarning, stacklevel=2)
+        return Reply(data, text)
 
 
 class Parser(argparse.ArgumentParser):
@@ -174,18 +199,25 @@ class Parser(argparse.ArgumentParser):
     An option that takes one value may be given once, by whichever of its names.
     """
 
-    def __init__(self, name: str, module: Any, scene: bool) -> None:
-        words = module.__doc__ or "`: see squeal --help"  # of python -OO
-        about, _, shown = words.partition("`: ")[2].partition("\n\n")
-        about = textwrap.fill(about[0].upper() + about[1:], 80)
-        examples = f"examples:\n{textwrap.indent(shown.rstrip(), '  ')}"
-        how: Any = {"formatter_class": argparse.RawDescriptionHelpFormatter, "allow_abbrev": False}
-        super().__init__(prog=f"squeal {name}", description=about, epilog=examples, **how)
+    def __init__(self, name: str, module: ModuleType, scene: bool) -> None:
+        docstring = module.__doc__ or "`: see squeal --help"  # of python -OO
+        about, _, examples = docstring.partition("`: ")[2].partition("\n\n")
+        super().__init__(
+            prog=f"squeal {name}",
+            description=textwrap.fill(about[0].upper() + about[1:], 80),
+            epilog=f"examples:\n{textwrap.indent(examples.rstrip(), '  ')}",
+            formatter_class=argparse.RawDescriptionHelpFormatter,
+            allow_abbrev=False,
+        )
         self.color = False  # `printed` shows escapes
         self._negative_number_matcher = re.compile(r"-\.?\d")  # -50:1000:0:2e4 is a value too
         self.register("action", None, Once)
-        self.groups: dict[str, Any] = {"": self}
-        self.groups |= {title: self.add_argument_group(title) for title in (SYSTEMS, FILES)}
+        self.set_defaults(typed={})  # options as they were typed, by name
+        self.groups: dict[str, argparse._ActionsContainer] = {
+            "": self,
+            SYSTEMS: self.add_argument_group(SYSTEMS),
+            FILES: self.add_argument_group(FILES),
+        }
         add = self.add_argument
         if scene:
             add("scene", metavar="SCENE.yaml", help="the scene file; - reads standard input")
@@ -195,17 +227,23 @@ class Parser(argparse.ArgumentParser):
         add("--json", action="store_true", help="print one JSON object instead")
 
     def error(self, message: str) -> NoReturn:
+        hint = "see"
         unknown = re.match(r"unrecognized arguments: (--[\w-]+)", message)
-        close = unknown and difflib.get_close_matches(unknown[1], self._option_string_actions, 1)
-        meant = f"did you mean {close[0]}? See" if close else "see"
-        raise InputError(f"{message}; {meant} {self.prog} --help")
+        if unknown:
+            names = {option: option for option in self._option_string_actions}
+            for action in self._actions:  # --high is an argument of Python, the option is --max
+                if action.option_strings:
+                    names.setdefault(f"--{action.dest}", action.option_strings[0])
+            close = difflib.get_close_matches(unknown[1], names, 1)
+            hint = f"did you mean {names[close[0]]}? See" if close else "see"
+        raise InputError(f"{message}; {hint} {self.prog} --help")
 
-    def print_help(self, file: Any = None) -> None:
+    def print_help(self, file: object = None) -> None:
         """Print the options, and end."""
         raise SystemExit(printed(self.format_help().rstrip("\n")))
 
 
-def _reply(module: Any, given: argparse.Namespace) -> Reply:
+def _reply(module: ModuleType, given: argparse.Namespace) -> Reply:
     """The answer of a command about a scene or system. Raises InputError."""
     given.source = Source(given)
     try:
@@ -213,27 +251,28 @@ def _reply(module: Any, given: argparse.Namespace) -> Reply:
     except MatrixError as error:
         raise InputError(f"{given.source.name}: {error}") from None
     except InputError as error:
-        match = _ARGUMENT.match(str(error))
-        option = match and getattr(given, f"{match[1]}_said", None)
-        if not match or not option:
+        argument = _ARGUMENT.match(str(error))
+        if argument is None or argument[1] not in given.typed:
             raise
-        raise InputError(f"{option}: {str(error)[match.end() :]}") from None
+        words = str(error)[argument.end() :]
+        raise InputError(f"{given.typed[argument[1]]}: {words}") from None
     for words in reply.warnings or ():
         warnings.warn(words, InputWarning, stacklevel=2)
     return reply
 
 
-def run(module: Any, parser: Parser, arguments: Sequence[str]) -> int:
+def run(module: ModuleType, parser: Parser, arguments: Sequence[str]) -> int:
     """Run a command; the exit code 0, or 1 where the answer cannot be printed.
 
     The module's docstring says what it does, its function `options` adds options to a parser, and
     `run` makes the reply from them, of a scene with its Source as `source`.
     Raises InputError and what the command raises.
     """
-    given, shown = parser.parse_args(arguments), list[str]()
-    scene = "scene" in given
+    given = parser.parse_args(arguments)
+    has_scene = "scene" in given
+    shown: list[str] = []
 
-    def show(message: Warning | str, category: type[Warning], *_: Any, **__: Any) -> None:
+    def show(message: Warning | str, category: type[Warning], *_: object, **__: object) -> None:
         words = str(message)
         if issubclass(category, RuntimeWarning):  # NumPy's of overflow and the like
             words += f"; {BEYOND}"
@@ -245,15 +284,19 @@ def run(module: Any, parser: Parser, arguments: Sequence[str]) -> int:
         for kind in (RuntimeWarning, InputWarning):
             warnings.simplefilter("always", kind)
         warnings.showwarning = show
-        reply: Reply = _reply(module, given) if scene else module.run(given)
+        reply: Reply = _reply(module, given) if has_scene else module.run(given)
         if not given.json:
             return printed(reply.text())
-        answer = reply.data()
-    first = {} if reply.warnings is None else {"admissible": not reply.warnings}
-    joined = first | answer | {"warnings": shown}
-    inputs = given.source.inputs if scene else reply.inputs
-    if scene and given.set:
-        joined["set"] = given.source.changes
+        answer: dict[str, Any] = {}
+        if reply.warnings is not None:
+            answer["admissible"] = not reply.warnings
+        answer |= reply.data()
+    answer["warnings"] = shown
+    inputs = reply.inputs
+    if has_scene:
+        inputs = given.source.inputs
+        if given.set:
+            answer["set"] = given.source.changes
     if inputs is not None:
-        joined["provenance"] = asdict(provenance(inputs, module.__name__))
-    return printed(to_json(joined))
+        answer["provenance"] = asdict(provenance(inputs, module.__name__))
+    return printed(to_json(answer))

@@ -12,14 +12,13 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import add_option, numbers, take, take_files, write_files
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.io.writing import picked
 
-ORDERS = numbers("numbers above 0, such as 1:2", lambda *each: all(n > 0.0 for n in each))
+ORDERS = numbers("numbers above 0, such as 1:2", lambda *orders: min(orders) > 0.0)
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal critical-speeds`."""
-    take(parser, "high low band memory")
+    take(parser, "high", "low", "band", "memory")
     words = "multiples of the speed (1)"
     add_option(parser, "--orders", metavar="N:N", read=ORDERS, default=(1.0,), help=words)
     take_files(parser, table="the critical speeds", figure="the Campbell diagram")
@@ -32,7 +31,13 @@ def run(given: argparse.Namespace) -> Reply:
         raise InputError(f"{given.source.name}: is a pad; a system with a speed is allowed")
     if given.high is None:
         raise InputError("--max: missing; the highest speed in rad/s is required")
-    low = given.low or 0.0
-    answer = squeal.critical_speeds(subject, low=low, **picked(given, "high orders band memory"))
+    answer = squeal.critical_speeds(
+        subject,
+        low=given.low or 0.0,
+        high=given.high,
+        orders=given.orders,
+        band=given.band,
+        memory=given.memory,
+    )
     write_files(given, answer)
     return Reply.of(answer)

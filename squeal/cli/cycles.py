@@ -7,14 +7,15 @@ squeal cycles pad.yaml --set "damping.ratios=[0.02, 0.02, 0.02]"
 import argparse
 
 import squeal
-from squeal.analysis.cycles import WINDOWS
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import named_range, take_files, whole, write_files
+from squeal.queries.cycles import WINDOWS
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal cycles`."""
-    add, words = parser.add_argument, "follow the motion over this parameter, such as mu:0.1:0.6"
+    add = parser.add_argument
+    words = "follow the motion over this parameter, such as mu:0.1:0.6"
     add("--over", metavar="NAME:LOW:HIGH", read=named_range, help=words)
     words = f"times of the scene in which its motion may settle ({WINDOWS})"
     add("--windows", metavar="N", read=whole(1, 100_000), default=WINDOWS, help=words)

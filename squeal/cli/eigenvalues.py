@@ -6,90 +6,124 @@ squeal eigenvalues brake.yaml --band 500:5000 --sensitivity --energy
 
 import argparse
 from dataclasses import replace
-from typing import Any
+from typing import TYPE_CHECKING
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import refuse, said, take, take_changes, take_files, write_files
+from squeal.cli.options import as_typed, refuse, take, take_changes, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.errors import InputError
 from squeal.io.scene import Scene
-from squeal.io.writing import picked
+from squeal.io.writing import Answer
+
+if TYPE_CHECKING:
+    from squeal.io.system import SystemFile
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal eigenvalues`."""
-    take(parser, "values workers band")
+    take(parser, "values", "workers", "band")
+    add = parser.add_argument
     words = "how each eigenvalue moves with each parameter"
-    parser.add_argument("--sensitivity", action="store_true", help=words)
+    add("--sensitivity", action="store_true", help=words)
     words = "what each term of M, C and K does to the growth and frequency of each mode"
-    parser.add_argument("--energy", action="store_true", help=words)
-    words = "let a referee judge all roots of a pad or of up to 400 rows, which is the rule"
-    both = argparse.BooleanOptionalAction
-    parser.add_argument("--prove", action=both, default=True, help=words)
+    add("--energy", action="store_true", help=words)
+    words = "let a referee judge the roots: the rule for pads and up to 400 rows, else of a --band"
+    add("--prove", action=argparse.BooleanOptionalAction, help=words)
     words = "what the verdict was held against too"
-    parser.add_argument("--verbose", action="store_true", help=words)
-    take(parser, "at modes region method memory shape test")
+    add("--verbose", action="store_true", help=words)
+    take(parser, "at", "modes", "region", "method", "memory", "shape", "test")
     take_changes(parser)
-    table = "the eigenvalues, or those of the sweep,"
-    shapes = "the mode shapes on the nodes of a system"
-    chart = "damping ratios over frequency of a sweep, and the pair that meets,"
-    drawn = "a picture of them, or of --shape,"
-    take_files(parser, table=table, figure=drawn, chart=chart, shapes=shapes)
+    take_files(
+        parser,
+        table="the eigenvalues, or those of the sweep,",
+        figure="a picture of them, or of --shape,",
+        chart="damping ratios over frequency of a sweep, and the pair that meets,",
+        shapes="the mode shapes on the nodes of a system",
+    )
 
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and analyse it."""
     source = given.source
     subject = source.subject()
-    scene = isinstance(subject, Scene)
-    if scene:
-        refuse(given, "at method shape shapes test", f"{source.name}, a scene")
-    elif given.at is not None and f"parameters.{subject.system.parameter}" in source.changes:
-        raise InputError(f"{said(given, 'at')}: --set gives it too; one of both is allowed")
-    elif (given.shape or given.shapes) and subject.coordinates is None:
-        option = said(given, "shape" if given.shape else "shapes")
-        raise InputError(f"{option}: needs `coordinates: {{file: nodes.csv}}` in the system file")
-    if given.shape and given.figure is None:
-        raise InputError(f"{said(given, 'shape')}: needs --figure FILE beside it")
-    if not given.values:
-        refuse(given, "workers chart", "no --sweep, whose values they share")
-    if given.test:  # refused before anything is solved
-        from squeal.analysis.pairing import read_test
-
-        read_test(given.test, subject.coordinates)
-    asked: dict[str, Any] = picked(given, "band region modes memory") | {"progress": steps()}
+    _check_options(given, subject)
+    selection = {
+        "band": given.band,
+        "region": given.region,
+        "modes": given.modes,
+        "memory": given.memory,
+        "progress": steps(),
+    }
     sweep = None
     if given.values:
-        swept = subject
+        at_value = subject
         if given.at is not None:
             changed = subject.system.replace({subject.system.parameter: given.at})
-            swept = replace(subject, system=changed)
-        how = picked(given, "method workers")
-        sweep = squeal.sweep(swept, given.values, **how, **asked)
-    needed = (given.sensitivity, given.energy, given.change, given.shape, given.shapes, given.test)
-    look = sweep if sweep and sweep.looked and not any(needed) else None  # it has no vectors
-    spectrum = squeal.eigenvalues(subject, given.at, look=look, prove=given.prove, **asked)
-    pairs = [squeal.compare(spectrum, given.test)] if given.test else []
-    answers: list[Any] = [spectrum]
+            at_value = replace(subject, system=changed)
+        sweep = squeal.sweep(
+            at_value, given.values, method=given.method, workers=given.workers, **selection
+        )
+    needs_full_roots = (
+        given.sensitivity
+        or given.energy
+        or given.change
+        or given.shape
+        or given.shapes
+        or given.test
+        or given.prove
+    )
+    estimate = sweep if sweep and sweep.is_first_look and not needs_full_roots else None
+    spectrum = squeal.eigenvalues(subject, given.at, look=estimate, prove=given.prove, **selection)
+    pairs = squeal.compare(spectrum, given.test) if given.test else None
+    main_answer: Answer = spectrum
     if sweep:
-        answers.append(sweep.named(pairs[0].names if pairs else {}))
-        answers[0] = spectrum = spectrum.with_onsets(answers[-1])
-    shown = answers[-1]
+        sweep = sweep.named(pairs.names if pairs else {})
+        spectrum = spectrum.with_onsets(sweep)
+        main_answer = sweep
+    answers: list[Answer | None] = [spectrum, pairs, sweep]
     if given.sensitivity or given.change:
         answers.append(squeal.sensitivity(subject, known=spectrum, matrices=source.matrices))
-    drawn = {"other": spectrum, "shape": given.shape} if given.shape else {}
     if given.energy:
         answers.append(squeal.energy(spectrum))
-    write_files(given, shown, **drawn)
+
+    if given.shape:
+        write_files(given, main_answer, drawn=spectrum, shape=given.shape)
+    else:
+        write_files(given, main_answer)
     if given.chart is not None and sweep:
-        answers[1].save(given.chart, name=source.name, damping=True)
+        sweep.save(given.chart, name=source.name, damping=True)
     if given.shapes is not None:
         spectrum.save_shapes(given.shapes)
-    answers[1:1] = pairs
-    more = f"\n\nheld against rounding: {spectrum.criterion}" * given.verbose
+    notes = ""
+    if given.verbose:
+        notes += f"\n\nheld against rounding: {spectrum.criterion}"
     if (given.shape or given.shapes) and not subject.coordinates.cells:
-        from squeal.io.system import POINTS  # which no scene needs
+        from squeal.io.coordinates import POINTS  # which no scene needs
 
-        more += f"\n\n{POINTS}"
-    return Reply.of(*answers, judged=scene, more=more)
+        notes += f"\n\n{POINTS}"
+    return Reply.of(
+        *(answer for answer in answers if answer is not None),
+        judged=isinstance(subject, Scene),
+        more=notes,
+    )
+
+
+def _check_options(given: argparse.Namespace, subject: "Scene | SystemFile") -> None:
+    """Refuse options that do not go together, before anything is solved. Raises InputError."""
+    source = given.source
+    if isinstance(subject, Scene):
+        refuse(given, "at", "method", "shape", "shapes", "test", beside=f"{source.name}, a scene")
+    elif given.at is not None and f"parameters.{subject.system.parameter}" in source.changes:
+        raise InputError(f"{as_typed(given, 'at')}: --set gives it too; one of both is allowed")
+    elif (given.shape or given.shapes) and subject.coordinates is None:
+        option = as_typed(given, "shape" if given.shape else "shapes")
+        raise InputError(f"{option}: needs `coordinates: {{file: nodes.csv}}` in the system file")
+    if given.shape and given.figure is None:
+        raise InputError(f"{as_typed(given, 'shape')}: needs --figure FILE beside it")
+    if not given.values:
+        refuse(given, "workers", "chart", beside="no --sweep, whose values they share")
+    if given.test and not isinstance(subject, Scene):
+        from squeal.queries.compare import read_test
+
+        read_test(given.test, subject.coordinates)

@@ -28,13 +28,9 @@ def options(parser: Parser) -> None:
 def run(given: argparse.Namespace) -> Reply:
     """List the examples, or write one."""
     if given.name is None:
-        listed = {name: example.about for name, example in EXAMPLES.items()}
-        return Reply(
-            lambda: {"names": list(listed)}, lambda: aligned(list(listed.items()), right=False)
-        )
+        lines = [(name, example.about) for name, example in EXAMPLES.items()]
+        return Reply(lambda: {"names": list(EXAMPLES)}, lambda: aligned(lines, right=False))
     files = write_example(given.name, given.to, Size(given.rows, given.format))
     first = EXAMPLES[given.name].first
-    return Reply(
-        lambda: {"name": given.name, "files": files, "first": first},
-        lambda: "\n".join([*files, "", f"begin with: {first}"]),
-    )
+    answer = {"name": given.name, "files": files, "first": first}
+    return Reply(lambda: answer, lambda: "\n".join([*files, "", f"begin with: {first}"]))

@@ -7,19 +7,37 @@ squeal export brake.yaml --output reduced --method reduced --band 500:5000
 
 import argparse
 import warnings
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import squeal
-from squeal.analysis.of_systems import Question
-from squeal.analysis.pads import analyse
-from squeal.analysis.systems.matrices import write_assembly, write_system
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import refuse, take
 from squeal.cli.streams import steps
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
-from squeal.io.writing import aligned, picked
+from squeal.io.writing import aligned
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.systems.matrices import write_assembly, write_system
+from squeal.queries.systems.system_analysis import SystemAnalysis
+
+if TYPE_CHECKING:
+    from squeal.io.system import SystemFile
+
+
+@dataclass(frozen=True)
+class _Exported:
+    """The system whose matrices are written, and the files in the folder.
+
+    basis: what was left out, of a reduced one; note: what to know of it, in the system file too.
+    """
+
+    system: squeal.System
+    files: list[dict[str, Any]]
+    file: str = "system.yaml"
+    basis: Any = None
+    note: str = ""
 
 
 def options(parser: Parser) -> None:
@@ -28,7 +46,7 @@ def options(parser: Parser) -> None:
     parser.add_argument("--output", metavar="FOLDER", read=Path, required=True, help=words)
     words = "how matrices are written (mtx)"
     parser.add_argument("--format", choices=("mtx", "mat", "npz"), default="mtx", help=words)
-    take(parser, "method band region values memory")
+    take(parser, "method", "band", "region", "values", "memory")
 
 
 def run(given: argparse.Namespace) -> Reply:
@@ -37,37 +55,59 @@ def run(given: argparse.Namespace) -> Reply:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         kind = "not empty" if folder.is_dir() else "no folder"
         raise InputError(f"--output {folder}: is {kind}; a new or empty folder is allowed")
-    subject, basis, rows, frozen = given.source.subject(), None, None, ""
+    subject = given.source.subject()
     if isinstance(subject, Scene):
-        refuse(given, "method band region values", f"{given.source.name}, a scene with six roots")
-        M, C, K = analyse(subject).matrices
-        name = Path(given.source.name).stem
-        system = squeal.System(M, C if C.any() else None, K, name=name)
-        # another friction has another equilibrium, and so other matrices
-        frozen = f"linearised at mu = {subject.pad.mu:g}; the matrices depend on no parameter"
+        exported = _export_pad(given, subject)
     elif given.method is None and subject.assembly is not None:
-        refuse(given, "region values", "components; --method reduced or modal takes it")
-        system, source, basis = subject.system, given.source, subject.assembly.reduction
-        rows = write_assembly(folder, subject, source.document, source.folder, given.format)
+        exported = _export_assembly(given, subject)
     elif given.method in (None, "full"):
-        refuse(given, "band region values", "a whole system; --method reduced or modal takes it")
-        system = subject.system
+        whole = "a whole system; --method reduced or modal takes it"
+        refuse(given, "band", "region", "values", beside=whole)
+        files = write_system(folder, subject.system, given.format)
+        exported = _Exported(subject.system, files)
     else:
-        asked: Any = picked(given, "band region memory") | {"progress": steps()}
-        reduction, basis = Question.of(subject, **asked).reduced(given.values, given.method)
-        if reduction.spurious:
-            words = f"the reduced system has {reduction.spurious} roots that the full one has not"
-            warnings.warn(words, InputWarning, stacklevel=2)
-        system = reduction.system
-    file = "system.yaml" if rows is None else "assembly.yaml"
-    if rows is None:
-        more = {"reference": frozen} if frozen else {}
-        rows = write_system(folder, system, given.format, **more)
-    head = f"{system.name}: {system.n} rows, {len(rows)} matrices and {file} in {folder}"
-    if frozen:
-        head += f"\n{frozen}"
-    cells = [(r["file"], r["part"], r["factor"]) for r in rows]
-    return Reply(
-        lambda: {"folder": str(folder), "rows": system.n, "files": rows, "basis": basis},
-        lambda: f"{head}\n{aligned(cells, right=False)}",
+        exported = _export_reduced(given, subject)
+    system = exported.system
+    files = exported.files
+    text = f"{system.name}: {system.n} rows, {len(files)} matrices and {exported.file} in {folder}"
+    if exported.note:
+        text += f"\n{exported.note}"
+    cells = [(file["file"], file["part"], file["factor"]) for file in files]
+    text += f"\n{aligned(cells, right=False)}"
+    answer = {"folder": str(folder), "rows": system.n, "files": files, "basis": exported.basis}
+    return Reply(lambda: answer, lambda: text)
+
+
+def _export_pad(given: argparse.Namespace, scene: Scene) -> _Exported:
+    """The matrices of a pad about its equilibrium."""
+    name = given.source.name
+    scene_name = f"{name}, a scene with six roots"
+    refuse(given, "method", "band", "region", "values", beside=scene_name)
+    M, C, K = analyse(scene).matrices
+    system = squeal.System(M, C if C.any() else None, K, name=Path(name).stem)
+    # another friction has another equilibrium, and so other matrices
+    note = f"linearised at mu = {scene.pad.mu:g}; the matrices depend on no parameter"
+    files = write_system(given.output, system, given.format, reference=note)
+    return _Exported(system, files, note=note)
+
+
+def _export_assembly(given: argparse.Namespace, subject: "SystemFile") -> _Exported:
+    """Components as they were reduced, and the file that joins them."""
+    refuse(given, "region", "values", beside="components; --method reduced or modal takes it")
+    source = given.source
+    files = write_assembly(given.output, subject, source.document, source.folder, given.format)
+    basis = subject.assembly.reduction
+    return _Exported(subject.system, files, file="assembly.yaml", basis=basis)
+
+
+def _export_reduced(given: argparse.Namespace, subject: "SystemFile") -> _Exported:
+    """A system reduced to the roots of a band or region."""
+    analysis = SystemAnalysis.of(
+        subject, band=given.band, region=given.region, memory=given.memory, progress=steps()
     )
+    reduction, basis = analysis.reduced(given.values, given.method)
+    if reduction.spurious:
+        words = f"the reduced system has {reduction.spurious} roots that the full one has not"
+        warnings.warn(words, InputWarning, stacklevel=2)
+    files = write_system(given.output, reduction.system, given.format)
+    return _Exported(reduction.system, files, basis=basis)

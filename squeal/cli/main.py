@@ -5,11 +5,15 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Sequence
-from typing import Any
+from types import ModuleType
+from typing import TYPE_CHECKING
 
 from squeal import __version__
 from squeal.cli.streams import exit_code, open_closed, printed, say
 from squeal.errors import InputError, meant
+
+if TYPE_CHECKING:
+    from squeal.cli.command import Parser
 
 ARTICLE = "the article: squeal article COMMAND"
 GROUPS = {
@@ -56,47 +60,64 @@ examples
 squeal COMMAND --help lists options and more examples; --version the version"""
 
 
-def parser_of(name: str) -> tuple[Any, Any]:
+def parser_of(name: str) -> tuple[ModuleType, Parser]:
     """The module of a command and the parser of its arguments."""
     from squeal.cli.command import Parser  # a refused command needs nothing of it
 
-    article = name in GROUPS[ARTICLE]
-    home = "squeal.article.commands" if article else "squeal.cli"
-    module = importlib.import_module(f"{home}.{name.replace('-', '_')}")
-    return module, Parser(f"article {name}" * article or name, module, name not in WITHOUT_SCENE)
+    file = name.replace("-", "_")
+    if name in GROUPS[ARTICLE]:
+        module = importlib.import_module(f"squeal.article.commands.{file}")
+        typed = f"article {name}"
+    else:
+        module = importlib.import_module(f"squeal.cli.{file}")
+        typed = name
+    return module, Parser(typed, module, name not in WITHOUT_SCENE)
 
 
 def _overview(words: str, groups: Sequence[str]) -> str:
-    width, lines = max(map(len, COMMANDS)), [f"usage: squeal {words} [OPTIONS] SCENE.yaml"]
+    """What the commands of some groups do, a line each."""
+    width = max(map(len, COMMANDS))
+    lines = [f"usage: squeal {words} [OPTIONS] SCENE.yaml"]
     for title in groups:
-        each = GROUPS[title].items()
-        lines += ["", title, *(f"  {one.ljust(width)}  {about}" for one, about in each)]
+        lines += ["", title]
+        for name, about in GROUPS[title].items():
+            lines.append(f"  {name.ljust(width)}  {about}")
     return "\n".join([*lines, EXAMPLES])
 
 
-def _run(name: str = "", *arguments: str) -> int:
-    words, groups, known = "COMMAND", list(GROUPS), [*COMMANDS, "article"]
-    if name == "article":
-        words, groups, known = "article COMMAND", [ARTICLE], list(GROUPS[ARTICLE])
-        name, arguments = "".join(arguments[:1]), arguments[1:]
-    if name in ("-h", "--help"):
-        return printed(_overview(words, groups))
-    if not name:
-        say(_overview(words, groups))
+def _run(arguments: Sequence[str]) -> int:
+    """Run the command that is named first. Raises InputError and what the command raises."""
+    if arguments[:1] == ["help"]:
+        return _run([*arguments[1:], "--help"])
+    if arguments[:1] == ["article"]:
+        return _run_one_of([ARTICLE], "article COMMAND", arguments[1:])
+    return _run_one_of(list(GROUPS), "COMMAND", arguments)
+
+
+def _run_one_of(groups: Sequence[str], usage: str, arguments: Sequence[str]) -> int:
+    """Run a command of some groups, or tell which there are."""
+    typed = arguments[0] if arguments else ""
+    if typed in ("-h", "--help"):
+        return printed(_overview(usage, groups))
+    if not typed:
+        say(_overview(usage, groups))
         return 2
-    if name == "--version":
+    if typed == "--version":
         return printed(f"squeal {__version__}")
-    name = ALIASES.get(name, name)
+    known = [name for group in groups for name in GROUPS[group]]
+    if len(groups) > 1:
+        known.append("article")
+    name = ALIASES.get(typed, typed)
     if name not in known:
         raise InputError(f"{name!r} is no command; {meant(name, known)}")
     from squeal.cli.command import run
 
     module, parser = parser_of(name)
-    return run(module, parser, arguments)
+    return run(module, parser, arguments[1:])
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code 0, 1 (not completed) or 2 (refused)."""
     open_closed()
-    given = sys.argv[1:] if arguments is None else arguments
-    return exit_code("squeal", lambda: _run(*given))
+    typed = list(sys.argv[1:] if arguments is None else arguments)
+    return exit_code("squeal", lambda: _run(typed))

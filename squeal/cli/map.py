@@ -7,26 +7,25 @@ squeal map brake.yaml --first mu:0:0.8 --second Omega:5:50 --band 500:5000 --n 7
 import argparse
 import math
 import warnings
-from typing import Any
 
 import squeal
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import said, take, take_files, write_files
+from squeal.cli.options import AxisRange, as_typed, take, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.errors import InputWarning
 from squeal.io.scene import Scene
-from squeal.io.writing import picked
 from squeal.model.pad import PARAMETERS
 from squeal.schema import Place, warn_of_degrees
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal map`."""
-    first, second = ((name, 0.0, math.pi, False) for name in ("alpha1", "alpha2"))
-    take(parser, "n first second", first=first, second=second)
+    first = AxisRange("alpha1", 0.0, math.pi, log=False)
+    second = AxisRange("alpha2", 0.0, math.pi, log=False)
+    take(parser, "n", "first", "second", first=first, second=second)
     words = "contours beside the verdicts: critical-friction, growth, frequency"
     parser.add_argument("--quantity", metavar="NAME", help=words)
-    take(parser, "workers band memory")
+    take(parser, "workers", "band", "memory")
     curves = "the curves on which stability is lost"
     take_files(parser, table="the verdicts", figure="the map", curves=curves)
 
@@ -34,20 +33,30 @@ def options(parser: Parser) -> None:
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system, compute the map, write the requested files."""
     subject = given.source.subject()
-    scene = isinstance(subject, Scene)
+    is_scene = isinstance(subject, Scene)
+    points = given.n or (200 if is_scene else 41)
     axes = []
     for option in ("first", "second"):
-        at, (name, low, high, log) = Place(said(given, option)), getattr(given, option)
+        at = Place(as_typed(given, option))
+        name, low, high, log = getattr(given, option)
         with at.named():
-            axes.append(squeal.Axis(name, low, high, given.n or (200 if scene else 41), log))
-        if scene and name in PARAMETERS and PARAMETERS[name].angle:
+            axes.append(squeal.Axis(name, low, high, points, log))
+        if is_scene and name in PARAMETERS and PARAMETERS[name].angle:
             warn_of_degrees(high, at)
-    asked: dict[str, Any] = picked(given, "quantity band memory workers") | {"progress": steps()}
-    answer = squeal.map(subject, (axes[0], axes[1]), curves=given.curves is not None, **asked)
+    answer = squeal.map(
+        subject,
+        (axes[0], axes[1]),
+        curves=given.curves is not None,
+        quantity=given.quantity,
+        band=given.band,
+        memory=given.memory,
+        workers=given.workers,
+        progress=steps(),
+    )
     write_files(given, answer)
     if given.curves is not None:
         answer.curves().save(given.curves)
         if not answer.details["threshold_curve"]:
             words = "without a curve: no two neighbours differ in whether something grows"
-            warnings.warn(f"{said(given, 'curves')}: {words}", InputWarning, stacklevel=2)
-    return Reply.of(answer, judged=scene)
+            warnings.warn(f"{as_typed(given, 'curves')}: {words}", InputWarning, stacklevel=2)
+    return Reply.of(answer, judged=is_scene)

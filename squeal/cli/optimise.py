@@ -11,35 +11,42 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import named_range, take, take_files, whole, write_files
 from squeal.cli.streams import steps
 from squeal.errors import InputError
-from squeal.io.writing import picked
+from squeal.schema import Place
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal optimise`."""
     words = "a parameter and the range in which it may lie (repeatable)"
-    form = "NAME:LOW:HIGH"
-    parser.add_argument("--bounds", metavar=form, action="append", required=True, help=words)
+    parser.add_argument(
+        "--bounds", metavar="NAME:LOW:HIGH", action="append", required=True, help=words
+    )
     take(parser, "band")
     add = parser.add_argument
     add("--starts", metavar="N", read=whole(1, 10_000), default=4, help="number of searches (4)")
     words = "of the random numbers from which they start (1)"
     add("--seed", metavar="N", read=whole(0, 2**32 - 1), default=1, help=words)
-    take(parser, "region memory")
+    take(parser, "region", "memory")
     take_files(parser, table="the parameters")
 
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the system and answer."""
     bounds: dict[str, tuple[float, float]] = {}
-    for one in given.bounds:
-        try:
-            name, *ends = named_range(one)
-        except InputError as error:
-            raise InputError(f"--bounds {one}: {error}") from None
-        if name in bounds:
-            raise InputError(f"--bounds {one}: {name} has bounds already; one range is allowed")
-        bounds[name] = ends[0], ends[1]
-    asked = picked(given, "band region starts seed memory") | {"progress": steps()}
-    optimum = squeal.optimise(given.source.subject(), bounds, **asked)
+    for typed in given.bounds:
+        with Place(f"--bounds {typed}").named():
+            name, low, high = named_range(typed)
+            if name in bounds:
+                raise InputError(f"{name} has bounds already; one range is allowed")
+        bounds[name] = (low, high)
+    optimum = squeal.optimise(
+        given.source.subject(),
+        bounds,
+        band=given.band,
+        region=given.region,
+        starts=given.starts,
+        seed=given.seed,
+        memory=given.memory,
+        progress=steps(),
+    )
     write_files(given, optimum)
     return Reply.of(optimum)

@@ -8,20 +8,43 @@ import math
 import os
 import re
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 from squeal.errors import InputError
+from squeal.io.writing import Answer
 from squeal.schema import Angle, Place, scalar
 
 MOST = 100_000  # values of a parameter
-Read = Callable[[str], Any]  # what makes a value of the text given, or raises InputError
+Read = Callable[[str], Any]
+"""What makes a value of the text of an option, or raises InputError."""
+
+
+class Range(NamedTuple):
+    """A parameter and its range."""
+
+    name: str
+    low: float
+    high: float
+
+
+class AxisRange(NamedTuple):
+    """The same for an axis, and whether it is logarithmic."""
+
+    name: str
+    low: float
+    high: float
+    log: bool
 
 
 def numbers(
     words: str, holds: Callable[..., bool], made: Callable[..., Any] = lambda *values: values
 ) -> Read:
-    """What reads as many finite numbers as `holds` takes, if it is true of them, as `words` say."""
+    """What reads as many finite numbers as `holds` takes, if it is true of them, as `words` say.
+
+    `made` makes the value of the option from them.
+    """
 
     def read(text: str) -> Any:
         try:
@@ -41,19 +64,21 @@ def whole(low: int, high: int = 10**9) -> Read:
     return numbers(words, lambda n: n == int(n) and low <= n <= high, int)
 
 
-def named_range(text: str) -> tuple[str, float, float]:
+def named_range(text: str) -> Range:
     """The parameter and range that NAME:LOW:HIGH names. Raises InputError."""
     name, *ends = text.split(":")
-    values: Any = [Angle().convert(scalar(end)) for end in ends]
-    if len(values) != 2 or None in values or not values[0] < values[1]:
-        words = "NAME:LOW:HIGH with LOW < HIGH, such as mu:0.1:0.6"
-        raise InputError(f"is not allowed; it must be {words}")
-    return name, *values
+    values = [Angle().convert(scalar(end)) for end in ends]
+    match values:
+        case [float(low), float(high)] if low < high:
+            return Range(name, low, high)
+    words = "NAME:LOW:HIGH with LOW < HIGH, such as mu:0.1:0.6"
+    raise InputError(f"is not allowed; it must be {words}")
 
 
-def axis(text: str) -> tuple[str, float, float, bool]:
+def axis(text: str) -> AxisRange:
     """The same, and whether :log follows. Raises InputError."""
-    return *named_range(text.removesuffix(":log")), text.endswith(":log")
+    name, low, high = named_range(text.removesuffix(":log"))
+    return AxisRange(name, low, high, text.endswith(":log"))
 
 
 SYSTEMS = "systems from matrices"
@@ -67,28 +92,49 @@ SWEEP = numbers(
 )
 BAND = numbers("LOW:HIGH in Hz with 0 <= LOW < HIGH", lambda low, high: 0.0 <= low < high)
 REGION = numbers("RE0:RE1:IM0:IM1 with RE0 < RE1, IM0 < IM1", lambda a, b, c, d: a < b and c < d)
-# names, metavar, help, and what reads the value, or the words that are allowed
-OPTIONS: dict[str, tuple[str, str, str, Read | tuple[str, ...]]] = {
-    "values": ("--sweep --mu", "A:B:N", "values of mu or of the free parameter", SWEEP),
-    "high": ("--max --mu-max", "MU", "upper end of the range", NUMBER),
-    "n": ("--n", "N", "points a side (200; of a system 41)", whole(2, 4000)),
-    "first": ("--first", "NAME:LOW:HIGH[:log]", "first parameter and range (alpha1:0:pi)", axis),
-    "second": ("--second", "NAME:LOW:HIGH[:log]", "second parameter and range (alpha2:0:pi)", axis),
-    "workers": ("--workers", "N", "processes; any number gives the same answer (1)", whole(1, 256)),
-    "band": ("--band", "LOW:HIGH", "frequencies in Hz", BAND),
-    "modes": ("--modes", "N", "the N lowest modes", whole(1, MOST)),
-    "region": ("--region", "RE0:RE1:IM0:IM1", "roots, 1/s and rad/s", REGION),
-    "at": ("--at", "VALUE", "of the free parameter", NUMBER),
-    "low": ("--min", "VALUE", "lower end of the range (0)", NUMBER),
-    "method": (
+
+
+@dataclass(frozen=True)
+class Option:
+    """An option of several commands: its names, of which help shows the first, and what its value
+    is called there; what reads the value, or the words that are allowed."""
+
+    names: str
+    metavar: str
+    help: str
+    read: Read | tuple[str, ...]
+    of_systems: bool = False
+
+
+# fmt: off
+OPTIONS = {
+    "values": Option("--sweep --mu", "A:B:N", "values of mu or of the free parameter", SWEEP),
+    "high": Option("--max --mu-max", "MU", "upper end of the range", NUMBER),
+    "n": Option("--n", "N", "points a side (200; of a system 41)", whole(2, 4000)),
+    "first": Option(
+        "--first", "NAME:LOW:HIGH[:log]", "first parameter and range (alpha1:0:pi)", axis),
+    "second": Option(
+        "--second", "NAME:LOW:HIGH[:log]", "second parameter and range (alpha2:0:pi)", axis),
+    "workers": Option(
+        "--workers", "N", "processes; any number gives the same answer (1)", whole(1, 256)),
+    "band": Option("--band", "LOW:HIGH", "frequencies in Hz", BAND),
+    "modes": Option("--modes", "N", "the N lowest modes", whole(1, MOST), of_systems=True),
+    "region": Option(
+        "--region", "RE0:RE1:IM0:IM1", "roots, 1/s and rad/s", REGION, of_systems=True),
+    "at": Option("--at", "VALUE", "of the free parameter", NUMBER, of_systems=True),
+    "low": Option("--min", "VALUE", "lower end of the range (0)", NUMBER, of_systems=True),
+    "method": Option(
         "--method", "NAME", "full, reduced (complex modes) or modal (a first look with errors)",
-        ("full", "reduced", "modal"),
-    ),
-    "memory": ("--memory", "GB", "memory that may be used (what is free)", MEMORY),
-    "test": ("--test", "FILE", "pair modes with a test (name, frequency_hz) or a --table", Path),
-    "shape": ("--shape", "N", "draw this mode on the nodes", whole(1, MOST)),
-}  # fmt: skip
-_OF_SYSTEMS = ("modes", "region", "at", "low", "method", "memory", "shape", "test")
+        ("full", "reduced", "modal"), of_systems=True),
+    "memory": Option(
+        "--memory", "GB", "memory that may be used (what is free)", MEMORY, of_systems=True),
+    "test": Option(
+        "--test", "FILE", "pair modes with a test (name, frequency_hz) or a --table", Path,
+        of_systems=True),
+    "shape": Option(
+        "--shape", "N", "draw this mode on the nodes", whole(1, MOST), of_systems=True),
+}
+# fmt: on
 
 # names of an option, and how a file of each format that its name may end in begins
 _TABLE = {".csv": rb"(?!%PDF|[{<])[^\0\n]*,[^\0]*\Z", ".json": rb"\s*[{\[]"}
@@ -104,100 +150,130 @@ FILE_OPTIONS = {
 }
 
 
+class Grouped(Protocol):
+    """A parser whose options stand in groups by their titles, "" for those of all commands."""
+
+    groups: dict[str, argparse._ActionsContainer]
+
+
 class Once(argparse.Action):
-    """Reads a value, keeps what was said, and refuses a second one, also under another name."""
+    """Reads a value, keeps the option as typed, and refuses a second one, also under another name.
+
+    `typed` of the namespace holds each option as typed, by what it sets and by its names.
+    """
 
     def __init__(self, *arguments: Any, read: Read = lambda text: text, **options: Any) -> None:
         super().__init__(*arguments, **options)
-        self._read, self.names = read, self.option_strings
+        self._read = read
+        self.names = list(self.option_strings)
 
-    def __call__(self, parser: Any, given: Any, text: Any, option: str | None = None) -> None:
+    def __call__(
+        self,
+        parser: argparse.ArgumentParser,
+        given: argparse.Namespace,
+        text: Any,
+        option: str | None = None,
+    ) -> None:
         at = Place(f"{option} {text}")
-        if before := getattr(given, f"{self.dest}_said", None):
+        if self.dest in given.typed:
+            before = given.typed[self.dest]
             raise at.refuse(f"{before} is given already; one of them is allowed")
-        for name in (self.dest, *(name.lstrip("-") for name in self.names)):
-            setattr(given, f"{name.replace('-', '_')}_said", str(at))
+        for name in (self.dest, *self.names):
+            given.typed[name.lstrip("-").replace("-", "_")] = str(at)
         with at.named():
             setattr(given, self.dest, self._read(text))
 
 
-def add_option(group: Any, names: str, **how: Any) -> None:
+def add_option(group: argparse._ActionsContainer, names: str, **settings: Any) -> None:
     """An option by its first name, which help shows; the others are taken too."""
     first, *others = names.split()
-    action = group.add_argument(first, **how)
-    action.names = names.split()
+    action = group.add_argument(first, **settings)
+    assert isinstance(action, Once)
+    action.names = [first, *others]
     group._option_string_actions |= dict.fromkeys(others, action)
 
 
-def said(given: argparse.Namespace, name: str) -> str:
-    """An option with its value as it was given, such as --max 0.5."""
-    return str(getattr(given, f"{name}_said", None) or f"--{name.replace('_', '-')}")
+def as_typed(given: argparse.Namespace, name: str) -> str:
+    """An option with its value as it was typed, such as --max 0.5."""
+    return str(given.typed.get(name, f"--{name.replace('_', '-')}"))
 
 
-def take(parser: Any, names: str, **defaults: Any) -> None:
+def take(parser: Grouped, *keys: str, **defaults: Any) -> None:
     """Give a parser some of `OPTIONS`, by their keys."""
-    for key in names.split():
-        flags, metavar, words, read = OPTIONS[key]
-        how = {"dest": key, "metavar": metavar, "help": words, "default": defaults.get(key)}
-        how["choices" if isinstance(read, tuple) else "read"] = read
-        add_option(parser.groups[SYSTEMS if key in _OF_SYSTEMS else ""], flags, **how)
+    for key in keys:
+        option = OPTIONS[key]
+        is_choice = isinstance(option.read, tuple)
+        add_option(
+            parser.groups[SYSTEMS if option.of_systems else ""],
+            option.names,
+            dest=key,
+            metavar=option.metavar,
+            help=option.help,
+            default=defaults.get(key),
+            **{"choices" if is_choice else "read": option.read},
+        )
 
 
-def take_files(parser: Any, **options: str) -> None:
+def take_files(parser: Grouped, **contents: str) -> None:
     """Options that name a file to write, such as table="the verdicts"."""
-    for key, words in options.items():
-        flags, kinds = FILE_OPTIONS[key]
-        words = f"write {words} to FILE"
-        words += f", whose name ends in {' or '.join(kinds)}" * bool(kinds)
-        how = {"dest": key, "metavar": "FILE", "read": Path, "help": words}
-        add_option(parser.groups[FILES], flags, **how)
+    for key, content in contents.items():
+        names, kinds = FILE_OPTIONS[key]
+        words = f"write {content} to FILE"
+        if kinds:
+            words += f", whose name ends in {' or '.join(kinds)}"
+        add_option(parser.groups[FILES], names, dest=key, metavar="FILE", read=Path, help=words)
 
 
-def take_changes(parser: Any) -> None:
+def take_changes(parser: Grouped) -> None:
     """The option that gives matrices whose influence is wanted."""
     words = "--sensitivity to a change that is no parameter too: what it adds to K, or to M or C "
     words += "(NAME.M, NAME.C; repeatable)"
-    add = parser.groups[SYSTEMS].add_argument
-    add("--change", metavar="NAME.K=FILE", action="append", help=words)
+    group = parser.groups[SYSTEMS]
+    group.add_argument("--change", metavar="NAME.K=FILE", action="append", help=words)
 
 
 def changes(given: argparse.Namespace) -> dict[str, dict[str, str]] | None:
     """The files of these matrices by name and part, None without. Raises InputError."""
     matrices: dict[str, dict[str, str]] = {}
-    for one in vars(given).get("change") or ():
-        key, _, file = one.partition("=")
+    for change in vars(given).get("change") or ():
+        key, _, file = change.partition("=")
         name, _, part = key.strip().rpartition(".")
         if not (name and file) or part in matrices.setdefault(name, {}):
             words = "is not allowed; it must be NAME.M, NAME.C or NAME.K=FILE, each given once"
-            raise InputError(f"--change {one}: {words}")
+            raise InputError(f"--change {change}: {words}")
         matrices[name][part] = file
     return matrices or None
 
 
-def refuse(given: argparse.Namespace, names: str, why: str) -> None:
+def refuse(given: argparse.Namespace, *names: str, beside: str) -> None:
     """Refuse options that do not go with what is given. Raises InputError."""
-    for name in names.split():
+    for name in names:
         value = getattr(given, name)
         if value is not None and value is not False:
-            raise InputError(f"{said(given, name)}: is not allowed with {why}")
+            raise InputError(f"{as_typed(given, name)}: is not allowed with {beside}")
 
 
-def write_files(given: argparse.Namespace, answer: Any, other: Any = None, **drawn: Any) -> None:
+def write_files(
+    given: argparse.Namespace, answer: Answer, drawn: Answer | None = None, **settings: Any
+) -> None:
     """Write the table and the figure of an answer that are requested; the figure of another."""
     if getattr(given, "figure", None) is not None:  # the first, since it may be refused
-        (other or answer).save(given.figure, name=given.source.name, **drawn)
+        (drawn or answer).save(given.figure, name=given.source.name, **settings)
     if given.table is not None:
         answer.save(given.table)
 
 
 def check_outputs(given: argparse.Namespace, inputs: Iterable[object]) -> None:
     """Refuse outputs that could not be written or would destroy something. Raises InputError."""
-    taken = {Path(os.path.realpath(path)): "an input" for path in inputs if isinstance(path, Path)}
+    taken: dict[Path, str] = {}
+    for input_path in inputs:
+        if isinstance(input_path, Path):
+            taken[Path(os.path.realpath(input_path))] = "an input"
     for name, (_, kinds) in FILE_OPTIONS.items():
         path = getattr(given, name, None)
         if path is None:
             continue
-        at = Place(said(given, name))
+        at = Place(as_typed(given, name))
         if kinds and path.suffix not in kinds:
             raise at.refuse(f"the name must end in {' or '.join(kinds)}")
         place = Path(os.path.realpath(path))  # of a link, also one to no file yet, where it leads

@@ -11,20 +11,20 @@ from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take, take_files
 from squeal.cli.streams import steps
 from squeal.io.scene import Scene
-from squeal.io.writing import picked
 
 
 def options(parser: Parser) -> None:
     """Options of `squeal report`."""
-    take(parser, "high band memory", high=2.0)
+    take(parser, "high", "band", "memory", high=2.0)
     take_files(parser, page="the page")
 
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system, answer, and write the page."""
     subject = given.source.subject()
-    asked = picked(given, "high band memory") | {"progress": steps()}
-    answer = squeal.report(subject, **asked)
+    answer = squeal.report(
+        subject, high=given.high, band=given.band, memory=given.memory, progress=steps()
+    )
     if given.page is not None:
         answer.save(given.page, given.source.inputs)
     return Reply.of(answer, judged=isinstance(subject, Scene))

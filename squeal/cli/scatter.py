@@ -21,18 +21,29 @@ def options(parser: Parser) -> None:
     words = "the first loss of stability (threshold), or the largest growth rate in --band (growth)"
     choices = ("threshold", "growth")
     parser.add_argument("--of", choices=choices, default="threshold", help=words)
-    take(parser, "high band workers", high=2.0)
-    picture, journal = "a picture of their distribution", "samples, to go on after a stop,"
-    take_files(parser, table="the samples", figure=picture, journal=journal)
+    take(parser, "high", "band", "workers", high=2.0)
+    take_files(
+        parser,
+        table="the samples",
+        figure="a picture of their distribution",
+        journal="samples, to go on after a stop,",
+    )
 
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and the spreads, and answer."""
-    source = given.source
-    asked = squeal.read_spreads(given.scatter) | {"mu_max": given.high, "of": given.of}
-    asked |= {"band": given.band, "journal": given.journal, "workers": given.workers or 1}
-    subject = source.subject()
+    sampling = squeal.read_spreads(given.scatter)
+    subject = given.source.subject()
     with Place(str(given.scatter)).named():
-        answer = squeal.scatter(subject, **asked, progress=counter("samples"))
+        answer = squeal.scatter(
+            subject,
+            **sampling,
+            mu_max=given.high,
+            of=given.of,
+            band=given.band,
+            journal=given.journal,
+            workers=given.workers or 1,
+            progress=counter("samples"),
+        )
     write_files(given, answer)
     return Reply.of(answer)

@@ -19,28 +19,32 @@ LEAST = 4_000  # samples of a picture
 
 def options(parser: Parser) -> None:
     """Options of `squeal simulate`."""
-    words = "a picture of forces, position of the reaction, contact states and spectrum"
-    take_files(parser, table="the history", figure=words)
-    words, choices = (
-        "auto takes heyoka where it is installed, else SciPy",
-        ("auto", "heyoka", "scipy"),
+    picture = "a picture of forces, position of the reaction, contact states and spectrum"
+    take_files(parser, table="the history", figure=picture)
+    parser.add_argument(
+        "--integrator",
+        choices=("auto", "heyoka", "scipy"),
+        default="auto",
+        help="auto takes heyoka where it is installed, else SciPy",
     )
-    parser.add_argument("--integrator", choices=choices, default="auto", help=words)
 
 
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene, simulate it, write the files that are requested."""
     scene = given.source.scene()
     check_simulation(scene)
-    outputs = scene.outputs if given.table is None else (*scene.outputs, "history")
-    outputs = outputs if given.figure is None else OUTPUTS
-    steps, every = (scene.samples or 2) - 1, 1
-    if given.figure is not None:  # few samples would draw another motion
-        every = math.ceil(LEAST / steps)
+    outputs = scene.outputs
+    steps = (scene.samples or 2) - 1
+    every = 1  # which samples stand in the table
+    if given.table is not None:
+        outputs = (*scene.outputs, "history")
+    if given.figure is not None:
+        outputs = OUTPUTS
+        every = math.ceil(LEAST / steps)  # few samples would draw another motion
     task = dataclasses.replace(scene, outputs=outputs, samples=steps * every + 1)
     show = counter("per cent")
-    tell = None if show is None else lambda share: show(round(100 * share), 100)
-    motion = simulate(task, given.integrator, tell)
+    progress = None if show is None else lambda share: show(round(100 * share), 100)
+    motion = simulate(task, given.integrator, progress)
     if given.figure is not None:
         name = given.source.name.removesuffix(".yaml")
         motion.save(given.figure, name=name, scene=scene, inputs=given.source.inputs)
@@ -49,10 +53,11 @@ def run(given: argparse.Namespace) -> Reply:
         motion = dataclasses.replace(motion, history=history)
     if given.table is not None:
         motion.save(given.table)
-    unnamed: dict[str, Any] = {name: None for name in OUTPUTS if name not in scene.outputs}
-    hint = "\n\nabout eight times as fast with heyoka: pip install 'brake-squeal[fast]'"
-    slow = given.integrator == "auto" and motion.method.startswith("SciPy")
-    reply = Reply.of(dataclasses.replace(motion, **unnamed), more=hint * slow)
+    not_requested: dict[str, Any] = {name: None for name in OUTPUTS if name not in scene.outputs}
+    hint = ""
+    if given.integrator == "auto" and motion.method.startswith("SciPy"):
+        hint = "\n\nabout eight times as fast with heyoka: pip install 'brake-squeal[fast]'"
+    reply = Reply.of(dataclasses.replace(motion, **not_requested), more=hint)
     return dataclasses.replace(reply, warnings=_start_warnings(scene))
 
 

@@ -28,19 +28,22 @@ def exit_code(name: str, work: Callable[[], int]) -> int:
         with within_doubles():
             return work()
     except (InputError, UnicodeEncodeError) as error:  # also a name of what are no letters
-        code, words = 2, str(error)
+        code = 2
+        words = str(error)
     except ComputationError as error:
         words = str(error)
     except MemoryError:
         words = "there is not enough memory for this scene"
     except ImportError as error:
-        if (package := missing(error)) == "squeal":
+        package = missing(error)
+        if package == "squeal":
             raise
         words = f"the package {package} cannot be imported: {error}"
     except OSError as error:
         words = f"{error.filename or 'output'}: {error.strerror or error}"
     except KeyboardInterrupt:
-        code, words = 130, "stopped"
+        code = 130
+        words = "stopped"
     say(f"{name}: {' '.join(words.splitlines())}")
     return code
 
@@ -50,10 +53,12 @@ def open_closed() -> None:
 
     What is said on standard output is refused as by a full disc: somebody meant to read it.
     """
-    ways = (("stdin", os.O_RDONLY), ("stdout", os.O_RDONLY), ("stderr", os.O_WRONLY))
-    for name, way in ways:
-        if getattr(sys, name) is None:
-            setattr(sys, name, os.fdopen(os.open(os.devnull, way), "r" if name == "stdin" else "w"))
+    if sys.stdin is None:
+        sys.stdin = os.fdopen(os.open(os.devnull, os.O_RDONLY), "r")
+    if sys.stdout is None:
+        sys.stdout = os.fdopen(os.open(os.devnull, os.O_RDONLY), "w")
+    if sys.stderr is None:
+        sys.stderr = os.fdopen(os.open(os.devnull, os.O_WRONLY), "w")
 
 
 def say(text: str) -> None:
@@ -74,18 +79,27 @@ def _silence(stream: TextIO) -> None:
 
 def steps() -> Callable[[str], None] | None:
     """What says the steps of long work on standard error, if that is a terminal."""
-    return (lambda text: say(f"squeal: {text}")) if sys.stderr.isatty() else None
+    if not sys.stderr.isatty():
+        return None
+    return lambda text: say(f"squeal: {text}")
 
 
 def counter(what: str) -> Callable[[int, int], None] | None:
     """What shows (done, count) on standard error until all is done, if that is a terminal."""
+    if not sys.stderr.isatty():
+        return None
     begun = time.monotonic()
 
     def show(done: int, count: int) -> None:
         line = f"{done} of {count} {what}, {remaining(begun, done, count)}" if done < count else ""
         print(f"{_erase()}{line}", end="", file=sys.stderr, flush=True)
 
-    return show if sys.stderr.isatty() else None
+    return show
+
+
+def _coloured(verdict: re.Match[str]) -> str:
+    colour = _COLOURS[verdict.lastgroup or "open"]
+    return f"\033[1;{colour}m{verdict[0]}\033[0m"
 
 
 def printed(text: str) -> int:
@@ -93,14 +107,12 @@ def printed(text: str) -> int:
 
     It is 0 also where the reader has gone (head, less), and 1 where nothing can be written.
     """
-    letters = sys.stdout.encoding or "utf-8"
-    text = visible(text).encode(letters, "backslashreplace").decode(letters)
+    encoding = sys.stdout.encoding or "utf-8"
+    shown = visible(text).encode(encoding, "backslashreplace").decode(encoding)
     if sys.stdout.isatty() and not os.environ.get("NO_COLOR"):
-        text = _VERDICT.sub(
-            lambda line: f"\033[1;{_COLOURS[line.lastgroup or 'open']}m{line[0]}\033[0m", text
-        )
+        shown = _VERDICT.sub(_coloured, shown)
     try:
-        print(text, flush=True)
+        print(shown, flush=True)
     except OSError as error:
         _silence(sys.stdout)  # nothing is left to say
         if not isinstance(error, BrokenPipeError):

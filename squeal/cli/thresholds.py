@@ -6,14 +6,13 @@ squeal thresholds brake.yaml --max 1 --band 500:5000 --figure loci.png
 """
 
 import argparse
-from typing import Any
 
 import squeal
 from squeal.cli.command import Parser, Reply
 from squeal.cli.options import take, take_changes, take_files, write_files
 from squeal.cli.streams import steps
 from squeal.io.scene import Scene
-from squeal.io.writing import picked
+from squeal.io.writing import Answer
 
 
 def options(parser: Parser) -> None:
@@ -23,7 +22,7 @@ def options(parser: Parser) -> None:
     parser.add_argument("--sensitivity", action="store_true", help=words)
     words = "let a referee judge the thresholds of up to 20 rows, or none those of a pad"
     parser.add_argument("--prove", action=argparse.BooleanOptionalAction, help=words)
-    take(parser, "workers low band region memory")
+    take(parser, "workers", "low", "band", "region", "memory")
     take_changes(parser)
     take_files(parser, table="the thresholds", figure="a picture of the way to them")
 
@@ -31,12 +30,22 @@ def options(parser: Parser) -> None:
 def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system and answer."""
     subject = given.source.subject()
-    scene = isinstance(subject, Scene)
-    asked = picked(given, "high low band region memory workers prove") | {"progress": steps()}
-    thresholds = squeal.thresholds(subject, **asked)
-    answers: list[Any] = [thresholds]
+    thresholds = squeal.thresholds(
+        subject,
+        high=given.high,
+        low=given.low,
+        band=given.band,
+        region=given.region,
+        memory=given.memory,
+        workers=given.workers,
+        prove=given.prove,
+        progress=steps(),
+    )
+    answers: list[Answer] = [thresholds]
     if given.sensitivity or given.change:
-        of: Any = {"of": "threshold", "known": thresholds, "matrices": given.source.matrices}
-        answers.append(squeal.sensitivity(subject, **of))
+        matrices = given.source.matrices
+        answers.append(
+            squeal.sensitivity(subject, of="threshold", known=thresholds, matrices=matrices)
+        )
     write_files(given, thresholds, high=given.high)
-    return Reply.of(*answers, judged=scene)
+    return Reply.of(*answers, judged=isinstance(subject, Scene))

@@ -205,7 +205,7 @@ class Path:
         M, C, K = linearise(model, self.statics.to_si(z), 1.0 * touching)
         return [Linearisation(M, C[:, :, i], K[:, :, i]) for i in range(len(mus))]
 
-    def shaken(self, mu: float) -> list[tuple[tuple[np.ndarray, ...], ...]]:
+    def perturbed_by_rounding(self, mu: float) -> list[tuple[tuple[np.ndarray, ...], ...]]:
         """M, C, K at mu, and their derivatives by relative changes of x, of y and of theta."""
         z, touching = self.places([mu])
         h = 1e-12

@@ -6,21 +6,28 @@ along the disc's motion. `squeal example brake` writes matrices, as a program wo
 a system file that reads them.
 """
 
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from squeal.analysis.systems.matrices import write_components, write_system
 from squeal.errors import InputError
 from squeal.io.writing import whole_folder, write_csv, write_text
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.matrices import write_components, write_system
 from squeal.sparse.components import Component
 from squeal.sparse.contact_seat import Contact
+
+if TYPE_CHECKING:
+    from scipy.sparse import csc_array
 
 ROWS = (500, 1_000_000)
 ROUND = 24  # elements around the disc for each level of refinement
@@ -69,24 +76,24 @@ class SolidBrake:
     back: NDArray[np.intp] = field(repr=False)
 
 
-def _block(counts: tuple[int, int, int], closed: bool) -> tuple[NDArray, NDArray]:
-    """Indices (cells, 8) of the corners of each cell of a grid (r, phi, z), and the grid's shape.
+def _grid(
+    radii: NDArray, angles: NDArray, heights: NDArray, closed: bool
+) -> tuple[NDArray, NDArray, NDArray]:
+    """A grid (r, phi, z): the numbers of its nodes as an array of that shape, the places
+    (3, nodes) of the nodes, and the nodes (8, cells) at the corners of each cell.
 
-    In the order of `CORNERS`; `closed` in phi.
+    Corners are in the order of `CORNERS`; `closed` in phi.
     """
-    r, a, z = counts
-    around = a if closed else a + 1
-    shape = np.array([r + 1, around, z + 1])
-    i, j, k = (x.ravel() for x in np.meshgrid(*map(np.arange, counts), indexing="ij"))
-    columns = [
-        np.ravel_multi_index((i + x, (j + y) % around, k + w), tuple(shape)) for x, y, w in CORNERS
-    ]
-    return np.array(columns), shape
-
-
-def _places(radii: NDArray, angles: NDArray, heights: NDArray) -> NDArray:
-    r, a, z = (x.ravel() for x in np.meshgrid(radii, angles, heights, indexing="ij"))
-    return np.array([r * np.cos(a), r * np.sin(a), z])
+    shape = (len(radii), len(angles), len(heights))
+    numbers = np.arange(math.prod(shape)).reshape(shape)
+    r, phi, z = np.meshgrid(radii, angles, heights, indexing="ij")
+    places = np.array([(r * np.cos(phi)).ravel(), (r * np.sin(phi)).ravel(), z.ravel()])
+    corners = []
+    for to_r, to_phi, to_z in CORNERS:
+        shifted = np.roll(numbers, (-to_r, -to_phi, -to_z), axis=(0, 1, 2))
+        first = shifted[:-1, :, :-1] if closed else shifted[:-1, :-1, :-1]
+        corners.append(first.ravel())
+    return numbers, places, np.array(corners)
 
 
 def _at_gauss_points(corners: NDArray) -> tuple[NDArray, NDArray]:
@@ -96,13 +103,13 @@ def _at_gauss_points(corners: NDArray) -> tuple[NDArray, NDArray]:
     corners (cells, 8, 3) in m, in the order of `CORNERS`.
     """
     places, weights = np.polynomial.legendre.leggauss(GAUSS)
-    steps = np.meshgrid(*[np.arange(GAUSS)] * 3, indexing="ij")
-    points = np.column_stack([(places[axis.ravel()] + 1.0) / 2.0 for axis in steps])
-    weight = np.prod([weights[axis.ravel()] / 2.0 for axis in steps], axis=0)
-    far = np.array(CORNERS)[:, None] == 1  # (corner, 1, axis)
+    steps = np.indices((GAUSS, GAUSS, GAUSS)).reshape(3, -1)
+    points = ((places[steps] + 1.0) / 2.0).T
+    weight = np.prod(weights[steps] / 2.0, axis=0)
+    is_far = np.array(CORNERS)[:, None] == 1  # (corner, 1, axis)
     # along each axis a function is s or 1 - s, its slope 1 or -1
-    along = np.where(far, points, 1.0 - points)  # (corner, point, axis)
-    slope = np.where(far, 1.0, -1.0)
+    along = np.where(is_far, points, 1.0 - points)  # (corner, point, axis)
+    slope = np.where(is_far, 1.0, -1.0)
     shapes = along.prod(axis=2)
     local = np.stack(
         [
@@ -118,8 +125,11 @@ def _at_gauss_points(corners: NDArray) -> tuple[NDArray, NDArray]:
     return shapes * roots[:, None], slopes * roots[:, None, None]
 
 
-def _assembled(places: NDArray, cells: NDArray, material: tuple[float, float, float]) -> Any:
-    """Mass and stiffness of a body, rows (node, direction)."""
+def _mass_and_stiffness(
+    places: NDArray, cells: NDArray, material: tuple[float, float, float]
+) -> tuple[csc_array, csc_array]:
+    """Of a body of hexahedra with Young's modulus, Poisson's ratio and density; rows (node,
+    direction)."""
     from scipy.sparse import coo_array
 
     young, poisson, density = material
@@ -128,21 +138,24 @@ def _assembled(places: NDArray, cells: NDArray, material: tuple[float, float, fl
     shapes, slopes = _at_gauss_points(places.T[cells.T])
     count = cells.shape[1]
     flat = slopes.reshape(count, 24, -1)  # corner and direction, point
-    both = (flat @ flat.transpose(0, 2, 1)).reshape(count, 8, 3, 8, 3)
-    K = volume * both + shear * both.transpose(0, 1, 4, 3, 2)
+    products = (flat @ flat.transpose(0, 2, 1)).reshape(count, 8, 3, 8, 3)
+    K = volume * products + shear * products.transpose(0, 1, 4, 3, 2)
     M = np.zeros_like(K)
-    gradient = np.einsum("eiaja->eij", both)
+    gradient = np.einsum("eiaja->eij", products)
     mass = shapes @ shapes.transpose(0, 2, 1)
-    for way in range(3):
-        K[:, :, way, :, way] += shear * gradient
-        M[:, :, way, :, way] = density * mass
+    for direction in range(3):
+        K[:, :, direction, :, direction] += shear * gradient
+        M[:, :, direction, :, direction] = density * mass
     rows = (3 * cells.T[:, :, None] + np.arange(3)).reshape(count, 24)
-    where = (np.repeat(rows, 24, axis=1).ravel(), np.tile(rows, 24).ravel())
+    positions = (np.repeat(rows, 24, axis=1).ravel(), np.tile(rows, 24).ravel())
     n = 3 * places.shape[1]
-    assembled = tuple(coo_array((X.ravel(), where), shape=(n, n)).tocsc() for X in (M, K))
-    for X in assembled:
-        X.eliminate_zeros()
-    return assembled
+
+    def assembled(entries: NDArray) -> csc_array:
+        matrix = coo_array((entries.ravel(), positions), shape=(n, n)).tocsc()
+        matrix.eliminate_zeros()
+        return matrix
+
+    return assembled(M), assembled(K)
 
 
 def solid_brake(
@@ -152,111 +165,118 @@ def solid_brake(
 
     `around` elements lie around the disc for each level of refinement, a multiple of 6.
 
-    Raises InputError, and ComputationError if scikit-fem is not installed.
+    Raises InputError.
     """
-    from scipy.sparse import block_diag, coo_array, csc_array, diags_array
+    from scipy.sparse import block_diag, csc_array, diags_array
 
-    g = geometry or Geometry()
     if not ROWS[0] <= rows <= ROWS[1]:
         raise InputError(f"{rows} rows are not allowed; it must be {ROWS[0]} to {ROWS[1]}")
-    c = next(c for c in range(1, 99) if 3 * (2 * c * around * c * (c + 1)) >= rows)
-    along_pad = around * PAD // ROUND * c
-    radii = np.linspace(g.inner, g.outer, 2 * c + 1)
-    angles = 2 * np.pi * np.arange(around * c) / (around * c)
-    disc_cells, disc_shape = _block((2 * c, around * c, c), True)
-    pad_cells, pad_shape = _block((c, along_pad, c), False)
-    disc = _places(radii, angles, np.linspace(-g.thickness, 0.0, c + 1))
-    pad = _places(radii[c:], angles[: along_pad + 1], np.linspace(0.0, g.pad_thickness, c + 1))
-    bodies = [_assembled(disc, disc_cells, g.disc), _assembled(pad, pad_cells, g.pad)]
-    M, K = (csc_array(block_diag(parts)) for parts in zip(*bodies, strict=True))
+    sizes = geometry or Geometry()
+    level = 1
+    while 3 * (2 * level * around * level * (level + 1)) < rows:
+        level += 1
+    along_pad = around * PAD // ROUND * level
+    radii = np.linspace(sizes.inner, sizes.outer, 2 * level + 1)
+    angles = 2 * np.pi * np.arange(around * level) / (around * level)
+    pad_radii = radii[level:]
+    pad_angles = angles[: along_pad + 1]
+    disc_heights = np.linspace(-sizes.thickness, 0.0, level + 1)
+    pad_heights = np.linspace(0.0, sizes.pad_thickness, level + 1)
+    disc, disc_places, disc_cells = _grid(radii, angles, disc_heights, closed=True)
+    pad, pad_places, pad_cells = _grid(pad_radii, pad_angles, pad_heights, closed=False)
+    disc_mass, disc_stiffness = _mass_and_stiffness(disc_places, disc_cells, sizes.disc)
+    pad_mass, pad_stiffness = _mass_and_stiffness(pad_places, pad_cells, sizes.pad)
+    pad += disc.size
+    places = np.hstack([disc_places, pad_places])
+    cells = np.hstack([disc_cells, pad_cells + disc.size])
 
-    number = np.arange(disc.shape[1]).reshape(disc_shape)
-    pads = np.arange(pad.shape[1]).reshape(pad_shape) + disc.shape[1]
-    places = np.hstack([disc, pad])
-    below, above = number[c:, : along_pad + 1, -1].ravel(), pads[:, :, 0].ravel()
-    area = _areas(radii[c:], angles[: along_pad + 1])
-    n = len(places.T) * 3
-    normal = coo_array(  # gap of each pair: pad's z minus disc's
-        (
-            np.concatenate([np.ones(len(above)), -np.ones(len(below))]),
-            (np.tile(np.arange(len(above)), 2), np.concatenate([3 * above + 2, 3 * below + 2])),
-        ),
-        shape=(len(above), n),
-    ).tocsc()
-    x, y = places[0, above], places[1, above]
-    radius = np.hypot(x, y)
-    data = np.concatenate([-y / radius, x / radius, y / radius, -x / radius])
-    columns = np.concatenate([3 * above, 3 * above + 1, 3 * below, 3 * below + 1])
-    slide = coo_array((data, (np.tile(np.arange(len(above)), 4), columns)), shape=(len(above), n))
-    stiff = diags_array(g.contact * area)
-    contact = csc_array(normal.T @ stiff @ normal)
-    friction = csc_array(slide.tocsc().T @ stiff @ normal)
-
-    ground = np.zeros(n)
-    ground[3 * pads[:, :, -1].ravel() + 2] = g.piston * area
+    on_disc = disc[level:, : along_pad + 1, -1].ravel()
+    pairs = np.column_stack([on_disc, pad[:, :, 0].ravel()])
+    area = _areas(pad_radii, pad_angles)
+    contact, friction = _contact_matrices(places, pairs, sizes.contact * area)
+    back = pad[:, :, -1].ravel()
+    ground = np.zeros(places.size)  # stiffness of each row to the ground
+    ground[3 * back + 2] = sizes.piston * area
     for end in (0, -1):
-        edge = pads[:, end, :].ravel()
-        face = (g.outer - radii[c]) * g.pad_thickness / len(edge)
-        ground[3 * edge] += g.abutment * face
-        ground[3 * edge + 1] += g.abutment * face
-    K = csc_array(K + diags_array(ground))
+        edge = pad[:, end, :].ravel()
+        face = (sizes.outer - pad_radii[0]) * sizes.pad_thickness / len(edge)
+        ground[3 * edge] += sizes.abutment * face
+        ground[3 * edge + 1] += sizes.abutment * face
 
-    kept = np.setdiff1d(np.arange(n), (3 * number[0].ravel()[:, None] + np.arange(3)).ravel())
-    M, K, contact, friction = (csc_array(X)[kept][:, kept] for X in (M, K, contact, friction))
-    alpha, beta = g.damping
-    damping = (Term(csc_array(alpha * M + beta * K)),)
-    terms = (Term(K), Term(contact, Formula("contact")), Term(friction, Formula("mu*contact")))
-    own = {"mu": 0.4, "contact": 1.0}
-    system = TermSystem((Term(M),), damping, terms, own, "mu", "solid brake")
-    cells = np.hstack([disc_cells, pad_cells + disc.shape[1]])[VTK].T
-    pairs, back = np.column_stack([below, above]), pads[:, :, -1].ravel()
-    return SolidBrake(system, kept // 3, kept % 3, places.T, cells, pairs, area, back)
+    clamped = (3 * disc[0].ravel()[:, None] + np.arange(3)).ravel()
+    free = np.setdiff1d(np.arange(places.size), clamped)
+    M = csc_array(block_diag([disc_mass, pad_mass]))[free][:, free]
+    K = csc_array(block_diag([disc_stiffness, pad_stiffness]) + diags_array(ground))[free][:, free]
+    alpha, beta = sizes.damping
+    system = TermSystem(
+        M=(Term(M),),
+        C=(Term(csc_array(alpha * M + beta * K)),),
+        K=(
+            Term(K),
+            Term(contact[free][:, free], Formula("contact")),
+            Term(friction[free][:, free], Formula("mu*contact")),
+        ),
+        parameters={"mu": 0.4, "contact": 1.0},
+        parameter="mu",
+        name="solid brake",
+    )
+    return SolidBrake(
+        system,
+        nodes=free // 3,
+        directions=free % 3,
+        places=places.T,
+        cells=cells[VTK].T,
+        pairs=pairs,
+        area=area,
+        back=back,
+    )
 
 
-def transport(brake: SolidBrake, geometry: Geometry | None = None) -> tuple[Any, Any]:
-    """What turning the disc by 1 rad/s adds: G of the gyroscopic term 2 G q' and H of -H q, both
-    (n, n), from the derivative along the motion of a material that passes the mesh."""
-    from scipy.sparse import block_diag, coo_array, csc_array, kron
-    from skfem import Basis, ElementHex1, MeshHex
+def _contact_matrices(
+    places: NDArray, pairs: NDArray, stiffness: NDArray
+) -> tuple[csc_array, csc_array]:
+    """Normal contact of pairs (m, 2) of disc and pad with springs (m,), and its friction for
+    mu = 1, which acts along the motion of the disc."""
+    from scipy.sparse import coo_array, csc_array, diags_array
 
-    density = (geometry or Geometry()).disc[2]
-    of_disc = brake.cells[:, VTK].max(axis=1) < brake.pairs[0, 1]
-    corners = brake.cells[of_disc][:, np.argsort(VTK)].T
-    disc = int(corners.max()) + 1
-    basis = Basis(MeshHex(brake.places[:disc].T, corners), ElementHex1())
-    x, y, _ = np.asarray(basis.global_coordinates())
-    values = np.array([np.asarray(b[0]) for b in basis.basis])
-    slopes = np.array([x * b[0].grad[1] - y * b[0].grad[0] for b in basis.basis])
-    mass = density * basis.dx
-    carried = np.einsum("iep,jep,ep->eij", values, slopes, mass)
-    centrifugal = np.einsum("iep,jep,ep->eij", slopes, slopes, mass)
-    gyroscopic = (carried - carried.transpose(0, 2, 1)) / 2  # skew, as over the closed ring
-    nodes = basis.element_dofs.T
-    where = np.repeat(nodes, 8, axis=1).ravel(), np.tile(nodes, 8).ravel()
-    others = len(brake.places) - disc
-    found = []
-    for entries in (gyroscopic, centrifugal):
-        scalar = coo_array((entries.ravel(), where), shape=(disc, disc))
-        whole = block_diag([scalar, coo_array((others, others))])
-        vector = csc_array(kron(whole, np.eye(3)))
-        rows = 3 * brake.nodes + brake.directions
-        matrix = csc_array(vector[rows][:, rows])
-        matrix.eliminate_zeros()
-        found.append(matrix)
-    return found[0], found[1]
+    on_disc, on_pad = pairs.T
+    x = places[0, on_pad]
+    y = places[1, on_pad]
+    radius = np.hypot(x, y)
+
+    def of_pairs(entries: Sequence[tuple[NDArray, NDArray]]) -> csc_array:
+        """A row for each pair from columns (m,) and values (m,)."""
+        rows = np.tile(np.arange(len(pairs)), len(entries))
+        columns = np.concatenate([column for column, _ in entries])
+        values = np.concatenate([value for _, value in entries])
+        return coo_array((values, (rows, columns)), shape=(len(pairs), places.size)).tocsc()
+
+    one = np.ones(len(pairs))
+    gap = of_pairs([(3 * on_pad + 2, one), (3 * on_disc + 2, -one)])
+    slip = of_pairs(
+        [
+            (3 * on_pad, -y / radius),
+            (3 * on_pad + 1, x / radius),
+            (3 * on_disc, y / radius),
+            (3 * on_disc + 1, -x / radius),
+        ]
+    )
+    springs = diags_array(stiffness)
+    return csc_array(gap.T @ springs @ gap), csc_array(slip.T @ springs @ gap)
 
 
 def _areas(radii: NDArray, angles: NDArray) -> NDArray:
     """Share of the contact's area of each node (r, phi)."""
-    step = np.diff(radii).mean(), np.diff(angles).mean()
-    ends = [np.ones(len(x)) for x in (radii, angles)]
-    for weights in ends:
-        weights[[0, -1]] = 0.5
-    return np.asarray((np.outer(ends[0] * radii, ends[1]) * step[0] * step[1]).ravel())
+    along_radius = np.ones(len(radii))
+    along_angle = np.ones(len(angles))
+    for weights in (along_radius, along_angle):
+        weights[[0, -1]] = 0.5  # an end has half a cell
+    weights = np.outer(along_radius * radii, along_angle)
+    return np.asarray((weights * np.diff(radii).mean() * np.diff(angles).mean()).ravel())
 
 
-# the files of mass, damping, stiffness, contact and friction in each program's form
-FILES = {
+MATRIX_PARTS = ("M", "C", "K", "K", "K")  # mass, damping, stiffness, contact and friction
+FILES = {  # the file of each matrix in each program's form
     "abaqus": ("brake_MASS1.mtx", "brake_DMPV1.mtx", "brake_STIF1.mtx")
     + ("contact_STIF1.mtx", "friction_STIF1.mtx"),
     "nastran": ("brake.pch",) * 5,
@@ -266,46 +286,87 @@ FILES = {
 }
 KEYS = ("MAAX", "BAAX", "KAAX", "KCONTACT", "KFRIC")  # in a file that holds several
 
+Labels: TypeAlias = list[tuple[int, int]]
+"""Node and direction of each row, both from 1."""
 
-def _entries(matrix: Any) -> tuple[bool, list[tuple[int, int, float]]]:
+
+def _entries(matrix: csc_array) -> tuple[bool, list[tuple[int, int, float]]]:
     """Whether a matrix is symmetric, and its entries (row, column, value), its lower half if so."""
     from scipy.sparse import tril
 
     symmetric = bool(abs(matrix - matrix.T).max() <= 1e-14 * abs(matrix).max())
     entries = (tril(matrix) if symmetric else matrix).tocsc().tocoo()
-    return symmetric, list(zip(*(x.tolist() for x in (*entries.coords, entries.data)), strict=True))
+    rows, columns = entries.coords
+    return symmetric, list(zip(rows.tolist(), columns.tolist(), entries.data.tolist(), strict=True))
 
 
-def _as_hbmat(matrix: Any) -> str:
-    """Harwell-Boeing text in the fields of Ansys' HBMAT."""
+def _write_abaqus(path: Path, matrix: csc_array, labels: Labels) -> None:
+    """Lines of node, direction of row and column, and value."""
+    _, entries = _entries(matrix)
+    with path.open("w", encoding="ascii") as stream:
+        for row, column, value in entries:
+            stream.write("{},{}, {},{}, {:.16e}\n".format(*labels[row], *labels[column], value))
+
+
+def _write_calculix(path: Path, matrix: csc_array, labels: Labels) -> None:
+    """Lines of row, column and value, and a file .dof that names the rows."""
+    _, entries = _entries(matrix)
+    with path.open("w", encoding="ascii") as stream:
+        for row, column, value in entries:
+            stream.write(f"{row + 1} {column + 1} {value:.16e}\n")
+    with path.with_suffix(".dof").open("w", encoding="ascii") as stream:
+        for node, direction in labels:
+            stream.write(f"{node}.{direction}\n")
+
+
+def _write_ansys(path: Path, matrix: csc_array, labels: Labels) -> None:
+    """Harwell-Boeing text in the fields of HBMAT, and a file .mapping that names the rows."""
     symmetric, entries = _entries(matrix)
-    n, count = matrix.shape[0], len(entries)
-    starts = np.searchsorted([column for _, column, _ in entries], np.arange(n + 1)) + 1
+    n = matrix.shape[0]
+    count = len(entries)
+    columns = [column for _, column, _ in entries]
+    starts = np.searchsorted(columns, np.arange(n + 1)) + 1
+    values = [f"{value:25.16E}".replace("E", "D") for _, _, value in entries]
     parts = [
-        "".join("".join(fields[k : k + each]) + "\n" for k in range(0, len(fields), each))
-        for each, fields in (
-            (8, [f"{x:10d}" for x in starts]),
-            (8, [f"{row + 1:10d}" for row, _, _ in entries]),
-            (3, [f"{value:25.16E}".replace("E", "D") for _, _, value in entries]),
-        )
+        _in_lines([f"{start:10d}" for start in starts], 8),
+        _in_lines([f"{row + 1:10d}" for row, _, _ in entries], 8),
+        _in_lines(values, 3),
     ]
     cards = [part.count("\n") for part in parts]
-    head = f"{'brake':72}{'brake':8}\n" + "".join(f"{x:14d}" for x in (sum(cards), *cards, 0))
-    head += f"\n{'RSA' if symmetric else 'RUA':14}{n:14d}{n:14d}{count:14d}{0:14d}\n"
-    return f"{head}{'(8I10)':16}{'(8I10)':16}{'(1P,3D25.16)':20}{'':20}\n" + "".join(parts)
+    counts = "".join(f"{cards_of:14d}" for cards_of in (sum(cards), *cards, 0))
+    kind = "RSA" if symmetric else "RUA"
+    head = f"{'brake':72}{'brake':8}\n{counts}\n{kind:14}{n:14d}{n:14d}{count:14d}{0:14d}\n"
+    formats = f"{'(8I10)':16}{'(8I10)':16}{'(1P,3D25.16)':20}{'':20}\n"
+    path.write_text(head + formats + "".join(parts), encoding="ascii")
+    with path.with_suffix(".mapping").open("w", encoding="ascii") as stream:
+        stream.write("Matrix Eqn     Node DOF\n")
+        for row, (node, direction) in enumerate(labels, 1):
+            stream.write(f"{row:8d} {node:8d} U{'XYZ'[direction - 1]}\n")
 
 
-def _as_dmig(name: str, matrix: Any, rows: list[tuple[int, int]]) -> str:
+def _in_lines(fields: list[str], per_line: int) -> str:
+    lines = []
+    for start in range(0, len(fields), per_line):
+        lines.append("".join(fields[start : start + per_line]) + "\n")
+    return "".join(lines)
+
+
+def _dmig_text(name: str, matrix: csc_array, labels: Labels) -> str:
     """Cards DMIG of a punch file in large fields, with the ten digits that these hold."""
     symmetric, entries = _entries(matrix)
-    lines, last = [f"DMIG    {name:8}{0:8d}{6 if symmetric else 1:8d}{2:8d}{0:8d}"], -1
+    form = 6 if symmetric else 1
+    lines = [f"DMIG    {name:8}{0:8d}{form:8d}{2:8d}{0:8d}"]
+    last_column = -1
     for row, column, value in entries:
-        if column != last:
-            lines.append("DMIG*   {:16}{:16d}{:16d}".format(name, *rows[column]))
+        if column != last_column:
+            lines.append("DMIG*   {:16}{:16d}{:16d}".format(name, *labels[column]))
         number = f"{value:16.9E}".replace("E", "D")
-        lines.append("*       {:16d}{:16d}".format(*rows[row]) + number)
-        last = column
+        lines.append("*       {:16d}{:16d}".format(*labels[row]) + number)
+        last_column = column
     return "\n".join(lines) + "\n"
+
+
+WRITERS = {"abaqus": _write_abaqus, "ansys": _write_ansys, "calculix": _write_calculix}
 
 
 def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]:
@@ -313,100 +374,108 @@ def write_matrices(folder: Path, brake: SolidBrake, form: str) -> dict[str, Any]
     from scipy.io import savemat
 
     system = brake.system
-    rows = list(zip((brake.nodes + 1).tolist(), (brake.directions + 1).tolist(), strict=True))
-    own = {"parameters": dict(system.parameters), "parameter": system.parameter}
-    document: dict[str, Any] = {"name": system.name} | own
-    of = [part for part, terms in zip("MCK", system.parts, strict=True) for _ in terms]
-    punched, labels = "", "".join(f"{node}.{way}\n" for node, way in rows)
-    mapping = ("UX", "UY", "UZ")
-    for part, name, key, term in zip(of, FILES[form], KEYS, system.terms, strict=True):
-        path = folder / name
-        reading: dict[str, Any] = {"file": name, "factor": term.factor.text}
-        symmetric, entries = _entries(term.matrix)
-        if form in ("nastran", "matlab"):
-            reading["key"] = key
-        elif form != "ansys":
-            reading["symmetric"] = symmetric
-        if form == "abaqus":
-            lines = ("{},{}, {},{}, {:.16e}\n".format(*rows[i], *rows[j], x) for i, j, x in entries)
-            path.write_text("".join(lines), encoding="ascii")
-        elif form == "calculix":
-            lines = (f"{i + 1} {j + 1} {x:.16e}\n" for i, j, x in entries)
-            path.write_text("".join(lines), encoding="ascii")
-            path.with_suffix(".dof").write_text(labels, encoding="ascii")
-        elif form == "ansys":
-            path.write_text(_as_hbmat(term.matrix), encoding="ascii")
-            names = (
-                f"{k:8d} {node:8d} {mapping[way - 1]}\n" for k, (node, way) in enumerate(rows, 1)
-            )
-            beside = "Matrix Eqn     Node DOF\n" + "".join(names)
-            path.with_suffix(".mapping").write_text(beside, encoding="ascii")
-        elif form == "nastran":
-            punched += _as_dmig(key, term.matrix, rows)
-        document.setdefault(part, []).append(reading)
-    if form == "nastran":
-        (folder / FILES[form][0]).write_text(punched, encoding="ascii")
-    elif form == "matlab":
-        each = zip(KEYS, system.terms, strict=True)
-        savemat(folder / FILES[form][0], {key: term.matrix for key, term in each})
+    labels = list(zip((brake.nodes + 1).tolist(), (brake.directions + 1).tolist(), strict=True))
+    document: dict[str, Any] = {
+        "name": system.name,
+        "parameters": dict(system.parameters),
+        "parameter": system.parameter,
+    }
+    matrices = [term.matrix for term in system.terms]
+    for part, name, key, term in zip(MATRIX_PARTS, FILES[form], KEYS, system.terms, strict=True):
+        entry: dict[str, Any] = {"file": name, "factor": term.factor.text}
+        if form not in WRITERS:
+            entry["key"] = key
+        else:
+            WRITERS[form](folder / name, term.matrix, labels)
+            if form != "ansys":
+                entry["symmetric"], _ = _entries(term.matrix)
+        document.setdefault(part, []).append(entry)
+    named = dict(zip(KEYS, matrices, strict=True))
+    path = folder / FILES[form][0]
+    if form == "matlab":
+        savemat(path, named)
+    elif form == "nastran":
+        cards = [_dmig_text(key, matrix, labels) for key, matrix in named.items()]
+        path.write_text("".join(cards), encoding="ascii")
     return document
 
 
 def write_brake(folder: Path, brake: SolidBrake, form: str = "npz") -> None:
     """Matrices in the form of a program, coordinates, elements and the system file in a folder."""
-    one = form in ("abaqus", "calculix")  # their input file names nodes and elements
-    tables = ("brake.inp", "brake.inp") if one else ("nodes.csv", "elements.csv")
-    keys = "coordinates", "elements"
-    beside = {key: {"file": name} for key, name in zip(keys, tables, strict=True)}
+    has_input_file = form in ("abaqus", "calculix")  # which names nodes and elements
+    beside = {
+        "coordinates": {"file": "brake.inp" if has_input_file else "nodes.csv"},
+        "elements": {"file": "brake.inp" if has_input_file else "elements.csv"},
+    }
     if form == "npz":
         write_system(folder, brake.system, "npz", **beside)
     else:
         with whole_folder(folder) as place:
             document = write_matrices(place, brake, form) | beside
             write_text(place / "system.yaml", yaml.safe_dump(document, sort_keys=False))
-    if one:
-        places, cells = brake.places.tolist(), (brake.cells + 1).tolist()
-        lines = ["*NODE", *(f"{k}, {x}, {y}, {z}" for k, (x, y, z) in enumerate(places, 1))]
-        lines += ["*ELEMENT, TYPE=C3D8"]
-        lines += [", ".join(map(str, (k, *row))) for k, row in enumerate(cells, 1)]
-        write_text(folder / tables[0], "\n".join(lines) + "\n")
-        return
-    write_tables(folder, brake)
+    if has_input_file:
+        write_text(folder / "brake.inp", _input_file(brake))
+    else:
+        write_tables(folder, brake)
+
+
+def _input_file(brake: SolidBrake) -> str:
+    """Nodes and elements as Abaqus and CalculiX read them."""
+    lines = ["*NODE"]
+    for number, (x, y, z) in enumerate(brake.places.tolist(), 1):
+        lines.append(f"{number}, {x}, {y}, {z}")
+    lines.append("*ELEMENT, TYPE=C3D8")
+    for number, corners in enumerate((brake.cells + 1).tolist(), 1):
+        lines.append(", ".join(map(str, (number, *corners))))
+    return "\n".join(lines) + "\n"
 
 
 def write_tables(folder: Path, brake: SolidBrake) -> None:
     """Nodes with their directions, and elements, as tables."""
-    places, cells = brake.places.tolist(), (brake.cells + 1).tolist()
-    ways = [(node, "xyz"[way]) for node, way in zip(brake.nodes, brake.directions, strict=True)]
-    ways += [(node, "fixed") for node in np.setdiff1d(np.arange(len(places)), brake.nodes)]
-    nodes = ((int(node) + 1, way, *places[node]) for node, way in ways)
+    places = brake.places.tolist()
+    nodes = []
+    for node, direction in zip(brake.nodes.tolist(), brake.directions.tolist(), strict=True):
+        nodes.append((node + 1, "xyz"[direction], *places[node]))
+    for node in np.setdiff1d(np.arange(len(places)), brake.nodes).tolist():
+        nodes.append((node + 1, "fixed", *places[node]))
     write_csv(folder / "nodes.csv", ["node", "dof", "x", "y", "z"], nodes)
-    heads = ["element", "type", *(f"node{k}" for k in range(1, 9))]
-    rows = ((k, "hexahedron", *row) for k, row in enumerate(cells, 1))
+    heads = ["element", "type", *(f"node{corner}" for corner in range(1, 9))]
+    elements = enumerate((brake.cells + 1).tolist(), 1)
+    rows = [(number, "hexahedron", *corners) for number, corners in elements]
     write_csv(folder / "elements.csv", heads, rows)
 
 
 def parts(brake: SolidBrake, geometry: Geometry | None = None) -> tuple[list[Component], Contact]:
     """Disc and pad without contact, nodes counted from 1, the pad pressed by 1 Pa; and the contact
     of the whole brake, whose pairs may open."""
-    own, bodies = brake.system, []
-    for name, rows in (
-        ("disc", np.flatnonzero(brake.nodes < brake.pairs[0, 1])),
-        ("pad", np.flatnonzero(brake.nodes >= brake.pairs[0, 1])),
-    ):
-        M, C, K = (
-            tuple(Term(t.matrix[rows][:, rows], t.factor) for t in terms)
-            for terms in (own.M, own.C, own.K[:1])
-        )
-        nodes, directions = brake.nodes[rows], brake.directions[rows]
-        load = np.zeros(len(rows))
-        for node, area in zip(brake.back, brake.area, strict=True):
-            load[(nodes == node) & (directions == 2)] = -area
-        system = TermSystem(M, C, K, name=name)
-        bodies.append(Component(system, nodes + 1, directions, brake.places[nodes], load))
-    stiffness = (geometry or Geometry()).contact
-    pairs, normal, axis = brake.pairs + 1, (0.0, 0.0, 1.0), (0.0, 0.0, 1.0)
-    return bodies, Contact(("disc", "pad"), pairs, normal, stiffness, brake.area, axis=axis)
+    of_disc = brake.nodes < brake.pairs[0, 1]
+    bodies = [_body(brake, "disc", of_disc), _body(brake, "pad", ~of_disc)]
+    contact = Contact(
+        ("disc", "pad"),
+        pairs=brake.pairs + 1,
+        normal=(0.0, 0.0, 1.0),
+        stiffness=(geometry or Geometry()).contact,
+        area=brake.area,
+        axis=(0.0, 0.0, 1.0),
+    )
+    return bodies, contact
+
+
+def _body(brake: SolidBrake, name: str, selected: NDArray[np.bool_]) -> Component:
+    """The component that some rows (n,) of the brake are, without contact."""
+    rows = np.flatnonzero(selected)
+
+    def of_rows(terms: tuple[Term, ...]) -> tuple[Term, ...]:
+        return tuple(Term(term.matrix[rows][:, rows], term.factor) for term in terms)
+
+    whole = brake.system
+    system = TermSystem(of_rows(whole.M), of_rows(whole.C), of_rows(whole.K[:1]), name=name)
+    nodes = brake.nodes[rows]
+    directions = brake.directions[rows]
+    load = np.zeros(len(rows))
+    for node, area in zip(brake.back, brake.area, strict=True):
+        load[(nodes == node) & (directions == 2)] = -area
+    return Component(system, nodes + 1, directions, places=brake.places[nodes], load=load)
 
 
 def write_parts(folder: Path, brake: SolidBrake) -> None:
@@ -415,14 +484,25 @@ def write_parts(folder: Path, brake: SolidBrake) -> None:
     write_components(folder, bodies, "npz")
     table = zip(*contact.pairs.T.tolist(), contact.area.tolist(), strict=True)
     write_csv(folder / "pairs.csv", ["first", "second", "area"], table)
-    load = {"file": "pad/load.csv", "factor": "pressure"}
-    pads = {"file": "pad/system.yaml", "load": load}
-    between = {"between": ["disc", "pad"], "pairs": {"file": "pairs.csv"}}
-    laws = {"normal": [0, 0, 1], "axis": [0, 0, 1], "stiffness": contact.stiffness, "gap": "wear"}
     document = {
         "name": "solid brake",
         "parameters": {"mu": 0.4, "pressure": 2.0e6, "wear": 0.0},
-        "components": {"disc": {"file": "disc/system.yaml"}, "pad": pads},
-        "contact": [between | laws],
+        "components": {
+            "disc": {"file": "disc/system.yaml"},
+            "pad": {
+                "file": "pad/system.yaml",
+                "load": {"file": "pad/load.csv", "factor": "pressure"},
+            },
+        },
+        "contact": [
+            {
+                "between": ["disc", "pad"],
+                "pairs": {"file": "pairs.csv"},
+                "normal": [0, 0, 1],
+                "axis": [0, 0, 1],
+                "stiffness": contact.stiffness,
+                "gap": "wear",
+            }
+        ],
     }
     write_text(folder / "assembly.yaml", yaml.safe_dump(document, sort_keys=False))

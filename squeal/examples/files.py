@@ -91,8 +91,8 @@ def write_brake(folder: Path, size: Size) -> None:
         return  # a test, a shim and ranges are of the usual one
     (home / "lining.csv").write_text(LINING, encoding="utf-8")
     system = (home / "system.yaml").read_text(encoding="utf-8")
-    for name, more in DAMPED.items():
-        text = system.replace("  factor: contact\n", "  factor: contact\n" + more)
+    for name, of_contact in DAMPED.items():
+        text = system.replace("  factor: contact\n", "  factor: contact\n" + of_contact)
         text += "damping: {structural: 0.002}\n"
         (home / f"{name}.yaml").write_text(text, encoding="utf-8")
     for name, entry in SHIM.items():
@@ -116,15 +116,15 @@ def write_rotor(folder: Path, _: Size) -> None:
 
     data = json.loads((HERE / "rotor.json").read_text(encoding="utf-8"))
     shape = (data["rows"], data["rows"])
-    found = {}
+    matrices = {}
     for name, entries in data["matrices"].items():
         rows, columns, values = zip(*entries, strict=True)
-        found[name] = coo_array((values, (rows, columns)), shape=shape)
-    found["cross"] = (found["K"] - found["K"].T) / 2
-    found["K"] = found["K"] - found["cross"]
+        matrices[name] = coo_array((values, (rows, columns)), shape=shape)
+    matrices["cross"] = (matrices["K"] - matrices["K"].T) / 2
+    matrices["K"] = matrices["K"] - matrices["cross"]
     home = folder / "rotor"
     home.mkdir()
-    for name, matrix in found.items():
+    for name, matrix in matrices.items():
         mmwrite(home / f"{name}.mtx", matrix)
     (home / "rotor.yaml").write_text(ROTOR, encoding="utf-8")
 
@@ -185,15 +185,15 @@ def write_example(name: str, folder: Path, size: Size) -> list[str]:
         raise InputError(f"{name}: is no example; {', '.join(EXAMPLES)} are")
     if folder.exists() and not folder.is_dir():
         raise InputError(f"{folder}: is no folder")
-    with tempfile.TemporaryDirectory() as made:
-        place = Path(made)
+    with tempfile.TemporaryDirectory() as temporary:
+        place = Path(temporary)
         EXAMPLES[name].write(place, size)
         files = sorted(path.relative_to(place) for path in place.rglob("*") if path.is_file())
-        there = [path for path in files if (folder / path).exists()]
-        if there:
-            raise InputError(
-                f"{folder / there[0]}: is there already; move it, or name a new folder"
-            )
+        for path in files:
+            if (folder / path).exists():
+                raise InputError(
+                    f"{folder / path}: is there already; move it, or name a new folder"
+                )
         for path in files:
             target = folder / path
             target.parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
 """Files of an assembly: components, each a system file, and the contact between them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,9 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.io import system as files
+from squeal.io.coordinates import DIRECTIONS, DOF, Coordinates
 from squeal.io.matrices import read_matrix
-from squeal.io.system import CSV, FACTOR, SYSTEM, Coordinates, Origin, SystemFile, number_in
+from squeal.io.system import Origin, SystemFile
+from squeal.io.system_keys import CSV, FACTOR, SYSTEM, Document
+from squeal.io.tables import number_in, read_table
 from squeal.numerics.differentiation import Formula
 from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
 from squeal.sparse.assembly import OWN, assemble
@@ -86,7 +88,7 @@ ASSEMBLY = Group({
 
 
 def assembly_file(
-    document: dict[str, Any],
+    document: Document,
     at: Place,
     folder: Path,
     read_component: Callable[[Path], SystemFile],
@@ -94,108 +96,168 @@ def assembly_file(
 ) -> SystemFile:
     """The components and the contact of a file, reduced and seated, as a system.
 
-    `read_component` reads the system file of a component, which may be an assembly itself.
-    Raises InputError and ComputationError.
+    `read_component` reads the system file of a component, which may be an assembly itself. `band`
+    (Hz) sets the cutoff of a file without one. Raises InputError and ComputationError.
     """
-    given = ASSEMBLY.read(document, at)
-    values = OWN | given.get("parameters", {})
-    inputs, origins, bodies, contacts = list[Path](), list[Origin](), list[Component](), []
-    assumptions = list[str]()
-
-    def value(one: dict[str, Any], key: str, here: Place) -> float:
-        with (here / key).named():
-            return Formula(one.get(key, "1")).value(values)
-
-    for name, one in given["components"].items():
-        here, path = at / "components" / name, folder / one["file"]
+    keys = ASSEMBLY.read(document, at)
+    values = OWN | keys.get("parameters", {})
+    bodies: list[Component] = []
+    origins: list[Origin] = []
+    inputs: list[Path] = []
+    assumptions: list[str] = []
+    for name, component in keys["components"].items():
+        path = folder / component["file"]
         file = read_component(path)
-        if (where := file.coordinates) is None:
-            raise here.refuse("its system file has no coordinates; they are needed")
-        origins += [o._replace(part=f"{name}.{o.part}") for o in file.origins]
-        inputs += [path, *file.inputs]
+        bodies.append(_component(name, component, file, at / "components" / name, folder, values))
+        origins += [origin._replace(part=f"{name}.{origin.part}") for origin in file.origins]
         assumptions += [f"{name}: {words}" for words in file.assumptions]
-        nodes, places = np.array(where.names)[where.nodes], where.places[where.nodes]
-        body = Component(replace(file.system, name=name), nodes, where.directions, places)
-        if turning := one.get("rotation"):
-            with (here / "rotation").named():
-                preloaded = turning.get("preloaded", False)
-                body = body.rotating(turning["axis"], turning["speed"], values, preloaded)
-        if known := one.get("reduced"):
-            inputs.append(folder / known["lacks"])
-            size = len(body.system.terms) * body.system.n
-            with (here / "reduced" / "lacks").named():
-                if (lacks := read_matrix(inputs[-1]).matrix).shape[0] not in (size, 2 * size):
-                    words = f"it must have {size} or {2 * size}, as `export` wrote it"
-                    raise InputError(f"{lacks.shape[0]} rows are not allowed; {words}")
-            body = replace(body, **known | {"lacks": lacks.toarray()})
-        if load := one.get("load"):
-            inputs.append(folder / load["file"])
-            factor = value(load, "factor", here / "load")
-            body = replace(body, load=factor * _load(inputs[-1], body))
-        bodies.append(body)
-    for i, one in enumerate(given["contact"], 1):
-        here, table = at / "contact" / str(i), {"pairs": one.pop("distance", None)}
-        if "pairs" in one:
-            inputs.append(folder / one.pop("pairs")["file"])
-            table = _pairs(inputs[-1])
-        if not {"normal"} & (one.keys() | table.keys()):
-            raise CONTACT.keys["normal"].missing(here / "normal", "a contact")
-        one |= {k: value(one, k, here) for k in ("stiffness", "tangential", "gap") if k in one}
-        for key in sorted(one.keys() & table.keys()):
-            if key != "gap":  # lengths add
-                raise (here / key).refuse("is not allowed beside columns of pairs that give it")
-            one[key] += table[key]
-        contacts.append(Contact(**table | one))
-    if "cutoff" in given and all(body.lacks is not None for body in bodies):
+        inputs += [path, *file.inputs]
+        if "reduced" in component:
+            inputs.append(folder / component["reduced"]["lacks"])
+        if "load" in component:
+            inputs.append(folder / component["load"]["file"])
+    contacts = []
+    for number, contact in enumerate(keys["contact"], 1):
+        contacts.append(_contact(contact, at / "contact" / str(number), folder, values))
+        if "pairs" in contact:
+            inputs.append(folder / contact["pairs"]["file"])
+    if "cutoff" in keys and all(body.lacks is not None for body in bodies):
         words = "is not allowed; all components are reduced already, up to"
         raise (at / "cutoff").refuse(f"{words} {min(body.cutoff for body in bodies):g} Hz")
-    cutoff, title = given.get("cutoff", band and 2 * band[1]), given.get("name")
     with at.named():
-        names = given.get("parameter", "mu"), title or Path(at.source).stem
-        found = assemble(bodies, contacts, values, *names, cutoff)
-    read = tuple(origins), tuple(inputs), _coordinates(bodies, found.components)
-    reference = given.get("reference", "")
+        assembly = assemble(
+            bodies,
+            contacts,
+            values,
+            keys.get("parameter", "mu"),
+            keys.get("name") or Path(at.source).stem,
+            keys.get("cutoff", band and 2 * band[1]),
+        )
     return SystemFile(
-        found.system, reference, *read, assembly=found, assumptions=tuple(assumptions)
+        assembly.system,
+        reference=keys.get("reference", ""),
+        origins=tuple(origins),
+        inputs=tuple(inputs),
+        coordinates=_coordinates(bodies, assembly.components),
+        assembly=assembly,
+        assumptions=tuple(assumptions),
     )
 
 
+def _formula_value(keys: Document, key: str, at: Place, values: Mapping[str, float]) -> float:
+    """The value of a formula, 1 if it is left out. Raises InputError."""
+    with (at / key).named():
+        return Formula(keys.get(key, "1")).value(values)
+
+
+def _component(
+    name: str,
+    keys: Document,
+    file: SystemFile,
+    at: Place,
+    folder: Path,
+    values: Mapping[str, float],
+) -> Component:
+    """A component as its system `file` and the `keys` of the assembly describe it.
+
+    Raises InputError.
+    """
+    coordinates = file.coordinates
+    if coordinates is None:
+        raise at.refuse("its system file has no coordinates; they are needed")
+    body = Component(
+        replace(file.system, name=name),
+        nodes=np.array(coordinates.names)[coordinates.nodes],
+        directions=coordinates.directions,
+        places=coordinates.places[coordinates.nodes],
+    )
+    if "rotation" in keys:
+        rotation = keys["rotation"]
+        with (at / "rotation").named():
+            body = body.rotating(
+                rotation["axis"], rotation["speed"], values, rotation.get("preloaded", False)
+            )
+    if "reduced" in keys:
+        reduced = keys["reduced"]
+        with (at / "reduced" / "lacks").named():
+            lacks = read_matrix(folder / reduced["lacks"]).matrix
+            size = len(body.system.terms) * body.system.n
+            if lacks.shape[0] not in (size, 2 * size):
+                words = f"it must have {size} or {2 * size}, as `export` wrote it"
+                raise InputError(f"{lacks.shape[0]} rows are not allowed; {words}")
+        body = replace(body, rows=reduced["rows"], cutoff=reduced["cutoff"], lacks=lacks.toarray())
+    if "load" in keys:
+        load = keys["load"]
+        factor = _formula_value(load, "factor", at / "load", values)
+        body = replace(body, load=factor * _load(folder / load["file"], body))
+    return body
+
+
 def _load(path: Path, body: Component) -> NDArray[np.float64]:
+    """The forces (n,) on the rows of a component from a table. Raises InputError."""
     load = np.zeros(body.system.n)
-    for here, line in files.read_table(path, ("node", "dof", "force"))[1]:
-        with here.named():
-            rows = body.rows_of([line["node"]])[0]
-        direction = files.DIRECTIONS[files.DOF.read(line["dof"].lower(), here / "dof")]
+    _, lines = read_table(path, ("node", "dof", "force"))
+    for at, cells in lines:
+        with at.named():
+            rows = body.rows_of([cells["node"]])[0]
+        direction = DIRECTIONS[DOF.read(cells["dof"].lower(), at / "dof")]
         if direction < 0 or rows[direction] < 0:
-            raise here.refuse(f"{body.name} has no such row; a displacement of a node is needed")
-        load[rows[direction]] += number_in(line["force"], here / "force")
+            raise at.refuse(f"{body.name} has no such row; a displacement of a node is needed")
+        load[rows[direction]] += number_in(cells["force"], at / "force")
     return load
+
+
+def _contact(keys: Document, at: Place, folder: Path, values: Mapping[str, float]) -> Contact:
+    """A contact from its keys and the table of its pairs. Raises InputError."""
+    law = {key: value for key, value in keys.items() if key not in ("pairs", "distance")}
+    if "pairs" in keys:
+        columns = _pairs(folder / keys["pairs"]["file"])
+    else:
+        columns = {"pairs": keys.get("distance")}
+    if "normal" not in law and "normal" not in columns:
+        raise CONTACT.keys["normal"].missing(at / "normal", "a contact")
+    for key in ("stiffness", "tangential", "gap"):
+        if key in law:
+            law[key] = _formula_value(law, key, at, values)
+    for key in sorted(law.keys() & columns.keys()):
+        if key != "gap":  # lengths add
+            raise (at / key).refuse("is not allowed beside columns of pairs that give it")
+        law[key] += columns[key]
+    return Contact(**columns | law)
 
 
 def _pairs(path: Path) -> dict[str, Any]:
     """Pairs (m, 2), and area, gap (m,) and normal (m, 3) as far as a table has them."""
-    at, lines = files.read_table(path, ("first", "second"))
+    at, lines = read_table(path, ("first", "second"))
     if not lines:
         raise at.refuse("no pair; at least one line below the heads is needed")
-    table: dict[str, Any] = {"pairs": [(line["first"], line["second"]) for _, line in lines]}
-    unused = lines[0][1].keys() - {"first", "second"}
-    for name, heads in {"area": ["area"], "gap": ["gap"], "normal": ["nx", "ny", "nz"]}.items():
-        if {*heads} <= unused:
-            unused = unused - {*heads}
-            cells = [[number_in(line[x], here / x) for x in heads] for here, line in lines]
-            table[name] = np.array(cells) if name == "normal" else np.ravel(cells)
+    columns: dict[str, Any] = {"pairs": [(cells["first"], cells["second"]) for _, cells in lines]}
+    unused = lines[0].cells.keys() - {"first", "second"}
+    for head in ("area", "gap"):
+        if head in unused:
+            columns[head] = np.array([number_in(cells[head], at / head) for at, cells in lines])
+            unused = unused - {head}
+    axes = ("nx", "ny", "nz")
+    if unused.issuperset(axes):
+        columns["normal"] = np.array(
+            [[number_in(cells[axis], at / axis) for axis in axes] for at, cells in lines]
+        )
+        unused = unused - set(axes)
     if unused:
         words = "no use is made of them; area, gap and all of nx, ny, nz have one"
         at.warn(f"columns {', '.join(sorted(unused))}: {words}")
-    return table
+    return columns
 
 
-def _coordinates(full: Sequence[Component], small: Sequence[Component]) -> Coordinates:
+def _coordinates(full: Sequence[Component], reduced: Sequence[Component]) -> Coordinates:
     """The nodes of all rows before their reduction, for mode shapes."""
-    names = np.concatenate([[f"{x.name} {node}" for node in x.nodes] for x in full])
-    texts, first, nodes = np.unique(names, return_index=True, return_inverse=True)
-    places, directions = (
-        np.concatenate([getattr(x, key) for x in full]) for key in ("places", "directions")
+    labels = [f"{body.name} {node}" for body in full for node in body.nodes]
+    names, first_rows, nodes = np.unique(labels, return_index=True, return_inverse=True)
+    places = np.concatenate([body.places for body in full])
+    return Coordinates(
+        nodes,
+        directions=np.concatenate([body.directions for body in full]),
+        places=places[first_rows],
+        names=tuple(names.tolist()),
+        bases=tuple(body.basis for body in reduced if body.basis is not None),  # of all or none
     )
-    bases = tuple(x.basis for x in small if x.basis is not None)  # of all, or of none
-    return Coordinates(nodes, directions, places[first], tuple(texts.tolist()), bases=bases)

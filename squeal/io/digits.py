@@ -30,21 +30,25 @@ def written_digits(words: Iterable[str]) -> int | None:
     >>> written_digits(["2.0", "-1", "1000000.0"]), written_digits(["0.12345678901234567"])
     (None, None)
     """
-    signs: dict[bool, list[str]] = {False: [], True: []}
+    positive: list[str] = []
+    negative: list[str] = []
     for word in islice(words, SAMPLED):
-        if digits := _mantissa(word):
-            signs[word.startswith("-")].append(digits)
-    larger, smaller = sorted(signs.values(), key=len, reverse=True)
+        digits = _mantissa(word)
+        if digits:
+            of_sign = negative if word.startswith("-") else positive
+            of_sign.append(digits)
+    larger, smaller = sorted([positive, negative], key=len, reverse=True)
     length, count = _usual_length(larger)
-    other, more = _usual_length(smaller)
-    if other and abs(other - length) <= 1:
-        count += more
-        longest = max(length, other)
-        length = min(length, other)
-    else:
-        longest = length
-    usual = 2 * count > len(larger) + len(smaller)
-    return length if usual and length >= FEWEST and longest <= MOST else None
+    other_length, other_count = _usual_length(smaller)
+    shortest = longest = length
+    if other_length and abs(other_length - length) <= 1:
+        count += other_count
+        shortest = min(length, other_length)
+        longest = max(length, other_length)
+    is_usual = 2 * count > len(larger) + len(smaller)
+    if is_usual and shortest >= FEWEST and longest <= MOST:
+        return shortest
+    return None
 
 
 def _usual_length(written: list[str]) -> tuple[int, int]:

@@ -7,19 +7,25 @@ import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool, ProcessPoolExecutor
+from contextlib import AbstractContextManager, contextmanager
 from functools import lru_cache
 from multiprocessing import get_context, parent_process
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from squeal.errors import ComputationError
 from squeal.io.writing import remaining
 
+if TYPE_CHECKING:
+    from multiprocessing.queues import SimpleQueue
+
+Task = TypeVar("Task")
+Result = TypeVar("Result")
 _COMMON: list[Any] = []  # in a process of a pool: what its tasks share
 
 
 def mapped(
-    work: Callable[..., Any], tasks: Iterable[Any], workers: int, common: Any = None
-) -> Iterator[Any]:
+    work: Callable[..., Result], tasks: Iterable[object], workers: int, common: object = None
+) -> Iterator[Result]:
     """The results of all tasks, in their order, from so many processes; of one from this.
 
     Others are started anew by import and stay for later calls, with what they have compiled. They
@@ -30,20 +36,18 @@ def mapped(
     """
     if workers == 1:
         with one_thread():
-            yield from (work(task) if common is None else work(common, task) for task in tasks)
+            for task in tasks:
+                yield work(task) if common is None else work(common, task)
         return
     pool = _pool(workers) if common is None else _started(workers, common)
-    main = threading.current_thread() is threading.main_thread()  # others may not set signals
     try:
-        before = signal.signal(signal.SIGINT, signal.SIG_IGN) if main else None
-        try:  # the first task starts the processes
-            each = ((task,) if common is None else (work, task) for task in tasks)
-            begun = [pool.submit(work if common is None else _with_common, *one) for one in each]
-        finally:
-            if main:
-                signal.signal(signal.SIGINT, before)
-        for one in begun:
-            yield one.result()
+        with _interrupts_ignored():  # the first task starts the processes
+            if common is None:
+                futures = [pool.submit(work, task) for task in tasks]
+            else:
+                futures = [pool.submit(_with_common, work, task) for task in tasks]
+        for future in futures:
+            yield future.result()
     except BaseException as error:
         _pool.cache_clear()
         if isinstance(error, KeyboardInterrupt):
@@ -61,19 +65,32 @@ def mapped(
         pool.shutdown()
 
 
+@contextmanager
+def _interrupts_ignored() -> Iterator[None]:
+    """Let processes that are started meanwhile ignore interrupts, as this one does."""
+    if threading.current_thread() is not threading.main_thread():  # others may not set signals
+        yield
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
 def counted(
-    results: Iterable[Any], count: int, tell: Callable[[str], None], what: str = "values"
-) -> Iterator[Any]:
+    results: Iterable[Result], count: int, tell: Callable[[str], None], what: str = "values"
+) -> Iterator[Result]:
     """The results; `tell` is called once a second with a line about what remains."""
-    begun = said = time.monotonic()
-    for done, one in enumerate(results, 1):
-        if time.monotonic() > said + 1.0 and done < count:
-            said = time.monotonic()
+    begun = told = time.monotonic()
+    for done, result in enumerate(results, 1):
+        if time.monotonic() > told + 1.0 and done < count:
+            told = time.monotonic()
             tell(f"{done} of {count} {what}, {remaining(begun, done, count)}")
-        yield one
+        yield result
 
 
-def one_thread() -> Any:
+def one_thread() -> AbstractContextManager[object]:
     """A context with one thread of BLAS, in which the rounding of sums depends on nothing else."""
     import scipy.linalg  # noqa: F401  # loads its own BLAS, which else would keep its threads
     from threadpoolctl import threadpool_limits
@@ -81,7 +98,7 @@ def one_thread() -> Any:
     return threadpool_limits(1)
 
 
-def _begin(sent: Any) -> None:
+def _begin(sent: "SimpleQueue[bytes]") -> None:
     """Prepare a process of a pool."""
     threading.Thread(target=_end_with_parent, daemon=True).start()
     one_thread()
@@ -89,21 +106,24 @@ def _begin(sent: Any) -> None:
 
 
 def _end_with_parent() -> None:
-    if parent := parent_process():
+    parent = parent_process()
+    if parent:
         parent.join()
         os._exit(1)
 
 
-def _with_common(work: Callable[[Any, Any], Any], task: Any) -> Any:
+def _with_common(work: Callable[[Any, Task], Result], task: Task) -> Result:
     return work(_COMMON[0], task)
 
 
-def _started(workers: int, common: Any = None) -> ProcessPoolExecutor:
-    # by a thread: with what starts a process, which may die before it reads, this one would wait
-    # for ever
-    context, data = get_context("spawn"), pickle.dumps(common)
+def _started(workers: int, common: object = None) -> ProcessPoolExecutor:
+    """Processes that are sent what their tasks share."""
+    context = get_context("spawn")
+    data = pickle.dumps(common)
     sent = context.SimpleQueue()
 
+    # by a thread: with what starts a process, which may die before it reads, this one would wait
+    # for ever
     def send() -> None:
         for _ in range(workers):
             sent.put(data)

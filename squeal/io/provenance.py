@@ -42,14 +42,18 @@ def _imports(path: Path) -> frozenset[str]:
     """
     text = _TYPES.sub("", _TEXT.sub("", path.read_text(encoding="utf-8")))
     imported = set[str]()
-    for module, some, others in _LINE.findall(text):
-        words = (w.split() for w in re.sub(r"#.*", "", some or others).strip("()\n").split(","))
-        names = {word[0] for word in words if word}
-        imported |= {module, *(f"{module}.{name}" for name in names)} if module else names
+    for module, from_module, modules in _LINE.findall(text):
+        listed = re.sub(r"#.*", "", from_module or modules).strip("()\n")
+        names = {entry.split()[0] for entry in listed.split(",") if entry.strip()}
+        if module:
+            imported |= {module, *(f"{module}.{name}" for name in names)}
+        else:
+            imported |= names
     if PACKAGE in imported:  # a verb of the package loads where it stands when it is used
         homes = _homes()
-        used = set(re.findall(r"\bsqueal\.(\w+)", text)) & homes.keys()
-        imported |= {homes[name] for name in used}
+        for name in re.findall(r"\bsqueal\.(\w+)", text):
+            if name in homes:
+                imported.add(homes[name])
     return frozenset(imported)
 
 
@@ -57,13 +61,16 @@ def _imports(path: Path) -> frozenset[str]:
 def _homes() -> dict[str, str]:
     """The module of each name that the package offers, as its own file imports them."""
     tree = ast.parse((ROOT / "__init__.py").read_text(encoding="utf-8"))
-    imports = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.module]
-    return {alias.name: node.module or "" for node in imports for alias in node.names}
+    homes: dict[str, str] = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            homes |= {alias.name: node.module for alias in node.names}
+    return homes
 
 
 def _shows(name: str) -> bool:
     """Does a module belong to what shows answers?"""
-    return any(name == room or name.startswith(f"{room}.") for room in SHOWING)
+    return any(name == shown or name.startswith(f"{shown}.") for shown in SHOWING)
 
 
 def _needs(path: Path) -> set[str]:
@@ -71,8 +78,8 @@ def _needs(path: Path) -> set[str]:
 
     A file of the toolkit that computes may know how its answers are shown, and is no source of it.
     """
-    own = ".".join(path.relative_to(ROOT.parent).with_suffix("").parts)
-    if _shows(own) or own.startswith(f"{PACKAGE}.article"):
+    module = ".".join(path.relative_to(ROOT.parent).with_suffix("").parts)
+    if _shows(module) or module.startswith(f"{PACKAGE}.article"):
         return set(_imports(path))
     return {name for name in _imports(path) if not _shows(name)}
 
@@ -81,45 +88,56 @@ def _needs(path: Path) -> set[str]:
 def _files(name: str) -> frozenset[Path]:
     """The file of a module of this package, if it is one, and of the packages that it lies in."""
     parts = name.split(".")
-    places = [ROOT.parent.joinpath(*parts[: end + 1]) for end in range(len(parts))]
-    each = (f for p in places for f in (p.with_suffix(".py"), p / "__init__.py"))
-    return frozenset(f for f in each if parts[0] == PACKAGE and f.is_file())
+    if parts[0] != PACKAGE:
+        return frozenset()
+    files = set()
+    place = ROOT.parent
+    for part in parts:
+        place /= part
+        files |= {place.with_suffix(".py"), place / "__init__.py"}
+    return frozenset(file for file in files if file.is_file())
 
 
 def _modules(modules: Iterable[str]) -> set[Path]:
     """Files of some modules and of all that they import from this package, directly or not."""
-    seen, wanted = set[Path](), set[Path]()
+    unread = set[Path]()
     for name in modules:
         if not _files(name) - _files(name.rpartition(".")[0]):
             raise ModuleNotFoundError(f"no module {name} in this package")
-        wanted |= _files(name)
-    while wanted:
-        seen |= wanted
-        wanted = {f for path in wanted for name in _needs(path) for f in _files(name)} - seen
-    return seen
+        unread |= _files(name)
+    files = set(unread)
+    while unread:
+        for name in _needs(unread.pop()):
+            unread |= _files(name) - files
+            files |= _files(name)
+    return files
 
 
 def sources(*modules: str) -> list[str]:
     """Files, from the folder of the package on, that modules need. Raises ModuleNotFoundError."""
     files = _modules(modules)
-    for path in [path for path in files if "importlib.resources" in _imports(path)]:
-        files |= {f for f in path.parent.rglob("*") if f.is_file() and f.suffix[:3] != ".py"}
+    for path in list(files):
+        if "importlib.resources" in _imports(path):
+            beside = path.parent.rglob("*")
+            files |= {file for file in beside if file.is_file() and file.suffix[:3] != ".py"}
     return sorted(str(path.relative_to(ROOT.parent)) for path in files)
 
 
 def packages(module: str) -> list[str]:
     """Names of the packages beside this one and Python's own that a module's `sources` import."""
-    named = {name.partition(".")[0] for path in _modules([module]) for name in _needs(path)}
-    return sorted(named - {PACKAGE} - sys.stdlib_module_names)
+    names = set[str]()
+    for path in _modules([module]):
+        names |= {name.partition(".")[0] for name in _needs(path)}
+    return sorted(names - {PACKAGE} - sys.stdlib_module_names)
 
 
 def digest(module: str) -> str:
     """SHA-256 over the files of `sources(module)`, shortened to 16 digits."""
-    total = hashlib.sha256()
+    checksum = hashlib.sha256()
     for path in sources(module):
-        total.update(path.encode())
-        total.update((ROOT.parent / path).read_bytes())
-    return total.hexdigest()[:16]
+        checksum.update(path.encode())
+        checksum.update((ROOT.parent / path).read_bytes())
+    return checksum.hexdigest()[:16]
 
 
 @dataclass(frozen=True)
@@ -153,21 +171,21 @@ def provenance(inputs: Iterable[Path | InputFile], module: str) -> Provenance:
 
     Raises ModuleNotFoundError if this package has no such module.
     """
-    files = [
-        InputFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest())
-        if isinstance(file, Path)
-        else file
-        for file in inputs
-    ]
+    files = []
+    for file in inputs:
+        if isinstance(file, InputFile):
+            files.append(file)
+        else:
+            files.append(InputFile(file.name, hashlib.sha256(file.read_bytes()).hexdigest()))
     imported = packages(module)
     versions = {"squeal": __version__, "python": platform.python_version()}
     return Provenance(
-        tuple(files),
-        module,
-        digest(module),
-        versions | {name: version(name) for name in imported},
-        f"{platform.system()} {platform.machine()}",
-        tuple(name for name in imported if name in sys.modules),
+        inputs=tuple(files),
+        module=module,
+        source_sha256=digest(module),
+        versions=versions | {name: version(name) for name in imported},
+        platform=f"{platform.system()} {platform.machine()}",
+        loaded=tuple(name for name in imported if name in sys.modules),
     )
 
 

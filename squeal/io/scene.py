@@ -59,8 +59,14 @@ PAD = Group({
     name: dataclasses.replace(key, models=models_with(name)) for name, key in PARAMETERS.items()
 })
 
+
+def _models_that_choose(name: str) -> tuple[str, ...]:
+    """The models whose equations have this choice."""
+    return tuple(model for model, law in MODELS.items() if name in law.choices)
+
+
 FORMULATIONS = Group({
-    name: dataclasses.replace(key, models=tuple(n for n, m in MODELS.items() if name in m.choices))
+    name: dataclasses.replace(key, models=_models_that_choose(name))
     for name, key in FORMULATION.keys.items()
 })
 
@@ -140,23 +146,29 @@ class Scene:
 
     def __post_init__(self) -> None:
         at = Place("Scene")
-        for kind in (Pad, Formulation, Damping):
-            value = getattr(self, name := kind.__name__.lower())
-            if value is not None or kind is not Damping:
-                schema.kind_of(kind).read(value, at / name)
+        schema.kind_of(Pad).read(self.pad, at / "pad")
+        schema.kind_of(Formulation).read(self.formulation, at / "formulation")
+        if self.damping is not None:
+            schema.kind_of(Damping).read(self.damping, at / "damping")
         initial = row(len(COORDINATES)).read(self.initial, at / "initial")
         object.__setattr__(self, "initial", initial)
         _read(self.to_dict(), at)
 
     def to_dict(self) -> dict[str, Any]:
         """The scene as a mapping of a scene file's form, defaults left out."""
-        initial = zip(INITIAL.keys, (self.start, *self.initial), strict=True)
+        initial: dict[str, Any] = {}
+        if self.start != "origin":
+            initial["from"] = self.start
+        for name, value in zip(COORDINATES, self.initial, strict=True):
+            if value != 0.0:
+                initial[name] = value
+        time = {"stop": self.stop, "samples": self.samples}
         parts: dict[str, Any] = {
             "model": self.model,
             "parameters": self.pad.to_dict(),
             "formulation": self.formulation.to_dict(),
-            "initial": {name: value for name, value in initial if value not in (0.0, "origin")},
-            "time": {n: v for n in TIME.keys if (v := getattr(self, n)) is not None},
+            "initial": initial,
+            "time": {name: value for name, value in time.items() if value is not None},
             "damping": self.damping and self.damping.to_dict(),
         }
         if self.tolerance != DEFAULT_TOLERANCE:
@@ -166,25 +178,28 @@ class Scene:
         return {name: part for name, part in parts.items() if part not in ({}, None)}
 
     @staticmethod
-    def from_dict(document: Any, at: Place, source: Path | None = None) -> Scene:
+    def from_dict(document: dict[str, Any], at: Place, source: Path | None = None) -> Scene:
         """The scene in a mapping of a scene file's form; `at` tells messages where it stands.
 
         Raises InputError with one sentence on the first thing that is wrong.
         """
-        given = _read(document, at)
+        keys = _read(document, at)
         for name, parameter in PARAMETERS.items():
-            if parameter.angle and name in given["parameters"]:
+            if parameter.angle and name in keys["parameters"]:
                 schema.warn_of_degrees(document["parameters"][name], at / "parameters" / name)
-        first, damping = given.get("initial", {}), given.get("damping")
+        initial = keys.get("initial", {})
+        time = keys.get("time", {})
         return Scene(
-            given["model"],
-            Pad(**given["parameters"]),
-            Formulation(**given.get("formulation", {})),
-            tuple(first.get(name, 0.0) for name in COORDINATES),
-            **given.get("time", {}),
-            **{name: given[name] for name in ("tolerance", "outputs") if name in given},
-            damping=damping and Damping(**damping),
-            start=first.get("from", "origin"),
+            model=keys["model"],
+            pad=Pad(**keys["parameters"]),
+            formulation=Formulation(**keys.get("formulation", {})),
+            initial=tuple(initial.get(name, 0.0) for name in COORDINATES),
+            stop=time.get("stop"),
+            samples=time.get("samples"),
+            tolerance=keys.get("tolerance", DEFAULT_TOLERANCE),
+            outputs=keys.get("outputs", DEFAULT_OUTPUTS),
+            damping=Damping(**keys["damping"]) if "damping" in keys else None,
+            start=initial.get("from", "origin"),
             source=source,
         )
 
@@ -193,9 +208,11 @@ class Scene:
 
         A moment of inertia that was left out follows m, w and h. Raises InputError.
         """
-        own = {name: changes.pop(name) for name in vars(self) if name in changes}
-        pad = own.pop("pad", self.pad)
-        return dataclasses.replace(self, pad=pad.replace(**changes) if changes else pad, **own)
+        pad = changes.pop("pad", self.pad)
+        of_scene = {name: changes.pop(name) for name in vars(self) if name in changes}
+        if changes:
+            pad = pad.replace(**changes)
+        return dataclasses.replace(self, pad=pad, **of_scene)
 
     @property
     def pad_model(self) -> PadModel:
@@ -208,24 +225,27 @@ def is_system(document: Mapping[str, Any]) -> bool:
     return not document.keys().isdisjoint(OF_SYSTEMS)
 
 
-def _read(document: Any, at: Place) -> dict[str, Any]:
+def _read(document: object, at: Place) -> dict[str, Any]:
     """The values of a mapping of a scene file's form, converted. Raises InputError."""
     if isinstance(document, dict) and is_system(document) and "model" not in document:
         key = next(key for key in OF_SYSTEMS if key in document)
         raise (at / key).refuse("a system of matrices is not allowed here; it must be a scene")
     model = document.get("model") if isinstance(document, dict) else None
-    given = SCENE.read(document, at, model if isinstance(model, str) and model in MODELS else "")
-    first = given.get("initial", {})
-    turn = first.get("theta", 0.0) if first.get("from") in (None, "origin") else 0.0
-    if abs(given["parameters"].get("theta0", 0.0) + turn) >= math.pi / 2:
+    known_model = model if isinstance(model, str) and model in MODELS else ""
+    keys = SCENE.read(document, at, known_model)
+    initial = keys.get("initial", {})
+    counts_from_origin = initial.get("from", "origin") == "origin"
+    theta = initial.get("theta", 0.0) if counts_from_origin else 0.0
+    if abs(keys["parameters"].get("theta0", 0.0) + theta) >= math.pi / 2:
         words = f"such that theta0 + theta lies between -{math.pi / 2:.6g} and {math.pi / 2:.6g}"
-        raise (at / "initial" / "theta").must_be(turn, words)
-    return given
+        raise (at / "initial" / "theta").must_be(theta, words)
+    return keys
 
 
 def check_simulation(scene: Scene) -> None:
     """Refuse a scene that cannot be simulated. Raises InputError."""
-    pad, at = scene.pad, Place(str(scene.source or "Scene"))
+    pad = scene.pad
+    at = Place(str(scene.source or "Scene"))
     if scene.model not in CONTACT_MODELS:
         words = f"one of {', '.join(CONTACT_MODELS)}; {scene.model} is a linearisation"
         raise (at / "model").must_be(scene.model, words)
@@ -244,4 +264,5 @@ def check_simulation(scene: Scene) -> None:
 
 def read_scene(path: str | Path) -> Scene:
     """Read a scene file. Raises InputError with one sentence on the first thing that is wrong."""
-    return Scene.from_dict(*schema.read_document(path), Path(path))
+    document, at = schema.read_document(path)
+    return Scene.from_dict(document, at, Path(path))

@@ -1,10 +1,10 @@
 """System files: of matrices, or of components that contact joins."""
 
 from pathlib import Path
-from typing import Any
 
 from squeal import schema
 from squeal.io.system import SystemFile, matrices_file
+from squeal.io.system_keys import Document
 from squeal.schema import Place
 
 
@@ -14,11 +14,12 @@ def read_system(path: Path | str) -> SystemFile:
     Raises InputError with one sentence that names the file, the key, the value and what is
     allowed.
     """
-    return system_file(*schema.read_document(path), Path(path).parent)
+    document, at = schema.read_document(path)
+    return system_file(document, at, Path(path).parent)
 
 
 def system_file(
-    document: dict[str, Any], at: Place, folder: Path, band: tuple[float, float] | None = None
+    document: Document, at: Place, folder: Path, band: tuple[float, float] | None = None
 ) -> SystemFile:
     """The system in a mapping of a file's form; other files are named relative to `folder`.
 

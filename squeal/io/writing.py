@@ -9,7 +9,6 @@ from __future__ import annotations
 import csv
 import html
 import importlib
-import itertools
 import json
 import math
 import os
@@ -39,7 +38,7 @@ def picked(source: object, names: str) -> dict[str, Any]:
 
 
 @contextmanager
-def _written(path: Path) -> Iterator[None]:
+def _refused_by_system(path: Path) -> Iterator[None]:
     """Refuse the place that the system does not write to, because a disc is full for example."""
     try:
         yield
@@ -54,11 +53,14 @@ def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = F
     """
     place = Path(os.path.realpath(path)) if path.is_symlink() else path  # also of a link to no file
     beside = place.with_name(f".{place.name}.{token_hex(4)}")
-    text = {} if binary else {"encoding": "utf-8", "newline": ""}
-    with _written(path):
+    with _refused_by_system(path):
         try:
-            with open(beside, "xb" if binary else "x", **text) as file:  # type: ignore[call-overload]
-                write(file)
+            if binary:
+                with open(beside, "xb") as binary_file:
+                    write(binary_file)
+            else:
+                with open(beside, "x", encoding="utf-8", newline="") as text_file:
+                    write(text_file)
             os.replace(beside, place)
         except BaseException:
             beside.unlink(missing_ok=True)
@@ -68,8 +70,8 @@ def write_whole(path: Path, write: Callable[[IO[Any]], object], binary: bool = F
 @contextmanager
 def whole_folder(folder: Path) -> Iterator[Path]:
     """A place for files that come to a folder, new or not, when all of them are complete."""
-    home = next(one for one in (folder, *folder.parents) if one.is_dir())
-    with _written(folder), tempfile.TemporaryDirectory(dir=home, prefix=".") as place:
+    home = next(parent for parent in (folder, *folder.parents) if parent.is_dir())
+    with _refused_by_system(folder), tempfile.TemporaryDirectory(dir=home, prefix=".") as place:
         try:
             yield Path(place)
         except InputError as error:  # of a file there, whose name is not what was typed
@@ -84,7 +86,7 @@ def write_text(path: Path, text: str) -> None:
     write_whole(path, lambda stream: stream.write(text))
 
 
-def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) -> None:
+def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
     """A CSV file with a header line; None and NaN become empty fields."""
 
     def write(stream: IO[str]) -> None:
@@ -95,14 +97,14 @@ def write_csv(path: Path, header: Sequence[str], rows: Iterable[Sequence[Any]]) 
     write_whole(path, write)
 
 
-def plain(value: Any) -> Any:
+def plain(value: object) -> object:
     """None for NaN, a float of Python for one of NumPy, whose digits depend on NumPy's options."""
     if not isinstance(value, float):
         return value
     return None if math.isnan(value) else float(value)
 
 
-def to_json(value: Any) -> str:
+def to_json(value: object) -> str:
     """JSON text. Raises ComputationError if a number is not finite, which JSON cannot say."""
     try:
         return json.dumps(value, allow_nan=False, indent=1)
@@ -112,8 +114,11 @@ def to_json(value: Any) -> str:
 
 def remaining(begun: float, done: int, count: int) -> str:
     """How long the rest of `count` may take, of which so many are done since a time."""
-    left = (time.monotonic() - begun) / max(done, 1) * (count - done)
-    return f"about {left:.2g} s remain" if left < 100 else f"about {left / 60:.2g} min remain"
+    seconds_each = (time.monotonic() - begun) / max(done, 1)
+    seconds = seconds_each * (count - done)
+    if seconds < 100:
+        return f"about {seconds:.2g} s remain"
+    return f"about {seconds / 60:.2g} min remain"
 
 
 def number(value: float, digits: int = 6) -> str:
@@ -131,10 +136,10 @@ def located(value: float, low: float, high: float) -> str:
     >>> located(0.7071067811865, 0.29, 1.13), located(0.7071067811865, 0.70710677, 0.70710679)
     ('0.7', '0.70710678')
     """
-    half = max(high - value, value - low)
-    if not half > 0.0 or not value:
+    error = max(high - value, value - low)
+    if not error > 0.0 or not value:
         return number(value, 12)
-    digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(half)) + 1
+    digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(error)) + 1
     return number(value, min(max(digits, 1), 12))
 
 
@@ -155,28 +160,38 @@ class Column:
     words: str = ""
     percent: bool = False
 
-    def of(self, row: Any) -> Any:
+    def of(self, row: object) -> Any:
         """The value in a row."""
-        return getattr(row, self.name) if self.value is None else self.value(row)
+        if self.value is None:
+            return getattr(row, self.name)
+        return self.value(row)
 
-    def cell(self, row: Any) -> str:
+    def cell(self, row: object) -> str:
         """The value for people."""
         if self.shown is not None:
             return self.shown(row)
         value = plain(self.of(row))
+        if value is None:
+            return "-"
         if isinstance(value, bool):
             return "yes" if value else "no"
-        text = number(value * 100**self.percent) if isinstance(value, float) else str(value)
-        return "-" if value is None else text
+        if isinstance(value, float):
+            return number(100 * value if self.percent else value)
+        return str(value)
 
     @property
     def head(self) -> str:
         """The name for people, with its unit."""
         if self.words:
             return self.words
-        unit = self.unit or "Hz" * self.name.endswith("_hz") or "%" * self.percent
         parts = self.name.removesuffix("_hz").split("_")
-        words = " ".join(parts) if min(map(len, parts)) > 2 else self.name  # R_n stays R_n
+        is_symbol = min(map(len, parts)) <= 2  # R_n stays R_n
+        words = self.name if is_symbol else " ".join(parts)
+        unit = self.unit
+        if not unit and self.name.endswith("_hz"):
+            unit = "Hz"
+        elif not unit and self.percent:
+            unit = "%"
         return f"{words}, {unit}" if unit else words
 
 
@@ -187,7 +202,7 @@ def unit_word(unit: str) -> str:
 
 def columns(names: str) -> tuple[Column, ...]:
     """Columns without a unit that are attributes of a row; shares are marked by a % at the end."""
-    return tuple(Column(n.rstrip("%"), percent="%" in n) for n in names.split())
+    return tuple(Column(name.rstrip("%"), percent="%" in name) for name in names.split())
 
 
 def in_order(heads: Iterable[Sequence[str]]) -> list[Column]:
@@ -197,10 +212,18 @@ def in_order(heads: Iterable[Sequence[str]]) -> list[Column]:
 
 def aligned(rows: Sequence[Sequence[str]], right: bool = True) -> str:
     """Rows of text as aligned columns, the first to the left."""
+    return "\n".join(_aligned_lines(rows, right))
+
+
+def _aligned_lines(rows: Sequence[Sequence[str]], right: bool) -> list[str]:
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    sides = "<" + (">" if right else "<") * (len(widths) - 1)
-    cells = (map("{:{}{}}".format, row, sides, widths) for row in rows)
-    return "\n".join("  ".join(["", *row]).rstrip() for row in cells)
+    lines = []
+    for first, *others in rows:
+        cells = ["", first.ljust(widths[0])]
+        for cell, width in zip(others, widths[1:], strict=True):
+            cells.append(cell.rjust(width) if right else cell.ljust(width))
+        lines.append("  ".join(cells).rstrip())
+    return lines
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -217,41 +240,60 @@ class Table:
     nothing: str = ""
     rank: Callable[[Any], Any] = lambda _: 0
 
-    def _cells(self, most: int) -> tuple[list[list[str]], list[int]]:
-        """The heads and at most so many rows for people, and which rows these are."""
-        shown, count = [column for column in self.columns if not column.hidden], len(self.rows)
-        order = sorted(
-            (self.rank(row), -min(i, count - 1 - i), -i) for i, row in enumerate(self.rows)
-        )
-        places = sorted(-order[-k][-1] for k in range(1, 1 + min(most, count)))
-        rows = ([column.cell(self.rows[i]) for column in shown] for i in places)
-        return [[column.head for column in shown], *rows], places
+    def _shown_rows(self, most: int) -> list[int]:
+        """Which rows, at most so many, are shown to people."""
+        count = len(self.rows)
+
+        def importance(index: int) -> tuple[Any, int, int]:
+            from_end = min(index, count - 1 - index)
+            return self.rank(self.rows[index]), -from_end, -index
+
+        order = sorted(range(count), key=importance, reverse=True)
+        return sorted(order[:most])
+
+    def _cells(self, indices: Sequence[int]) -> list[list[str]]:
+        """The heads and some rows for people."""
+        shown = [column for column in self.columns if not column.hidden]
+        rows = [[column.cell(self.rows[index]) for column in shown] for index in indices]
+        return [[column.head for column in shown], *rows]
 
     def text(self, most: int = SHOWN) -> str:
         """The table for people, with at most so many rows."""
         if not len(self.rows):
             return self.nothing or self.title
-        cells, places = self._cells(most)
-        lines = aligned(cells).split("\n")
-        for k, (a, b) in reversed([*enumerate(itertools.pairwise([-1, *places, len(self.rows)]))]):
-            if b > a + 1:
-                lines.insert(1 + k, f"  ... {b - a - 1} more rows (all with --json)")
-        return "\n".join([self.title] * bool(self.title) + lines)
+        indices = self._shown_rows(most)
+        head, *row_lines = _aligned_lines(self._cells(indices), right=True)
+        lines = [self.title, head] if self.title else [head]
+
+        def leave_out(count: int) -> None:
+            if count:
+                lines.append(f"  ... {count} more rows (all with --json)")
+
+        following = 0  # the row after the last one shown
+        for index, line in zip(indices, row_lines, strict=True):
+            leave_out(index - following)
+            lines.append(line)
+            following = index + 1
+        leave_out(len(self.rows) - following)
+        return "\n".join(lines)
 
     def html(self, most: int = FEW) -> str:
         """The table for a notebook."""
         if not len(self.rows):
             return f"<p>{html.escape(self.nothing or self.title)}</p>"
-        cells, _ = self._cells(most)
-        rows = ("".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in cells)
-        body = "".join(f"<tr>{row}</tr>" for row in rows)
-        left = len(self.rows) - most
-        more = f"<p>{left} more rows</p>" if left > 0 else ""
+        body = ""
+        for row in self._cells(self._shown_rows(most)):
+            cells = "".join(f"<td>{html.escape(cell)}</td>" for cell in row)
+            body += f"<tr>{cells}</tr>"
+        omitted = len(self.rows) - most
+        more = f"<p>{omitted} more rows</p>" if omitted > 0 else ""
         return f"<p>{html.escape(self.title)}</p><table>{body}</table>{more}"
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping of column names to values for each row."""
-        return [{each.name: plain(each.of(row)) for each in self.columns} for row in self.rows]
+        return [
+            {column.name: plain(column.of(row)) for column in self.columns} for row in self.rows
+        ]
 
     def save(self, path: Path | str) -> None:
         """Write the table as CSV or JSON, by the end of the name.
@@ -259,12 +301,14 @@ class Table:
         The CSV head reads "name [unit]"; the JSON holds `units` and a mapping for each of the
         `rows`. Raises InputError.
         """
-        path, units = Path(path), {column.name: column.unit for column in self.columns}
+        path = Path(path)
+        units = {column.name: column.unit for column in self.columns}
         if path.suffix == ".json":
             write_text(path, to_json({"units": units, "rows": self.records()}) + "\n")
         elif path.suffix == ".csv":
+            heads = [f"{name} [{unit}]" if unit else name for name, unit in units.items()]
             rows = ([column.of(row) for column in self.columns] for row in self.rows)
-            write_csv(path, [f"{n} [{u}]" if u else n for n, u in units.items()], rows)
+            write_csv(path, heads, rows)
         else:
             raise InputError(f"{path}: the name must end in .csv or .json")
 

@@ -12,21 +12,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import norm_of
+from squeal.linear.matrices import Array, Matrix, norm_of
 from squeal.linear.system import TermSystem
 
-Array = NDArray[np.float64]
 NEAR_ZERO = 0.25  # of |lambda|: a root that may move by more may be a double root at zero
 
 
-def half_units(matrix: Any, digits: int | None) -> csc_array:
+def half_units(matrix: Matrix, digits: int | None) -> csc_array:
     """Half a unit of the last of so many significant digits, of each entry (n, n); zero if None."""
     X = csc_array(matrix)
     if digits is None:
@@ -39,7 +37,9 @@ def half_units(matrix: Any, digits: int | None) -> csc_array:
         units[filled] = 0.5 * 10.0 ** (np.floor(np.log10(size[filled])) + 1 - digits)
         return units
 
-    units = half(X.data.real) + (half(X.data.imag) if np.iscomplexobj(X.data) else 0.0)
+    units = half(X.data.real)
+    if np.iscomplexobj(X.data):
+        units = units + half(X.data.imag)
     return csc_array((units, X.indices, X.indptr), shape=X.shape)
 
 
@@ -87,21 +87,24 @@ def known_to_digits(
     """
     if not roots:
         return ()
-    M, C, K = (csc_array((system.n,) * 2) if X is None else X for X in system.at(changes))
+    M, C, K = system.at(changes)
+    if C is None:
+        C = csc_array((system.n, system.n))
     dM, dC, dK = data_errors(system, changes)
     z = np.array([root.value for root in roots])
     x = np.array([root.right for root in roots]).T
     y = np.array([root.left for root in roots]).T
     size = np.abs(z)
 
-    def across(X: Any, left: NDArray, right: NDArray) -> NDArray:
-        return np.asarray(np.sum(left.conj() * (X @ right), axis=0))
+    def products(left: NDArray, matrix: Matrix, right: NDArray) -> NDArray:
+        return np.asarray(np.sum(left.conj() * (matrix @ right), axis=0))
 
-    each = [across(X, np.abs(y), np.abs(x)) for X in (dM, dC, dK)]
-    total = size**2 * each[0] + size * each[1] + each[2]
-    mass = across(M, y, x)
+    abs_x, abs_y = np.abs(x), np.abs(y)
+    total = size**2 * products(abs_y, dM, abs_x)
+    total = total + size * products(abs_y, dC, abs_x) + products(abs_y, dK, abs_x)
+    mass = products(y, M, x)
     with np.errstate(divide="ignore", invalid="ignore"):
-        simple = total / np.abs(2 * z * mass + across(C, y, x))
+        simple = total / np.abs(2 * z * mass + products(y, C, x))
         double = np.sqrt(size**2 + total / np.abs(mass))
         bounds = np.where(simple > NEAR_ZERO * size, np.fmin(2 * simple, double), simple)
     unknown = ~np.isfinite(bounds)  # vectors that coalesce say nothing
@@ -110,9 +113,11 @@ def known_to_digits(
     if system.real and not norm_of(C):
         symmetric = all(abs(X - X.T).max() == 0.0 for X in (M, K))
         leaves = _off_the_axis(z, bounds, symmetric)
-    found = []
+    known = []
     for root, bound, moves in zip(roots, bounds.tolist(), leaves.tolist(), strict=True):
-        unknown_sign = moves and abs(root.value.real) <= bound
-        rounding = max(root.rounding, bound) if moves else root.rounding
-        found.append(replace(root, error=bound, rounding=rounding, open=unknown_sign))
-    return tuple(found)
+        bounded = replace(root, error=bound, open=False)
+        if moves:
+            unknown_sign = abs(root.value.real) <= bound
+            bounded = replace(bounded, rounding=max(root.rounding, bound), open=unknown_sign)
+        known.append(bounded)
+    return tuple(known)

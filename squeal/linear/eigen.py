@@ -23,7 +23,7 @@ import itertools
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -34,6 +34,7 @@ from squeal.linear.matrices import (
     EPS,
     ROUNDING,
     Array,
+    Cubic,
     Reduced,
     components,
     first_order,
@@ -154,9 +155,12 @@ class UnstableMode:
 
 def growing(values: Iterable[Eigenvalue]) -> tuple[UnstableMode, ...]:
     """What grows by more than rounding and is accepted, the fastest first; of pairs the upper."""
-    upper = (e for e in values if e.value.imag >= -e.rounding and e.residual <= ACCEPTED)
-    each = sorted((e for e in upper if e.kind in GROWING), key=lambda e: -e.growth_rate)
-    return tuple(UnstableMode(e.kind, e.frequency_hz, e.growth_rate, e.damping_ratio) for e in each)
+    modes = []
+    for e in sorted(values, key=lambda e: -e.growth_rate):
+        upper = e.value.imag >= -e.rounding
+        if upper and e.residual <= ACCEPTED and e.kind in GROWING:
+            modes.append(UnstableMode(e.kind, e.frequency_hz, e.growth_rate, e.damping_ratio))
+    return tuple(modes)
 
 
 def ordered(values: ComplexArray) -> NDArray[np.intp]:
@@ -286,10 +290,11 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     return Roots(values, right, left, condition, moved)
 
 
-def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> None:
+def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -> None:
     """Give up to three roots s = -lambda^2 the pairs and signs, beyond rounding, that invariants
     know where roots coalesce or pass zero, if they are not vague."""
-    A, n = np.zeros((3, 3)), len(s)  # a missing row is one of zeros: a zero root
+    n = len(s)
+    A = np.zeros((3, 3))  # a missing row is one of zeros: a zero root
     A[:n, :n] = reduced.A
     diagonal = np.count_nonzero(reduced.T) == n
     floor = 0.0 if diagonal else reduced.rounding * float(np.abs(A).max())
@@ -298,21 +303,16 @@ def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> None:
     if cubic.vague:
         return
     # of real roots the coefficients of p(-s) change sign once for each negative one
-    signs = [1.0, *(np.sign(v.value) for v in cubic[:3] if abs(v.value) > v.bound)]
+    signs = [1.0]
+    for coefficient in cubic[:3]:
+        if abs(coefficient.value) > coefficient.bound:
+            signs.append(np.sign(coefficient.value))
     negative = sum(bool(x != y) for x, y in itertools.pairwise(signs))
     reals = np.arange(n)
     if cubic.discriminant.value < -cubic.discriminant.bound:
         negative = int(cubic.c.value < -cubic.c.bound)
-        # two conjugates, or where rounding made them real the closest two
-        apart = np.abs(s[:, None] - s.conj()) + np.diag(np.full(n, np.inf))
-        pair = np.array(np.unravel_index(np.argmin(apart), apart.shape))
+        pair = _make_complex_pair(s, rounding, cubic)
         reals = np.setdiff1d(reals, pair)
-        if np.any(np.abs(s[pair].imag) <= rounding[pair]):
-            mean = s[pair].real.mean()
-            slope = np.prod(s[reals[0]] - s[pair]) if n == 3 else cubic.b.value  # at the third root
-            half = np.sqrt(-cubic.discriminant.value) / 2 / abs(slope)
-            s[pair] = mean + np.array([1j, -1j]) * half
-        rounding[pair] = np.minimum(rounding[pair], np.abs(s[pair].imag) / 2)
     s[reals] = s[reals].real
     rising = reals[np.argsort(s[reals].real)]
     for k in rising[:negative]:
@@ -322,6 +322,24 @@ def _agree(s: ComplexArray, rounding: Array, reduced: Reduced) -> None:
         rounding[k] = min(rounding[k], abs(s[k]) / 2)
     least = rising[negative:]
     s[least] = np.maximum(s[least].real, 0.0)
+
+
+def _make_complex_pair(s: ComplexArray, rounding: Array, cubic: Cubic) -> NDArray[np.intp]:
+    """Indices (2,) of two conjugates, or where rounding made them real of the closest two, which
+    get the imaginary parts that the discriminant knows."""
+    n = len(s)
+    distances = np.abs(s[:, None] - s.conj()) + np.diag(np.full(n, np.inf))
+    pair = np.array(np.unravel_index(np.argmin(distances), distances.shape))
+    if np.any(np.abs(s[pair].imag) <= rounding[pair]):
+        slope = cubic.b.value  # of the cubic at the third root
+        if n == 3:
+            third = np.setdiff1d(np.arange(n), pair)[0]
+            slope = np.prod(s[third] - s[pair])
+        mean = s[pair].real.mean()
+        half = np.sqrt(-cubic.discriminant.value) / 2 / abs(slope)
+        s[pair] = mean + np.array([1j, -1j]) * half
+    rounding[pair] = np.minimum(rounding[pair], np.abs(s[pair].imag) / 2)
+    return pair
 
 
 def dependence(reduced: Reduced) -> NDArray[np.bool_]:
@@ -338,36 +356,56 @@ def roots_of(reduced: Reduced, reach: NDArray[np.bool_] | None = None) -> Roots:
     real part of at most their rounding, without damping of exactly zero. `reach` is `dependence`,
     if it is known. Raises ComputationError if roots are beyond double precision.
     """
-    each = []
+    parts = []
     for rows in components(dependence(reduced) if reach is None else reach):
-        within = np.ix_(rows, rows)
-        B = None if reduced.B is None else reduced.B[within]
-        damping = B if B is not None and B.any() else None
-        part = Reduced(reduced.A[within], damping, reduced.T[within], reduced.rounding)
-        own = _roots_of_component(part)
-        x, y = (np.zeros((len(reduced.A), len(own.values)), complex) for _ in range(2))
-        x[rows], y[rows] = own.right, own.left
-        each.append(own._replace(right=x, left=y))
-    return Roots(*(np.concatenate(part, axis=-1) for part in zip(*each, strict=True)))
+        part = _roots_of_component(_part_of(reduced, rows))
+        right = np.zeros((len(reduced.A), len(part.values)), complex)
+        left = np.zeros_like(right)
+        right[rows] = part.right
+        left[rows] = part.left
+        parts.append(part._replace(right=right, left=left))
+    return Roots(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
+
+
+def _part_of(reduced: Reduced, rows: NDArray[np.intp]) -> Reduced:
+    """Some of the rows, without what acts on them from others."""
+    within = np.ix_(rows, rows)
+    B = None if reduced.B is None else reduced.B[within]
+    damping = B if B is not None and B.any() else None
+    return Reduced(reduced.A[within], damping, reduced.T[within], reduced.rounding)
 
 
 def _roots_of_component(reduced: Reduced) -> Roots:
-    if reduced.B is not None:
-        matrix, rate = first_order(reduced.A, reduced.B)
-        n = len(reduced.A)
-        values, x, y, condition, moved = _standard_roots(matrix, reduced.rounding, reduced.A)
-        values, x, y, moved = values * rate, x[:n], y[n:], moved * rate
+    if reduced.B is None:
+        roots = _undamped_roots(reduced)
     else:
-        s, x, y, condition, moved = _standard_roots(reduced.A, reduced.rounding)
-        if len(s) <= 3:
-            _agree(s, moved, reduced)
-        half, moved = square_roots(s, moved)
-        values = np.asarray(np.ravel([half, -half], order="F") + 0.0)
-        x, y = np.repeat(x, 2, axis=1), np.repeat(y, 2, axis=1)
-        condition, moved = np.repeat(condition, 2), np.repeat(moved, 2)
-    if not np.isfinite(values).all():
+        n = len(reduced.A)
+        matrix, scale = first_order(reduced.A, reduced.B)
+        standard = _standard_roots(matrix, reduced.rounding, reduced.A)
+        roots = standard._replace(
+            values=standard.values * scale,
+            right=standard.right[:n],
+            left=standard.left[n:],
+            rounding=standard.rounding * scale,
+        )
+    if not np.isfinite(roots.values).all():
         raise ComputationError(BEYOND)
-    return Roots(values, x, y, condition, moved)
+    return roots
+
+
+def _undamped_roots(reduced: Reduced) -> Roots:
+    """Both square roots of each s = -lambda^2."""
+    s, right, left, condition, moved = _standard_roots(reduced.A, reduced.rounding)
+    if len(s) <= 3:
+        _agree_with_invariants(s, moved, reduced)
+    half, rounding = square_roots(s, moved)
+    return Roots(
+        values=np.asarray(np.ravel([half, -half], order="F") + 0.0),
+        right=np.repeat(right, 2, axis=1),
+        left=np.repeat(left, 2, axis=1),
+        condition=np.repeat(condition, 2),
+        rounding=np.repeat(rounding, 2),
+    )
 
 
 def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spectrum:
@@ -400,29 +438,56 @@ def complex_eigenvalues(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Spec
 def spectrum_of(reduced: Reduced, roots: Roots | None = None) -> Spectrum:
     """As `complex_eigenvalues`, for a system in mass-normalised coordinates, with its `roots_of` if
     they are known."""
-    A, B = reduced.A, np.zeros_like(reduced.A) if reduced.B is None else reduced.B
+    A = reduced.A
+    B = np.zeros_like(A) if reduced.B is None else reduced.B
     reach = dependence(reduced)
-    values, x, y, condition, rounding = roots or roots_of(reduced, reach)
+    values, right, left, condition, rounding = roots or roots_of(reduced, reach)
     if (reach != reach.T).any():
-        ahead, behind = (
-            sorted(components(reach), key=lambda rows: each[rows[0]].sum())
-            for each in (reach, reach.T)
+        _drive_vectors(A, B, reach, values, right, left, condition)
+    length = np.abs(values)
+    norm_A, norm_B = float(np.linalg.norm(A, 2)), float(np.linalg.norm(B, 2))
+    size = (length**2 + length * norm_B + norm_A) * np.linalg.norm(right, axis=0)
+    defect = np.linalg.norm(values**2 * right + values * (B @ right) + A @ right, axis=0)
+    residuals = np.divide(defect, size, out=np.zeros_like(defect), where=size > 0)
+    shapes = _physical(reduced.T, right)
+    left_shapes = _physical(reduced.T, left)
+    return Spectrum(
+        tuple(
+            Eigenvalue(
+                value=complex(values[k]),
+                right=shapes[:, k],
+                left=left_shapes[:, k],
+                residual=float(residuals[k]),
+                condition=float(condition[k]),
+                rounding=float(rounding[k]),
+            )
+            for k in ordered(values)
         )
-        for k, z in enumerate(values):
-            P = z * z * np.eye(len(A)) + z * B + A
-            slope = 2 * z * np.eye(len(A)) + B if z else np.eye(len(A))
-            alone = abs(y[:, k].conj() @ slope @ x[:, k])
-            _drive(P, reach, ahead, x[:, k])
-            _drive(P.conj().T, reach.T, behind, y[:, k])
-            condition[k] *= alone / max(abs(y[:, k].conj() @ slope @ x[:, k]), EPS * alone)
-    length, norms = np.abs(values), [float(np.linalg.norm(X, 2)) for X in (A, B)]
-    size = (length**2 + length * norms[1] + norms[0]) * np.linalg.norm(x, axis=0)
-    rest = np.linalg.norm(values**2 * x + values * (B @ x) + A @ x, axis=0)
-    residuals = np.divide(rest, size, out=np.zeros_like(rest), where=size > 0)
-    right, left = (_physical(reduced.T, vectors) for vectors in (x, y))
-    numbers = [part.tolist() for part in (residuals, condition, rounding)]
-    each = list(zip(values.tolist(), right.T, left.T, *numbers, strict=True))
-    return Spectrum(tuple(Eigenvalue(*each[k]) for k in ordered(values)))
+    )
+
+
+def _drive_vectors(
+    A: Array,
+    B: Array,
+    reach: NDArray[np.bool_],
+    values: ComplexArray,
+    right: ComplexArray,
+    left: ComplexArray,
+    condition: Array,
+) -> None:
+    """Add to vectors (n, m) of single components what they drive in others, and change the
+    condition numbers (m,) accordingly."""
+    identity = np.eye(len(A))
+    driven_last = sorted(components(reach), key=lambda rows: reach[rows[0]].sum())
+    driving_last = sorted(components(reach), key=lambda rows: reach.T[rows[0]].sum())
+    for k, z in enumerate(values):
+        P = z * z * identity + z * B + A
+        slope = 2 * z * identity + B if z else identity
+        alone = abs(left[:, k].conj() @ slope @ right[:, k])
+        _drive(P, reach, driven_last, right[:, k])
+        _drive(P.conj().T, reach.T, driving_last, left[:, k])
+        together = abs(left[:, k].conj() @ slope @ right[:, k])
+        condition[k] *= alone / max(together, EPS * alone)
 
 
 def _drive(
@@ -459,19 +524,16 @@ def hidden(reduced: Reduced, C: Array | None, K: Array, roots: Roots | None = No
     free: where a mass is light, a spring stiff or a damper strong beside others. `roots` are those
     of the system, if they are known."""
     zeros = 0
-    if roots is None:
-        roots = roots_of(reduced)
     for rows in components(dependence(reduced)):
-        own = np.ix_(rows, rows)
-        rank = scaled_rank(K[own])
-        both = rank
+        block = np.ix_(rows, rows)
+        rank = rank_with_damping = scaled_rank(K[block])
         if C is not None and reduced.B is not None:
-            both = scaled_rank(np.vstack([K[own], C[own]]))
-        zeros += 2 * len(rows) - rank - both
-    size = np.abs(roots.values)
-    return bool(
-        np.any(roots.rounding > 0.005 * size, where=size > 0.0) or np.sum(size == 0) != zeros
-    )
+            rank_with_damping = scaled_rank(np.vstack([K[block], C[block]]))
+        zeros += 2 * len(rows) - rank - rank_with_damping
+    known = roots or roots_of(reduced)
+    size = np.abs(known.values)
+    few_digits = np.any(known.rounding > 0.005 * size, where=size > 0.0)
+    return bool(few_digits or np.sum(size == 0) != zeros)
 
 
 # The verdict
@@ -582,23 +644,28 @@ def damped_verdicts(A: Array, B: Array) -> Codes:
 def undamped_verdicts(A: Array) -> Codes:
     """Verdict codes (...), indices into VERDICTS, of undamped systems A = M^-1 K (..., 3, 3)."""
     entries = np.ascontiguousarray(A.reshape(-1, 9).T)
-    parts = [_by_invariants(entries[:, k : k + CHUNK]) for k in range(0, entries.shape[1], CHUNK)]
-    return np.concatenate([np.zeros(0, np.int8), *parts]).reshape(A.shape[:-2])
+    codes = np.zeros(entries.shape[1], np.int8)
+    for start in range(0, len(codes), CHUNK):
+        chunk = slice(start, start + CHUNK)
+        codes[chunk] = _by_invariants(list(entries[:, chunk]))
+    return codes.reshape(A.shape[:-2])
 
 
-def _by_invariants(entries: Any) -> Codes:
+def _by_invariants(entries: Sequence[Array]) -> Codes:
     """Verdict codes (N,) of the nine entries (N,) of A.
 
     Real and non-negative roots s are marginal; a negative one is divergence, a complex pair
     flutter. A coalescence that rounding cannot tell from real roots counts as real. Where both
     occur that which grows faster names the verdict; what is vague is judged by its roots.
     """
-    cubic = invariants(list(entries))
-    a, b, c, disc = cubic[:4]
-    pair, below = disc.value < -disc.bound, c.value < -c.bound
-    falling = below | (b.value < -b.bound) | (a.value < -a.bound)
-    codes = np.where(pair, FLUTTER, np.where(falling, DIVERGENCE, MARGINAL)).astype(np.int8)
-    both, vague = np.flatnonzero(pair & below), np.flatnonzero(cubic.vague)
+    cubic = invariants(entries)
+    a, b, c, discriminant = cubic[:4]
+    pair = discriminant.value < -discriminant.bound
+    below = c.value < -c.bound
+    negative = below | (b.value < -b.bound) | (a.value < -a.bound)
+    codes = np.where(pair, FLUTTER, np.where(negative, DIVERGENCE, MARGINAL)).astype(np.int8)
+    both = np.flatnonzero(pair & below)
+    vague = np.flatnonzero(cubic.vague)
     if len(both) or len(vague):
         A = np.stack(entries, axis=-1).reshape(-1, 3, 3)
         s = np.linalg.eigvals(A[both]).astype(complex)
@@ -630,14 +697,18 @@ def sum_verdicts(Q: NDArray, u: NDArray) -> Codes:
     codes = np.empty((u.shape[1], Q.shape[2]), dtype=np.int8)
     step = max(1, CHUNK // Q.shape[2])
     for start in range(0, len(codes), step):
-        own = slice(start, start + step)
-        a, b, c = squares[own, None] + trace, rows[own] @ of_b, rows[own] @ of_c
-        J2, J3 = a * a / 3 - b, (a * a * (2 / 27) - b / 3) * a + c
-        disc = J2 * J2 * J2 * 4 - 27 * J3 * J3
-        pair, below = disc < 0.0, c < 0.0
+        chunk = slice(start, start + step)
+        a = squares[chunk, None] + trace
+        b = rows[chunk] @ of_b
+        c = rows[chunk] @ of_c
+        J2 = a * a / 3 - b
+        J3 = (a * a * (2 / 27) - b / 3) * a + c
+        discriminant = J2 * J2 * J2 * 4 - 27 * J3 * J3
+        pair = discriminant < 0.0
+        below = c < 0.0
         part = np.where(below | (b < 0.0) | (a < 0.0), np.int8(DIVERGENCE), np.int8(MARGINAL))
         part[pair] = FLUTTER
-        unsettled = (np.abs(disc) <= 16 * unit * size**6) | (pair & below)
+        unsettled = (np.abs(discriminant) <= 16 * unit * size**6) | (pair & below)
         for power, value in enumerate((a, b, c), 1):
             unsettled |= np.abs(value) <= unit * size**power
         i, k = np.nonzero(unsettled)
@@ -645,5 +716,5 @@ def sum_verdicts(Q: NDArray, u: NDArray) -> Codes:
             v = u[:, i + start]
             entries = [Q[m, n, k] + v[m] * v[n] for m in range(3) for n in range(3)]
             part[i, k] = _by_invariants(entries)
-        codes[own] = part
+        codes[chunk] = part
     return codes

@@ -1,7 +1,7 @@
 """Where eigenvalues cross the line between growth and decay: guesses along a step, made exact.
 
 One root passes at a zero of its real part, with the derivative from left and right vectors. Two
-that come close are looked at in the 2 x 2 problem of their invariant subspace. Its mean and the
+that come close are examined in the 2 x 2 problem of their invariant subspace. Its mean and the
 squared half difference d = ((z1 - z2) / 2)^2 stay smooth where the two coalesce, and are well
 conditioned there although neither root is. On the line they meet where d vanishes; with m the real
 part of the mean one of them passes it where m^2 Re d + (Im d)^2 / 4 - m^4 does: the product of
@@ -15,14 +15,22 @@ from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squeal.linear.continuation import (
+    DAMPED,
+    GYROSCOPIC,
+    UNDAMPED,
+    Bools,
+    ComplexArray,
     Continuation,
     Guess,
+    ProblemClass,
+    RootPair,
+    StandardProblem,
     Step,
     exponents,
     hermite_cubic,
@@ -77,120 +85,169 @@ class Event:
 
     def crossing(self, mode: int, changes: bool) -> Crossing:
         """The same for callers, with the number of the mode and whether the verdict changes."""
-        way, hertz = "up" if self.direction > 0 else "down", self.omega / (2 * math.pi)
-        ends = (float(self.interval[0]), float(self.interval[1]))
-        value = float(self.value)
-        return Crossing(value, self.kind, way, hertz, ends, mode, changes, self.residual)
-
-
-# Guesses
+        low, high = self.interval
+        return Crossing(
+            mu=float(self.value),
+            kind=self.kind,
+            direction="up" if self.direction > 0 else "down",
+            frequency_hz=self.omega / (2 * math.pi),
+            interval=(float(low), float(high)),
+            mode=mode,
+            changes_verdict=changes,
+            residual=self.residual,
+        )
 
 
 def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float | None]:
     """Where roots may cross the line within a step, whose `ends` may be those of the range, and the
     share at which it has to be divided first, None if the matches are good enough to tell."""
-    form, (za, _, zb, _) = step.a.form, step.ends
-    on_a, on_b = step.a.on_line, step.b.on_line[step.order]
-    low, high = step.least, step.most
-    unsure = 2 * np.abs(step.off.real)
-    real = step.a.real & step.b.real[step.order]
-    passes = np.zeros(len(za), dtype=bool)
-    if form == "damped":
+    problem = step.before.problem
+    z, later_z = step.ends.z, step.ends.later_z
+    on_before = step.before.on_line
+    on_after = step.after.on_line[step.order]
+    unsure = 2 * np.abs(step.deviation.real)
+    real = step.before.real & step.after.real[step.order]
+    passes_zero = np.zeros(len(z), dtype=bool)
+    if problem is DAMPED:
         unsure = unsure + step.rounding
-        clear = (high + unsure < 0.0) | (low - unsure > 0.0)
+        clear = (step.highest + unsure < 0.0) | (step.lowest - unsure > 0.0)
     else:  # pairs off the line stay such; real roots of s = -lambda^2 may pass zero
-        if form == "undamped":
-            still = (np.abs(za) <= step.rounding) & (np.abs(zb) <= step.rounding)
-            passes = real & (low - unsure <= 0.0) & (high + unsure >= 0.0) & ~still
-        apart = np.minimum(np.abs(za.imag), np.abs(zb.imag))
-        clear = (apart > 2 * np.abs(step.off.imag)) | (real & ~passes)
+        if problem is UNDAMPED:
+            resting = (np.abs(z) <= step.rounding) & (np.abs(later_z) <= step.rounding)
+            around_zero = (step.lowest - unsure <= 0.0) & (step.highest + unsure >= 0.0)
+            passes_zero = real & around_zero & ~resting
+        distance = np.minimum(np.abs(z.imag), np.abs(later_z.imag))
+        clear = (distance > 2 * np.abs(step.deviation.imag)) | (real & ~passes_zero)
     # what lies on the line at one end alone has met another one, unless the range ends there, or it
     # is a real root that passes zero, perhaps with a twin
-    known = step.matched & ((on_a == on_b) | passes | (ends[0] & on_a) | (ends[1] & on_b))
-    settled = known & (clear | (on_a & on_b & ~passes))
-    reach = np.maximum(np.abs((zb - za).real), high - low)
-    single = known & ~settled & (np.abs(step.off.real) <= step.options.doubt * reach)
-    left = np.flatnonzero(~settled & ~single).tolist()
-    guesses = [g for k in np.flatnonzero(single).tolist() for g in _singles(step, k, True)]
-    pairs = [pair for pair in step.pairs(left) if form != "damped" or _tells(step, *pair[1:])]
-    guesses += [g for pair in pairs for g in _of_pair(step, *pair)]
-    doubtful = set(left).difference(*(both for both, _, _ in pairs))
-    for k in doubtful:  # the best there is if no step can be halved any more
-        guesses += _singles(step, k, False)
-    touches = known if form == "damped" else known & real
-    return guesses, step.options.aside if doubtful else _touch(step, touches, high - low)
+    range_end = (ends[0] & on_before) | (ends[1] & on_after)
+    known = step.matched & ((on_before == on_after) | passes_zero | range_end)
+    settled = known & (clear | (on_before & on_after & ~passes_zero))
+    change = np.maximum(np.abs((later_z - z).real), step.highest - step.lowest)
+    single = known & ~settled & (np.abs(step.deviation.real) <= step.options.doubt * change)
+    guesses: list[Guess] = []
+    for k in np.flatnonzero(single).tolist():
+        guesses += _crossings_of_one(step, k, known=True)
+    doubtful = set(np.flatnonzero(~settled & ~single).tolist())
+    for pair in list(step.pairs(sorted(doubtful))):
+        if problem is not DAMPED or _sides_are_known(step, pair):
+            guesses += _events_of_pair(step, pair)
+            doubtful.difference_update(pair.indices)
+    for k in doubtful:  # the best there is if no step can be divided any more
+        guesses += _crossings_of_one(step, k, known=False)
+    if doubtful:
+        return guesses, step.options.aside
+    turning = known if problem is DAMPED else known & real
+    return guesses, _doubtful_turn(step, turning, step.highest - step.lowest)
 
 
-def _touch(step: Step, some: NDArray[np.bool_], reach: Array) -> float | None:
-    """Where a root turns back so close to the line that its cubic does not tell if it passes."""
+def _doubtful_turn(step: Step, roots: Bools, change: Array) -> float | None:
+    """Where one of the roots (a mask) turns back so close to the line that its cubic does not tell
+    whether it crosses; a share of the step."""
     c = step.cubic  # its error is t^2 (1 - t)^2 times a constant: none is left where it turns
     with np.errstate(all="ignore"):  # where c' = 0
         q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
         t = np.stack([q / (3 * c[3]), c[1] / q])
-        off = 1.6 * (t * (1 - t)) ** 2 * np.maximum(reach, np.abs(step.off.real))
-        near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= off
-    near &= some & (t > 0) & (t < 1) & (off > step.rounding)
+        deviation = np.maximum(change, np.abs(step.deviation.real))
+        error = 1.6 * (t * (1 - t)) ** 2 * deviation
+        near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= error
+    near &= roots & (t > 0) & (t < 1) & (error > step.rounding)
     return float(t[near][0]) if near.any() else None
 
 
-def _tells(step: Step, means: Array, squares: Array) -> bool:
+def _sides_are_known(step: Step, pair: RootPair) -> bool:
     """True if the cubics of a pair tell on which side of the axis both roots are."""
-    t, off = np.linspace(0.0, 1.0, 17), abs(squares[3])  # twice what the slopes miss
-    mean, half = (np.polyval(c[::-1].astype(complex), t) for c in (means, squares))
-    half = np.sqrt(half)
+    t = np.linspace(0.0, 1.0, 17)
+    error = abs(pair.square[3])  # twice what the slopes miss
+    mean = np.polyval(pair.mean[::-1].astype(complex), t)
+    half = np.sqrt(np.polyval(pair.square[::-1].astype(complex), t))
     with np.errstate(divide="ignore", invalid="ignore"):
-        slack = abs(means[3].real) + np.fmin(np.sqrt(off), off / np.abs(half))
-    paths = ((mean + way * half).real for way in (1, -1))
-    enough = 2 * step.options.doubt
-    return all((abs(x) > slack).all() or slack.max() <= enough * np.ptp(x) for x in paths)
+        slack = abs(pair.mean[3].real) + np.fmin(np.sqrt(error), error / np.abs(half))
+    for path in ((mean + half).real, (mean - half).real):
+        clear = (abs(path) > slack).all()
+        if not (clear or slack.max() <= 2 * step.options.doubt * np.ptp(path)):
+            return False
+    return True
 
 
-def _singles(step: Step, k: int, sure: bool) -> Iterator[Guess]:
-    z = np.array([x[k] for x in step.ends])
-    real = step.a.real[k] and step.b.real[step.order[k]]
-    if step.a.form == "gyroscopic" or (step.a.form == "undamped" and not real):
+def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
+    """Zeros of the cubic of one root; `known`: on which side of the line it is at both ends."""
+    before, after = step.before, step.after
+    is_real = before.real[k] and after.real[step.order[k]]
+    if before.problem is GYROSCOPIC or (before.problem is UNDAMPED and not is_real):
         return
-    path = z.real.copy()
-    if sure:  # on the line at an end of the range: what is beside it follows from the slope
+    ends = np.array([values[k] for values in step.ends])
+    path = ends.real.copy()
+    if known:  # on the line at an end of the range: the slope tells where it comes from
         path[[0, 2]] = np.where(np.abs(path[[0, 2]]) <= step.rounding[k], 0.0, path[[0, 2]])
-    h = step.b.value - step.a.value
+    h = after.value - before.value
     for t in zeros_between(hermite_cubic(*path)):
-        root = complex(np.polyval(hermite_cubic(*z)[::-1], t))
-        yield Guess(step.a.value + t * h, root, *step.vectors(t, [k]), False, h)
+        root = complex(np.polyval(hermite_cubic(*ends)[::-1], t))
+        right, left = step.vectors(t, [k])
+        yield Guess(before.value + t * h, root, right, left, coalesces=False, width=h)
 
 
-def _of_pair(step: Step, both: list[int], means: Array, squares: Array) -> Iterator[Guess]:
-    """What two roots do that coalesce or part in the step."""
-    form, h, t = step.a.form, step.b.value - step.a.value, np.linspace(0.0, 1.0, 101)
-    m, d = (np.polyval(c[::-1].astype(complex), t) for c in (means, squares))
-    on = step.a.on_line[both].all(), step.b.on_line[step.order[both]].all()
-    ways = [False] * (form == "damped" and not all(on)) + [True] * (form != "damped" or any(on))
-    for i, z, coalesces in (place for meets in ways for place in _changes(m, d, meets)):
-        vectors = step.vectors(t[i], both)
-        yield Guess(step.a.value + t[i] * h, z, *vectors, coalesces, h)
-    if form == "undamped":
-        product = (m * m - d).real  # of the two roots: one of them passes zero
-        for n in np.flatnonzero((product[1:] * product[:-1] < 0) & (d.real[1:] >= 0)):
-            right, left = step.vectors(t[n], both)
-            for one in ([0], [1]):  # either may be the one
-                yield Guess(step.a.value + t[n] * h, 0j, right[:, one], left[:, one], False, h)
+def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
+    """Where two roots that coalesce or separate in a step cross the line or meet on it."""
+    before, after = step.before, step.after
+    problem = before.problem
+    h = after.value - before.value
+    t = np.linspace(0.0, 1.0, 101)
+    mean = np.polyval(pair.mean[::-1].astype(complex), t)
+    square = np.polyval(pair.square[::-1].astype(complex), t)
+    on_before = before.on_line[pair.indices].all()
+    on_after = after.on_line[step.order[pair.indices]].all()
+    found = list[tuple[int, complex, bool]]()
+    if problem is DAMPED and not (on_before and on_after):
+        found += [(i, z, False) for i, z in _crossings(mean, square)]
+    if problem is not DAMPED or on_before or on_after:
+        found += [(i, z, True) for i, z in _meetings(mean, square)]
+    for i, z, coalesces in found:
+        right, left = step.vectors(t[i], pair.indices)
+        yield Guess(before.value + t[i] * h, z, right, left, coalesces, h)
+    if problem is UNDAMPED:
+        product = (mean * mean - square).real  # of the two roots: one of them passes zero
+        passes_zero = (product[1:] * product[:-1] < 0) & (square.real[1:] >= 0)
+        for n in np.flatnonzero(passes_zero):
+            right, left = step.vectors(t[n], pair.indices)
+            for either in ([0], [1]):
+                one_right, one_left = right[:, either], left[:, either]
+                yield Guess(before.value + t[n] * h, 0j, one_right, one_left, False, h)
 
 
-def _changes(m: NDArray, d: NDArray, meets: bool) -> Iterator[tuple[int, complex, bool]]:
-    """Where one root of a pair with this mean and d crosses the axis, or both meet on the line."""
-    half = np.sqrt(d)
-    state = d.real > 0.0 if meets else np.sum(np.stack([m - half, m + half]).real > 0.0, axis=0)
-    for n in np.flatnonzero(state[1:] != state[:-1]).tolist():
-        nearer = n + int(meets and abs(d[n + 1]) < abs(d[n]))
-        yield nearer, complex(m[nearer]), meets
+def _crossings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, complex]]:
+    """Where one root of a pair with this mean and squared half difference crosses the axis: index,
+    and the mean there."""
+    half = np.sqrt(square)
+    positive = np.sum(np.stack([mean - half, mean + half]).real > 0.0, axis=0)
+    for n in np.flatnonzero(positive[1:] != positive[:-1]).tolist():
+        yield n, complex(mean[n])
 
 
-# One root or two, next to a guess
+def _meetings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, complex]]:
+    """Where both roots of such a pair meet on the line: the nearer index, and the mean there."""
+    separate = square.real > 0.0
+    for n in np.flatnonzero(separate[1:] != separate[:-1]).tolist():
+        nearer = n + int(abs(square[n + 1]) < abs(square[n]))
+        yield nearer, complex(mean[nearer])
 
 
-class Near(NamedTuple):
-    """One root (d = 0), or the mean of two and d = ((z1 - z2) / 2)^2, at a value of the parameter,
-    with slopes, half of d'' where they are close, and errors by rounding and of the subspaces."""
+class EventFunction(NamedTuple):
+    """A function of the parameter that vanishes at an event: its value, slope, half its second
+    derivative and how far rounding moves it."""
+
+    value: float
+    slope: float
+    bend: float
+    noise: float
+
+
+class LocalRoots(NamedTuple):
+    """One root (d = 0), or the mean of two and d = ((z1 - z2) / 2)^2, at a value of the parameter.
+
+    With slopes, half of d'' where the two are close, errors by rounding and of the subspaces, and
+    the right and left invariant subspace (N, 1) or (N, 2).
+    """
 
     value: float
     mean: complex
@@ -203,233 +260,357 @@ class Near(NamedTuple):
     right: NDArray
     left: NDArray
 
-    def ahead(self, step: Any) -> tuple[Any, Any]:
-        """Mean and d at values beyond this one by `step`."""
+    @property
+    def is_single(self) -> bool:
+        """True of one root."""
+        return self.right.shape[1] == 1
+
+    def extrapolate(self, step: Array) -> tuple[NDArray, NDArray]:
+        """Mean and d at values beyond this one by `step` (...)."""
         d = self.d + step * self.d_slope + step**2 * self.d_bend
         return self.mean + step * self.mean_slope, d
 
-    def approach(self, form: str) -> tuple[float, float]:
+    def closest_approach(self, problem: ProblemClass) -> tuple[float, float]:
         """How far away two roots come closest, and half of how long they stay there."""
-        c = np.array([self.d_bend, self.d_slope, self.d])
-        ends = np.roots(c if form == "damped" else c.real)
+        coefficients = np.array([self.d_bend, self.d_slope, self.d])
+        ends = np.roots(coefficients if problem is DAMPED else coefficients.real)
         if len(ends) < 2:
             return np.inf, 0.0
         centre = float(ends.real.mean())
         return centre, float(np.abs(ends - centre).max())
 
-    def moved(self, along: Continuation, p: float) -> Near:
+    def at(self, continuation: Continuation, p: float) -> LocalRoots:
         """The same at p."""
         root = self.mean + (p - self.value) * self.mean_slope
-        return roots_near(along, p, root, self.right, self.left)
+        return roots_near(continuation, p, root, self.right, self.left)
 
-    def vanishing(self, coalesces: bool) -> tuple[float, float, float, float]:
-        """What vanishes at an event: its value, slope, half its second derivative, rounding."""
-        m, dm, d, dd = self.mean.real, self.mean_slope.real, self.d, self.d_slope
-        if self.right.shape[1] == 1:
-            return m, dm, 0.0, self.mean_noise
+    def event_function(self, coalesces: bool) -> EventFunction:
+        """The real part m of one root; of two d where they meet on the line, and else, where one of
+        them crosses it, m^2 Re d + (Im d)^2 / 4 - m^4."""
+        m = self.mean.real
+        dm = self.mean_slope.real
+        d = self.d
+        dd = self.d_slope
+        if self.is_single:
+            return EventFunction(m, dm, 0.0, self.mean_noise)
         if coalesces:
-            return d.real, dd.real, self.d_bend.real, self.noise
+            return EventFunction(d.real, dd.real, self.d_bend.real, self.noise)
         value = m**2 * d.real + d.imag**2 / 4 - m**4
         slope = 2 * m * dm * d.real + m**2 * dd.real + d.imag * dd.imag / 2 - 4 * m**3 * dm
         noise = abs(2 * m * d.real - 4 * m**3) * self.mean_noise
-        return value, slope, 0.0, noise + (m**2 + abs(d.imag) / 2) * self.noise
+        return EventFunction(value, slope, 0.0, noise + (m**2 + abs(d.imag) / 2) * self.noise)
 
 
 def roots_near(
-    along: Continuation, p: float, near: complex, right: NDArray, left: NDArray, by: Any = None
-) -> Near:
+    continuation: Continuation,
+    p: float,
+    near: complex,
+    right: NDArray,
+    left: NDArray,
+    perturbed: StandardProblem | None = None,
+) -> LocalRoots:
     """The root at p next to `near`, or two, from right and left vectors (N, 1) or (N, 2), with
-    slopes by p or, if `by` replaces `along.both`, by something else."""
-    A, derivative, sizes = by or along.both(p)
+    slopes by p or, of a `perturbed` problem, by something else."""
+    A, derivative, sizes = perturbed or continuation.matrix_and_derivative(p)
     size = norm_of(A) or 1.0
     nudge = 1e-7 * max(abs(near), 1e-4 * size)
     shift = near + nudge
-    if along.form == "undamped" and abs(near.imag) <= nudge:
+    if continuation.problem is UNDAMPED and abs(near.imag) <= nudge:
         shift = shift.real
         # two conjugate columns have one real part
-        right, left = np.asarray(right.real + right.imag), np.asarray(left.real + left.imag)
+        right = np.asarray(right.real + right.imag)
+        left = np.asarray(left.real + left.imag)
     P = A - shift * np.eye(len(A))
     # not by the inverse: next to a coalescence its rounding hides the second vector
-    solves = partial(np.linalg.solve, P), partial(np.linalg.solve, P.conj().T)
-    if len(A) > along.options.small:
+    solve, solve_adjoint = partial(np.linalg.solve, P), partial(np.linalg.solve, P.conj().T)
+    if len(A) > continuation.options.small:
         from scipy.linalg import lu_factor, lu_solve
 
         factor = lu_factor(P, check_finite=False)
-        solves = partial(lu_solve, factor), partial(lu_solve, factor, trans=2)
-    X = _subspace(A, size, right, solves[0], along.options.rounds)
-    Y = _subspace(A.conj().T, size, left, solves[1], along.options.rounds)
+        solve, solve_adjoint = partial(lu_solve, factor), partial(lu_solve, factor, trans=2)
+    rounds = continuation.options.rounds
+    X = _invariant_subspace(A, size, right, solve, rounds)
+    Y = _invariant_subspace(A.conj().T, size, left, solve_adjoint, rounds)
     inverse = np.linalg.inv(Y.conj().T @ X) @ Y.conj().T
-    small, slope = inverse @ (A @ X), inverse @ (derivative @ X)
+    block = inverse @ (A @ X)
+    block_slope = inverse @ (derivative @ X)
     # what the subspaces miss, to second order
-    beside = solves[0](A @ X - X @ small)
-    missed = np.abs(inverse @ (A @ (beside - X @ (inverse @ beside))))
+    correction = solve(A @ X - X @ block)
+    missed = np.abs(inverse @ (A @ (correction - X @ (inverse @ correction))))
     # independent roundings in the entries of A
     entries = np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
-    error = along.options.sure * (EPS * entries + missed)
-    m = len(small)
-    mean, mean_slope = np.trace(small) / m, np.trace(slope) / m
-    N, S = small - mean * np.eye(m), slope - mean_slope * np.eye(m)
-    means = complex(mean), complex(mean_slope), float(error.trace() / m)
-    d, d_slope, d_bend = (complex(np.trace(X) / 2) for X in (N @ N, 2 * N @ S, S @ S))
-    noise = float(np.linalg.norm(np.abs(N.T) * error) + np.linalg.norm(error) ** 2)
-    return Near(p, *means, d, d_slope, d_bend, noise, X, Y)
+    error = continuation.options.sure * (EPS * entries + missed)
+    m = len(block)
+    mean = np.trace(block) / m
+    mean_slope = np.trace(block_slope) / m
+    deviator = block - mean * np.eye(m)
+    deviator_slope = block_slope - mean_slope * np.eye(m)
+    return LocalRoots(
+        value=p,
+        mean=complex(mean),
+        mean_slope=complex(mean_slope),
+        mean_noise=float(error.trace() / m),
+        d=complex(np.trace(deviator @ deviator) / 2),
+        d_slope=complex(np.trace(2 * deviator @ deviator_slope) / 2),
+        d_bend=complex(np.trace(deviator_slope @ deviator_slope) / 2),
+        noise=float(np.linalg.norm(np.abs(deviator.T) * error) + np.linalg.norm(error) ** 2),
+        right=X,
+        left=Y,
+    )
 
 
-def _subspace(A: NDArray, size: float, start: NDArray, solve: Callable, rounds: int) -> NDArray:
+def _invariant_subspace(
+    A: NDArray, size: float, start: NDArray, solve: Callable[[NDArray], NDArray], rounds: int
+) -> NDArray:
     """The invariant subspace (N, 1) or (N, 2) next to `start`, by Newton's method."""
     # inverse iteration would make both columns one vector next to a coalescence
-    X, before = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0], np.inf
+    X = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0]
+    before = np.inf
     for _ in range(2 * rounds):
         image = A @ X
-        rest = image - X @ (X.conj().T @ image)
-        left = float(np.linalg.norm(rest))
-        if left <= 64 * EPS * size or left > 0.9 * before:
+        residual = image - X @ (X.conj().T @ image)
+        remaining = float(np.linalg.norm(residual))
+        if remaining <= 64 * EPS * size or remaining > 0.9 * before:
             break
-        beside = solve(rest)
-        X, before = np.linalg.qr(X - beside + X @ (X.conj().T @ beside))[0], left
+        correction = solve(residual)
+        X = np.linalg.qr(X - correction + X @ (X.conj().T @ correction))[0]
+        before = remaining
     return X
 
 
-# From a guess to an event
-
-
-def located(along: Continuation, guess: Guess, crosses: bool = True) -> Event | None:
+def located(continuation: Continuation, guess: Guess, crosses: bool = True) -> Event | None:
     """The event next to a guess, None if there is none that is known to within its width. Without
     `crosses` it may be where two divergent roots join, which crosses no line."""
     with suppress(np.linalg.LinAlgError, ValueError):
-        return _located(along, guess, crosses)
+        return _located(continuation, guess, crosses)
     return None
 
 
-def _located(along: Continuation, guess: Guess, crosses: bool) -> Event | None:
-    p, coalesces = min(max(guess.value, along.low), along.high), guess.coalesces
-    start, near = p, roots_near(along, p, guess.root, guess.right, guess.left)
-    for _ in range(along.options.rounds):
-        value, slope, bend, noise = near.vanishing(coalesces)
+class _Zero(NamedTuple):
+    """Where Newton's method ends: `move` beyond the value of `roots`."""
+
+    p: float
+    move: float
+    roots: LocalRoots
+    function: EventFunction
+
+
+def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
+    """The zero of the event function next to a guess; None if it leaves the width of the guess."""
+    low, high = continuation.low, continuation.high
+    start = p = min(max(guess.value, low), high)
+    roots = roots_near(continuation, p, guess.root, guess.right, guess.left)
+    for _ in range(continuation.options.rounds):
+        function = roots.event_function(guess.coalesces)
+        slope = function.slope
         if not slope or not np.isfinite(slope):
             return None
-        move = -value / slope
-        p = float(np.clip(p + move, along.low, along.high))
+        move = -function.value / slope
+        p = float(np.clip(p + move, low, high))
         if abs(p - start) > 1.5 * guess.width:
             return None
-        if abs(move) <= max(4 * EPS * abs(p), noise / abs(slope) / 4):
-            break
-        near = near.moved(along, p)
-    else:
+        if abs(move) <= max(4 * EPS * abs(p), function.noise / abs(slope) / 4):
+            return _Zero(p, move, roots, function)
+        roots = roots.at(continuation, p)
+    return None
+
+
+def _located(continuation: Continuation, guess: Guess, crosses: bool) -> Event | None:
+    zero = _newton(continuation, guess)
+    if zero is None:
         return None
-    half = 2 * noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
-    if half > guess.width or (coalesces and slope**2 <= 16 * abs(bend) * noise):
+    p, move, roots, function = zero
+    coalesces = guess.coalesces
+    slope = function.slope
+    low, high = continuation.low, continuation.high
+    half = 2 * function.noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
+    hidden = coalesces and slope**2 <= 16 * abs(function.bend) * function.noise
+    if half > guess.width or hidden:
         return None  # two roots that only cross, or rounding hides all
-    if (known := _details(along, guess, near, move, slope, crosses)) is None:
+    root = _root_at_event(continuation, guess, zero, crosses)
+    if root is None:
         return None
-    omega, direction, residual = known
-    interval = p - half, p + half
+    direction = root.direction
+    first, last = p - half, p + half
     if half > 1e-9 * guess.width:  # the slope may change within
 
         def sign(x: float) -> int:
-            nonlocal near
-            near = near.moved(along, x)
-            value, _, _, noise = near.vanishing(coalesces)
-            return int(np.sign(value)) if abs(value) > noise else 0
+            nonlocal roots
+            roots = roots.at(continuation, x)
+            function = roots.event_function(coalesces)
+            return int(np.sign(function.value)) if abs(function.value) > function.noise else 0
 
-        ends = certain(sign, (p, p), half, along.low, along.high)
-        if ends is None:
+        bracket = bracket_by_sign(sign, (p, p), half, low, high)
+        if bracket is None:
             return None
-        interval, rise = ends[:2], ends[2]
-        if rise and (coalesces or guess.right.shape[1] == 1):
-            direction = rise if along.form == "damped" else -rise
-    if interval[1] - interval[0] > guess.width:
+        first, last, rise = bracket
+        if rise and (coalesces or roots.is_single):
+            direction = rise if continuation.problem is DAMPED else -rise
+    if last - first > guess.width:
         return None
-    # rounding of a pad's place moves entries together, which their sizes do not show
-    each = (roots_near(along, p, near.mean, near.right, near.left, by) for by in along.shaken(p))
-    off = 2 * EPS * sum(abs(one.vanishing(coalesces)[1]) for one in each) / abs(slope)
-    interval = max(interval[0] - off, along.low), interval[1] + off
-    return Event(p, omega, direction, interval, residual, coalesces)
+    # rounding in the equilibrium of a pad moves entries together, which their sizes do not show
+    slopes = 0.0
+    for perturbed in continuation.perturbed_by_rounding(p):
+        local = roots_near(continuation, p, roots.mean, roots.right, roots.left, perturbed)
+        slopes += abs(local.event_function(coalesces).slope)
+    margin = 2 * EPS * slopes / abs(slope)
+    interval = max(first - margin, low), last + margin
+    return Event(p, root.omega, direction, interval, root.residual, coalesces)
 
 
-def _details(
-    along: Continuation, guess: Guess, near: Near, move: float, slope: float, crosses: bool
-) -> tuple[float, int, float] | None:
-    """Frequency, direction and residual of the event that a last step `move` leads to."""
-    A, derivative, _ = along.both(near.value)
-    damped, noise, rate = along.form == "damped", near.mean_noise, slope
-    z, root = near.mean + move * near.mean_slope, near.mean
+class _RootAtEvent(NamedTuple):
+    """Angular frequency (rad/s), direction and residual of what crosses or meets."""
+
+    omega: float
+    direction: int
+    residual: float
+
+
+class _Extrapolated(NamedTuple):
+    """A root at an event, where it was computed before, its slope, and whether it is real."""
+
+    root: complex
+    computed: complex
+    slope: float
+    is_real: bool
+
+
+def _root_at_event(
+    continuation: Continuation, guess: Guess, zero: _Zero, crosses: bool
+) -> _RootAtEvent | None:
+    """The root at the zero of an event function; None if it does not cross the line there."""
+    roots = zero.roots
+    problem = continuation.problem
+    A, derivative, _ = continuation.matrix_and_derivative(roots.value)
     if guess.coalesces:
-        zero = abs(z) <= 2 * math.sqrt(abs(near.noise)) + noise
-        if crosses and along.form == "undamped" and z.real < 0:
-            return None
-        if along.form == "gyroscopic" and abs(z.imag) > abs(z.real) and not zero:
-            return None
-        real = zero and along.form != "undamped"
+        end = _met(problem, zero, crosses)
     elif guess.right.shape[1] == 1:
-        if abs(move * slope) > 1e-8 * (norm_of(A) + norm_of(derivative) * guess.width):
-            return None  # where two roots coalesce the slope is without bound, and this no zero
-        real = not damped or abs(z.imag) <= 4 * noise
-    else:  # one of the pair
-        d = np.sqrt(near.ahead(move)[1])
-        half = complex(d if abs((z + d).real) < abs((z - d).real) else -d) or 1e-300
-        rate = (near.mean_slope + (near.d_slope + 2 * move * near.d_bend) / (2 * half)).real
-        noise = max(noise + abs(near.noise / (2 * half)), 1e-9 * (abs(z) + abs(half)))
-        z, root = z + half, root + half
-        real = abs(z.imag) <= noise
-    least = np.linalg.svd(A @ near.right - root * near.right, compute_uv=False)[-1]
-    direction = 1 if (rate > 0) == damped else -1  # off the axis d > 0 if damped
-    omega = 0.0 if real else abs(exponents(np.array(z), along.form, along.rate).item().imag)
-    return omega, direction, float(least) / (norm_of(A) or 1.0)
+        bound = norm_of(A) + norm_of(derivative) * guess.width
+        end = _alone(problem, zero, bound)
+    else:
+        end = _one_of_two(zero)
+    if end is None:
+        return None
+    omega = 0.0
+    if not end.is_real:
+        exponent = exponents(np.array(end.root), problem, continuation.frequency_scale or 1.0)
+        omega = abs(exponent.item().imag)
+    singular = np.linalg.svd(A @ roots.right - end.computed * roots.right, compute_uv=False)
+    # off the axis d > 0 if damped
+    direction = 1 if (end.slope > 0) == (problem is DAMPED) else -1
+    return _RootAtEvent(omega, direction, float(singular[-1]) / (norm_of(A) or 1.0))
 
 
-def certain(
+def _met(problem: ProblemClass, zero: _Zero, crosses: bool) -> _Extrapolated | None:
+    """Two that coalesce; None if they do not do so on the line."""
+    roots = zero.roots
+    z = roots.mean + zero.move * roots.mean_slope
+    is_zero = abs(z) <= 2 * math.sqrt(abs(roots.noise)) + roots.mean_noise
+    if crosses and problem is UNDAMPED and z.real < 0:
+        return None
+    if problem is GYROSCOPIC and abs(z.imag) > abs(z.real) and not is_zero:
+        return None
+    return _Extrapolated(z, roots.mean, zero.function.slope, is_zero and problem is not UNDAMPED)
+
+
+def _alone(problem: ProblemClass, zero: _Zero, bound: float) -> _Extrapolated | None:
+    """A single root; None next to a coalescence, where the slope is without bound: no zero."""
+    roots = zero.roots
+    if abs(zero.move * zero.function.slope) > 1e-8 * bound:
+        return None
+    z = roots.mean + zero.move * roots.mean_slope
+    is_real = problem is not DAMPED or abs(z.imag) <= 4 * roots.mean_noise
+    return _Extrapolated(z, roots.mean, zero.function.slope, is_real)
+
+
+def _one_of_two(zero: _Zero) -> _Extrapolated:
+    """The one of a pair that is nearer to the axis."""
+    roots, move = zero.roots, zero.move
+    mean = roots.mean + move * roots.mean_slope
+    d = roots.d + move * roots.d_slope + move**2 * roots.d_bend
+    root_of_d = np.sqrt(d)
+    if not abs((mean + root_of_d).real) < abs((mean - root_of_d).real):
+        root_of_d = -root_of_d
+    half = complex(root_of_d) or 1e-300
+    slope = roots.mean_slope + (roots.d_slope + 2 * move * roots.d_bend) / (2 * half)
+    z = mean + half
+    noise = roots.mean_noise + abs(roots.noise / (2 * half))
+    noise = max(noise, 1e-9 * (abs(mean) + abs(half)))
+    return _Extrapolated(z, roots.mean + half, slope.real, abs(z.imag) <= noise)
+
+
+def bracket_by_sign(
     sign: Callable[[float], int], at: tuple[float, float], half: float, low: float, high: float
 ) -> tuple[float, float, int] | None:
     """The nearest values below and above a range at which a sign is certain, by factors of two
     from `half`, and its rise; an end of [low, high] is taken as it is. None if the sign is
     the same on both sides. Of a function that is flat these hold the zero, noise / slope does not.
     """
-    least = 2 * float(np.spacing(max(abs(low), abs(high))))
-    ends, signs = [], []
-    for p, way, last in ((at[0], -1, low), (at[1], 1, high)):
-        room = way * (last - p)
-        step = max(min(half, room / 2), least)
-        here = sign(p + way * step) if step < room else 0
-        while here and step > least and sign(p + way * step / 2) == here:
-            step /= 2
-        while not here and step < room:
-            step *= 2
-            here = sign(p + way * step) if step < room else 0
-        ends.append(float(p + way * step if here else last))
-        signs.append(here)
-    if signs[0] * signs[1] > 0:
+    smallest = 2 * float(np.spacing(max(abs(low), abs(high))))
+    below, sign_below = _certain_sign(sign, at[0], -1, at[0] - low, half, smallest)
+    above, sign_above = _certain_sign(sign, at[1], 1, high - at[1], half, smallest)
+    if sign_below * sign_above > 0:
         return None
-    return ends[0], ends[1], signs[1] or -signs[0]
+    return (
+        below if sign_below else low,
+        above if sign_above else high,
+        sign_above or -sign_below,
+    )
 
 
-# Windows
+def _certain_sign(
+    sign: Callable[[float], int],
+    start: float,
+    direction: int,
+    room: float,
+    half: float,
+    smallest: float,
+) -> tuple[float, int]:
+    """The value nearest to `start` in a direction, no further than `room`, at which a sign is
+    certain, and the sign; 0 if there is none."""
+    step = max(min(half, room / 2), smallest)
+    here = sign(start + direction * step) if step < room else 0
+    while here and step > smallest and sign(start + direction * step / 2) == here:
+        step /= 2
+    while not here and step < room:
+        step *= 2
+        here = sign(start + direction * step) if step < room else 0
+    return float(start + direction * step), here
 
 
-def windows(along: Continuation, met: Guess, width: float) -> Iterator[Guess]:
+def window_guesses(continuation: Continuation, met: Guess, width: float) -> Iterator[Guess]:
     """Where two roots that are predicted to meet within a step of that width cross the line, around
     their closest approach."""
-    pair = roots_near(along, met.value, met.root, met.right, met.left)
+    problem = continuation.problem
+    pair = roots_near(continuation, met.value, met.root, met.right, met.left)
     for _ in range(3):
-        centre, half = pair.approach(along.form)
+        centre, half = pair.closest_approach(problem)
         if abs(centre) <= 4 * half or half >= width / 8:
             break
         if not abs(centre) <= width:
             return
-        pair = pair.moved(along, float(np.clip(pair.value + centre, along.low, along.high)))
-    centre, half = pair.approach(along.form)
+        p = float(np.clip(pair.value + centre, continuation.low, continuation.high))
+        pair = pair.at(continuation, p)
+    centre, half = pair.closest_approach(problem)
     if half == 0.0 or not np.isfinite(centre):
         return
-    bend, slope = pair.d_bend.real, pair.d_slope.real
-    if along.form != "damped":  # beyond rounding d has the other sign there
+    coalesces = problem is not DAMPED
+    if coalesces:
+        bend, slope = pair.d_bend.real, pair.d_slope.real
         if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
-            return
+            return  # beyond rounding d has the other sign between its zeros
         x = np.array([centre - half, centre + half])
-        places = [(n, complex(pair.ahead(x[n])[0]), True) for n in (0, 1) if abs(x[n]) <= width]
+        places = [(n, complex(pair.extrapolate(x[n])[0])) for n in (0, 1) if abs(x[n]) <= width]
     else:
         x = centre + np.linspace(-8.0, 8.0, 404) * half
         x = np.unique(np.concatenate([x[np.abs(x) < width], np.linspace(-width, width, 101)]))
-        places = list(_changes(*pair.ahead(x), False))
-    least = min(4 * half, width)
-    for n, z, coalesces in places:
-        yield Guess(pair.value + x[n], z, pair.right, pair.left, coalesces, least)
+        places = list(_crossings(*pair.extrapolate(x)))
+    for n, z in places:
+        yield Guess(
+            value=pair.value + x[n],
+            root=z,
+            right=pair.right,
+            left=pair.left,
+            coalesces=coalesces,
+            width=min(4 * half, width),
+        )

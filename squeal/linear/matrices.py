@@ -47,16 +47,20 @@ class Reduced:
     rounding: float  # relative size of the errors that the reduction leaves in A
 
 
-Change = tuple[Any, Any, Any]
-"""M, C and K, or their derivatives dM, dC and dK."""
+Matrix = Any
+"""A NumPy array or SciPy sparse array (n, n)."""
+Change = tuple[Matrix, Matrix, Matrix]
+"""M, C and K, or their derivatives dM, dC and dK; None stands for zero."""
+Values = Any
+"""A number or an array of numbers; several in one formula have one shape."""
 
 
-def is_sparse(matrix: Any) -> bool:
+def is_sparse(matrix: object) -> bool:
     """True for a SciPy sparse array or matrix."""
     return hasattr(matrix, "tocsc")
 
 
-def dense(matrix: Any) -> np.ndarray:
+def dense(matrix: Matrix) -> np.ndarray:
     """The matrix as a NumPy array."""
     return np.asarray(matrix.toarray() if is_sparse(matrix) else matrix)
 
@@ -73,31 +77,51 @@ def _unwrapped(value: object) -> object:
     return value
 
 
-def given_matrix(value: Any, name: str = "", real: bool = False) -> Any:
+def given_matrix(value: object, name: str = "", real: bool = False) -> Matrix:
     """A given matrix (n, m) of finite numbers, or `real` ones; sparse as CSC.
 
     Raises InputError, also for numbers that no double holds.
     """
-    value = _unwrapped(value)
-    if np.ma.is_masked(value):
-        words = "has masked entries; a matrix of finite numbers is required"
-        raise InputError(f"{name}: {words}" if name else words)
+    given = _unwrapped(value)
+    if np.ma.is_masked(given):
+        raise _refused(name, "has masked entries; a matrix of finite numbers is required")
     try:
-        X: Any = value.tocsc() if is_sparse(value) else np.asarray(value)
-        turned = np.iscomplexobj(X) and (X.data if is_sparse(X) else X).imag.any()
-        fine = X.ndim == 2 and X.dtype.kind in "biufcO" and not (real and turned)
-        given = X.real if np.iscomplexobj(X) and not turned else X
-        X = given.astype(complex if turned else float, copy=False)
-        fine &= np.isfinite(X.data if is_sparse(X) else X).all()
+        typed, doubles = _as_doubles(given, real)
     except (TypeError, ValueError, OverflowError):
-        fine = False
-    if fine and _are_rounded(*(A.data if is_sparse(A) else A for A in (given, X))):
-        words = f"an entry of {given.dtype} has more digits than a double; .astype(float) rounds it"
-        raise InputError(f"{name}: {words}" if name else words)
-    if not fine:
-        words = f"must be a matrix of finite {'real ' * real}numbers"
-        raise InputError(f"{name}: {words}" if name else words)
-    return X
+        raise _refused(name, f"must be a matrix of finite {'real ' * real}numbers") from None
+    if _are_rounded(_entries(typed), _entries(doubles)):
+        kind = typed.dtype
+        raise _refused(
+            name, f"an entry of {kind} has more digits than a double; .astype(float) rounds it"
+        )
+    return doubles
+
+
+def _refused(name: str, message: str) -> InputError:
+    return InputError(f"{name}: {message}" if name else message)
+
+
+def _entries(matrix: Matrix) -> np.ndarray:
+    """The entries of an array, or the stored ones of a CSC matrix."""
+    return matrix.data if is_sparse(matrix) else matrix
+
+
+def _as_doubles(given: object, real: bool) -> tuple[Matrix, Matrix]:
+    """A matrix of finite numbers of its own type, and the same of doubles.
+
+    Raises ValueError, TypeError or OverflowError for anything else, or what is not `real`.
+    """
+    typed: Matrix = given.tocsc() if is_sparse(given) else np.asarray(given)  # type: ignore[attr-defined]
+    is_complex = np.iscomplexobj(typed)
+    if is_complex and not _entries(typed).imag.any():
+        typed = typed.real
+        is_complex = False
+    if typed.ndim != 2 or typed.dtype.kind not in "biufcO" or (real and is_complex):
+        raise ValueError
+    doubles = typed.astype(complex if is_complex else float, copy=False)
+    if not np.isfinite(_entries(doubles)).all():
+        raise ValueError
+    return typed, doubles
 
 
 def _are_rounded(given: np.ndarray, doubles: np.ndarray) -> bool:
@@ -124,8 +148,9 @@ def checked(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> tuple[Array, Arr
     """
     mass = _square("M", M)
     damping = None if C is None else _square("C", C, len(mass))
-    moves = damping is not None and damping.any()
-    return mass, damping if moves else None, _square("K", K, len(mass))
+    if damping is not None and not damping.any():
+        damping = None
+    return mass, damping, _square("K", K, len(mass))
 
 
 def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
@@ -137,8 +162,11 @@ def reduce(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Reduced:
     mass, damping, stiffness = checked(M, C, K)
     T, rounding = _factor(mass.tobytes(), len(mass))
     with np.errstate(all="ignore"):
-        A, B = _normalised(T, stiffness), None if damping is None else _normalised(T, damping)
-        size = np.linalg.norm(A) + (0.0 if B is None else np.linalg.norm(B) ** 2)
+        A = _normalised(T, stiffness)
+        B = None if damping is None else _normalised(T, damping)
+        size = np.linalg.norm(A)
+        if B is not None:
+            size = size + np.linalg.norm(B) ** 2
     if not np.isfinite(size):
         raise ComputationError(BEYOND)
     return Reduced(A, B, T, rounding)
@@ -165,31 +193,33 @@ def _factor(mass: bytes, n: int) -> tuple[Array, float]:
         raise MatrixError("M: a positive definite matrix is required")
     if sizes[0] <= ILL * sizes[-1]:
         least = max(sizes[0] / (sizes[-1] or 1.0), 0.0)
-        words = f"some motion has {least:.1g} of the others' mass"
-        raise LightMassError(f"M: {words}; a well-conditioned matrix is required")
+        raise LightMassError(
+            f"M: some motion has {least:.1g} of the others' mass; a well-conditioned matrix is "
+            "required"
+        )
     inverse = np.linalg.inv(np.linalg.cholesky((unit + unit.T) / 2))
     T = (1.0 / np.sqrt(np.diag(M)))[:, None] * inverse.T
     T.setflags(write=False)  # the cache holds it
     return T, ROUNDING * float(np.linalg.norm(inverse, 2) ** 2)
 
 
-def divisor(size: Any) -> Any:
-    """Sizes (...), at least 0, to divide by: those of nothing become 1."""
+def divisor(size: Values) -> Values:
+    """Sizes (...), at least 0, to divide by: zeros become 1."""
     return np.where(size > 0, size, 1.0)
 
 
-def unit_diagonal(M: Any) -> Any:
+def unit_diagonal(M: NDArray) -> NDArray:
     """A matrix (n, n) with a diagonal of ones where it has one: units cost no condition then."""
     size = divisor(np.sqrt(np.abs(np.diag(M))))
     return M / size[:, None] / size
 
 
-def check_regular(M: Any, C: Any, K: Any) -> None:
+def check_regular(M: NDArray, C: NDArray | None, K: NDArray) -> None:
     """Refuse matrices (n, n) for which every number is a root. Raises InputError."""
-    sizes = [float(abs(X).max()) for X in (M, K)]
-    rate = np.sqrt(sizes[1] / sizes[0]) if all(sizes) else 1.0
-    for turn in (0.8 + 0.6j, -0.9 + 1.7j):  # no root but by accident, and not both
-        z = rate * turn
+    mass, stiffness = float(abs(M).max()), float(abs(K).max())
+    frequency = np.sqrt(stiffness / mass) if mass and stiffness else 1.0
+    for point in (0.8 + 0.6j, -0.9 + 1.7j):  # no root but by accident, and not both
+        z = frequency * point
         if scaled_rank(z * z * M + (0.0 if C is None else z * C) + K) == len(M):
             return
     raise MatrixError(
@@ -203,44 +233,54 @@ def rank_of(singular: Array, size: float | None = None) -> int:
     return int(np.sum(singular > 4 * EPS * len(singular) * largest))
 
 
-def scaled_rank(K: Any) -> int:
+def scaled_rank(K: NDArray) -> int:
     """The rank of K with its rows and columns scaled to a largest entry of one: what is small
     beside others still counts."""
+    scaled = K
     for axis in (1, 0, 1):
-        K = K / divisor(np.abs(K).max(axis=axis, keepdims=True))
-    return rank_of(np.linalg.svd(K, compute_uv=False))
+        scaled = scaled / divisor(np.abs(scaled).max(axis=axis, keepdims=True))
+    return rank_of(np.linalg.svd(scaled, compute_uv=False))
 
 
-def first_order(A: Any, B: Any, rate: ArrayLike | None = None) -> tuple[Any, Array]:
-    """The first-order form F (..., 2n, 2n) of z'' + B z' + A z = 0 in the time unit 1/rate, and
-    rate (1/s; left out each system's own): F's eigenvalues times it are the roots (rad/s).
+def first_order(
+    A: NDArray, B: NDArray, frequency_scale: ArrayLike | None = None
+) -> tuple[NDArray, Array]:
+    """The first-order form F (..., 2n, 2n) of z'' + B z' + A z = 0 in the time unit 1/scale, and
+    the scale (1/s; left out each system's own): F's eigenvalues times it are the roots (rad/s).
     """
-    if rate is None:
-        a, b = (np.linalg.norm(X, axis=(-2, -1)) for X in (A, B))
-        rate = np.asarray(np.maximum(np.sqrt(a), b))
-        rate = 2.0 ** np.round(np.log2(divisor(rate)))  # rounds nothing
-    n, rate = A.shape[-1], np.asarray(rate)
-    turn = rate[..., None, None]
-    state = np.zeros((*A.shape[:-2], 2 * n, 2 * n), dtype=np.result_type(A, B))
-    state[..., :n, n:] = np.eye(n)
-    np.multiply(A, -1.0 / turn**2, out=state[..., n:, :n])
-    np.multiply(B, -1.0 / turn, out=state[..., n:, n:])
-    return state, rate
+    scale = _frequency_scale(A, B) if frequency_scale is None else np.asarray(frequency_scale)
+    n = A.shape[-1]
+    F = np.zeros((*A.shape[:-2], 2 * n, 2 * n), dtype=np.result_type(A, B))
+    F[..., :n, n:] = np.eye(n)
+    np.multiply(A, -1.0 / scale[..., None, None] ** 2, out=F[..., n:, :n])
+    np.multiply(B, -1.0 / scale[..., None, None], out=F[..., n:, n:])
+    return F, scale
+
+
+def _frequency_scale(A: NDArray, B: NDArray) -> Array:
+    """A power of two, by which a division rounds nothing, near the highest frequencies (...)."""
+    undamped = np.sqrt(np.linalg.norm(A, axis=(-2, -1)))
+    highest = np.asarray(np.maximum(undamped, np.linalg.norm(B, axis=(-2, -1))))
+    return np.asarray(2.0 ** np.round(np.log2(divisor(highest))))
 
 
 def state_matrices(M: Array, C: Array, K: Array) -> tuple[Array, Array]:
     """A (2n, 2n) of the states (q, q') of M q'' + C q' + K q = f, and B (2n, n) of the forces f."""
     inverse = np.linalg.inv(M)
-    return first_order(inverse @ K, inverse @ C, 1.0)[0], np.vstack([0.0 * inverse, inverse])
+    A, _ = first_order(inverse @ K, inverse @ C, 1.0)
+    return A, np.vstack([0.0 * inverse, inverse])
 
 
-def applied(change: Change, z: Any, x: NDArray) -> NDArray:
+def applied(change: Change, z: Values, x: NDArray) -> NDArray:
     """(z^2 dM + z dC + dK) x of columns x (n, m) at values z (m,), or of one vector."""
-    each = zip(change, (z**2, z, z**0), strict=True)
-    return sum((A @ x * f for A, f in each if A is not None), np.zeros_like(x))
+    total = np.zeros_like(x)
+    for matrix, factor in zip(change, (z**2, z, z**0), strict=True):
+        if matrix is not None:
+            total = total + matrix @ x * factor
+    return total
 
 
-def inertia(change: Change, z: Any, x: NDArray) -> NDArray:
+def inertia(change: Change, z: Values, x: NDArray) -> NDArray:
     """The derivative of that by z, (2 z dM + dC) x."""
     return applied((None, *change[:2]), 2 * z, x)
 
@@ -263,127 +303,153 @@ def components(reach: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
     return [np.flatnonzero(first == k) for k in np.unique(first)]
 
 
-def norm_of(A: Any) -> float:
+def norm_of(A: Matrix) -> float:
     """sqrt(|A|_1 |A|_inf), which bounds the 2-norm, of an array or sparse array."""
     size = abs(A)
     return float(np.sqrt(size.sum(axis=0).max() * size.sum(axis=1).max()))
 
 
-def noise_of(A: Any, rounding: float = ROUNDING) -> float:
+def noise_of(A: NDArray, rounding: float = ROUNDING) -> float:
     """Singular values of A (n, n) up to this are rounding, of a relative size."""
     return 2 * len(A) * rounding * float(np.linalg.norm(A, 2))
 
 
-def null_spaces(A: Any, noise: float) -> tuple[Any, Any]:
+def null_spaces(A: NDArray, noise: float) -> tuple[NDArray, NDArray]:
     """Orthonormal right and left null vectors (n, k) of A, whose singular values are noise."""
     left, singular, right = np.linalg.svd(A)
     rank = int(np.sum(singular > noise))
     return right[rank:].conj().T, left[:, rank:]
 
 
-def zero_roots(A: Any, noise: float, M: Any = None) -> int:
+def zero_roots(A: NDArray, noise: float, M: NDArray | None = None) -> int:
     """Algebraic multiplicity of the root 0 of A - s M (without M of A - s), from ranks.
 
     The null space is split off and the rest examined again until it has full rank, so that chains
     such as a free body (double zero root of the first-order problem) are counted to their end.
     """
     count = 0
-    while len(A):
-        _, singular, right = np.linalg.svd(A)
+    stiffness, mass = A, M
+    while len(stiffness):
+        _, singular, right = np.linalg.svd(stiffness)
         rank = int(np.sum(singular > noise))
-        null, rest = np.split(right.conj().T, [rank], axis=1)[::-1]
+        rest, null = np.split(right.conj().T, [rank], axis=1)
         if not null.shape[1]:
             break
         count += null.shape[1]
         images = rest
-        if M is not None:
-            images = np.linalg.qr(M @ null, mode="complete")[0][:, null.shape[1] :]
-            M = images.conj().T @ M @ rest
-        A = images.conj().T @ A @ rest
+        if mass is not None:
+            images = np.linalg.qr(mass @ null, mode="complete")[0][:, null.shape[1] :]
+            mass = images.conj().T @ mass @ rest
+        stiffness = images.conj().T @ stiffness @ rest
     return count
 
 
 # Stability of undamped systems of up to three degrees of freedom, without eigenvalues
 
 
-class Value(NamedTuple):
+class Bounded(NamedTuple):
     """A number (or array) and a bound of its rounding error."""
 
-    value: Any
-    bound: Any
+    value: Values
+    bound: Values
 
 
 class Cubic(NamedTuple):
     """Invariants of A (3, 3): the coefficients of its cubic and the discriminant."""
 
-    a: Value  # trace
-    b: Value  # sum of the principal minors
-    c: Value  # determinant
-    discriminant: Value  # negative with a complex pair
-    vague: Any  # True where a great root and rounding together hide what the others do
+    a: Bounded  # trace
+    b: Bounded  # sum of the principal minors
+    c: Bounded  # determinant
+    discriminant: Bounded  # negative with a complex pair
+    vague: Values  # True where a great root and rounding together hide what the others do
 
 
-def _cycles(e: Sequence[Any]) -> tuple[Any, Any, Any, Any]:
-    """Products around cycles of two of the off-diagonal entries e (row by row), 12, 13 and 23, and
-    the sum of those of three."""
-    return e[1] * e[3], e[2] * e[6], e[5] * e[7], e[1] * e[5] * e[6] + e[2] * e[3] * e[7]
+class _Cycles(NamedTuple):
+    """Products around cycles of the off-diagonal entries of A, or of their sizes: of two entries,
+    their sum, and the sum of those of three."""
+
+    p12: Values
+    p13: Values
+    p23: Values
+    p: Values
+    t: Values
+
+    @staticmethod
+    def of(e: Sequence[Values]) -> _Cycles:
+        """Of the entries of A, row by row."""
+        p12, p13, p23 = e[1] * e[3], e[2] * e[6], e[5] * e[7]
+        return _Cycles(p12, p13, p23, p12 + p13 + p23, t=e[1] * e[5] * e[6] + e[2] * e[3] * e[7])
+
+    def determinant(self, x: Sequence[Values]) -> Values:
+        """Of a matrix with these products and a diagonal x."""
+        return x[0] * (x[1] * x[2] - self.p23) - x[1] * self.p13 - x[2] * self.p12 + self.t
+
+    def terms(self, x: Sequence[Values]) -> Values:
+        """The sum of the sizes of the terms of the determinant."""
+        return x[0] * (x[1] * x[2] + self.p23) + x[1] * self.p13 + x[2] * self.p12 + self.t
 
 
-def _pairs(x: Any, y: Any, z: Any) -> Any:
+def _pair_products(x: Values, y: Values, z: Values) -> Values:
     return x * y + (x + y) * z
 
 
-def invariants(entries: Sequence[Any], floor: float = 0.0) -> Cubic:
+def invariants(entries: Sequence[Values], floor: float = 0.0) -> Cubic:
     """Invariants of A from its nine entries, row by row (numbers or arrays of one shape).
 
     The relative error of each entry is `ROUNDING`, `floor` (rad^2/s^2) adds an absolute one (a
     product with a full M^-1 spreads its errors over all entries).
     """
-    size = [np.abs(x) + floor for x in entries]
-    d, D = entries[::4], size[::4]
-    p12, p13, p23, t = _cycles(entries)
-    P12, P13, P23, T = _cycles(size)
-    p, P, unit = p12 + p13 + p23, P12 + P13 + P23, 2 * ROUNDING
-
-    def determinant(x: Sequence[Any]) -> Any:
-        """With a diagonal x."""
-        return x[0] * (x[1] * x[2] - p23) - x[1] * p13 - x[2] * p12 + t
-
-    def magnitude(x: Sequence[Any]) -> Any:
-        """The same of the sizes of its terms."""
-        return x[0] * (x[1] * x[2] + P23) + x[1] * P13 + x[2] * P12 + T
-
-    a = Value(d[0] + d[1] + d[2], unit * (D[0] + D[1] + D[2]))
-    b = Value(_pairs(*d) - p, 2 * unit * (_pairs(*D) + P))
-    c = Value(determinant(d), 3 * unit * magnitude(D))
-
-    m, h = a.value / 3, a.bound  # error of a deviator
-    e = [x - m for x in d]
-    E = [np.abs(x) for x in e]
-    wide = E[0] + E[1] + E[2]
-    J2 = 0.5 * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) + p
-    J3 = determinant(e)
-    squares = 0.5 * (E[0] * E[0] + E[1] * E[1] + E[2] * E[2])
-    e_2 = h * (wide + 1.5 * h) + 2 * unit * (squares + P)
-    e_3 = h * (_pairs(*E) + P + h * (wide + h)) + 3 * unit * magnitude(E)
-    J22, absJ2, absJ3 = J2 * J2, np.abs(J2), np.abs(J3)
-    disc = 4 * J22 * J2 - 27 * J3 * J3
-    bound = (
-        4 * e_2 * (3 * J22 + e_2 * (3 * absJ2 + e_2))
-        + 27 * e_3 * (2 * absJ3 + e_3)
-        + 4 * EPS * (4 * absJ2 * J22 + 27 * J3 * J3)
-    )
-    vague = ~np.isfinite(disc + bound)
-    share, aa = 0.03, a.value * a.value  # of the greatest root, below which others are far from it
-    far = (np.abs(b.value) < share * aa) & (np.abs(c.value) < share**2 * np.abs(aa * a.value))
+    sizes = [np.abs(x) + floor for x in entries]
+    diagonal, diagonal_sizes = entries[::4], sizes[::4]
+    cycles, cycle_sizes = _Cycles.of(entries), _Cycles.of(sizes)
+    unit = 2 * ROUNDING
+    d, D = diagonal, diagonal_sizes
+    a = Bounded(d[0] + d[1] + d[2], unit * (D[0] + D[1] + D[2]))
+    b = Bounded(_pair_products(*d) - cycles.p, 2 * unit * (_pair_products(*D) + cycle_sizes.p))
+    c = Bounded(cycles.determinant(d), 3 * unit * cycle_sizes.terms(D))
+    discriminant = _discriminant(diagonal, a, cycles, cycle_sizes)
+    vague = ~np.isfinite(discriminant.value + discriminant.bound)
+    share = 0.03  # of the greatest root, below which others are far from it
+    square = a.value * a.value
+    far = np.abs(b.value) < share * square
+    far &= np.abs(c.value) < share**2 * np.abs(square * a.value)
     if np.any(far):
-        split, known = _split(a, b, c)
-        disc, bound = np.where(far, split.value, disc), np.where(far, split.bound, bound)
+        split, known = _split_discriminant(a, b, c)
         vague = np.where(far, (c.bound > 0.0) & ~known, vague)
-    return Cubic(a, b, c, Value(disc, bound), vague)
+        discriminant = Bounded(
+            np.where(far, split.value, discriminant.value),
+            np.where(far, split.bound, discriminant.bound),
+        )
+    return Cubic(a, b, c, discriminant, vague)
 
 
-def _split(a: Value, b: Value, c: Value) -> tuple[Value, Any]:
+def _discriminant(
+    diagonal: Sequence[Values], trace: Bounded, cycles: _Cycles, cycle_sizes: _Cycles
+) -> Bounded:
+    """The discriminant 4 J2^3 - 27 J3^2 from the invariants J2 and J3 of the deviator, in which
+    eigenvalues that lie close together do not cancel."""
+    unit = 2 * ROUNDING
+    mean, error = trace.value / 3, trace.bound  # the bound of an entry of the deviator
+    e = [x - mean for x in diagonal]
+    E = [np.abs(x) for x in e]
+    J2 = 0.5 * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) + cycles.p
+    J3 = cycles.determinant(e)
+    sum_E = E[0] + E[1] + E[2]
+    squares = 0.5 * (E[0] * E[0] + E[1] * E[1] + E[2] * E[2])
+    error_J2 = error * (sum_E + 1.5 * error) + 2 * unit * (squares + cycle_sizes.p)
+    products = _pair_products(*E) + cycle_sizes.p
+    error_J3 = error * (products + error * (sum_E + error)) + 3 * unit * cycle_sizes.terms(E)
+    J2_squared = J2 * J2
+    abs_J2 = np.abs(J2)
+    bound = (
+        4 * error_J2 * (3 * J2_squared + error_J2 * (3 * abs_J2 + error_J2))
+        + 27 * error_J3 * (2 * np.abs(J3) + error_J3)
+        + 4 * EPS * (4 * abs_J2 * J2_squared + 27 * J3 * J3)
+    )
+    return Bounded(4 * J2_squared * J2 - 27 * J3 * J3, bound)
+
+
+def _split_discriminant(a: Bounded, b: Bounded, c: Bounded) -> tuple[Bounded, Values]:
     """The discriminant of a cubic whose greatest root s is real and far from the others, and
     whether it is known to more than 1e-9 of its terms.
 
@@ -395,12 +461,14 @@ def _split(a: Value, b: Value, c: Value) -> tuple[Value, Any]:
             residual = ((s - a.value) * s + b.value) * s - c.value
             s = s - residual / ((3 * s - 2 * a.value) * s + b.value)
         size = np.abs(s)
-        off = (a.bound + (b.bound + c.bound / size) / size) / size + 4 * EPS  # of s, relative
-        t, d = (b.value - c.value / s) / s, c.value / s
-        e_t = (b.bound + c.bound / size) / size + np.abs(t) * off
-        e_d = c.bound / size + np.abs(d) * off
-        terms, apart = t * t + 4 * np.abs(d), ((s - t) * s + d) ** 2
-        value = (t * t - 4 * d) * apart
-        error = 2 * np.abs(t) * e_t + e_t * e_t + 4 * e_d + 4 * EPS * terms
-        bound = error * apart + 8 * off * np.abs(value)
-        return Value(value, bound), bound <= 1e-9 * terms * apart
+        relative_error = (a.bound + (b.bound + c.bound / size) / size) / size + 4 * EPS  # of s
+        t = (b.value - c.value / s) / s
+        d = c.value / s
+        error_t = (b.bound + c.bound / size) / size + np.abs(t) * relative_error
+        error_d = c.bound / size + np.abs(d) * relative_error
+        terms = t * t + 4 * np.abs(d)
+        distances = ((s - t) * s + d) ** 2
+        value = (t * t - 4 * d) * distances
+        error = 2 * np.abs(t) * error_t + error_t * error_t + 4 * error_d + 4 * EPS * terms
+        bound = error * distances + 8 * relative_error * np.abs(value)
+        return Bounded(value, bound), bound <= 1e-9 * terms * distances

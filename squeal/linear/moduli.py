@@ -10,12 +10,15 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from squeal.errors import InputError
 from squeal.numerics.differentiation import ONE, Dual, Formula
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
 
 FREQUENCY = {"omega": 1.0, "frequency": 1.0 / math.tau}
 """Names of the frequency, and what omega in rad/s is multiplied with for each."""
@@ -39,21 +42,21 @@ class Table:
     loss: Sequence[float]
 
     @cached_property
-    def _curves(self) -> Any:
+    def _curves(self) -> PchipInterpolator:
         from scipy.interpolate import PchipInterpolator
 
-        rows = zip(self.storage, self.loss, strict=True)
-        return PchipInterpolator(self.frequencies, list(rows))
+        return PchipInterpolator(self.frequencies, np.column_stack([self.storage, self.loss]))
 
     def __call__(self, frequency: float) -> tuple[Dual, Dual]:
         """Storage and loss factor with their derivatives by the frequency."""
         low, high = self.frequencies[0], self.frequencies[-1]
         if not low <= frequency <= high:
-            words = f"covers {low:g} to {high:g} Hz; {frequency:.6g} Hz is needed"
-            raise InputError(f"{self.source}: {words}")
-        pairs = zip(self._curves(frequency).tolist(), self._curves(frequency, 1), strict=True)
-        storage, loss = (Dual(value, float(slope)) for value, slope in pairs)
-        return storage, loss
+            raise InputError(
+                f"{self.source}: covers {low:g} to {high:g} Hz; {frequency:.6g} Hz is needed"
+            )
+        storage, loss = self._curves(frequency).tolist()
+        storage_slope, loss_slope = self._curves(frequency, 1).tolist()
+        return Dual(storage, storage_slope), Dual(loss, loss_slope)
 
 
 @dataclass(frozen=True)
@@ -89,7 +92,7 @@ class Tabulated:
     quantities: Sequence[float]
 
     @cached_property
-    def _curve(self) -> Any:
+    def _curve(self) -> PchipInterpolator:
         from scipy.interpolate import PchipInterpolator
 
         return PchipInterpolator(self.places, self.quantities)
@@ -137,8 +140,9 @@ class Tabulated:
         place = parameters[self.over]
         low, high = self.places[0], self.places[-1]
         if not low <= place <= high:
-            words = f"covers {self.over} from {low:g} to {high:g}; {place:.6g} is needed"
-            raise InputError(f"{self.source}: {words}")
+            raise InputError(
+                f"{self.source}: covers {self.over} from {low:g} to {high:g}; {place:.6g} is needed"
+            )
         return place
 
 
@@ -161,9 +165,12 @@ class Modulus:
     names: frozenset[str] = field(init=False)
 
     def __post_init__(self) -> None:
-        names = self.factor.names | (self.loss.names if self.loss else frozenset())
-        own = {"frequency"} if self.table else frozenset[str]()
-        object.__setattr__(self, "names", names | own)
+        names = set(self.factor.names)
+        if self.loss:
+            names |= self.loss.names
+        if self.table:
+            names.add("frequency")
+        object.__setattr__(self, "names", frozenset(names))
 
     @property
     def text(self) -> str:
@@ -190,19 +197,29 @@ class Modulus:
         return math.inf
 
     def _dual(self, parameters: Mapping[str, float], name: str) -> Dual:
-        def of(formula: Formula) -> Dual:
-            slope = formula.slope(parameters, name) if name in formula.names else 0.0
-            return Dual(formula.value(parameters), slope)
-
-        result = of(self.factor) * (1j if self.imaginary else 1.0)
-        loss = of(self.loss) if self.loss else Dual(0.0, 0.0)
-        if loss.value < 0.0:
-            place = f"{self.loss.place}: " if self.loss and self.loss.place else ""
-            at = ", ".join(f"{n} = {parameters[n]:g}" for n in sorted(self.loss.names))  # type: ignore[union-attr]
-            raise InputError(f"{place}{loss.value:g} at {at} is not allowed; it must be at least 0")
+        """The value, and its derivative by the parameter of that name (none of an empty name)."""
+        result = _with_slope(self.factor, parameters, name) * (1j if self.imaginary else 1.0)
+        loss = Dual(0.0, 0.0)
+        if self.loss:
+            loss = _with_slope(self.loss, parameters, name)
+            if loss.value < 0.0:
+                raise _negative(self.loss, loss.value, parameters)
         if self.table:
             storage, loss = self.table(parameters["frequency"])
             if name != "frequency":
-                storage, loss = Dual(storage.value, 0.0), Dual(loss.value, 0.0)
+                storage = Dual(storage.value, 0.0)
+                loss = Dual(loss.value, 0.0)
             result = result * storage
         return result * (loss * 1j + 1.0)
+
+
+def _with_slope(formula: Formula, parameters: Mapping[str, float], name: str) -> Dual:
+    slope = formula.slope(parameters, name) if name in formula.names else 0.0
+    return Dual(formula.value(parameters), slope)
+
+
+def _negative(loss: Formula, value: float, parameters: Mapping[str, float]) -> InputError:
+    """The error of a negative loss factor."""
+    source = f"{loss.place}: " if loss.place else ""
+    at = ", ".join(f"{name} = {parameters[name]:g}" for name in sorted(loss.names))
+    return InputError(f"{source}{value:g} at {at} is not allowed; it must be at least 0")

@@ -4,6 +4,8 @@ Both are read off the eigenvalue paths of the continuation, on which slopes tell
 the next which root is which.
 """
 
+from __future__ import annotations
+
 import itertools
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
@@ -12,7 +14,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from squeal.linear.continuation import Continuation, ContinuationOptions, State, Step, hermite_cubic
+from squeal.linear.continuation import (
+    GYROSCOPIC,
+    UNDAMPED,
+    Continuation,
+    ContinuationOptions,
+    SpectrumAtParameter,
+    Step,
+    hermite_cubic,
+)
 from squeal.linear.eigen import (
     FLUTTER,
     ComplexArray,
@@ -22,89 +32,118 @@ from squeal.linear.eigen import (
     growing,
     ordered,
 )
+from squeal.linear.events import Crossing
 from squeal.linear.system import SystemFunction, matrices_at
 from squeal.linear.thresholds import Thresholds
+
+Indices = NDArray[np.intp]
 
 
 def continued(system: SystemFunction, values: Sequence[float]) -> Continuation:
     """The continuation of a system over a range that holds some values. Raises InputError."""
     low, high = min(values), max(values)
-    high = high if high > low else low + 1e-6 * max(abs(low), 1.0)
-    along = Continuation(system, low, high)
-    along.prepare(values)
-    return along
+    if not high > low:
+        high = low + 1e-6 * max(abs(low), 1.0)
+    continuation = Continuation(system, low, high)
+    continuation.prepare(values)
+    return continuation
 
 
 class Link(NamedTuple):
     """From one state to the next: the index there of each root (-1 where it has none), which of
     them are certain, and pairs of which both are known and not which is which."""
 
-    before: State
-    after: State
-    order: NDArray[np.intp]
+    before: SpectrumAtParameter
+    after: SpectrumAtParameter
+    order: Indices
     known: NDArray[np.bool_]
     meet: list[list[int]]
 
 
 def links(
-    at: Callable[[float], State],
+    at: Callable[[float], SpectrumAtParameter],
     options: ContinuationOptions,
     a: float,
     b: float,
-    left: Iterator[int],
+    budget: Iterator[int],
     depth: int = 7,
 ) -> Iterator[Link]:
-    """From a to b, halved until vectors and slopes tell each mode, as often as `left` lets."""
+    """From a to b, halved until vectors and slopes tell each mode, as often as the budget lets."""
     before, after = at(a), at(b)
-    order, meet = np.full(len(before.roots), -1), list[list[int]]()
+    order = np.full(len(before.roots), -1)
     if not (len(order) and len(after.roots)):
-        yield Link(before, after, order, order >= 0, meet)
+        yield Link(before, after, order, order >= 0, [])
         return
     step = Step(before, after, options)
-    rows, columns = (np.flatnonzero(~step.links.any(axis=k)) for k in (1, 0))
-    ends, middle = (before.roots[rows], after.roots[columns]), (a + b) / 2
-    doubtful = len(rows) and len(columns) and not all(_close(z, options) for z in ends)
-    if doubtful and depth and middle not in (a, b) and next(left, None) is not None:
-        for both in ((a, middle), (middle, b)):
-            yield from links(at, options, *both, left, depth - 1)
-        return
-    known = np.asarray(step.links.any(axis=1))
-    order[known] = step.links.argmax(axis=1)[known]
-    if len(rows) and len(columns):
-        rest = assigned(step.missed[np.ix_(rows, columns)])
+    rows = np.flatnonzero(~step.same_mode.any(axis=1))
+    columns = np.flatnonzero(~step.same_mode.any(axis=0))
+    doubtful = len(rows) and len(columns)
+    if doubtful and depth:
+        inseparable = _all_close(before.roots[rows], options) and _all_close(
+            after.roots[columns], options
+        )
+        middle = (a + b) / 2
+        if not inseparable and middle not in (a, b) and next(budget, None) is not None:
+            yield from links(at, options, a, middle, budget, depth - 1)
+            yield from links(at, options, middle, b, budget, depth - 1)
+            return
+    known = np.asarray(step.same_mode.any(axis=1))
+    order[known] = step.same_mode.argmax(axis=1)[known]
+    meeting = list[list[int]]()
+    if doubtful:
+        rest = assigned(step.mismatch[np.ix_(rows, columns)])
         order[rows] = np.where(rest < 0, -1, columns[rest])
-        for pair in _near(before.roots, after.roots, order, rows.tolist(), options):
-            sides = (before, pair), (after, order[pair].tolist())
-            (d, slope), (then, late) = (
-                (np.diff(state.roots[k]), np.diff(state.slopes[k]) * (b - a)) for state, k in sides
-            )
-            c = hermite_cubic(d**2, 2 * d * slope, then**2, 2 * then * late)
-            turn = np.unwrap(np.angle(np.polyval(c[::-1], np.linspace(0, 1, 17))))
-            if not np.ptp(turn) < np.pi / 2:
-                meet.append(pair)
+        for pair in _pairs_with_smooth_mean(step, order, rows.tolist()):
+            same_sense = _sense_of_difference(step, pair, order)
+            if same_sense is None:
+                meeting.append(pair)
                 continue
-            known[pair] = True  # their difference goes on, by its square, which is smooth
-            if (d.conj() * then).real.item() < 0:
+            known[pair] = True
+            if not same_sense:
                 order[pair] = order[pair[::-1]]
-    yield Link(before, after, order, known, meet)
+    yield Link(before, after, order, known, meeting)
 
 
-def _near(
-    x: ComplexArray, y: ComplexArray, order: NDArray, rows: list[int], options: ContinuationOptions
-) -> Iterator[list[int]]:
+def _sense_of_difference(step: Step, pair: list[int], order: Indices) -> bool | None:
+    """True if the difference of two roots, followed by its square, which is smooth, becomes that in
+    the given order, False if it is its negative; None if it turns too far to tell."""
+    length = step.after.value - step.before.value
+    later = order[pair].tolist()
+    difference = np.diff(step.before.roots[pair])
+    slope = np.diff(step.before.slopes[pair]) * length
+    later_difference = np.diff(step.after.roots[later])
+    later_slope = np.diff(step.after.slopes[later]) * length
+    square = hermite_cubic(
+        difference**2,
+        2 * difference * slope,
+        later_difference**2,
+        2 * later_difference * later_slope,
+    )
+    angles = np.unwrap(np.angle(np.polyval(square[::-1], np.linspace(0, 1, 17))))
+    if not np.ptp(angles) < np.pi / 2:
+        return None
+    return not (difference.conj() * later_difference).real.item() < 0
+
+
+def _pairs_with_smooth_mean(step: Step, order: Indices, rows: list[int]) -> Iterator[list[int]]:
     """Pairs of the rows, the closest first, whose mean goes on: where two roots coalesce it is
     smooth, and neither of them is."""
-    left = {k for k in rows if order[k] >= 0}
-    pairs = [list(two) for two in itertools.combinations(sorted(left), 2)]
-    pairs.sort(key=lambda two: min(abs(np.ptp(x[two])), abs(np.ptp(y[order[two]]))))
-    for both in pairs:
-        mean, then = x[both].mean(), y[order[both]].mean()
-        if left.issuperset(both) and abs(then - mean) <= options.near * abs(mean):
-            left -= set(both)
-            yield both
+    before, after = step.before.roots, step.after.roots
+    near = step.options.near
+
+    def closest(pair: list[int]) -> float:
+        return float(min(abs(np.ptp(before[pair])), abs(np.ptp(after[order[pair]]))))
+
+    remaining = {k for k in rows if order[k] >= 0}
+    for two in sorted(map(list, itertools.combinations(sorted(remaining), 2)), key=closest):
+        mean = before[two].mean()
+        later_mean = after[order[two]].mean()
+        if remaining.issuperset(two) and abs(later_mean - mean) <= near * abs(mean):
+            remaining -= set(two)
+            yield two
 
 
-def _close(roots: ComplexArray, options: ContinuationOptions) -> bool:
+def _all_close(roots: ComplexArray, options: ContinuationOptions) -> bool:
     """True if each root has another one so near that no shorter step tells them apart."""
     near = np.abs(roots[:, None] - roots) <= options.near * np.abs(roots)
     return bool(np.all(near.sum(axis=1) > 1))
@@ -119,121 +158,189 @@ class Loss(NamedTuple):
     modes: tuple[int, ...]
 
 
-def follow(
-    at: Callable[[float], State], values: Sequence[float], spare: int = 10**6
-) -> tuple[list[NDArray[np.intp]], list[Loss]]:
+def track_modes(
+    at: Callable[[float], SpectrumAtParameter], values: Sequence[float], spare: int = 10**6
+) -> tuple[list[Indices], list[Loss]]:
     """Which root is which mode along rising values: their numbers (m,) at each of them.
 
     Conjugates have one number. A mode keeps it where left and right vectors, or these and the
-    slopes, say from one value to the next which it is; up to `spare` values more are looked at.
-    What two roots become that coalesce is known of both alone; both keep their numbers, and it is
-    told, as is where modes end and begin, at the edge of what is looked at or unrecognised.
+    slopes, say from one value to the next which it is; up to `spare` values more are computed.
+    What two roots become that coalesce is known of both alone; both keep their numbers, and a loss
+    is reported, as where modes end and begin: at the edge of what is computed, or unrecognised.
     """
-    left, options, losses = iter(range(spare)), ContinuationOptions(), list[Loss]()
-    state = at(values[0])
-    ids = _shared(state, 1 + np.arange(len(state.roots)))
-    numbers, most = [ids], len(ids)
+    budget = iter(range(spare))
+    tracker = _ModeTracker(at(values[0]))
+    numbers = [tracker.numbers]
     for a, b in itertools.pairwise(values):
-        for before, after, order, known, meet in links(at, options, a, b, left):
-            own, span = np.zeros(len(after.roots), dtype=np.intp), (before.value, after.value)
-            own[order[known]] = ids[known]
-            for both in meet:
-                own[order[both]] = ids[both]
-                losses += [Loss(*span, "meet", tuple(sorted(set(ids[both].tolist()))))]
-            new = np.flatnonzero(own == 0)
-            own[new] = most + 1 + np.arange(len(new))
-            most += len(new)
-            gone = sorted({*ids.tolist()} - {*own.tolist()})
-            ids, old = _shared(after, own), {*ids.tolist()}
-            begun = sorted({*ids.tolist()} - old)
-            losses += [Loss(*span, k, tuple(x)) for k, x in (("end", gone), ("begin", begun)) if x]
-        numbers.append(ids)
-    return numbers, [loss for loss in losses if loss.kind != "meet" or len(loss.modes) > 1]
+        for link in links(at, ContinuationOptions(), a, b, budget):
+            tracker.advance(link)
+        numbers.append(tracker.numbers)
+    return numbers, tracker.losses
 
 
-def _shared(state: State, ids: NDArray[np.intp]) -> NDArray[np.intp]:
+class _ModeTracker:
+    """The mode numbers (m,) of the roots of a state, the largest so far, and the losses so far."""
+
+    def __init__(self, state: SpectrumAtParameter) -> None:
+        self.largest = len(state.roots)
+        self.numbers = _shared_by_conjugates(state, 1 + np.arange(self.largest))
+        self.losses: list[Loss] = []
+
+    def advance(self, link: Link) -> None:
+        """Go to the next state."""
+        before = self.numbers
+        after = np.zeros(len(link.after.roots), dtype=np.intp)
+        after[link.order[link.known]] = before[link.known]
+        for pair in link.meet:
+            after[link.order[pair]] = before[pair]
+            modes = set(before[pair].tolist())
+            if len(modes) > 1:
+                self._note(link, "meet", modes)
+        new = np.flatnonzero(after == 0)
+        after[new] = self.largest + 1 + np.arange(len(new))
+        self.largest += len(new)
+        ended = set(before.tolist()) - set(after.tolist())
+        self.numbers = _shared_by_conjugates(link.after, after)
+        begun = set(self.numbers.tolist()) - set(before.tolist())
+        if ended:
+            self._note(link, "end", ended)
+        if begun:
+            self._note(link, "begin", begun)
+
+    def _note(self, link: Link, kind: str, modes: set[int]) -> None:
+        loss = Loss(link.before.value, link.after.value, kind, tuple(sorted(modes)))
+        self.losses.append(loss)
+
+
+def _shared_by_conjugates(state: SpectrumAtParameter, numbers: Indices) -> Indices:
     """The numbers of roots, those below the real axis with that of their conjugates."""
-    if state.form == "undamped" or not ids.size:  # a root stands for a pair
-        return ids
+    if state.problem is UNDAMPED or not numbers.size:  # a root stands for a pair
+        return numbers
     values = state.exponents
     lower = np.flatnonzero(values.imag < 0.0)
-    ids[lower] = ids[np.argmin(np.abs(values - values[lower, None].conj()), axis=1)]
-    return ids
+    shared = numbers.copy()
+    shared[lower] = numbers[np.argmin(np.abs(values - values[lower, None].conj()), axis=1)]
+    return shared
 
 
-def numbers_at(state: State, ids: NDArray[np.intp], values: ComplexArray) -> NDArray[np.intp]:
+def mode_numbers_at(state: SpectrumAtParameter, ids: Indices, values: ComplexArray) -> Indices:
     """The numbers of eigenvalues (rad/s) of the same matrices, 0 where a state has none of them."""
-    upper = np.where(values.imag < 0.0, values.conj(), values)
-    z = -(upper**2) if state.form == "undamped" else upper / state.rate
-    z = -1j * z if state.form == "gyroscopic" else z
     if not len(state.roots):
-        return np.zeros(len(z), dtype=np.intp)
-    apart, near = np.abs(state.roots - z[:, None]), ContinuationOptions().near * np.abs(z)
-    k = apart.argmin(axis=1)
-    for some in np.flatnonzero(values.imag > 0.0), np.flatnonzero(values.imag < 0.0):
-        k[some] = assigned(apart[some]) if len(some) else k[some]  # two that cross are two
-    least = np.maximum(near, 4 * state.rounding[k])
-    return np.where(apart[np.arange(len(z)), k] <= least, ids[k], 0)
+        return np.zeros(len(values), dtype=np.intp)
+    upper = np.where(values.imag < 0.0, values.conj(), values)
+    z = -(upper**2) if state.problem is UNDAMPED else upper / state.frequency_scale
+    if state.problem is GYROSCOPIC:
+        z = -1j * z
+    distances = np.abs(state.roots - z[:, None])
+    nearest = distances.argmin(axis=1)
+    for half_plane in (values.imag > 0.0, values.imag < 0.0):
+        if half_plane.any():  # two that cross are two
+            nearest[half_plane] = assigned(distances[half_plane])
+    allowed = np.maximum(ContinuationOptions().near * np.abs(z), 4 * state.rounding[nearest])
+    return np.where(distances[np.arange(len(z)), nearest] <= allowed, ids[nearest], 0)
 
 
-def mode_numbers(values: ComplexArray) -> NDArray[np.intp]:
+def mode_numbers(values: ComplexArray) -> Indices:
     """The number of the mode of each eigenvalue by rising frequency, from 1; conjugates are one
     mode, and of real ones the fastest and the slowest."""
     order = ordered(values)
-    numbers, real = np.zeros(len(values), dtype=np.intp), order[values[order].imag == 0.0]
+    imag = values[order].imag
+    real, upper, lower = order[imag == 0.0], order[imag > 0.0], order[imag < 0.0]
+    numbers = np.zeros(len(values), dtype=np.intp)
     rank = np.arange(len(real))
     numbers[real] = 1 + np.minimum(rank, rank[::-1])
-    upper, lower = (order[sign * values[order].imag > 0.0] for sign in (1, -1))
     numbers[upper] = (len(real) + 1) // 2 + 1 + np.arange(len(upper))
     if len(upper):
-        pair = np.argmin(np.abs(values[upper] - values[lower, None].conj()), axis=1)
-        numbers[lower] = numbers[upper[pair]]
+        partner = np.argmin(np.abs(values[upper] - values[lower, None].conj()), axis=1)
+        numbers[lower] = numbers[upper[partner]]
     return numbers
 
 
 def unstable_modes(
-    system: SystemFunction, mu: float, found: Thresholds | None = None
+    system: SystemFunction, mu: float, result: Thresholds | None = None
 ) -> tuple[UnstableMode, ...]:
     """All modes of system(mu) -> (M, C, K) that grow at mu, the fastest first.
 
-    `found` are the thresholds of the range from 0 to mu, on whose eigenvalue paths the onsets are
+    `result` are the thresholds of the range from 0 to mu, on whose eigenvalue paths the onsets are
     read; without them, and where rounding hides on the paths what grows, the onsets are None.
     Raises InputError.
     """
     modes = growing(complex_eigenvalues(*matrices_at(system, mu)).eigenvalues)
-    ends = list(_onsets(found, mu)) if found is not None and modes else []
+    onsets = list(_onsets(result, mu)) if result is not None and modes else []
+    with_onsets = []
+    for mode in modes:
+        if onsets:
+            nearest = min(onsets, key=lambda onset: abs(onset.root - mode.root))
+            mode = replace(mode, onset=nearest.mu)
+        with_onsets.append(mode)
+    return tuple(with_onsets)
 
-    def onset(mode: UnstableMode) -> float | None:
-        return min(ends, key=lambda end: abs(end[0] - mode.root), default=(0j, None))[1]
 
-    return tuple(replace(mode, onset=onset(mode)) for mode in modes)
+class _Onset(NamedTuple):
+    """An eigenvalue (rad/s) with Im >= 0 that grows, and where it began to."""
+
+    root: complex
+    mu: float | None
 
 
-def _onsets(result: Thresholds, mu: float) -> Iterator[tuple[complex, float | None]]:
-    """Each eigenvalue that grows at mu, with Im >= 0, and where it began to."""
-    low, began = result.searched[0].line.low, [c for c in result.crossings if c.direction == "up"]
-    margin = 1e-6 * (mu - low)  # next to a crossing rounding may hide what grows
-    taken = [(c.interval[0] - margin, c.interval[1] + margin) for c in result.crossings]
-    lines = [part.line for part in result.searched]
-    known = [
-        (line, state)
-        for line in lines
-        for state in line.states
-        if line.low <= state.value <= line.high
-        and (state.value == mu or not any(a <= state.value <= b for a, b in taken))
-    ]
-    last = lines[-1].at(mu)
-    for own in np.flatnonzero(last.kinds >= FLUTTER).tolist():
-        k, onset, end = own, None, last.exponents[own]
-        for (line, before), (other, after) in reversed(list(itertools.pairwise(known))):
-            hertz = after.omegas[k] / (2 * np.pi)
-            if line is other:
-                k = int(np.argsort(Step(before, after, line.options).order)[k])
-            else:  # beyond a jump
-                k = int(np.argmin(np.abs(before.exponents - after.exponents[k])))
-            if before.kinds[k] < FLUTTER:
-                fresh = [c for c in began if before.value < c.mu <= after.value]
-                fresh = sorted(fresh, key=lambda c: abs(c.frequency_hz - hertz))[:1]
-                onset = next((c.mu for c in fresh if c.mu - low > 1e-9 * (mu - low)), None)
-                break
-        yield complex(end.real, abs(end.imag)), onset
+def _onsets(result: Thresholds, mu: float) -> Iterator[_Onset]:
+    """The onset of each eigenvalue that grows at mu."""
+    states = _states_away_from_crossings(result, mu)
+    last = result.searched[-1].continuation.at(mu)
+    for k in np.flatnonzero(last.kinds >= FLUTTER).tolist():
+        exponent = last.exponents[k]
+        onset = _onset_before(states, k, result)
+        low = result.searched[0].continuation.low
+        if onset is not None and not onset - low > 1e-9 * (mu - low):
+            onset = None
+        yield _Onset(complex(exponent.real, abs(exponent.imag)), onset)
+
+
+_Place = tuple[Continuation, SpectrumAtParameter]
+"""A state, and the continuation that it belongs to: another one beyond each jump."""
+
+
+def _states_away_from_crossings(result: Thresholds, mu: float) -> list[_Place]:
+    """By rising value the states at which rounding does not hide what grows, and that at mu."""
+    low = result.searched[0].continuation.low
+    margin = 1e-6 * (mu - low)
+
+    def is_near_crossing(p: float) -> bool:
+        return any(
+            crossing.interval[0] - margin <= p <= crossing.interval[1] + margin
+            for crossing in result.crossings
+        )
+
+    places = []
+    for part in result.searched:
+        continuation = part.continuation
+        for state in continuation.states:
+            inside = continuation.low <= state.value <= continuation.high
+            if inside and (state.value == mu or not is_near_crossing(state.value)):
+                places.append((continuation, state))
+    return places
+
+
+def _onset_before(places: Sequence[_Place], k: int, result: Thresholds) -> float | None:
+    """Where the root of index k at the last state began to grow, on its path backwards."""
+    for i in range(len(places) - 1, 0, -1):
+        continuation, before = places[i - 1]
+        later_continuation, after = places[i]
+        hertz = after.omegas[k] / (2 * np.pi)
+        if continuation is later_continuation:
+            k = int(np.argsort(Step(before, after, continuation.options).order)[k])
+        else:  # beyond a jump
+            k = int(np.argmin(np.abs(before.exponents - after.exponents[k])))
+        if before.kinds[k] < FLUTTER:
+            return _nearest_crossing(result.crossings, before.value, after.value, hertz)
+    return None
+
+
+def _nearest_crossing(
+    crossings: Sequence[Crossing], low: float, high: float, hertz: float
+) -> float | None:
+    """Of the crossings upwards between two values that of the nearest frequency."""
+    between = [c for c in crossings if c.direction == "up" and low < c.mu <= high]
+    if not between:
+        return None
+    return min(between, key=lambda crossing: abs(crossing.frequency_hz - hertz)).mu

@@ -5,7 +5,7 @@ neighbouring events. Where the count does not follow from what was located the r
 halved and searched again, until the events add up or what remains is known by the count alone.
 
 A search is certified if a second count, by the sign function of the matrix, agrees
-between all events, if what grows at every value looked at follows from them, if every interval is
+between all events, if what grows at every computed value follows from them, if every interval is
 narrow, and if all factors of the terms are resolved: their second derivatives, bounded over each
 step by interval arithmetic, leave roots no room for what the step does not see, however close they
 come. Of a plain function nothing is known between the values, and nothing certified.
@@ -19,258 +19,362 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.errors import ComputationError, InputError
+from squeal.linear.condensation import StaticCondensation
 from squeal.linear.continuation import (
+    DAMPED,
+    GYROSCOPIC,
+    UNDAMPED,
+    ComplexArray,
     Continuation,
     ContinuationOptions,
     Guess,
-    State,
+    SpectrumAtParameter,
     Step,
-    may_swap,
+    may_exchange_partner,
     near_coalescences,
 )
 from squeal.linear.eigen import UnstableCount, hidden
-from squeal.linear.events import Event, certain, guesses_of, located, windows
-from squeal.linear.matrices import Change, dense, norm_of, reduce
-from squeal.linear.system import Slow, SystemFunction, TermSystem, matrices_of
+from squeal.linear.events import Event, bracket_by_sign, guesses_of, located, window_guesses
+from squeal.linear.matrices import Array, Change, dense, norm_of, reduce
+from squeal.linear.system import SystemFunction, TermSystem, matrices_of
+
+Interval = tuple[float, float]
 
 
-def difference(below: State, above: State) -> Iterator[tuple[float, int]]:
-    """Frequency (0 of a real root) and direction of what has to cross between two values: of the
-    pairs those that are farthest from any that grows on the other side."""
-    # of two divergent roots that join to a growing pair, or come from one, nothing crosses
-    a, b = below.growth, above.growth
-    pairs, reals = b.pairs - a.pairs, b.reals - a.reals
-    joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs)) if pairs * reals < 0 else 0
-    pairs, reals = pairs - joined, reals + 2 * joined
+class RequiredCrossing(NamedTuple):
+    """What has to cross between two values: rad/s (0 of a real root), and 1 upwards or -1."""
+
+    omega: float
+    direction: int
+
+
+def required_crossings(
+    below: SpectrumAtParameter, above: SpectrumAtParameter
+) -> list[RequiredCrossing]:
+    """What has to cross between two values: of the pairs those whose frequencies are farthest from
+    any pair that grows on the other side."""
+    pairs = above.unstable_count.pairs - below.unstable_count.pairs
+    reals = above.unstable_count.reals - below.unstable_count.reals
+    if pairs * reals < 0:
+        # of two divergent roots that join to a growing pair, or come from one, nothing crosses
+        joined = min(abs(pairs), abs(reals) // 2) * int(np.sign(pairs))
+        pairs -= joined
+        reals += 2 * joined
     more, less = (above, below) if pairs > 0 else (below, above)
-    here, there = ([float(s.omegas[k]) for k in s.growing[0]] for s in (more, less))
-    for omega in there[: max(len(here) - abs(pairs), 0)]:
-        here.remove(min(here, key=lambda own: abs(own - omega)))
-    omegas = (here + [0.0] * abs(pairs))[: abs(pairs)]
-    yield from ((omega, int(np.sign(pairs))) for omega in omegas)
-    yield from ((0.0, int(np.sign(reals))) for _ in range(abs(reals)))
+    candidates = [float(more.omegas[k]) for k in more.unstable_pairs]
+    persisting = [float(less.omegas[k]) for k in less.unstable_pairs]
+    for omega in persisting[: max(len(candidates) - abs(pairs), 0)]:
+        candidates.remove(min(candidates, key=lambda candidate: abs(candidate - omega)))
+    omegas = (candidates + [0.0] * abs(pairs))[: abs(pairs)]
+    crossings = [RequiredCrossing(omega, int(np.sign(pairs))) for omega in omegas]
+    return crossings + [RequiredCrossing(0.0, int(np.sign(reals)))] * abs(reals)
 
 
-def explained(place: Sequence[Event], a: UnstableCount, b: UnstableCount) -> bool:
-    """True if the events of a place add up to the change of what grows, but for divergent roots
-    that join to a growing pair, or come from one, and cross nothing."""
-    return b.roots - a.roots == sum(c.direction * (2 if c.omega else 1) for c in place)
+def counts_consistent(events: Sequence[Event], below: UnstableCount, above: UnstableCount) -> bool:
+    """True if events add up to the change of what grows, but for divergent roots that join to a
+    growing pair, or come from one, and cross nothing."""
+    change = sum(event.direction * (2 if event.omega else 1) for event in events)
+    return above.roots - below.roots == change
 
 
 @dataclass(frozen=True)
-class Searched:
-    """Events by rising parameter, in groups at one place, and what grows between these places."""
+class SearchResult:
+    """Clusters of coincident events by rising parameter, and what grows between the clusters."""
 
-    places: tuple[tuple[Event, ...], ...]
-    growths: tuple[UnstableCount, ...]
-    line: Continuation = field(repr=False)
-    doubts: tuple[str, ...] | None = None  # why it is not certified; None where that is not asked
+    clusters: tuple[tuple[Event, ...], ...]
+    unstable_counts: tuple[UnstableCount, ...]
+    continuation: Continuation = field(repr=False)
+    doubts: tuple[str, ...] | None = None  # why it is not certified; None of a plain function
 
     @property
     def edges(self) -> list[float]:
-        """The values between which `growths` are: the ends of the range and the places."""
-        return [self.line.low, *(place[0].value for place in self.places), self.line.high]
+        """The values between which `unstable_counts` are: the ends of the range and clusters."""
+        places = [cluster[0].value for cluster in self.clusters]
+        return [self.continuation.low, *places, self.continuation.high]
 
 
 def search(
     system: SystemFunction, low: float, high: float, options: ContinuationOptions | None = None
-) -> Searched:
+) -> SearchResult:
     """All events for low <= p <= high."""
     options = options or ContinuationOptions()
-    along = Continuation(system, low, high, options)
-    rows = along.size
-    fewer, cheaper = (1, 1) if rows <= 60 else (2 / 3, 4) if rows <= 150 else (5 / 12, 16)
-    walk = _Walk(along, options.budget // cheaper)
-    count = max(int(options.steps * fewer), 2)
-    # values that thresholds do not like to lie at
-    inner = [(k + 0.0371 * (1 + k % 3)) / count for k in range(1, count)]
-    values = [low, *(low + x * (high - low) for x in inner), high]
-    along.prepare(values)
+    continuation = Continuation(system, low, high, options)
+    count, budget = _affordable(continuation.size, options)
+    values = [low]
+    for k in range(1, count):  # uneven, as thresholds often lie at round numbers
+        values.append(low + (k + 0.0371 * (1 + k % 3)) / count * (high - low))
+    values.append(high)
+    continuation.prepare(values)
+    refinement = _AdaptiveRefinement(continuation, budget)
     for a, b in itertools.pairwise(values):
-        walk.go(a, b, options.depth)
-    walk.guesses += _meetings_at_end(along.at(high), 1e-6 * (high - low))
-    walk.locate()
-    places = walk.places()
-    middles = _middles(along, places)
-    growths = tuple(along.at(p).growth for p in middles)
-    found = Searched(tuple(places), growths, along)
+        refinement.refine(a, b, options.depth)
+    refinement.guesses += _meetings_at_end(continuation.at(high), 1e-6 * (high - low))
+    refinement.locate_events()
+    clusters = refinement.clusters()
+    between = _midpoints(continuation, clusters)
+    counts = tuple(continuation.at(p).unstable_count for p in between)
+    result = SearchResult(tuple(clusters), counts, continuation)
     if not isinstance(system, TermSystem):
-        return found
-    counts = [sign_count(along, p) for p in middles]
-    doubts = ["the search ran out of values; a narrower range needs fewer"] * walk.unresolved
-    return replace(found, doubts=(*doubts, *_doubts(found, middles, counts)))
+        return result
+    second_counts = [sign_count(continuation, p) for p in between]
+    doubts = list(_doubts(result, between, second_counts))
+    if refinement.unresolved:
+        doubts.insert(0, "the search ran out of values; a narrower range needs fewer")
+    return replace(result, doubts=tuple(doubts))
 
 
-class _Walk:
-    """Steps along a continuation with a budget of values, the events `events` so far, and whether
-    the budget left a step `unresolved`: with roots unmatched or a factor too bent."""
+def _affordable(rows: int, options: ContinuationOptions) -> tuple[int, int]:
+    """How many steps are taken first, and how many values in all, of a matrix of that many rows."""
+    if rows <= 60:
+        return max(options.steps, 2), options.budget
+    if rows <= 150:
+        return max(int(options.steps * (2 / 3)), 2), options.budget // 4
+    return max(int(options.steps * (5 / 12)), 2), options.budget // 16
 
-    def __init__(self, along: Continuation, budget: int) -> None:
-        self.along, self.budget = along, budget
-        self.wide = along.high - along.low
-        self.near = 4 * along.options.same * self.wide
+
+class _AdaptiveRefinement:
+    """Steps along a continuation with a budget of values, the `events` so far, and whether the
+    budget left a step `unresolved`: with roots unmatched or a factor too bent."""
+
+    def __init__(self, continuation: Continuation, budget: int) -> None:
+        self.continuation = continuation
+        self.budget = budget
+        self.range = continuation.high - continuation.low
+        self.merge_distance = 4 * continuation.options.same * self.range
         self.guesses: list[Guess] = []
         self.events: list[Event] = []
         self.located: list[Event] = []  # also what may be one of the events again, or its twin
         self.unresolved = False
-        self.factors = _factors(along.system)
+        self.factors = _factors(continuation.system)
 
-    def go(self, low: float, high: float, depth: int) -> None:
-        """Match all roots from low to high and collect what may cross the line."""
-        along = self.along
-        step = Step(along.at(low), along.at(high), along.options)
-        guesses, share = guesses_of(step, (low == along.low, high == along.high))
-        met = list(near_coalescences(step.a, step.b))
-        bent = any(_bent(along, step, factor) for factor in self.factors)
-        # other roots decide, or two windows are near; half the budget is left for matches
-        several = len(met) > 2 or any(one.doubtful for one in met) or may_swap(step.a, step.b)
-        spent = len(along.states) >= self.budget / (2 if several and share is None else 1)
-        divide = along.options.aside if bent or several else share
-        if divide is not None and depth > 0 and not spent:
-            middle = low + divide * (high - low)
+    def refine(self, low: float, high: float, depth: int) -> None:
+        """Match all roots from low to high, in steps as short as that takes, and collect what may
+        cross the line."""
+        continuation = self.continuation
+        options = continuation.options
+        before, after = continuation.at(low), continuation.at(high)
+        step = Step(before, after, options)
+        guesses, division = guesses_of(step, (low == continuation.low, high == continuation.high))
+        meetings = list(near_coalescences(before, after))
+        bent = any(_is_bent(continuation, step, factor) for factor in self.factors)
+        # other roots decide, or two windows are near
+        several = (
+            len(meetings) > 2
+            or any(meeting.doubtful for meeting in meetings)
+            or may_exchange_partner(before, after)
+        )
+        budget = self.budget / 2 if several and division is None else self.budget
+        spent = len(continuation.states) >= budget  # half of it is left for matches
+        if bent or several:
+            division = options.aside
+        if division is not None and depth > 0 and not spent:
+            middle = low + division * (high - low)
             if low < middle < high:
-                self.go(low, middle, depth - 1)
-                self.go(middle, high, depth - 1)
+                self.refine(low, middle, depth - 1)
+                self.refine(middle, high, depth - 1)
                 return
-        self.unresolved |= bent or (divide is not None and spent)
+        self.unresolved |= bent or (division is not None and spent)
         self.guesses += guesses
-        for one in met:
-            before = len(self.guesses)
+        for meeting in meetings:
+            count = len(self.guesses)
             with suppress(np.linalg.LinAlgError):
-                self.guesses += windows(along, one, high - low)
-            if len(self.guesses) == before and along.form != "damped":
-                along.at(one.value)  # near a third root another pair may have been taken
+                self.guesses += window_guesses(continuation, meeting, high - low)
+            if len(self.guesses) == count and continuation.problem is not DAMPED:
+                # near a third root another pair may have been taken
+                continuation.at(meeting.value)
 
-    def locate(self) -> None:
+    def locate_events(self) -> None:
         """Add what the guesses lead to; intervals that touch may be of one event."""
         for guess in self.guesses:
-            one = located(self.along, guess)
-            if one is not None and one.value - self.along.low <= 1e-6 * self.wide:
-                one = self.from_start(one)
-            if one is None:
+            event = located(self.continuation, guess)
+            if event is not None and event.value - self.continuation.low <= 1e-6 * self.range:
+                event = self.snap_to_range_start(event)
+            if event is None:
                 continue
-            self.located.append(one)
-            if not any(
-                _alike(one, other.omega, other.direction, 1e-6)
-                and one.interval[0] <= other.interval[1]
-                and other.interval[0] <= one.interval[1]
-                for other in self.events
-            ):
-                self.events.append(one)
+            self.located.append(event)
+            if not any(_is_same_event(event, other) for other in self.events):
+                self.events.append(event)
         self.guesses.clear()
-        self.events.sort(key=lambda c: c.value)
+        self.events.sort(key=lambda event: event.value)
 
-    def from_start(self, one: Event) -> Event | None:
+    def snap_to_range_start(self, event: Event) -> Event | None:
         """An event, at the start if rounding leaves that; none if decay begins from rest there."""
-        along = self.along
-        if one.interval[0] > along.low or not _quiet(along, one.omega):
-            return one
-        return replace(one, value=along.low) if one.direction > 0 else None
+        continuation = self.continuation
+        low = continuation.low
+        if event.interval[0] > low or not _rests_at_start(continuation, event.omega):
+            return event
+        return replace(event, value=low) if event.direction > 0 else None
 
-    def places(self) -> list[tuple[Event, ...]]:
-        """Events that add up to what grows between them, as far as can be, by places."""
-        along = self.along
-        middles = _middles(along, together(self.events, self.near))
-        edges = [along.low, *middles[1:-1], max(middles[-1], along.high)]
-        settled = [one for a, b in itertools.pairwise(edges) for one in self._settled(a, b, (a, b))]
-        settled.sort(key=lambda c: c.value)
-        start = fastest_first(along, [one for one in settled if one.value == along.low])
-        rest = together([one for one in settled if one.value != along.low], self.near)
-        groups = [group for group in (start, *rest) if group]
-        between = zip(groups, itertools.pairwise(_middles(along, groups)), strict=True)
-        return [tuple(part) for group, ends in between for part in self._parted(group, *ends)]
+    def clusters(self) -> list[tuple[Event, ...]]:
+        """Clusters of events that add up to what grows between them, as far as can be."""
+        continuation = self.continuation
+        low = continuation.low
+        between = _midpoints(continuation, cluster_events(self.events, self.merge_distance))
+        edges = [low, *between[1:-1], max(between[-1], continuation.high)]
+        resolved: list[Event] = []
+        for a, b in itertools.pairwise(edges):
+            resolved += self.resolve_events(a, b, (a, b))
+        resolved.sort(key=lambda event: event.value)
+        at_start = [event for event in resolved if event.value == low]
+        others = [event for event in resolved if event.value != low]
+        groups = cluster_events(others, self.merge_distance)
+        if at_start:
+            groups.insert(0, fastest_first(continuation, at_start))
+        clusters: list[tuple[Event, ...]] = []
+        ends = itertools.pairwise(_midpoints(continuation, groups))
+        for group, (a, b) in zip(groups, ends, strict=True):
+            clusters += self.split_cluster(group, a, b)
+        return clusters
 
-    def _parted(self, group: list[Event], a: float, b: float) -> list[list[Event]]:
-        """Events of one place between a and b, in groups between which the counts agree."""
-        along, cuts = self.along, [0]
-        for k in range(1, len(group)):
-            p = (group[k - 1].value + group[k].value) / 2
-            if not any(c.interval[0] <= p <= c.interval[1] for c in group):
-                ends = [along.at(x).growth for x in (a, p, b)]
-                agree = map(explained, (group[:k], group[k:]), ends, ends[1:])
-                cuts += [k] * (all(agree) and sign_count(along, p) == ends[1].roots)
-        return [group[i:j] for i, j in itertools.pairwise([*cuts, len(group)])]
+    def split_cluster(self, events: list[Event], a: float, b: float) -> list[tuple[Event, ...]]:
+        """A cluster between a and b, divided where the counts between its events agree."""
+        parts = []
+        start = 0
+        for k in range(1, len(events)):
+            p = (events[k - 1].value + events[k].value) / 2
+            if any(event.interval[0] <= p <= event.interval[1] for event in events):
+                continue
+            below, here, above = (self.continuation.at(x).unstable_count for x in (a, p, b))
+            if (
+                counts_consistent(events[:k], below, here)
+                and counts_consistent(events[k:], here, above)
+                and sign_count(self.continuation, p) == here.roots
+            ):
+                parts.append(tuple(events[start:k]))
+                start = k
+        return [*parts, tuple(events[start:])]
 
-    def _settled(self, a: float, b: float, ends: tuple[float, float]) -> list[Event]:
-        """Events from a to b that add up to the change of what grows, intervals within `ends`."""
-        along = self.along
-        inside = [one for one in self.events if a <= one.value <= b]
-        before, after = along.at(a).growth, along.at(b).growth
-        done, coarse = explained(inside, before, after), b - a > self.wide / 64
-        if b == along.high:  # what crosses there is not seen beyond it
-            done |= explained([one for one in inside if one.interval[1] < b], before, after)
+    def resolve_events(self, a: float, b: float, limits: Interval) -> list[Event]:
+        """Events from a to b that add up to the change of what grows, intervals within `limits`."""
+        continuation = self.continuation
+        inside = [event for event in self.events if a <= event.value <= b]
+        below, above = continuation.at(a).unstable_count, continuation.at(b).unstable_count
+        consistent = self._is_consistent(inside, a, b)
+        coarse = b - a > self.range / 64
         first, last = (inside[0].value, inside[-1].value) if inside else (b, b)
-        if done and (
-            not coarse or (_steady(along, a, first, before) and _steady(along, last, b, after))
+        if consistent and (
+            not coarse
+            or (
+                _is_steady(continuation, a, first, below)
+                and _is_steady(continuation, last, b, above)
+            )
         ):
             return inside
-        changes = list(difference(along.at(a), along.at(b)))
-        middle, close = self._middle(a, b, inside), bool(inside) and last - first <= self.near
-        if len(along.states) > 2 * self.budget or (done and middle is None):
+        changes = required_crossings(continuation.at(a), continuation.at(b))
+        middle = self._division_point(a, b, inside)
+        coincident = bool(inside) and last - first <= self.merge_distance
+        exhausted = len(continuation.states) > 2 * self.budget
+        if exhausted or (consistent and middle is None):
             return inside  # and the search is not certified
-        if close and not done and middle is not None:
-            # what crosses elsewhere is no twin of what was located
-            low, high = hull(inside)
-            if not _outside(along, (low, high), (a, b), before, after):
-                off = 16 * max(high - low, 4 * float(np.spacing(max(abs(low), abs(high)))))
-                below, above = max(low - off, (a + low) / 2), min(high + off, (high + b) / 2)
-                cuts = [a, max(a, below), min(b, above), b]
-                pieces = [(p, q) for p, q in itertools.pairwise(cuts) if p < q]
-                for p, q in pieces:
-                    if not p <= low <= q:
-                        self.go(p, q, along.options.depth)
-                self.locate()
-                return [one for p, q in pieces for one in self._settled(p, q, ends)]
-        if middle is None or (close and changes and not done):
-            known = [
-                self._alike(*change, a - self.near, b + self.near)
-                or (self._by_count(*change, a, b, ends) if middle is None else None)
-                for change in changes
-            ]
+        if coincident and not consistent and middle is not None:
+            around = self._rescan_beside(a, b, inside, limits)
+            if around is not None:
+                return around
+        if middle is None or (coincident and changes and not consistent):
+            known = [self._located_event(change, a, b) for change in changes]
+            if middle is None:
+                for i, change in enumerate(changes):
+                    known[i] = known[i] or self._event_from_count(change, a, b, limits)
             if middle is None or all(known):  # of equal subsystems, all at one place
-                return [one for one in known if one]
+                return [event for event in known if event]
         if coarse:
-            self.go(a, middle, along.options.depth)
-            self.go(middle, b, along.options.depth)
-            self.locate()
-        return [*self._settled(a, middle, ends), *self._settled(middle, b, ends)]
+            self.refine(a, middle, continuation.options.depth)
+            self.refine(middle, b, continuation.options.depth)
+            self.locate_events()
+        return [
+            *self.resolve_events(a, middle, limits),
+            *self.resolve_events(middle, b, limits),
+        ]
 
-    def _middle(self, a: float, b: float, inside: list[Event]) -> float | None:
+    def _is_consistent(self, events: list[Event], a: float, b: float) -> bool:
+        """True if events from a to b add up to the change of what grows."""
+        below, above = (
+            self.continuation.at(a).unstable_count,
+            self.continuation.at(b).unstable_count,
+        )
+        if counts_consistent(events, below, above):
+            return True
+        # what crosses at the end of the range is not seen beyond it
+        seen = [event for event in events if event.interval[1] < b]
+        return b == self.continuation.high and counts_consistent(seen, below, above)
+
+    def _rescan_beside(
+        self, a: float, b: float, inside: list[Event], limits: Interval
+    ) -> list[Event] | None:
+        """What a finer search on both sides of coincident events finds with them; None if the
+        change of what grows happens where they lie: what crosses elsewhere is no twin of them."""
+        continuation = self.continuation
+        low, high = hull(inside)
+        below, above = continuation.at(a).unstable_count, continuation.at(b).unstable_count
+        if _is_expected_beside(continuation, (low, high), (a, b), below, above):
+            return None
+        margin = 16 * max(high - low, _resolution(low, high))
+        before = max(low - margin, (a + low) / 2)
+        after = min(high + margin, (high + b) / 2)
+        cuts = [a, max(a, before), min(b, after), b]
+        pieces = [(p, q) for p, q in itertools.pairwise(cuts) if p < q]
+        for p, q in pieces:
+            if not p <= low <= q:
+                self.refine(p, q, continuation.options.depth)
+        self.locate_events()
+        resolved: list[Event] = []
+        for p, q in pieces:
+            resolved += self.resolve_events(p, q, limits)
+        return resolved
+
+    def _division_point(self, a: float, b: float, inside: list[Event]) -> float | None:
         """Where to halve, beside the intervals of events; None where there is no room for that."""
-        least = max(1e-10 * self.wide, 4 * float(np.spacing(max(abs(a), abs(b)))))
-        tried = [a + self.along.options.aside * (b - a)]
-        tried += [one.interval[k] + way * least for one in inside for k, way in ((0, -1), (1, 1))]
-        for p in tried:
-            free = all(not c.interval[0] - least < p < c.interval[1] + least for c in inside)
+        least = max(1e-10 * self.range, _resolution(a, b))
+        candidates = [a + self.continuation.options.aside * (b - a)]
+        for event in inside:
+            candidates += [event.interval[0] - least, event.interval[1] + least]
+        for p in candidates:
+            free = not any(
+                event.interval[0] - least < p < event.interval[1] + least for event in inside
+            )
             if a + least < p < b - least and free:
                 return p
         return None
 
-    def _alike(self, omega: float, way: int, low: float, high: float) -> Event | None:
-        """The located event of that frequency and direction between low and high; it may stand for
-        twins, and its interval holds all that are alike."""
-        near, inside = self.along.options.near, (c for c in self.located if low <= c.value <= high)
-        alike = [one for one in inside if _alike(one, omega, way, near)]
-        ends = [end for one in alike for end in one.interval]
-        first = min(alike, key=lambda one: one.width, default=None)
-        return first and replace(first, interval=(min(ends), max(ends)))
+    def _located_event(self, change: RequiredCrossing, a: float, b: float) -> Event | None:
+        """The located event of a frequency and direction near a and b; it may stand for twins, and
+        its interval holds all that are alike."""
+        near = self.continuation.options.near
+        low, high = a - self.merge_distance, b + self.merge_distance
+        alike = [
+            event
+            for event in self.located
+            if low <= event.value <= high and _has_frequency(event, *change, near)
+        ]
+        if not alike:
+            return None
+        return replace(min(alike, key=lambda event: event.width), interval=hull(alike))
 
-    def _by_count(
-        self, omega: float, way: int, a: float, b: float, ends: tuple[float, float]
+    def _event_from_count(
+        self, change: RequiredCrossing, a: float, b: float, limits: Interval
     ) -> Event | None:
         """An event between a and b of which only the count tells, and beside which it is sure."""
-        along = self.along
-        fewer, more = sorted(along.at(p).growth.roots for p in (a, b))
+        continuation = self.continuation
+        direction = change.direction
+        fewer, more = sorted(continuation.at(p).unstable_count.roots for p in (a, b))
 
         def sign(p: float) -> int:
-            least, most = along.at(p).bounds
-            return -way if most <= fewer else way * (least >= more)
+            least, most = continuation.at(p).bounds
+            if most <= fewer:
+                return -direction
+            return direction if least >= more else 0
 
-        low, high = (certain(sign, (a, b), 1e-7 * self.wide, *ends) or ends)[:2]
-        return self.from_start(Event((a + b) / 2, omega, way, (low, high), converged=False))
+        bracket = bracket_by_sign(sign, (a, b), 1e-7 * self.range, *limits)
+        interval = limits if bracket is None else bracket[:2]
+        event = Event((a + b) / 2, change.omega, direction, interval, converged=False)
+        return self.snap_to_range_start(event)
+
+
+def _resolution(a: float, b: float) -> float:
+    """A distance that values from a to b can have at least."""
+    return 4 * float(np.spacing(max(abs(a), abs(b))))
 
 
 class _Factor(NamedTuple):
@@ -283,247 +387,299 @@ class _Factor(NamedTuple):
 
 
 def _factors(system: SystemFunction) -> list[_Factor]:
+    """The factors that depend on the free parameter, each once; none of a plain function."""
     if not isinstance(system, TermSystem):
         return []
-    name, values = system.parameter, system.values()
-    formulas = {term.factor.text: term.factor for term in system.terms}.values()
+    name = system.parameter
+    values = system.values()
+    formulas = {term.factor.text: term.factor for term in system.terms}
+    factors = []
+    for text, formula in formulas.items():
+        if name not in formula.names:
+            continue
+        sums = [np.zeros((system.n, system.n)) for _ in system.parts]
+        for i, terms in enumerate(system.parts):
+            for term in terms:
+                if term.factor.text == text:
+                    sums[i] = sums[i] + dense(term.matrix)
 
-    def multiplied(text: str) -> Change:
-        zero = np.zeros((system.n, system.n))
-        M, C, K = (
-            sum((dense(t.matrix) for t in terms if t.factor.text == text), zero)
-            for terms in system.parts
-        )
-        return M, C, K
+        def slope(p: float, formula=formula) -> float:  # type: ignore[no-untyped-def]
+            return float(abs(formula.slope(values | {name: p}, name)))
 
-    return [
-        _Factor(
-            partial(f.curvature, values, name),
-            lambda p, f=f: abs(f.slope(values | {name: p}, name)),  # type: ignore[misc]
-            multiplied(f.text),
-        )
-        for f in formulas
-        if name in f.names
-    ]
+        curvature = partial(formula.curvature, values, name)
+        factors.append(_Factor(curvature, slope, (sums[0], sums[1], sums[2])))
+    return factors
 
 
-def _bent(along: Continuation, step: Step, factor: _Factor) -> bool:
+def _is_bent(continuation: Continuation, step: Step, factor: _Factor) -> bool:
     """True if a factor bends so much within a step that roots may do what its ends do not tell.
 
-    One that is monotone and nearly straight moves the roots as a straight one does. Else it may be
-    off by bend step^2 / 8, which is held against what is left of the gaps between roots.
+    One that is monotone and nearly straight moves the roots as a straight one does. Else it may
+    deviate by bend step^2 / 8, which is compared with what is left of the gaps between roots.
     """
-    ends, wide = (step.a, step.b), step.b.value - step.a.value
-    bend = factor.curvature(step.a.value, step.b.value)
+    before, after = step.before, step.after
+    length = after.value - before.value
+    bend = factor.curvature(before.value, after.value)
     if not bend < np.inf:
         return True
-    if 4 * bend * wide <= min(factor.slope(state.value) for state in ends):
+    if 4 * bend * length <= min(factor.slope(before.value), factor.slope(after.value)):
         return False
-    off = bend * wide**2 / 8
-    return any(_reaches(state, along.couplings(state, factor.change), off) for state in ends)
+    deviation = bend * length**2 / 8
+    return any(
+        _may_change(state, continuation.couplings(state, factor.change), deviation)
+        for state in (before, after)
+    )
 
 
-def _reaches(state: State, W: NDArray, off: float) -> bool:
-    """True if a factor that is off by so much, and couples the roots by W (m, m), could let two
+def _may_change(state: SpectrumAtParameter, W: ComplexArray, deviation: float) -> bool:
+    """True if a factor that deviates by so much, and couples the roots by W (m, m), could let two
     roots meet on the line, or one cross it. What does so at the state itself is seen there."""
-    z, own = state.roots, W.diagonal()
-    apart = np.abs(z[:, None] - z)
-    pull = off * (np.abs(own[:, None] - own) + 2 * np.sqrt(np.abs(W * W.T)))
-    if state.form == "damped":
-        swept = np.sqrt(np.where(4 * pull > apart, apart * pull, 0.0)).max(axis=1)
-        left = np.abs(z.real)
-        return bool(np.any(2 * (off * np.abs(own.real) + swept) > left, where=~state.on_line))
+    z = state.roots
+    slopes = W.diagonal()
+    distances = np.abs(z[:, None] - z)
+    relative = np.abs(slopes[:, None] - slopes) + 2 * np.sqrt(np.abs(W * W.T))
+    pull = deviation * relative
+    if state.problem is DAMPED:
+        swept = np.sqrt(np.where(4 * pull > distances, distances * pull, 0.0)).max(axis=1)
+        reach = 2 * (deviation * np.abs(slopes.real) + swept)
+        return bool(np.any(reach > np.abs(z.real), where=~state.on_line))
     conjugate = np.abs(z[:, None] - z.conj()) <= np.add.outer(state.rounding, state.rounding)
     pairs = (state.on_line[:, None] & state.on_line) | conjugate
-    meet = pairs & ~state.close & (4 * pull > apart)
-    zero = state.real & (np.abs(z) > state.rounding) & (state.form == "undamped")
-    return bool(meet.any() or np.any(2 * off * np.abs(own) > np.abs(z), where=zero))
+    if np.any(pairs & ~state.close & (4 * pull > distances)):
+        return True
+    if state.problem is not UNDAMPED:
+        return False
+    may_pass_zero = state.real & (np.abs(z) > state.rounding)
+    return bool(np.any(2 * deviation * np.abs(slopes) > np.abs(z), where=may_pass_zero))
 
 
-def _alike(one: Event, omega: float, way: int, near: float) -> bool:
-    return one.direction == way and abs(one.omega - omega) <= near * min(one.omega, omega)
+def _has_frequency(event: Event, omega: float, direction: int, near: float) -> bool:
+    difference = abs(event.omega - omega)
+    return event.direction == direction and difference <= near * min(event.omega, omega)
 
 
-def hull(events: Sequence[Event]) -> tuple[float, float]:
+def _is_same_event(event: Event, other: Event) -> bool:
+    """True if two events have one frequency and direction, and intervals that touch."""
+    return (
+        _has_frequency(event, other.omega, other.direction, 1e-6)
+        and event.interval[0] <= other.interval[1]
+        and other.interval[0] <= event.interval[1]
+    )
+
+
+def hull(events: Sequence[Event]) -> Interval:
     """The least interval that holds those of all events."""
-    return min(one.interval[0] for one in events), max(one.interval[1] for one in events)
+    lows = [event.interval[0] for event in events]
+    highs = [event.interval[1] for event in events]
+    return min(lows), max(highs)
 
 
-def together(items: Sequence[Event], near: float) -> list[list[Event]]:
-    """Events by rising value, those that are no further than `near` from the one before with it."""
-    starts = [
-        k for k, (a, b) in enumerate(itertools.pairwise(items), 1) if b.value - a.value > near
-    ]
-    cuts = itertools.pairwise([0, *starts, len(items)])
-    return [list(items[a:b]) for a, b in cuts if items]
+def cluster_events(events: Sequence[Event], distance: float) -> list[list[Event]]:
+    """Clusters of events by rising value, in which each is no further than a distance from the one
+    before."""
+    clusters: list[list[Event]] = []
+    for event in events:
+        if clusters and not event.value - clusters[-1][-1].value > distance:
+            clusters[-1].append(event)
+        else:
+            clusters.append([event])
+    return clusters
 
 
-def _outside(
-    along: Continuation,
-    ends: tuple[float, float],
-    room: tuple[float, float],
-    *growths: UnstableCount,
+def _is_expected_beside(
+    continuation: Continuation,
+    interval: Interval,
+    limits: Interval,
+    below: UnstableCount,
+    above: UnstableCount,
 ) -> bool:
     """True if just outside of an interval what grows is what is expected below and above it: 16
-    widths away, or further where rounding hides it, within the room."""
-    low, high = ends
-    width = max(high - low, 4 * float(np.spacing(max(abs(low), abs(high)))))
-    sides = (low, -1, room[0]), (high, 1, room[1])
-    for (end, way, last), growth in zip(sides, growths, strict=True):
-        most = min(max(way * (last - end), 0.0), max(1e5 * width, 1e-6 * (along.high - along.low)))
+    widths away, or further where rounding hides it, within the limits."""
+    low, high = interval
+    width = max(high - low, _resolution(low, high))
+    furthest = max(1e5 * width, 1e-6 * (continuation.high - continuation.low))
+    for end, direction, limit, expected in (
+        (low, -1, limits[0], below),
+        (high, 1, limits[1], above),
+    ):
+        most = min(max(direction * (limit - end), 0.0), furthest)
         step = min(16 * width, most)
-        state = along.at(end + way * step)
-        while state.growth.roots != growth.roots and not state.sure and step < most:
+        state = continuation.at(end + direction * step)
+        while state.unstable_count.roots != expected.roots and not state.sure and step < most:
             step = min(2 * step, most)
-            state = along.at(end + way * step)
-        if state.growth.roots != growth.roots:
+            state = continuation.at(end + direction * step)
+        if state.unstable_count.roots != expected.roots:
             return False
     return True
 
 
-def _middles(along: Continuation, places: Sequence[Sequence[Event]]) -> list[float]:
-    """A value between neighbouring places, and beyond the first and the last."""
-    low, high = along.low, along.high
-    ends = [low, *(p[-1].value for p in places)], [*(p[0].value for p in places), high]
-    middles = [(a + b) / 2 for a, b in zip(*ends, strict=True)]
-    if places and high - places[-1][-1].value <= along.options.same * (high - low):
+def _midpoints(continuation: Continuation, clusters: Sequence[Sequence[Event]]) -> list[float]:
+    """A value between neighbouring clusters, and beyond the first and the last."""
+    low, high = continuation.low, continuation.high
+    lasts = [low, *(cluster[-1].value for cluster in clusters)]
+    nexts = [*(cluster[0].value for cluster in clusters), high]
+    midpoints = [(a + b) / 2 for a, b in zip(lasts, nexts, strict=True)]
+    if clusters and high - lasts[-1] <= continuation.options.same * (high - low):
         beyond = high + 1e-6 * (high - low)
         with suppress(InputError, ComputationError, ValueError, ArithmeticError):
-            along.at(beyond)  # there may be none, beyond a fold
-            middles[-1] = beyond
-    return middles
+            continuation.at(beyond)  # there may be none, beyond a fold
+            midpoints[-1] = beyond
+    return midpoints
 
 
-def _meetings_at_end(state: State, width: float) -> Iterator[Guess]:
+def _meetings_at_end(state: SpectrumAtParameter, width: float) -> Iterator[Guess]:
     """Pairs of roots on the line that are one at the end of the range, as far as rounding tells."""
-    on = state.real if state.form == "undamped" else state.on_line
-    for pair in np.argwhere(np.triu(on & on[:, None] & state.close, 1)):
-        right, left = state.right[:, pair], state.left[:, pair]
-        yield Guess(state.value, complex(state.roots[pair].mean()), right, left, True, width)
+    on_line = state.real if state.problem is UNDAMPED else state.on_line
+    for pair in np.argwhere(np.triu(on_line & on_line[:, None] & state.close, 1)):
+        yield Guess(
+            value=state.value,
+            root=complex(state.roots[pair].mean()),
+            right=state.right[:, pair],
+            left=state.left[:, pair],
+            coalesces=True,
+            width=width,
+        )
 
 
-def _quiet(along: Continuation, omega: float) -> bool:
+def _rests_at_start(continuation: Continuation, omega: float) -> bool:
     """True if a root of this frequency is on the line at the start, two of them without damping."""
-    state = along.at(along.low)
+    state = continuation.at(continuation.low)
     if not omega:
         return bool(np.any(np.abs(state.roots) <= state.rounding))
-    on = (np.abs(state.omegas - omega) <= along.options.near * omega) & state.on_line
-    if along.form == "damped":
-        return bool(on.any())
-    return bool(state.close[np.ix_(on, on)].sum() > on.sum())
+    near = np.abs(state.omegas - omega) <= continuation.options.near * omega
+    resting = near & state.on_line
+    if continuation.problem is DAMPED:
+        return bool(resting.any())
+    return bool(state.close[np.ix_(resting, resting)].sum() > resting.sum())
 
 
-def fastest_first(along: Continuation, place: Sequence[Event]) -> list[Event]:
-    """Events at one place in one direction, by their growth rates close to it."""
-    if len({one.omega for one in place}) < 2:
-        return list(place)
-    wide, hidden_by = along.high - along.low, max(one.width for one in place)
-    aside = place[0].direction * float(np.clip(1e3 * hidden_by, 1e-5 * wide, 1e-2 * wide))
-    inside = along.low <= place[0].value + aside <= along.high
-    way = 1.0 if inside else -1.0  # at an end what decays fastest inside grows fastest beyond
-    state = along.at(place[0].value + way * aside)
-    rates = way * state.exponents.real
+def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[Event]:
+    """Coincident events in one direction, by their growth rates close to them."""
+    if len({event.omega for event in events}) < 2:
+        return list(events)
+    low, high = continuation.low, continuation.high
+    widest = max(event.width for event in events)
+    distance = np.clip(1e3 * widest, 1e-5 * (high - low), 1e-2 * (high - low))
+    beside = events[0].direction * float(distance)
+    inside = low <= events[0].value + beside <= high
+    side = 1.0 if inside else -1.0  # at an end what decays fastest inside grows fastest beyond
+    state = continuation.at(events[0].value + side * beside)
+    rates = side * state.exponents.real
 
-    def rate(one: Event) -> float:
-        near = along.options.near * max(one.omega, float(state.omegas.min()))
-        own = np.abs(state.omegas - one.omega) <= near
-        return float(np.max(rates[own & (rates > 0)], initial=-np.inf))
+    def rate(event: Event) -> float:
+        near = continuation.options.near * max(event.omega, float(state.omegas.min()))
+        alike = np.abs(state.omegas - event.omega) <= near
+        return float(np.max(rates[alike & (rates > 0)], initial=-np.inf))
 
-    return sorted(place, key=rate, reverse=True)
+    return sorted(events, key=rate, reverse=True)
 
 
 # The certificate
 
 
-def _steady(along: Continuation, low: float, high: float, growth: UnstableCount) -> bool:
+def _is_steady(continuation: Continuation, low: float, high: float, count: UnstableCount) -> bool:
     """True if at each state between low and high as many roots grow, as far as rounding tells."""
-    inside = (state.bounds for state in along.states if low < state.value < high)
-    return all(least <= growth.roots <= most for least, most in inside)
+    for state in continuation.states:
+        if low < state.value < high:
+            least, most = state.bounds
+            if not least <= count.roots <= most:
+                return False
+    return True
 
 
 def _doubts(
-    found: Searched, middles: Sequence[float], counts: Sequence[int | None]
+    result: SearchResult, between: Sequence[float], second_counts: Sequence[int | None]
 ) -> Iterator[str]:
     """Where counts and states do not agree with the events, and where rounding or a wide interval
     may hide a root, in words."""
-    along, places, growths = found.line, found.places, found.growths
-    room = along.options.wide * (along.high - along.low)
-    sides = itertools.pairwise(middles), itertools.pairwise(growths)
-    for place, gap, beside in zip(places, *sides, strict=True):
-        if not _outside(along, hull(place), gap, *beside):
-            yield f"what grows beside {place[0].value:.9g} is not what the crossings there leave"
-    last = [along.low, *(place[-1].value for place in places)]
-    between = zip(last, itertools.pairwise(found.edges), growths, counts, strict=True)
-    for start, (a, b), growth, n in between:
-        if n != growth.roots:
+    continuation = result.continuation
+    clusters = result.clusters
+    counts = result.unstable_counts
+    for k, cluster in enumerate(clusters):
+        limits = between[k], between[k + 1]
+        if not _is_expected_beside(continuation, hull(cluster), limits, *counts[k : k + 2]):
+            yield f"what grows beside {cluster[0].value:.9g} is not what the crossings there leave"
+    edges = result.edges
+    lasts = [continuation.low, *(cluster[-1].value for cluster in clusters)]
+    for k, count in enumerate(counts):
+        a, b = edges[k], edges[k + 1]
+        if second_counts[k] != count.roots:
             yield f"a second count of what grows disagrees between {a:.9g} and {b:.9g}"
-        if not _steady(along, start, b, growth):
+        if not _is_steady(continuation, lasts[k], b, count):
             yield f"what grows varies between {a:.9g} and {b:.9g} without a crossing"
-    for place, ends in zip(places, itertools.pairwise(growths), strict=True):
-        if not explained(place, *ends):
-            yield f"what grows changes otherwise than by what crosses at {place[0].value:.9g}"
-        for c in (c for c in place if c.width > room):
-            yield f"the crossing at {c.value:.9g} has the wide interval {c.interval}"
-    if _undecided(along, places):
+    widest = continuation.options.wide * (continuation.high - continuation.low)
+    for k, cluster in enumerate(clusters):
+        if not counts_consistent(cluster, counts[k], counts[k + 1]):
+            yield f"what grows changes otherwise than by what crosses at {cluster[0].value:.9g}"
+        for event in cluster:
+            if event.width > widest:
+                yield f"the crossing at {event.value:.9g} has the wide interval {event.interval}"
+    if _undecided_sides(continuation, clusters):
         yield "rounding does not tell on which side of the axis some root lies"
-    for p in (p for p in (along.low, along.high) if _hides(along, p)):
-        yield f"rounding leaves slow roots too few digits at {p:.9g}"
+    for p in (continuation.low, continuation.high):
+        if _hides_slow_roots(continuation, p):
+            yield f"rounding leaves slow roots too few digits at {p:.9g}"
 
 
-def _undecided(along: Continuation, places: Sequence[Sequence[Event]]) -> bool:
+def _undecided_sides(continuation: Continuation, clusters: Sequence[Sequence[Event]]) -> bool:
     """True if away from all events rounding does not tell on which side of the axis a root is."""
-    if along.form != "damped":  # a spectrum that is symmetric about the axis has roots on it
+    if continuation.problem is not DAMPED:  # a spectrum symmetric about the axis has roots on it
         return False
-    margin = 1e-6 * (along.high - along.low)
-    taken = [(c.interval[0] - margin, c.interval[1] + margin) for p in places for c in p]
-    return any(
-        np.any(state.on_line & (np.abs(state.roots) > state.rounding))
-        for state in along.states
-        if along.low < state.value < along.high
-        and not any(low <= state.value <= high for low, high in taken)
-    )
+    low, high = continuation.low, continuation.high
+    margin = 1e-6 * (high - low)
+
+    def is_near_event(p: float) -> bool:
+        return any(
+            event.interval[0] - margin <= p <= event.interval[1] + margin
+            for event in itertools.chain(*clusters)
+        )
+
+    for state in continuation.states:
+        undecided = state.on_line & (np.abs(state.roots) > state.rounding)
+        if low < state.value < high and undecided.any() and not is_near_event(state.value):
+            return True
+    return False
 
 
-def _hides(along: Continuation, p: float) -> bool:
+def _hides_slow_roots(continuation: Continuation, p: float) -> bool:
     """True if rounding leaves the slow roots at p too few digits, see `eigen.hidden`."""
-    if isinstance(along.system, Slow):
+    if isinstance(continuation.system, StaticCondensation):
         return False
-    ((M, C, K),) = matrices_of(along.system, [p])
+    ((M, C, K),) = matrices_of(continuation.system, [p])
     with suppress(InputError):  # M is not symmetric
         return hidden(reduce(M, C, K), C, K)
     return False
 
 
-def sign_count(along: Continuation, p: float) -> int | None:
+def sign_count(continuation: Continuation, p: float) -> int | None:
     """How many roots grow at p by more than rounding, by the sign function; None if unsettled.
 
     The sign function of A - x has the eigenvalue +1 for each root right of x and -1 for each other,
     so that its trace counts them. Newton's iteration S <- (c S + (c S)^-1) / 2 converges
     quadratically; the scaling c = |det S|^(-1/n) speeds its start (Byers 1987).
     """
-    state, A = along.at(p), along.both(p)[0]
-    rates, noise = state.roots.real, state.rounding
-    if along.form == "undamped":  # the roots of the first-order form
+    state = continuation.at(p)
+    A = continuation.matrix_and_derivative(p).A
+    rates = state.roots.real
+    noise = state.rounding
+    if continuation.problem is UNDAMPED:  # the roots of the first-order form
         unit = float(np.sqrt(norm_of(A))) or 1.0
-        half, noise = state.exponents.real / unit, np.sqrt(noise) / unit
-        rates, noise = np.concatenate([half, -half]), np.tile(noise, 2)
-        zero, eye = np.zeros_like(A), np.eye(len(A))
-        A = np.block([[zero, eye], [-A / unit**2, zero]])
-    elif along.form == "gyroscopic":
-        rates, A = -state.roots.imag, (1j * A).real
-    quiet = rates <= noise
-    least = float(np.min(rates[~quiet], initial=np.inf))
-    most = max(float(np.max(rates[quiet], initial=0.0)), float(np.max(noise, initial=0.0)))
-    if not np.isfinite(least):
-        least = max(1e3 * most, 1e-6)
-    floor = least / 8 if least > 64 * most else np.sqrt(max(most, 1e-16) * least)
+        half = state.exponents.real / unit
+        rates = np.concatenate([half, -half])
+        noise = np.tile(np.sqrt(noise) / unit, 2)
+        zero = np.zeros_like(A)
+        A = np.block([[zero, np.eye(len(A))], [-A / unit**2, zero]])
+    elif continuation.problem is GYROSCOPIC:
+        rates = -state.roots.imag
+        A = (1j * A).real
     n = len(A)
-    S, factor, change = A - floor * np.eye(n), 1.0, np.inf
+    S = A - _separating_rate(rates, noise) * np.eye(n)
+    change = np.inf
     with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
         for _ in range(60):
-            other = np.linalg.inv(S)
-            factor = float(np.exp(-np.linalg.slogdet(S)[1] / n)) if change > 1e-2 else 1.0
-            new = (factor * S + other / factor) / 2
+            inverse = np.linalg.inv(S)
+            scaling = float(np.exp(-np.linalg.slogdet(S)[1] / n)) if change > 1e-2 else 1.0
+            new = (scaling * S + inverse / scaling) / 2
             change = float(np.linalg.norm(new - S, 1) / np.linalg.norm(new, 1))
             S = new
             if not change >= 1e-5:  # the next step would leave its square
@@ -532,3 +688,15 @@ def sign_count(along: Continuation, p: float) -> int | None:
         settled = change < 1e-5 and abs(number - round(number)) < 1e-3
         return round(number) if settled else None
     return None
+
+
+def _separating_rate(rates: Array, noise: Array) -> float:
+    """A rate between those of roots that grow by more than rounding, and all others."""
+    stable = rates <= noise
+    least = float(np.min(rates[~stable], initial=np.inf))
+    most = max(float(np.max(rates[stable], initial=0.0)), float(np.max(noise, initial=0.0)))
+    if not np.isfinite(least):
+        least = max(1e3 * most, 1e-6)
+    if least > 64 * most:
+        return least / 8
+    return float(np.sqrt(max(most, 1e-16) * least))

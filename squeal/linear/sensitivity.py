@@ -12,28 +12,44 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
 from squeal.linear.eigen import ComplexArray, Eigenvalue
-from squeal.linear.matrices import EPS, Array, Change, applied, inertia
+from squeal.linear.matrices import EPS, Array, Change, Matrix, Values, applied, inertia
 
 ONE_ROOT = math.sqrt(EPS)  # relative: roots that are closer are one to rounding
 
 
-def _sizes(of: Callable[..., Array], change: Change, z: Any, x: Any, y: Any) -> Array:
-    """y_j^H `of`(change, z_j, x_j) of the sizes of all entries."""
-    parts = tuple(None if A is None else abs(A) for A in change)
-    return np.asarray(np.sum(abs(y) * of(parts, abs(z), abs(x)), axis=0))
+def _term_sizes(
+    product: Callable[[Change, Values, NDArray], NDArray],
+    change: Change,
+    z: Values,
+    x: NDArray,
+    y: NDArray,
+) -> Array:
+    """y_j^H product(change, z_j, x_j) of the sizes of all entries."""
+    M, C, K = (None if matrix is None else abs(matrix) for matrix in change)
+    return np.asarray(np.sum(abs(y) * product((M, C, K), abs(z), abs(x)), axis=0))
 
 
-def _lengths(M: Any, z: Any, x: Any, y: Any) -> Array:
+def _real_mode_products(M: Matrix, z: Values, x: NDArray, y: NDArray) -> Array:
     """2 |z| (x^H M x y^H M y)^(1/2): y^H P' x of a real mode."""
-    mass = (np.abs(np.sum(v.conj() * (M @ v), axis=0)) for v in (x, y))
-    return np.asarray(2 * np.abs(z) * np.sqrt(math.prod(mass)))
+    mass_x = np.abs(np.sum(x.conj() * (M @ x), axis=0))
+    mass_y = np.abs(np.sum(y.conj() * (M @ y), axis=0))
+    return np.asarray(2 * np.abs(z) * np.sqrt(mass_x * mass_y))
+
+
+class _Cluster(NamedTuple):
+    """Roots that are one to rounding: a mask (m,), their block of y^H P' x, whether that is
+    regular."""
+
+    roots: NDArray[np.bool_]
+    block: NDArray
+    regular: bool
 
 
 def sensitivities(
@@ -68,30 +84,34 @@ def sensitivities(
     >>> slopes["k"].imag.tolist(), condition.tolist()
     ([0.25, -0.25], [1.0, 1.0])
     """
+    n = matrices[0].shape[0]
     z = np.array([e.value for e in eigenvalues], dtype=complex)
-    n, sides = matrices[0].shape[0], ("right", "left")
-    x, y = (np.array([getattr(e, k) for e in eigenvalues], complex).reshape(-1, n).T for k in sides)
+    x = np.array([e.right for e in eigenvalues], complex).reshape(-1, n).T
+    y = np.array([e.left for e in eigenvalues], complex).reshape(-1, n).T
     W = y.conj().T @ inertia(matrices, z, x)
-    weight, lengths = np.abs(W.diagonal()), _lengths(matrices[0], z, x, y)
-    rounding = 100 * EPS * np.maximum(lengths, _sizes(inertia, matrices, z, x, y))
+    weight = np.abs(W.diagonal())
+    real_modes = _real_mode_products(matrices[0], z, x, y)
+    rounding = 100 * EPS * np.maximum(real_modes, _term_sizes(inertia, matrices, z, x, y))
     condition = np.full(len(z), np.inf)
-    np.divide(np.where(z, lengths, weight), weight, out=condition, where=weight > rounding)
-    groups = []
-    for one in np.unique(np.abs(z[:, None] - z) <= ONE_ROOT * np.abs(z), axis=0):
-        own = np.ix_(one, one)
-        least = np.linalg.svd(W[own], compute_uv=False)[-1]
-        groups.append((one, own, least > rounding[one].max()))
+    np.divide(np.where(z, real_modes, weight), weight, out=condition, where=weight > rounding)
+    clusters = []
+    for roots in np.unique(np.abs(z[:, None] - z) <= ONE_ROOT * np.abs(z), axis=0):
+        block = W[np.ix_(roots, roots)]
+        smallest = np.linalg.svd(block, compute_uv=False)[-1]
+        clusters.append(_Cluster(roots, block, bool(smallest > rounding[roots].max())))
     slopes = {}
     for name, change in changes.items():
-        F, each = y.conj().T @ applied(change, z, x), np.zeros_like(z)
-        for one, own, regular in groups:
+        F = y.conj().T @ applied(change, z, x)
+        slopes[name] = np.zeros_like(z)
+        for roots, block, regular in clusters:
+            forces = F[np.ix_(roots, roots)]
             if regular:
-                rates = np.linalg.solve(W[own], -F[own])
-                each[one] = np.linalg.eigvals(rates) if len(rates) > 1 else rates[0]
+                rates = np.linalg.solve(block, -forces)
+                slopes[name][roots] = np.linalg.eigvals(rates) if len(rates) > 1 else rates[0]
             else:
-                noise = 100 * EPS * _sizes(applied, change, z[one], x[:, one], y[:, one])
-                each[one] = np.inf if np.abs(F[own]).max() > noise.max() else 0.0
-        slopes[name] = each
+                sizes = _term_sizes(applied, change, z[roots], x[:, roots], y[:, roots])
+                separates = np.abs(forces).max() > 100 * EPS * sizes.max()
+                slopes[name][roots] = np.inf if separates else 0.0
     return slopes, condition
 
 
@@ -120,8 +140,11 @@ class Singular(NamedTuple):
         if sizes[-1] > 1e-6 * sizes[0]:
             raise ComputationError("no root meets the imaginary axis there")
         inverse = (Vh[:-1].conj().T / sizes[:-1]) @ U[:, :-1].conj().T
-        both = inverse, inverse.conj().T
-        return Singular(root, Vh[-1].conj(), U[:, -1], lambda b, adjoint: both[adjoint] @ b)
+
+        def solve(b: ComplexArray, adjoint: bool) -> ComplexArray:
+            return np.asarray((inverse.conj().T if adjoint else inverse) @ b)
+
+        return Singular(root, right=Vh[-1].conj(), left=U[:, -1], solve=solve)
 
 
 def crossing_slopes(
@@ -147,30 +170,67 @@ def crossing_slopes(
     >>> crossing_slopes(at, (M, None, K), (None, None, dp), {"k": (None, None, dk)})
     {'k': (2.0, 0.0)}
     """
+    quotient = _quotient_at(at, matrices)
+    by_p = quotient.of(by)
+    slopes = {}
+    for name, change in changes.items():
+        by_q = quotient.of(change)
+        move = float(-(by_q.vanishing / by_p.vanishing).real) + 0.0
+        frequency = float((by_q.root + move * by_p.root).imag) / math.tau + 0.0
+        slopes[name] = move, frequency
+    return slopes
+
+
+class _Rates(NamedTuple):
+    """Derivatives by a parameter of what vanishes along a crossing, and of the root, or the mean of
+    two."""
+
+    vanishing: complex
+    root: complex
+
+
+class _Quotient(NamedTuple):
+    """How a root moves with changes of M, C and K: by y^H dP x over `weight`.
+
+    Of two that coalesce x1, y1 are the vectors that follow x, y in the chain of the double root;
+    None of a single root.
+    """
+
+    at: Singular
+    weight: complex
+    x1: ComplexArray | None = None
+    y1: ComplexArray | None = None
+
+    def of(self, change: Change) -> _Rates:
+        """The rates of one change."""
+        z, x, y = self.at.root, self.at.right, self.at.left
+        image = applied(change, z, x)
+        form = np.vdot(y, image)
+        if self.x1 is None or self.y1 is None:
+            root = -form / self.weight
+            return _Rates(root.real + 0j, root)
+        both = np.vdot(y, inertia(change, z, x) + applied(change, z, self.x1))
+        both = both + np.vdot(self.y1, image)
+        return _Rates(form, -both / self.weight)
+
+
+def _quotient_at(at: Singular, matrices: Change) -> _Quotient:
+    """The quotient of a single root, or of two that coalesce."""
     z, x, y = at.root, at.right, at.left
     inward = inertia(matrices, z, x)  # P' x
     weight = np.vdot(y, inward)
-    sizes = _lengths(matrices[0], z, x, y), _sizes(inertia, matrices, z, x, y)
-    single = abs(weight) > ONE_ROOT * max(sizes)
-    if not single:  # the vectors beside those of the double root; their part along these is free
-        mirrored: Any = tuple(None if A is None else A.conj().T for A in matrices)
-        outward = inertia(mirrored, np.conj(z), y)
-        x1, y1 = at.solve(-inward, False), at.solve(-outward, True)
-        x1, y1 = (u - v * (np.vdot(v, u) / np.vdot(v, v)) for u, v in ((x1, x), (y1, y)))
-        weight = 2 * np.vdot(y, matrices[0] @ x) + np.vdot(y1, inward) + np.vdot(outward, x1)
+    real_mode = _real_mode_products(matrices[0], z, x, y)
+    if abs(weight) > ONE_ROOT * max(real_mode, _term_sizes(inertia, matrices, z, x, y)):
+        return _Quotient(at, weight)
+    M, C, K = (None if matrix is None else matrix.conj().T for matrix in matrices)
+    outward = inertia((M, C, K), np.conj(z), y)
+    x1 = _without(x, at.solve(-inward, False))
+    y1 = _without(y, at.solve(-outward, True))
+    chain = 2 * np.vdot(y, matrices[0] @ x) + np.vdot(y1, inward) + np.vdot(outward, x1)
+    return _Quotient(at, chain, x1, y1)
 
-    def moved(change: Change) -> NDArray[np.complex128]:
-        """What vanishes on the way of the crossing, and what the root, or the mean of two, does."""
-        image = applied(change, z, x)
-        form = np.vdot(y, image)
-        if single:
-            return np.array([(-form / weight).real, -form / weight])
-        both = np.vdot(y, inertia(change, z, x) + applied(change, z, x1)) + np.vdot(y1, image)
-        return np.array([form, -both / weight])
 
-    own, slopes = moved(by), dict[str, tuple[float, float]]()
-    for name, change in changes.items():
-        other = moved(change)
-        move = float(-(other[0] / own[0]).real) + 0.0
-        slopes[name] = move, float((other[1] + move * own[1]).imag) / math.tau + 0.0
-    return slopes
+def _without(direction: ComplexArray, vector: ComplexArray) -> ComplexArray:
+    """A vector without its part along a direction, which is free."""
+    share = np.vdot(direction, vector) / np.vdot(direction, direction)
+    return np.asarray(vector - direction * share)

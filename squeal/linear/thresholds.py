@@ -2,7 +2,7 @@
 
 The eigenvalues are followed along the parameter (`continuation`); where they cross the line between
 growth and decay is located on the roots themselves, or on the pair that meets there (`events`), and
-what grows is counted between these places (`search`). The verdict changes at events that
+what grows is counted between these values (`search`). The verdict changes at events that
 begin or end all growth, and where the faster growth passes from a pair to a real root or back.
 """
 
@@ -10,25 +10,34 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
 import numpy as np
 
 from squeal.errors import InputError
+from squeal.linear.condensation import StaticCondensation
 from squeal.linear.continuation import (
+    GYROSCOPIC,
+    UNDAMPED,
     Continuation,
     ContinuationOptions,
     Guess,
-    State,
+    SpectrumAtParameter,
     hermite_cubic,
 )
 from squeal.linear.eigen import GROWING
 from squeal.linear.events import Crossing, Event, hertz_of, located
 from squeal.linear.matrices import LightMassError
-from squeal.linear.search import Searched, difference, fastest_first, search
-from squeal.linear.system import Slow, SystemFunction
+from squeal.linear.search import (
+    SearchResult,
+    fastest_first,
+    hull,
+    required_crossings,
+    search,
+)
+from squeal.linear.system import SystemFunction
 
 
 @dataclass(frozen=True)
@@ -58,10 +67,10 @@ class Thresholds:
     points: list[CriticalPoint]
     crossings: list[Crossing]
     # a second count agrees between all crossings, and no step leaves room for more; None where
-    # nothing is known between the values looked at, as of a plain function
+    # nothing is known between the computed values, as of a plain function
     certified: bool | None = None
-    # the eigenvalues along mu that all this was read off, in parts between jumps
-    searched: tuple[Searched, ...] = field(default=(), repr=False, compare=False)
+    # the searches between jumps that all this was read off, with the eigenvalues along mu
+    searched: tuple[SearchResult, ...] = field(default=(), repr=False, compare=False)
 
 
 def thresholds(
@@ -110,27 +119,32 @@ def thresholds(
     >>> print(*result.points)
     flutter at mu = 0.75, 0.225079 Hz
     """
-    mu_min, mu_max = float(mu_min), float(mu_max)
-    if not -math.inf < mu_min < mu_max < math.inf:
-        words = "is not allowed; it must be finite numbers, the first below the last"
-        raise InputError(f"thresholds: mu_min, mu_max = {mu_min, mu_max} {words}")
-    edges = [mu_min, *sorted({float(b) for b in breakpoints if mu_min < b < mu_max}), mu_max]
+    first, last = float(mu_min), float(mu_max)
+    if not -math.inf < first < last < math.inf:
+        raise InputError(
+            f"thresholds: mu_min, mu_max = {first, last} is not allowed; it must be finite "
+            "numbers, the first below the last"
+        )
+    jumps = {float(mu) for mu in breakpoints if first < mu < last}
     points: list[CriticalPoint] = []
     crossings: list[Crossing] = []
-    parts: list[Searched] = []
-    for a, b in itertools.pairwise(edges):
-        low = float(np.nextafter(a, b)) if parts else a
-        high = b if b == edges[-1] else float(np.nextafter(b, a))
+    parts: list[SearchResult] = []
+    for a, b in itertools.pairwise([first, *sorted(jumps), last]):
+        low = float(np.nextafter(a, b)) if a in jumps else a
+        high = float(np.nextafter(b, a)) if b in jumps else b
         try:
             part = search(system, low, high, options)
         except LightMassError:
-            system = Slow(system, mu_min)
+            system = StaticCondensation(system, first)
             part = search(system, low, high, options)
         if parts:
-            jumps = _jump(a, parts[-1].line.at(parts[-1].line.high), part.line.at(low))
-            points, crossings = points + jumps[0], crossings + jumps[1]
-        found = points_and_crossings(part)
-        points, crossings = points + found[0], crossings + found[1]
+            before = parts[-1].continuation
+            below, above = before.at(before.high), part.continuation.at(low)
+            points += _points_at_jump(a, below, above)
+            crossings += _crossings_at_jump(a, below, above)
+        new_points, new_crossings = points_and_crossings(part)
+        points += new_points
+        crossings += new_crossings
         parts.append(part)
     certified = None
     if all(part.doubts is not None for part in parts):
@@ -138,222 +152,342 @@ def thresholds(
     return Thresholds(points, crossings, certified, tuple(parts))
 
 
-def points_and_crossings(part: Searched) -> tuple[list[CriticalPoint], list[Crossing]]:
+def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[Crossing]]:
     """The changes of verdict and the crossings of a part without a jump."""
-    changes = [(c, _leads(part, c)) for c in _changes(part)]
+    changes = [(change, _fastest_events(part, change)) for change in _verdict_changes(part)]
     crossings = []
-    for k, place in enumerate(part.places):
-        leads = [lead for c, lead in changes if c.place == k]
-        for c in place:
-            changing = any(c in lead or not any(lead) for lead in leads)
-            mode = _mode(part.line.at(c.value), c.omega, 2 if c.coalesces else 1)
-            crossings.append(c.crossing(mode, changing))
-    return [_point(part, *change) for change in changes], crossings
+    for k, cluster in enumerate(part.clusters):
+        responsible = [fastest for change, fastest in changes if change.cluster == k]
+        for event in cluster:
+            changes_verdict = any(
+                event in fastest or fastest == (None, None) for fastest in responsible
+            )
+            state = part.continuation.at(event.value)
+            mode = _mode_number(state, event.omega, 2 if event.coalesces else 1)
+            crossings.append(event.crossing(mode, changes_verdict))
+    return [_critical_point(part, change, fastest) for change, fastest in changes], crossings
 
 
-def _jump(at: float, below: State, above: State) -> tuple[list[CriticalPoint], list[Crossing]]:
-    """What changes at a breakpoint, of which only the states on both sides are known."""
-    before, after = below.growth.verdict, above.growth.verdict
-    points = []
-    if before != after:
-        grown, kind = (above, after) if after in GROWING else (below, "restabilised")
-        omega = _leading(grown) if grown.growth.verdict == "flutter" else 0.0
-        points = [CriticalPoint(at, kind, omega / (2 * math.pi), (at, at), True)]
-    crossings = [
-        Event(at, omega, way, (at, at)).crossing(
-            _mode(above if way > 0 else below, omega), before != after
-        )
-        for omega, way in difference(below, above)
-    ]
-    return points, crossings
+def _points_at_jump(
+    mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
+) -> list[CriticalPoint]:
+    """The change of verdict at a breakpoint, of which only the states on both sides are known."""
+    before, after = below.unstable_count.verdict, above.unstable_count.verdict
+    if before == after:
+        return []
+    kind, unstable = "restabilised", below
+    if after in GROWING:
+        kind, unstable = after, above
+    omega = _leading_omega(unstable) if unstable.unstable_count.verdict == "flutter" else 0.0
+    return [CriticalPoint(mu, kind, omega / (2 * math.pi), (mu, mu), True)]
 
 
-def _mode(state: State, omega: float, members: int = 1) -> int:
-    """Number of a mode by rising frequency, from 1; of several that are one there the first."""
-    each = 1 if state.form == "undamped" else 2
-    others = state.omegas[np.argsort(np.abs(state.omegas - omega))][each * members :]
+def _crossings_at_jump(
+    mu: float, below: SpectrumAtParameter, above: SpectrumAtParameter
+) -> list[Crossing]:
+    """What crosses the axis at a breakpoint."""
+    changes = below.unstable_count.verdict != above.unstable_count.verdict
+    crossings = []
+    for omega, direction in required_crossings(below, above):
+        mode = _mode_number(above if direction > 0 else below, omega)
+        crossings.append(Event(mu, omega, direction, (mu, mu)).crossing(mode, changes))
+    return crossings
+
+
+def _mode_number(state: SpectrumAtParameter, omega: float, members: int = 1) -> int:
+    """Number of a mode by rising frequency, from 1; of several `members` that meet there the
+    first."""
+    roots_per_mode = 1 if state.problem is UNDAMPED else 2
+    nearest_first = np.argsort(np.abs(state.omegas - omega))
+    others = state.omegas[nearest_first][roots_per_mode * members :]
     near = 1e-6 if members > 1 else 1e-9
-    return 1 + int(np.sum(others < omega * (1 - near))) // each
+    return 1 + int(np.sum(others < omega * (1 - near))) // roots_per_mode
 
 
-def _leading(state: State) -> float:
+def _leading_omega(state: SpectrumAtParameter) -> float:
     """Angular frequency of the pair that grows fastest (rad/s), 0 if none does."""
-    return float(state.omegas[state.growing[0][0]]) if state.growing[0] else 0.0
+    return float(state.omegas[state.unstable_pairs[0]]) if state.unstable_pairs else 0.0
 
 
 # Changes of verdict, from what grows and what crosses
 
 
 class VerdictChange(NamedTuple):
-    """The verdict changes at `value` +- `half`: at the place of that index, or at none."""
+    """The verdict changes at `value` +- `half`: at the cluster of events of that index, or at
+    none."""
 
     value: float
     half: float
     below: str
     above: str
-    place: int | None
+    cluster: int | None
 
 
-class _Mark(NamedTuple):
+class _VerdictAt(NamedTuple):
+    """The verdict at a value of the parameter, or on one side of a cluster of events there."""
+
     value: float
     verdict: str
-    place: int | None = None
+    cluster: int | None = None
 
 
-def _changes(part: Searched) -> Iterator[VerdictChange]:
+def _verdict_changes(part: SearchResult) -> Iterator[VerdictChange]:
     """All changes of verdict by rising value.
 
     Next to rest the verdict is that of what crosses. Everywhere else it changes only where the
-    faster growth changes hands; where that is at a place of crossings it belongs to the place.
+    faster growth changes hands; where that is at a cluster of crossings it belongs to these.
     """
-    line, places, edges, marks = part.line, part.places, part.edges, list[_Mark]()
-    values = [s.value for s in line.states]
-    near = 4 * line.options.same * (line.high - line.low)
-    for k, growth in enumerate(part.growths):
-        low, high = edges[k : k + 2]
-        states = [line.at(v) for v in values if low <= v <= high and growth.roots]
-        own = [_Mark(s.value, s.growth.verdict) for s in states if s.growth.roots == growth.roots]
-        own = own or [_Mark((low + high) / 2, growth.verdict)]
-        quiet = [mark.verdict == "quiet" for mark in (*marks[-1:], own[0])]
-        if k and quiet[0] != quiet[1]:
-            grown, way = (own[0], 1) if quiet[0] else (marks[-1], -1)
-            kinds = {c.kind for c in places[k - 1] if c.direction == way}
-            kind = kinds.pop() if len(kinds) == 1 else grown.verdict
-            marks += [_Mark(low, v, k - 1) for v in ("quiet", kind)][::way]
-        marks += own
-    for a, b in itertools.pairwise(marks):
-        if a.place is not None and a.place == b.place:
-            yield VerdictChange(a.value, 0.0, a.verdict, b.verdict, a.place)
+    for a, b in itertools.pairwise(_known_verdicts(part)):
+        if a.cluster is not None and a.cluster == b.cluster:
+            yield VerdictChange(a.value, 0.0, a.verdict, b.verdict, a.cluster)
         elif a.value < b.value and "quiet" not in (a.verdict, b.verdict):
-            for change in _between(line, a, b):
-                ways = {(change.below, -1), (change.above, 1)}
-                at = [
-                    change._replace(value=place[0].value, place=k)
-                    for k, place in enumerate(places)
-                    if abs(place[0].value - change.value) <= near
-                    and ways <= {(c.kind, c.direction) for c in place}
-                ]
-                yield at[0] if at else change
+            for change in _exchanges(part.continuation, a, b):
+                yield _at_cluster(part, change)
 
 
-def _between(line: Continuation, a: _Mark, b: _Mark, depth: int = 5) -> Iterator[VerdictChange]:
-    """Where growth changes hands between two marks."""
+def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
+    """Verdicts at all states and on both sides of the clusters that begin or end all growth."""
+    continuation = part.continuation
+    edges = part.edges
+    values = [state.value for state in continuation.states]
+    verdicts: list[_VerdictAt] = []
+    for k, count in enumerate(part.unstable_counts):
+        low, high = edges[k], edges[k + 1]
+        inner = []
+        for value in values:
+            if low <= value <= high and count.roots:
+                growth = continuation.at(value).unstable_count
+                if growth.roots == count.roots:
+                    inner.append(_VerdictAt(value, growth.verdict))
+        if not inner:
+            inner = [_VerdictAt((low + high) / 2, count.verdict)]
+        if k:
+            verdicts += _beside_cluster(part, k - 1, verdicts[-1], inner[0])
+        verdicts += inner
+    return verdicts
+
+
+def _beside_cluster(
+    part: SearchResult, cluster: int, before: _VerdictAt, after: _VerdictAt
+) -> list[_VerdictAt]:
+    """The verdicts on both sides of a cluster that begins or ends all growth, else none."""
+    rest_before, rest_after = before.verdict == "quiet", after.verdict == "quiet"
+    if rest_before == rest_after:
+        return []
+    unstable, direction = (after, 1) if rest_before else (before, -1)
+    events = part.clusters[cluster]
+    kinds = {event.kind for event in events if event.direction == direction}
+    kind = kinds.pop() if len(kinds) == 1 else unstable.verdict
+    at_rest = _VerdictAt(events[0].value, "quiet", cluster)
+    growing = _VerdictAt(events[0].value, kind, cluster)
+    return [at_rest, growing] if rest_before else [growing, at_rest]
+
+
+def _at_cluster(part: SearchResult, change: VerdictChange) -> VerdictChange:
+    """A change of verdict, at a cluster of events that lies there and makes it, if there is one."""
+    options = part.continuation.options
+    near = 4 * options.same * (part.continuation.high - part.continuation.low)
+    required = {(change.below, -1), (change.above, 1)}
+    for k, cluster in enumerate(part.clusters):
+        place = cluster[0].value
+        if abs(place - change.value) <= near and required <= {
+            (event.kind, event.direction) for event in cluster
+        }:
+            return change._replace(value=place, cluster=k)
+    return change
+
+
+def _exchanges(
+    continuation: Continuation, a: _VerdictAt, b: _VerdictAt, depth: int = 5
+) -> Iterator[VerdictChange]:
+    """Where the faster growth changes hands between two values."""
     if a.verdict != b.verdict:
-        yield VerdictChange(*_exchange(line, a, b), a.verdict, b.verdict, None)
-    elif depth and _near(line.at(a.value), line.at(b.value), a.verdict):
+        value, half = _exchange(continuation, a, b)
+        yield VerdictChange(value, half, a.verdict, b.verdict, None)
+    elif depth and _may_exchange_twice(
+        continuation.at(a.value), continuation.at(b.value), a.verdict
+    ):
         middle = (a.value + b.value) / 2
-        mark = _Mark(middle, line.at(middle).growth.verdict)
-        if mark.verdict != "quiet":
-            yield from _between(line, a, mark, depth - 1)
-            yield from _between(line, mark, b, depth - 1)
+        between = _VerdictAt(middle, continuation.at(middle).unstable_count.verdict)
+        if between.verdict != "quiet":
+            yield from _exchanges(continuation, a, between, depth - 1)
+            yield from _exchanges(continuation, between, b, depth - 1)
 
 
-def _near(a: State, b: State, verdict: str) -> bool:
-    """True if the cubic through both ends, and by what it may be off, leads to an exchange."""
-    both = a.growth, b.growth
-    if not (any(g.pairs for g in both) and any(g.reals for g in both)):
+def _may_exchange_twice(a: SpectrumAtParameter, b: SpectrumAtParameter, verdict: str) -> bool:
+    """True if the cubic through both ends, and by its error, leads to an exchange."""
+    if not (a.unstable_count.pairs or b.unstable_count.pairs) or not (
+        a.unstable_count.reals or b.unstable_count.reals
+    ):
         return False
-    (x, dx, _), (y, dy, _) = _lead(a), _lead(b)
-    dx, dy = dx * (b.value - a.value), dy * (b.value - a.value)
-    lead = np.polyval(hermite_cubic(x, dx, y, dy)[::-1], np.linspace(0.0, 1.0, 17))
-    lead = lead if verdict == "flutter" else -lead
-    return bool(lead.min() <= abs(y - x - (dx + dy) / 2))
+    length = b.value - a.value
+    first, last = _lead_of_pair(a), _lead_of_pair(b)
+    slope_a = first.slope * length
+    slope_b = last.slope * length
+    cubic = hermite_cubic(first.value, slope_a, last.value, slope_b)
+    lead = np.polyval(cubic[::-1], np.linspace(0.0, 1.0, 17))
+    if verdict != "flutter":
+        lead = -lead
+    error = abs(last.value - first.value - (slope_a + slope_b) / 2)
+    return bool(lead.min() <= error)
 
 
-def _exchange(line: Continuation, a: _Mark, b: _Mark) -> tuple[float, float]:
+def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple[float, float]:
     """Where the verdict of b begins, and half the interval that holds it: by Ridders's method."""
-    low, high, p, half = a.value, b.value, math.inf, 1e-7 * (b.value - a.value)
-    least = 4 * np.spacing(max(abs(low), abs(high)))
+    low, high = a.value, b.value
+    half = 1e-7 * (high - low)
+    resolution = 4 * np.spacing(max(abs(low), abs(high)))
+    p = math.inf
     for k in range(100):
-        before, p = p, (low + high) / 2
-        first, middle, last = (line.at(v).growth for v in (low, p, high))
-        level = (first.pairs, first.reals) == (last.pairs, last.reals)
-        # a few halvings before a meeting of two roots is looked for
-        if k == 6 and not level and (met := _meeting(line, low, high)) is not None:
-            return met
-        x, m, y = (g.pair_rate - g.real_rate for g in (first, middle, last))
+        before = p
+        p = (low + high) / 2
+        first, middle, last = (continuation.at(value).unstable_count for value in (low, p, high))
+        same_counts = (first.pairs, first.reals) == (last.pairs, last.reals)
+        if k == 6 and not same_counts:  # after a few halvings
+            meeting = _meeting_on_real_axis(continuation, low, high)
+            if meeting is not None:
+                return meeting
+        x, m, y = (count.pair_rate - count.real_rate for count in (first, middle, last))
         tried = [p]
         if x * y < 0.0:
             p += (p - low) * np.sign(x) * m / math.sqrt(m**2 - x * y)
             tried = sorted({*tried, p})
-        if high - low <= least or abs(p - before) <= least:
+        if high - low <= resolution or abs(p - before) <= resolution:
             break
-        for v in tried:
-            if line.at(v).growth.verdict == b.verdict:
-                high = v
+        for value in tried:
+            if continuation.at(value).unstable_count.verdict == b.verdict:
+                high = value
                 break
-            low = v
-    if level:
-        _, slope, rounding = _lead(line.at(p))
-        half = min(rounding / abs(slope) if slope else math.inf, half) + 1e-12 * abs(p)
+            low = value
+    if same_counts:
+        lead = _lead_of_pair(continuation.at(p))
+        error = lead.rounding / abs(lead.slope) if lead.slope else math.inf
+        half = min(error, half) + 1e-12 * abs(p)
     return p, half
 
 
-def _meeting(line: Continuation, low: float, high: float) -> tuple[float, float] | None:
+def _meeting_on_real_axis(
+    continuation: Continuation, low: float, high: float
+) -> tuple[float, float] | None:
     """Where a growing pair, as it is on one side, meets on the real axis, and half the interval."""
-    sides = [line.at(p) for p in (low, high) if line.at(p).growth.verdict == "flutter"]
-    if line.form not in ("damped", "undamped") or not sides:
+    flutter = [p for p in (low, high) if continuation.at(p).unstable_count.verdict == "flutter"]
+    if continuation.problem is GYROSCOPIC or not flutter:
         return None
-    state, k = sides[0], sides[0].growing[0][0]
+    state = continuation.at(flutter[0])
+    if not len(state.right):  # roots without vectors
+        return None
+    k = state.unstable_pairs[0]
     z = state.roots
     both = [k, int(np.argmin(np.abs(z - z[k].conj())))]
-    vectors = state.right[:, both], state.left[:, both]
-    guess = Guess((low + high) / 2, complex(z[k].real), *vectors, True, high - low)
-    event = located(line, guess, crosses=False)
+    guess = Guess(
+        value=(low + high) / 2,
+        root=complex(z[k].real),
+        right=state.right[:, both],
+        left=state.left[:, both],
+        coalesces=True,
+        width=high - low,
+    )
+    event = located(continuation, guess, crosses=False)
     if event is None or not low - event.width <= event.value <= high + event.width:
         return None
-    met = line.at(float(np.clip(event.value, low, high)))
-    k = int(np.argmax(met.exponents.real))
-    if abs(met.roots[k].imag) > 2 * met.rounding[k]:  # one that meets while another pair leads
-        return None
+    met = continuation.at(float(np.clip(event.value, low, high)))
+    fastest = int(np.argmax(met.exponents.real))
+    if abs(met.roots[fastest].imag) > 2 * met.rounding[fastest]:
+        return None  # one that meets while another pair leads
     return event.value, event.width / 2
 
 
-def _lead(state: State) -> tuple[float, float, float]:
-    """By how much the fastest pair outgrows the fastest real root (1/s, 0 without one), the slope
-    of that and its rounding."""
-    z, rates = state.roots, np.zeros((2, 3))
-    for own, rate in zip(state.growing, rates, strict=True):
-        for k in own[:1]:
-            exponent = state.exponents[k]  # lambda
-            turn = -0.5 / exponent if state.form == "undamped" else exponent / z[k]  # d lambda / dz
-            slope = (turn * state.slopes[k]).real
-            rate[:] = exponent.real, slope, abs(turn) * state.rounding[k]
-    value, slope, _ = rates[0] - rates[1]
-    return float(value), float(slope), float(rates[:, 2].sum())
+class _Lead(NamedTuple):
+    """A difference of growth rates (1/s), its slope and its rounding."""
+
+    value: float
+    slope: float
+    rounding: float
 
 
-def _leads(part: Searched, change: VerdictChange) -> list[Event | None]:
-    """At the place of a change the fastest event that ends, and that begins, what it concerns."""
-    at = () if change.place is None else part.places[change.place]
-    ways = (change.below, -1), (change.above, 1)
-    alike = ([c for c in at if (c.kind, c.direction) == way] for way in ways)
-    return [next(iter(fastest_first(part.line, own)), None) for own in alike]
+def _lead_of_pair(state: SpectrumAtParameter) -> _Lead:
+    """By how much the fastest pair outgrows the fastest real root; 0 stands for one that is not
+    there."""
+    pair = _growth_rate(state, state.unstable_pairs)
+    real = _growth_rate(state, state.unstable_reals)
+    return _Lead(pair.value - real.value, pair.slope - real.slope, pair.rounding + real.rounding)
 
 
-def _point(part: Searched, change: VerdictChange, leads: Sequence[Event | None]) -> CriticalPoint:
-    line, at = part.line, () if change.place is None else part.places[change.place]
-    grows = change.above in GROWING
-    concerned, lead = change.above if grows else change.below, leads[grows]
-    low = min([c.interval[0] for c in at], default=change.value - change.half)
-    high = max([c.interval[1] for c in at], default=change.value + change.half)
-    omega = 0.0
-    if lead is not None:
-        omega = lead.omega
-    elif concerned == "flutter" and at:  # of the nearest value looked at on that side
-        beside = [s for s in line.states if (s.value > high if grows else s.value < low)]
-        omega = _leading(min(beside or line.states, key=lambda s: abs(s.value - change.value)))
-    elif concerned == "flutter":
-        # a pair and a real root grow alike, or a pair is about to be two real roots
-        growth = line.at(change.value).growth
-        if abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate:
-            omega = _leading(line.at(change.value))
-    tight = not at or high - low <= line.options.same * max(abs(change.value), 1e-300)
-    return CriticalPoint(
-        float(change.value),
-        change.above if grows else "restabilised",
-        omega / (2 * math.pi),
-        (float(low), float(high)),
-        tight and all(c.converged for c in at),
-        None if lead is None else lead.residual,
+def _growth_rate(state: SpectrumAtParameter, fastest_first: list[int]) -> _Lead:
+    """The growth rate of the first of these roots."""
+    if not fastest_first:
+        return _Lead(0.0, 0.0, 0.0)
+    k = fastest_first[0]
+    exponent = state.exponents[k]  # lambda
+    # d lambda / dz
+    derivative = -0.5 / exponent if state.problem is UNDAMPED else exponent / state.roots[k]
+    return _Lead(
+        value=float(exponent.real),
+        slope=float((derivative * state.slopes[k]).real),
+        rounding=float(abs(derivative) * state.rounding[k]),
     )
+
+
+class _FastestEvents(NamedTuple):
+    """Of the events that a change of verdict belongs to the fastest that ends what grew below, and
+    the fastest that begins what grows above."""
+
+    ending: Event | None
+    beginning: Event | None
+
+
+def _fastest_events(part: SearchResult, change: VerdictChange) -> _FastestEvents:
+    """These of a change of verdict; none of one without a cluster."""
+    if change.cluster is None:
+        return _FastestEvents(None, None)
+    cluster = part.clusters[change.cluster]
+
+    def fastest(kind: str, direction: int) -> Event | None:
+        alike = [event for event in cluster if (event.kind, event.direction) == (kind, direction)]
+        return fastest_first(part.continuation, alike)[0] if alike else None
+
+    return _FastestEvents(fastest(change.below, -1), fastest(change.above, 1))
+
+
+def _critical_point(
+    part: SearchResult, change: VerdictChange, fastest: _FastestEvents
+) -> CriticalPoint:
+    continuation = part.continuation
+    events = () if change.cluster is None else part.clusters[change.cluster]
+    grows = change.above in GROWING
+    event = fastest.beginning if grows else fastest.ending
+    low, high = change.value - change.half, change.value + change.half
+    if events:
+        low, high = hull(events)
+    narrow = high - low <= continuation.options.same * max(abs(change.value), 1e-300)
+    omega = event.omega if event else _omega_without_event(part, change, (low, high))
+    return CriticalPoint(
+        mu=float(change.value),
+        kind=change.above if grows else "restabilised",
+        frequency_hz=omega / (2 * math.pi),
+        interval=(float(low), float(high)),
+        converged=(not events or narrow) and all(event.converged for event in events),
+        residual=event.residual if event else None,
+    )
+
+
+def _omega_without_event(
+    part: SearchResult, change: VerdictChange, interval: tuple[float, float]
+) -> float:
+    """The angular frequency of the mode that a change of verdict is about, 0 of a real root."""
+    continuation = part.continuation
+    grows = change.above in GROWING
+    if (change.above if grows else change.below) != "flutter":
+        return 0.0
+    if change.cluster is None:
+        # a pair and a real root grow alike, or a pair is about to be two real roots
+        state = continuation.at(change.value)
+        growth = state.unstable_count
+        alike = abs(growth.pair_rate - growth.real_rate) <= 1e-6 * growth.real_rate
+        return _leading_omega(state) if alike else 0.0
+    # of the nearest state on that side
+    low, high = interval
+    states = continuation.states
+    beside = [state for state in states if (state.value > high if grows else state.value < low)]
+    nearest = min(beside or states, key=lambda state: abs(state.value - change.value))
+    return _leading_omega(nearest)

@@ -48,13 +48,14 @@ class State(tuple[bool, ...]):
 def states(points: int) -> tuple[State, ...]:
     """The states of a straight face with that many contact points: all touch, none, or those on
     the leading or on the trailing side."""
-    sizes = range(points - 1, 0, -1)
-    return (
-        State(*[True] * points),
-        State(*[False] * points),
-        *(State(*(i < n for i in range(points))) for n in sizes),
-        *(State(*(i >= points - n for i in range(points))) for n in sizes),
-    )
+    contact_states = [State(*[True] * points), State(*[False] * points)]
+    for touching in range(points - 1, 0, -1):
+        separated = points - touching
+        contact_states.append(State(*[True] * touching, *[False] * separated))
+    for touching in range(points - 1, 0, -1):
+        separated = points - touching
+        contact_states.append(State(*[False] * separated, *[True] * touching))
+    return tuple(contact_states)
 
 
 STATES = states(2)
@@ -89,7 +90,9 @@ FACE_STATES = {"FC": "full contact", "PC": "partial contact", "SS": "surface sep
 
 def face_state(state: State) -> str:
     """The article's name of a face's contact (Fig. 8)."""
-    return "FC" if all(state) else "PC" if any(state) else "SS"
+    if all(state):
+        return "FC"
+    return "PC" if any(state) else "SS"
 
 
 class ContactLaw(ABC):
@@ -138,7 +141,8 @@ class ContactLaw(ABC):
 
     def normal(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         """Total normal reaction Rn and its moment."""
-        (f1, f2), (x1, x2) = self.edge_forces(c, at, on), edges(c, at)
+        f1, f2 = self.edge_forces(c, at, on)
+        x1, x2 = edges(c, at)
         return f1 + f2, x1 * f1 + x2 * f2
 
     def loads(self, c: Coefficients, at: Pose, on: Touching) -> Loads:
@@ -195,18 +199,23 @@ class Springs(ContactLaw):
         return tuple(a * gl + b * gt for a, b in self._weights)
 
     def _stiffness(self, c: Coefficients, on: Touching) -> tuple[Number, Number, Number]:
-        ll, lt, tt = 0.0, 0.0, 0.0
+        """Entries of the symmetric stiffness of the edges: leading, coupling, trailing."""
+        ll = lt = tt = 0.0
         for touches, spring, (a, b) in zip(on, self.springs, self._weights, strict=True):
             k = touches * (spring.share * getattr(c, spring.stiffness))
-            ll, lt, tt = ll + k * (a * a), lt + k * (a * b), tt + k * (b * b)
+            ll = ll + k * (a * a)
+            lt = lt + k * (a * b)
+            tt = tt + k * (b * b)
         return ll, lt, tt
 
     def edge_forces(self, c: Coefficients, at: Pose, on: Touching) -> Point:
-        (gl, gt), (ll, lt, tt) = gaps(c, at), self._stiffness(c, on)
+        gl, gt = gaps(c, at)
+        ll, lt, tt = self._stiffness(c, on)
         return -(ll * gl + lt * gt), -(lt * gl + tt * gt)
 
     def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
-        (gl, gt), (ll, lt, tt) = gaps(c, at), self._stiffness(c, on)
+        gl, gt = gaps(c, at)
+        ll, lt, tt = self._stiffness(c, on)
         return 0.5 * (ll * gl * gl + 2.0 * lt * gl * gt + tt * gt * gt)
 
 
@@ -293,9 +302,9 @@ class LineContact(ContactLaw):
     def _partial(self, gl: Number, gt: Number, on: Touching) -> tuple[Number, Number]:
         """Penetration of the edge that touches alone and contact length over 2 w, else zeros."""
         side = on[1] - on[0]
-        one = side * side
-        p = -one * (on[0] * gl + on[1] * gt)
-        return p, p / (side * (gl - gt) + (1.0 - one))
+        partial = side * side  # 1 in partial contact, else 0
+        p = -partial * (on[0] * gl + on[1] * gt)
+        return p, p / (side * (gl - gt) + (1.0 - partial))
 
     def edge_forces(self, c: Coefficients, at: Pose, on: Touching, unit: bool = False) -> Point:
         """See `ContactLaw`; `unit`: as if Rn were 1 in partial contact, where it may vanish."""
@@ -305,7 +314,8 @@ class LineContact(ContactLaw):
         if unit:
             Rn = (on[1] - on[0]) * (on[1] - on[0])
         # the pressure's centroid lies at a third of the contact length
-        near, far = Rn * (1.0 - part / 3.0), Rn * (part / 3.0)
+        near = Rn * (1.0 - part / 3.0)
+        far = Rn * (part / 3.0)
         full = on[0] * on[1] * (c.k_c / 6.0)
         leading = on[0] * near + on[1] * far - full * (2.0 * gl + gt)
         return leading, on[1] * near + on[0] * far - full * (gl + 2.0 * gt)
@@ -313,14 +323,15 @@ class LineContact(ContactLaw):
     def normal(
         self, c: Coefficients, at: Pose, on: Touching, unit: bool = False
     ) -> tuple[Number, Number]:
-        (f1, f2), (x1, x2) = self.edge_forces(c, at, on, unit), edges(c, at)
+        f1, f2 = self.edge_forces(c, at, on, unit)
+        x1, x2 = edges(c, at)
         origin = c.x0 + at.x if self.delta_from == "frame" else 0.0
         return f1 + f2, (origin + x1) * f1 + (origin + x2) * f2
 
     def resultant(self, c: Coefficients, at: Pose, on: Touching) -> tuple[Number, Number]:
         """Rn and delta, Eqs. (13)-(20); where contact is lost delta has its limit, the edge."""
-        one, moment = self.normal(c, at, on, unit=True)
-        return self.normal(c, at, on)[0], moment / one
+        unit_force, unit_moment = self.normal(c, at, on, unit=True)
+        return self.normal(c, at, on)[0], unit_moment / unit_force
 
     def energy(self, c: Coefficients, at: Pose, on: Touching) -> Number:
         """(k_c/4w) x integral of the squared penetration: the potential of the integral law."""
@@ -350,7 +361,12 @@ class Formulation:
 
     def to_dict(self) -> dict[str, Any]:
         """As it stands in a scene file, defaults left out."""
-        return {f.name: v for f in fields(self) if (v := getattr(self, f.name)) != f.default}
+        given = {}
+        for choice in fields(self):
+            value = getattr(self, choice.name)
+            if value != choice.default:
+                given[choice.name] = value
+        return given
 
 
 # fmt: off

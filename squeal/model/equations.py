@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import operator
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import Any, NamedTuple
@@ -31,6 +32,7 @@ from squeal.model.pad import (
     Loads,
     Model,
     Number,
+    Operations,
     Pad,
     at_speed,
     coefficients,
@@ -47,7 +49,7 @@ def term_count(terms: tuple[str, ...]) -> int:
     return (9 if terms else 0) + (3 if "falling" in terms else 0)
 
 
-def net_loads(ops: Any, c: Coefficients, law: ContactLaw, q: Any, on: Touching) -> Loads:
+def net_loads(ops: Operations, c: Coefficients, law: ContactLaw, q: Number, on: Touching) -> Loads:
     """Right-hand sides of Eqs. (4)-(6) or (8)-(10) in a contact state (m and I not divided out)."""
     at = pose(ops, q)
     total = springs(ops, c, at) + law.loads(c, at, on)
@@ -92,7 +94,7 @@ class PadModel:
         """Coefficients of the equations as plain numbers."""
         return coefficients(np, self.pad, self.law.absolute_gap)
 
-    def loads(self, q: Any, state: Touching, rates: Any = None) -> np.ndarray:
+    def loads(self, q: Number, state: Touching, rates: Number = None) -> np.ndarray:
         """Net force and moment (Fx, Fy, M) in a given state; q of shape (3, ...), real or complex.
 
         The state is taken as given, so the result is smooth in q; it is the physical load where
@@ -101,15 +103,15 @@ class PadModel:
         c = self.c if rates is None else at_speed(np, self.c, self.pad.fall, rates[0])
         f = net_loads(np, c, self.law, tuple(q), state)
         if rates is not None and self.damping is not None:
-            drag = (sum(map(operator.mul, row, rates)) for row in self.damping)
-            f = Loads(*map(operator.sub, f, drag))
+            drag = [sum(map(operator.mul, row, rates)) for row in self.damping]
+            f = Loads(f.x - drag[0], f.y - drag[1], f.moment - drag[2])
         return np.array(np.broadcast_arrays(*f))
 
-    def gaps(self, q: Any) -> np.ndarray:
+    def gaps(self, q: Number) -> np.ndarray:
         """Gaps of the contact points (the two edges in B1 and B2), shape (points, ...)."""
         return np.array(self.law.gaps(self.c, pose(np, tuple(q))))
 
-    def state_at(self, q: Any) -> State:
+    def state_at(self, q: Number) -> State:
         """Contact state at q (3,): a point touches where its gap is negative."""
         return State(*(self.gaps(q) < 0.0).tolist())
 
@@ -136,9 +138,10 @@ class PadModel:
         mass = np.array(np.broadcast_arrays(self.pad.m, self.pad.m, self.pad.I))
         return np.asarray(np.array(self.damping) * turn[:, None] / (mass[:, None] * turn))
 
-    def energy(self, q: Any, rates: Any, state: Touching) -> Number:
+    def energy(self, q: Number, rates: Number, state: Touching) -> Number:
         """Kinetic plus potential energy, shape of q[0]; F_n is a dead load."""
-        at, c = pose(np, tuple(q)), self.c
+        at = pose(np, tuple(q))
+        c = self.c
         kinetic = 0.5 * (c.m * (rates[0] ** 2 + rates[1] ** 2) + c.I * rates[2] ** 2)
         return kinetic + spring_energy(np, c, at) + self.law.energy(c, at, state) + c.F_n * at.y
 
@@ -170,13 +173,14 @@ class Linearisation(NamedTuple):
     K: np.ndarray
 
 
-def linearise(model: PadModel, q: Any, state: Touching) -> Linearisation:
+def linearise(model: PadModel, q: Number, state: Touching) -> Linearisation:
     """Matrices about q = (x, y, theta) in a contact state, contact and friction included.
 
     K and C are minus the derivatives of the loads of Eqs. (4)-(6) or (8)-(10) by place and
     velocity, exact to rounding; about several places q (3, n) they are stacks (3, 3, n).
     """
-    pad, C = model.pad, np.zeros((3, *np.shape(q)))
+    pad = model.pad
+    C = np.zeros((3, *np.shape(q)))
     if model.terms:
         C = -complex_step(lambda rates: model.loads(q, state, rates), np.zeros(np.shape(q)))
     M = np.diag([pad.m, pad.m, pad.I]).astype(float)
@@ -192,13 +196,16 @@ def about_origin(model: PadModel) -> Linearisation:
     return linearise(model, np.zeros(3), model.full)
 
 
-def spring_directions(pad: Pad, angles: Any = None) -> tuple[np.ndarray, np.ndarray]:
+def spring_directions(
+    pad: Pad, angles: tuple[Number, Number] | None = None
+) -> tuple[np.ndarray, np.ndarray]:
     """Vectors a1, a2, shape (3, ...): a spring lengthens by -a1.q or a2.q in the first order.
 
     `angles` replaces (alpha1, alpha2) of the pad, arrays allowed.
     """
     alpha1, alpha2 = (pad.alpha1, pad.alpha2) if angles is None else angles
-    d, beta = np.hypot(pad.w, pad.h), np.arctan2(pad.h, pad.w)
+    d = np.hypot(pad.w, pad.h)
+    beta = np.arctan2(pad.h, pad.w)
     a1 = np.array([np.cos(alpha1), np.sin(alpha1), -d * np.sin(alpha1 + beta - pad.theta0)])
     a2 = np.array([np.cos(alpha2), -np.sin(alpha2), -d * np.sin(alpha2 + beta + pad.theta0)])
     return a1, a2
@@ -233,12 +240,12 @@ class Units:
 
     def scaled(self, model: PadModel) -> PadModel:
         """A model in SI units measured in these."""
-        pad, rows = model.pad.scaled(self.mass, self.length, self.time), model.damping
-        if rows is not None:
-            turn = np.array(np.broadcast_arrays(1.0, 1.0, self.length))
-            C = np.array(rows) * (self.time / self.mass) / (turn[:, None] * turn)
-            rows = tuple(map(tuple, C))
-        return dataclasses.replace(model, pad=pad, damping=rows)
+        pad = model.pad.scaled(self.mass, self.length, self.time)
+        if model.damping is None:
+            return dataclasses.replace(model, pad=pad)
+        levers = np.array(np.broadcast_arrays(1.0, 1.0, self.length))
+        C = np.array(model.damping) * (self.time / self.mass) / (levers[:, None] * levers)
+        return dataclasses.replace(model, pad=pad, damping=tuple(map(tuple, C)))
 
     def to_scaled(self, state: np.ndarray) -> np.ndarray:
         """(x, y, theta, rates) in SI units to the integrated state."""
@@ -254,7 +261,7 @@ class Units:
         return np.concatenate([place, place / self.time])
 
 
-def natural_units(model: PadModel, initial: Any) -> Units:
+def natural_units(model: PadModel, initial: Sequence[Number] | np.ndarray) -> Units:
     """Units from the pad's stiffness and mass, and from the size of its load and first state.
 
     initial: (x, y, theta, rates) in SI units, numbers or arrays (n,). Raises InputError for a pad
@@ -268,8 +275,17 @@ def natural_units(model: PadModel, initial: Any) -> Units:
     x, y, theta, x_dot, y_dot, theta_dot = initial
     height = pad.y0 + y if model.law.absolute_gap else y
     way = time * np.hypot(np.hypot(x_dot, y_dot), pad.w * theta_dot)
-    length = reduce(np.maximum, map(np.abs, (x, height, pad.w * theta, way, pad.F_n / stiffness)))
-    length = np.where(length > 0.0, length, pad.w)
-    each = (np.asarray(v) for v in (pad.m, length, time, pad.w))
-    # plain numbers are faster than numpy's
-    return Units(*(v.item() if v.ndim == 0 else v for v in each))  # type: ignore[arg-type]
+    lengths = (x, height, pad.w * theta, way, pad.F_n / stiffness)
+    largest = reduce(np.maximum, map(np.abs, lengths))
+    return Units(
+        mass=_plain(pad.m),
+        length=_plain(np.where(largest > 0.0, largest, pad.w)),
+        time=_plain(time),
+        lever=_plain(pad.w),
+    )
+
+
+def _plain(value: Number) -> Number:
+    """A plain number, which is faster than one of NumPy, or an array as it is."""
+    array = np.asarray(value)
+    return array.item() if array.ndim == 0 else array

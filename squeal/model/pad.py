@@ -25,6 +25,7 @@ from squeal.schema import Key, Place, check_needs
 
 Model = str  # the name of a contact model, see `squeal.model.contact.MODELS`
 Number = Any  # a float, complex, array, mpmath number or heyoka expression
+Operations = Any  # a module with sin, cos, exp and sqrt of such numbers
 Point = tuple[Number, Number]
 
 
@@ -50,7 +51,8 @@ _DIMENSIONS = {
     "kg": (1, 0, 0), "m": (0, 1, 0), "kg m^2": (1, 2, 0), "N/m": (1, 0, -2), "N": (1, 1, -2),
     "m/s": (0, 1, -1), "rad": (0, 0, 0), "1": (0, 0, 0),
 }  # fmt: skip
-_POSITIVE, _FROM_ZERO = schema.Number(low=0.0), schema.Number(low=0.0, low_allowed=True)
+_POSITIVE = schema.Number(low=0.0)
+_FROM_ZERO = schema.Number(low=0.0, low_allowed=True)
 _TURN = schema.Angle(low=-math.pi / 2, high=math.nextafter(math.pi / 2, 0.0))
 
 
@@ -128,10 +130,10 @@ class Pad:
         if self.mu is None:
             if self.mu_s is None or self.mu_k is None:
                 raise PARAMETERS["mu"].missing(at / "mu", "every model")
-            own["mu"] = self.mu_k + self._more
+            own["mu"] = self.mu_k + self._excess_friction
 
     @property
-    def _more(self) -> Any:
+    def _excess_friction(self) -> Any:
         """By how much friction at the speed V exceeds mu_k."""
         ratio = self.V / self.v_ref  # type: ignore[operator]
         share = dual.exp(-ratio) if isinstance(ratio, dual.Dual) else np.exp(-ratio)
@@ -146,27 +148,29 @@ class Pad:
         """
         if self.mu_s is None or self.mu_k is None:
             return None
-        return self._more / (self.mu_k + self._more), 1.0 / self.v_ref  # type: ignore[operator]
+        return self._excess_friction / (self.mu_k + self._excess_friction), 1.0 / self.v_ref  # type: ignore[operator]
 
     def given(self) -> dict[str, Any]:
         """The parameters that are not None, by name."""
-        return {n: v for n in PARAMETERS if (v := getattr(self, n)) is not None}
+        return {name: vars(self)[name] for name in PARAMETERS if vars(self)[name] is not None}
 
     def to_dict(self) -> dict[str, Any]:
         """As it stands in a scene file, without what is left out or placed at zero."""
-        return {
-            name: value
-            for name, value in self.given().items()
-            if name not in self.derived
-            and not (PARAMETERS[name].default == "0" and isinstance(value, float) and not value)
-        }
+        written = {}
+        for name, value in self.given().items():
+            placed_at_zero = (
+                PARAMETERS[name].default == "0" and isinstance(value, float) and not value
+            )
+            if name not in self.derived and not placed_at_zero:
+                written[name] = value
+        return written
 
     def __repr__(self) -> str:
-        shown = (
-            f"{name}={value:.6g}" if isinstance(value, float) else f"{name}={value!r}"
-            for name, value in self.to_dict().items()
-        )
-        return f"Pad({', '.join(shown)})"
+        texts = []
+        for name, value in self.to_dict().items():
+            text = f"{value:.6g}" if isinstance(value, float) else repr(value)
+            texts.append(f"{name}={text}")
+        return f"Pad({', '.join(texts)})"
 
     def replace(self, **changes: Any) -> Pad:
         """A copy with some parameters changed; those that are `derived` follow.
@@ -212,7 +216,7 @@ class Coefficients(_Coefficients):
         return state[0], state[1], state[2] / self.w
 
 
-def coefficients(ops: Any, pad: Pad, absolute_gap: bool) -> Coefficients:
+def coefficients(ops: Operations, pad: Pad, absolute_gap: bool) -> Coefficients:
     """Derive the coefficients of `pad` (Eqs. 1-2 at x = y = theta = 0).
 
     `absolute_gap`: see `squeal.model.contact.ContactLaw`. Free lengths that the scene leaves out
@@ -243,7 +247,7 @@ def coefficients(ops: Any, pad: Pad, absolute_gap: bool) -> Coefficients:
 
 
 def at_speed(
-    ops: Any, c: Coefficients, fall: tuple[Number, Number] | None, speed: Number
+    ops: Operations, c: Coefficients, fall: tuple[Number, Number] | None, speed: Number
 ) -> Coefficients:
     """Coefficients with the friction of a pad whose x_dot is `speed`; `fall` as in `Pad.fall`."""
     if fall is None:
@@ -273,7 +277,7 @@ class Pose(NamedTuple):
         return rx + self.C * rx - self.S * ry
 
 
-def pose(ops: Any, q: tuple[Number, Number, Number]) -> Pose:
+def pose(ops: Operations, q: tuple[Number, Number, Number]) -> Pose:
     """Pose of q = (x, y, theta); half angles keep cos(theta) - 1 exact for small rotations."""
     s, c = ops.sin(q[2] * 0.5), ops.cos(q[2] * 0.5)
     return Pose(q[0], q[1], 2.0 * s * c, -2.0 * s * s)
@@ -296,45 +300,61 @@ class Loads(NamedTuple):
         return Loads(*map(operator.add, self, other))
 
 
-def _each_spring(c: Coefficients) -> list[tuple[Number, Number, Point, Point]]:
-    """k, L, vector D without load and upper corner r of springs 1 and 2."""
-    return [
-        (c.k1, c.L1, (c.D1x, c.D1y), (c.r1x, c.r1y)),
-        (c.k2, c.L2, (c.D2x, c.D2y), (c.r2x, c.r2y)),
-    ]
+class _Spring(NamedTuple):
+    """A spring: stiffness, free length, vector D without load and upper corner r."""
+
+    k: Number
+    L: Number
+    D: Point
+    r: Point
+
+
+def _two_springs(c: Coefficients) -> tuple[_Spring, _Spring]:
+    """Springs 1 and 2."""
+    return (
+        _Spring(c.k1, c.L1, (c.D1x, c.D1y), (c.r1x, c.r1y)),
+        _Spring(c.k2, c.L2, (c.D2x, c.D2y), (c.r2x, c.r2y)),
+    )
 
 
 def spring_vectors(c: Coefficients, at: Pose) -> list[Point]:
     """Present vectors r_i - r_f,i of springs 1 and 2."""
-    moved = ((D, at.displacement(*r)) for _, _, D, r in _each_spring(c))
-    return [(D[0] + u[0], D[1] + u[1]) for D, u in moved]
+    vectors = []
+    for spring in _two_springs(c):
+        u = at.displacement(*spring.r)
+        vectors.append((spring.D[0] + u[0], spring.D[1] + u[1]))
+    return vectors
 
 
-def stretched(ops: Any, L: Number, D: Point, u: Point) -> tuple[Point, Number, Number]:
+def stretched(ops: Operations, L: Number, D: Point, u: Point) -> tuple[Point, Number, Number]:
     """Vector v = D + u, length and elongation |v| - L of a spring with |D| = L, written so that
     the elongation keeps its digits when D is much larger than u."""
     v = D[0] + u[0], D[1] + u[1]
-    # not by L^2 + more, which rounding makes negative where the spring passes through no length
+    # not by L^2 + excess, which rounding makes negative where the spring passes through no length
     length = ops.sqrt(v[0] * v[0] + v[1] * v[1])
-    more = 2.0 * (D[0] * u[0] + D[1] * u[1]) + u[0] * u[0] + u[1] * u[1]
-    return v, length, more / (length + L)
+    excess = 2.0 * (D[0] * u[0] + D[1] * u[1]) + u[0] * u[0] + u[1] * u[1]
+    return v, length, excess / (length + L)
 
 
-def springs(ops: Any, c: Coefficients, at: Pose) -> Loads:
+def springs(ops: Operations, c: Coefficients, at: Pose) -> Loads:
     """Loads of springs 1 and 2 together, Eq. (3), as in Eqs. (6) and (10)."""
-    loads = []
-    for k, L, D, r in _each_spring(c):
-        v, length, more = stretched(ops, L, D, at.displacement(*r))
-        f = -k * more / length
-        loads.append(Loads.of(at, r, f * v[0], f * v[1]))
-    return loads[0] + loads[1]
+    first, second = (_spring_loads(ops, spring, at) for spring in _two_springs(c))
+    return first + second
 
 
-def spring_energy(ops: Any, c: Coefficients, at: Pose) -> Number:
+def _spring_loads(ops: Operations, spring: _Spring, at: Pose) -> Loads:
+    v, length, elongation = stretched(ops, spring.L, spring.D, at.displacement(*spring.r))
+    f = -spring.k * elongation / length
+    return Loads.of(at, spring.r, f * v[0], f * v[1])
+
+
+def spring_energy(ops: Operations, c: Coefficients, at: Pose) -> Number:
     """Potential energy of springs 1 and 2."""
-    each = ((k, stretched(ops, L, D, at.displacement(*r))[2]) for k, L, D, r in _each_spring(c))
-    (k1, e1), (k2, e2) = each
-    return 0.5 * k1 * e1 * e1 + 0.5 * k2 * e2 * e2
+    energies = []
+    for spring in _two_springs(c):
+        elongation = stretched(ops, spring.L, spring.D, at.displacement(*spring.r))[2]
+        energies.append(0.5 * spring.k * elongation * elongation)
+    return energies[0] + energies[1]
 
 
 def gaps(c: Coefficients, at: Pose) -> Point:

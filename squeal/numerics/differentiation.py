@@ -19,13 +19,18 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from squeal.errors import InputError
 
+Number = Any
+"""A number or array of some arithmetic: doubles, complex or dual numbers, intervals, or others."""
 STEP = 1e-200  # of the complex step: no difference is taken, so nothing cancels
 
 
-def complex_step(f: Callable[[Any], Any], x: Any, along: Any = None) -> np.ndarray:
+def complex_step(
+    f: Callable[[Number], Number], x: ArrayLike, along: ArrayLike | None = None
+) -> np.ndarray:
     """Derivative of f at real x (m, ...), exact to rounding.
 
     f takes and gives arrays and is analytic. The result (p, m, ...) holds df_i/dx_j; with a
@@ -36,7 +41,7 @@ def complex_step(f: Callable[[Any], Any], x: Any, along: Any = None) -> np.ndarr
     return np.asarray(f(np.asarray(x, dtype=complex) + 1j * STEP * np.asarray(along)).imag / STEP)
 
 
-def with_derivative(f: Callable[[Any], Any], x: Any) -> tuple[np.ndarray, np.ndarray]:
+def with_derivative(f: Callable[[Number], Number], x: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """f (p, ...) at real x (m, ...) and its derivative (p, m, ...).
 
     Both come from one evaluation of f at complex x (see `complex_step`).
@@ -53,16 +58,16 @@ class _Arithmetic:
     __slots__ = ()
     __array_ufunc__: ClassVar = None
 
-    def __sub__(self: Any, other: Any) -> Any:
+    def __sub__(self: Number, other: Number) -> Number:
         return self + (-other)
 
-    def __rsub__(self: Any, other: Any) -> Any:
+    def __rsub__(self: Number, other: Number) -> Number:
         return -self + other
 
-    def __truediv__(self: Any, other: Any) -> Any:
+    def __truediv__(self: Number, other: Number) -> Number:
         return self * other**-1.0
 
-    def __rtruediv__(self: Any, other: Any) -> Any:
+    def __rtruediv__(self: Number, other: Number) -> Number:
         return self**-1.0 * other
 
 
@@ -70,10 +75,10 @@ class _Arithmetic:
 class Dual(_Arithmetic):
     """A number (or array) and its derivative by one parameter."""
 
-    value: Any
-    slope: Any
+    value: Number
+    slope: Number
 
-    def __add__(self, other: Any) -> Dual:
+    def __add__(self, other: Number) -> Dual:
         if not isinstance(other, Dual):
             return Dual(self.value + other, self.slope)
         return Dual(self.value + other.value, self.slope + other.slope)
@@ -81,7 +86,7 @@ class Dual(_Arithmetic):
     def __neg__(self) -> Dual:
         return Dual(-self.value, -self.slope)
 
-    def __mul__(self, other: Any) -> Dual:
+    def __mul__(self, other: Number) -> Dual:
         if not isinstance(other, Dual):
             return Dual(self.value * other, self.slope * other)
         return Dual(self.value * other.value, self.slope * other.value + self.value * other.slope)
@@ -89,24 +94,29 @@ class Dual(_Arithmetic):
     def __pow__(self, power: float) -> Dual:
         return Dual(self.value**power, power * self.value ** (power - 1) * self.slope)
 
-    __radd__, __rmul__ = __add__, __mul__
+    __radd__ = __add__
+    __rmul__ = __mul__
 
 
-def dual(x: Any) -> Dual:
+def dual(x: Number) -> Dual:
     """x itself, or a constant."""
     return x if isinstance(x, Dual) else Dual(x, 0.0)
 
 
-def _function(f: Callable[[Any], Any], slope: Callable[[Any], Any]) -> Callable[[Any], Dual]:
-    def of(x: Any) -> Dual:
+def _function(
+    f: Callable[[Number], Number], slope: Callable[[Number], Number]
+) -> Callable[[Number], Dual]:
+    def of(x: Number) -> Dual:
         x = dual(x)
         return Dual(f(x.value), slope(x.value) * x.slope)
 
     return of
 
 
-sin, cos = _function(np.sin, np.cos), _function(np.cos, lambda x: -np.sin(x))
-exp, sqrt = _function(np.exp, np.exp), _function(np.sqrt, lambda x: 0.5 / np.sqrt(x))
+sin = _function(np.sin, np.cos)
+cos = _function(np.cos, lambda x: -np.sin(x))
+exp = _function(np.exp, np.exp)
+sqrt = _function(np.sqrt, lambda x: 0.5 / np.sqrt(x))
 
 ALLOWED = "a formula of parameters and numbers with + - * / ** (by a number) and parentheses"
 
@@ -137,7 +147,7 @@ class Formula:
         """The formula's value. Raises InputError where it is not a finite number."""
         return self._finite(parameters, "", "finite number")
 
-    def over(self, parameters: Mapping[str, Any], number: Callable[[Any], Any]) -> Any:
+    def over(self, parameters: Mapping[str, Number], number: Callable[[Number], Number]) -> Number:
         """The value in another arithmetic, in which `number` makes a constant of a double."""
         at = {name: number(parameters[name]) for name in self.names}
         return _walked(self._tree, at, number)
@@ -168,7 +178,7 @@ class Formula:
         for name in sorted(self.names - parameters.keys()):
             allowed = ", ".join(sorted(parameters)) or "none"
             raise InputError(f"{about}: {name} is no parameter; allowed are {allowed}")
-        at: dict[str, Any] = {name: float(parameters[name]) for name in self.names}
+        at: dict[str, Number] = {name: float(parameters[name]) for name in self.names}
         if by in at:
             at[by] = Dual(at[by], 1.0)
         try:
@@ -182,12 +192,21 @@ class Formula:
         return float(number)
 
 
-_OPERATIONS: dict[type, Callable[[Any, Any], Any]] = {
+def _power(base: Number, exponent: float) -> Number:
+    """Also where the derivative of the base's power would divide by zero."""
+    if exponent == 0.0:
+        return 1.0
+    if exponent == 1.0:
+        return base
+    return base**exponent
+
+
+_OPERATIONS: dict[type, Callable[[Number, Number], Number]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
     ast.Div: operator.truediv,
-    ast.Pow: lambda a, b: 1.0 if b == 0.0 else a if b == 1.0 else a**b,
+    ast.Pow: _power,
 }
 
 
@@ -208,7 +227,9 @@ def _names(node: ast.expr) -> set[str]:
     raise ValueError
 
 
-def _walked(node: ast.expr, at: Mapping[str, Any], constant: Callable[[Any], Any] = float) -> Any:
+def _walked(
+    node: ast.expr, at: Mapping[str, Number], constant: Callable[[Number], Number] = float
+) -> Number:
     """The value of a checked tree in the arithmetic of the numbers in `at`."""
     match node:
         case ast.Constant(value=number):
@@ -234,11 +255,11 @@ class _Interval(_Arithmetic):
     def __neg__(self) -> _Interval:
         return _Interval(-self.high, -self.low)
 
-    def __add__(self, other: Any) -> _Interval:
+    def __add__(self, other: Number) -> _Interval:
         low, high = _ends(other)
         return _Interval(self.low + low, self.high + high)
 
-    def __mul__(self, other: Any) -> _Interval:
+    def __mul__(self, other: Number) -> _Interval:
         ends = [x * y for x in _ends(self) for y in _ends(other)]
         return _Interval(min(ends), max(ends))
 
@@ -246,14 +267,16 @@ class _Interval(_Arithmetic):
         """Raises ValueError where that is not real and bounded."""
         if (self.low <= 0.0 <= self.high and power < 0) or (self.low < 0.0 and power != int(power)):
             raise ValueError
-        ends = [self.low**power, self.high**power]
-        even = self.low < 0.0 < self.high and power and power % 2 == 0
-        return _Interval(0.0 if even else min(ends), max(ends))
+        low, high = sorted((self.low**power, self.high**power))
+        if self.low < 0.0 < self.high and power and power % 2 == 0:
+            low = 0.0
+        return _Interval(low, high)
 
-    __radd__, __rmul__ = __add__, __mul__
+    __radd__ = __add__
+    __rmul__ = __mul__
 
 
-def _ends(x: Any) -> tuple[float, float]:
+def _ends(x: Number) -> tuple[float, float]:
     return (x.low, x.high) if isinstance(x, _Interval) else (x, x)
 
 

@@ -14,42 +14,59 @@ def exponent(samples: np.ndarray, step: float) -> complex | None:
     their first halves, are not such a motion to a thousandth or hold less than two periods (of a
     real exponent: less than 1/|lambda|).
     """
-    fitted, count = None, len(samples)
-    while fitted is None and count >= 32:
+    count = len(samples)
+    while count >= 32:
         fitted = _fitted(samples[:count], step)
+        if fitted is not None:
+            return fitted
         count //= 2  # a motion that grows is linear at its start at least
-    return fitted
+    return None
 
 
 def _fitted(samples: np.ndarray, step: float) -> complex | None:
-    """By least squares: the map from one difference of samples to the next has the eigenvalues
-    exp(lambda step)."""
-    steps = np.diff(samples, axis=0).T
-    before, after = steps[:, :-1], steps[:, 1:]
+    """The exponent of samples (n, d), None where they are no such motion or too short of one."""
+    modes = _dynamic_modes(samples)
+    if modes is None:
+        return None
+    factors, strengths = modes
+    with np.errstate(divide="ignore"):
+        exponents = np.log(factors.astype(complex)) / step
+    strong = (strengths >= 0.1 * strengths.max()) & np.isfinite(exponents)
+    if not strong.any():
+        return None
+    fastest = exponents.real[strong].max()
+    alike = strong & (exponents.real >= fastest - 1e-6 * np.abs(exponents))
+    value = complex(exponents[np.argmax(np.where(alike, strengths, 0.0))])
+    duration = step * (len(samples) - 1)
+    if abs(value.imag) * step < 1e-9:
+        too_short = abs(value) * duration < 1.0
+    else:
+        too_short = abs(value.imag) * duration < 4 * np.pi
+    if too_short:
+        return None
+    is_undamped = abs(value.real) <= FAINT * abs(value)
+    return complex(0.0 if is_undamped else value.real, abs(value.imag))
+
+
+def _dynamic_modes(samples: np.ndarray) -> tuple[np.ndarray, np.ndarray] | None:
+    """Dynamic mode decomposition: the map from one difference of samples (n, d) to the next, by
+    least squares, has the eigenvalues exp(lambda step); these (r,), and the strengths (r,) of the
+    components in the last difference. None where no map fits to a thousandth."""
+    differences = np.diff(samples, axis=0).T
+    before, after = differences[:, :-1], differences[:, 1:]
     U, sizes, V = np.linalg.svd(before, full_matrices=False)
     rounding = 10 * np.finfo(float).eps * np.abs(samples).max() * np.sqrt(len(samples))
     rank = int(np.sum(sizes > FAINT * sizes[0] + rounding))
     if rank == 0:
         return None
-    U, inverse = U[:, :rank], V[:rank].T / sizes[:rank]
-    reduced = U.T @ after @ inverse
-    missed = np.linalg.norm(after - U @ (reduced @ (U.T @ before)))
+    basis = U[:, :rank]
+    reduced_map = basis.T @ after @ (V[:rank].T / sizes[:rank])
+    missed = np.linalg.norm(after - basis @ (reduced_map @ (basis.T @ before)))
     if missed > 1e-3 * np.linalg.norm(after - before):
         return None
-    factors, modes = np.linalg.eig(reduced)
-    parts = np.abs(np.linalg.solve(modes, U.T @ after[:, -1])) * np.linalg.norm(modes, axis=0)
-    with np.errstate(divide="ignore"):
-        rates = np.log(factors.astype(complex)) / step
-    strong = (parts >= 0.1 * parts.max()) & np.isfinite(rates)
-    if not strong.any():
-        return None
-    alike = strong & (rates.real >= rates.real[strong].max() - 1e-6 * np.abs(rates))
-    value = complex(rates[np.argmax(np.where(alike, parts, 0.0))])
-    lasting, real = step * (len(samples) - 1), abs(value.imag) * step < 1e-9
-    if abs(value) * lasting < 1.0 if real else abs(value.imag) * lasting < 4 * np.pi:
-        return None
-    small = abs(value.real) <= FAINT * abs(value)
-    return complex(0.0 if small else value.real, abs(value.imag))
+    factors, modes = np.linalg.eig(reduced_map)
+    components = np.abs(np.linalg.solve(modes, basis.T @ after[:, -1]))
+    return factors, components * np.linalg.norm(modes, axis=0)
 
 
 def _windowed(signals: np.ndarray) -> np.ndarray:
@@ -80,17 +97,24 @@ def line(signals: np.ndarray, step: float) -> tuple[float, float]:
         return 0.0, 0.0
     k = int(np.argmax(power))
     share = float(power[max(k - 2, 0) : k + 3].sum() / power.sum())
-    middle, width = float(frequencies[k + 1]), float(frequencies[1])
-    weighted, t = _windowed(signals), step * np.arange(len(signals))
-    for _ in range(3):  # closer samples of the same spectrum around its peak
+    return _refined_peak(signals, step, float(frequencies[k + 1]), float(frequencies[1])), share
+
+
+def _refined_peak(signals: np.ndarray, step: float, start: float, width: float) -> float:
+    """The frequency of a peak next to a line of a spectrum with lines `width` apart, by closer
+    samples of the same spectrum around it."""
+    windowed = _windowed(signals)
+    times = step * np.arange(len(signals))
+    middle = start
+    for _ in range(3):
         near = middle + width * np.linspace(-1.0, 1.0, 9)
-        rows = np.exp(-2j * np.pi * near[:, None] * t) @ weighted
-        top = (np.abs(rows) ** 2).sum(axis=1)
-        i = min(max(int(np.argmax(top)), 1), 7)
-        a, b, c = np.log(top[i - 1 : i + 2])
+        transform = np.exp(-2j * np.pi * near[:, None] * times) @ windowed
+        power = (np.abs(transform) ** 2).sum(axis=1)
+        i = min(max(int(np.argmax(power)), 1), 7)
+        a, b, c = np.log(power[i - 1 : i + 2])
         width /= 4.0
         middle = float(near[i] + width * 0.5 * (a - c) / (a - 2.0 * b + c))
-    return middle, share
+    return middle
 
 
 def swing(signals: np.ndarray) -> np.ndarray:
@@ -98,12 +122,15 @@ def swing(signals: np.ndarray) -> np.ndarray:
     the parabola through three samples."""
     if len(signals) < 3:
         return np.asarray(np.ptp(signals, axis=0) / 2.0)
-    total, columns = np.zeros(signals.shape[1]), np.arange(signals.shape[1])
-    for one in (signals, -signals):
-        i = np.clip(np.argmax(one, axis=0), 1, len(one) - 2)
-        a, b, c = (one[i + k, columns] for k in (-1, 0, 1))
-        bend = a - 2.0 * b + c
-        with np.errstate(divide="ignore", invalid="ignore"):
-            peak = np.where(bend < 0.0, b - (a - c) ** 2 / (8.0 * bend), b)
-        total += np.maximum(peak, one.max(axis=0))
-    return total / 2.0
+    return (_greatest_values(signals) + _greatest_values(-signals)) / 2.0
+
+
+def _greatest_values(signals: np.ndarray) -> np.ndarray:
+    """The greatest value (d,) of each signal (n, d), between its samples too."""
+    columns = np.arange(signals.shape[1])
+    i = np.clip(np.argmax(signals, axis=0), 1, len(signals) - 2)
+    a, b, c = signals[i - 1, columns], signals[i, columns], signals[i + 1, columns]
+    bend = a - 2.0 * b + c
+    with np.errstate(divide="ignore", invalid="ignore"):
+        peak = np.where(bend < 0.0, b - (a - c) ** 2 / (8.0 * bend), b)
+    return np.maximum(peak, signals.max(axis=0))

@@ -2,21 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 from matplotlib import pyplot
 from matplotlib.axes import Axes
 
-from squeal.analysis import of_systems, pads
-from squeal.analysis.answers import Eigenvalues, Sweep, Thresholds
-from squeal.analysis.critical_speeds import CriticalSpeeds
-from squeal.analysis.cycles import Cycles
-from squeal.analysis.maps import Map
-from squeal.analysis.scatter import Scatter
 from squeal.errors import InputError
-from squeal.io.provenance import provenance
+from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, number
 from squeal.plots import campbell, coupling, cycles, maps, modes, motion
@@ -24,6 +18,16 @@ from squeal.plots.damping import damping_drawing
 from squeal.plots.panels import draw_panel, panel_drawing
 from squeal.plots.scatter import scatter_drawing
 from squeal.plots.style import Drawing, save
+from squeal.queries.critical_speeds import CriticalSpeeds
+from squeal.queries.cycles import Cycles
+from squeal.queries.scatter import Scatter
+from squeal.queries.sweep import eigenvalue_paths
+from squeal.queries.thresholds import critical_friction
+from squeal.results.eigenvalues import Eigenvalues, mode_shapes
+from squeal.results.map import Map
+from squeal.results.sources import PadSource, SystemSource
+from squeal.results.sweep import Sweep
+from squeal.results.thresholds import Thresholds
 from squeal.simulation.run import Simulation
 
 
@@ -52,66 +56,95 @@ def plot(answer: Answer, axes: Axes | None = None, **look: Any) -> Axes:
 
 
 def _eigenvalues(answer: Eigenvalues, name: str, shape: int | None = None) -> Drawing:
-    subject, analysis = answer.source
-    if shape is not None:  # one of these modes on the nodes of a system
-        if getattr(subject, "coordinates", None) is None:
-            words = "shape: needs a system with `coordinates: {file: nodes.csv}` in its file"
-            raise InputError(words)
-        numbers = answer.modes.tolist()
-        count = max(numbers, default=0)
-        if not 1 <= shape <= count:
-            allowed = f"a whole number from 1 to {count}" if count else "left out without a root"
-            raise InputError(f"shape: {shape} is not allowed; it must be {allowed}")
-        root = answer.eigenvalues[numbers.index(shape)]
-        growth = f"growth rate {number(root.growth_rate)} 1/s"
-        words = f"mode {shape}, {number(root.frequency_hz)} Hz, {growth}"
-        return modes.shape_drawing(name, words, subject.coordinates, root.right)
-    if not isinstance(subject, Scene):
+    """Eigenvalues in the complex plane, of a pad with mode shapes; or the `shape` of one mode."""
+    source = answer.source
+    if shape is not None:
+        return _mode_shape(answer, name, shape)
+    if not isinstance(source, PadSource):
         return modes.modes_drawing(name, answer.eigenvalues)
-    shapes = pads.mode_shapes(analysis.spectrum, (1.0, 1.0, subject.pad.w))
-    figure = modes.pad_figure(subject.pad, analysis.q, shapes, answer.eigenvalues)
+    pad = source.scene.pad
+    assert source.analysis is not None
+    shapes = mode_shapes(source.analysis.spectrum, (1.0, 1.0, pad.w))
+    figure = modes.pad_figure(pad, source.analysis.q, shapes, answer.eigenvalues)
     return modes.modes_drawing(name, answer.eigenvalues, figure)
 
 
-def _of_pad(found: Thresholds, name: str, low: float, high: float) -> Drawing:
-    swept, own = pads.along(found, low, high), found.source[0].pad.mu
-    return coupling.sweep_drawing(name, swept, found, (low, high), own)
+def _mode_shape(answer: Eigenvalues, name: str, shape: int) -> Drawing:
+    """A mode, by its number, on the nodes of a system. Raises InputError without nodes or mode."""
+    source = answer.source
+    coordinates = source.file.coordinates if isinstance(source, SystemSource) else None
+    if coordinates is None:
+        raise InputError("shape: needs a system with `coordinates: {file: nodes.csv}` in its file")
+    numbers = answer.modes.tolist()
+    count = max(numbers, default=0)
+    if not 1 <= shape <= count:
+        allowed = f"a whole number from 1 to {count}" if count else "left out without a root"
+        raise InputError(f"shape: {shape} is not allowed; it must be {allowed}")
+    root = answer.eigenvalues[numbers.index(shape)]
+    growth = f"growth rate {number(root.growth_rate)} 1/s"
+    words = f"mode {shape}, {number(root.frequency_hz)} Hz, {growth}"
+    return modes.shape_drawing(name, words, coordinates, root.right)
+
+
+def _thresholds_of_pad(
+    scene: Scene, found: Thresholds, name: str, low: float, high: float
+) -> Drawing:
+    swept = eigenvalue_paths(found, low, high)
+    return coupling.sweep_drawing(name, swept, found, (low, high), scene.pad.mu)
 
 
 def _sweep(answer: Sweep, name: str, damping: bool = False) -> Drawing:
     """Modes over the parameter, or with `damping` their damping ratios over frequency."""
     if damping:
         return damping_drawing(name, answer)
-    if not isinstance(answer.source, Scene):
+    if not isinstance(answer.source, PadSource):
         return coupling.sweep_drawing(name, answer)
-    low, high = answer.steps[0].value, answer.steps[-1].value
-    return _of_pad(pads.critical_friction(answer.source, high), name, low, high)
+    scene = answer.source.scene
+    low = answer.steps[0].value
+    high = answer.steps[-1].value
+    return _thresholds_of_pad(scene, critical_friction(scene, high), name, low, high)
 
 
 def _thresholds(answer: Thresholds, name: str, high: float | None = None) -> Drawing:
-    if isinstance(answer.source[0], Scene):
-        return _of_pad(answer, name, answer.low, high or answer.high)
-    return coupling.sweep_drawing(name, of_systems.along(answer), answer)
+    if isinstance(answer.source, PadSource):
+        scene = answer.source.scene
+        return _thresholds_of_pad(scene, answer, name, answer.low, high or answer.high)
+    return coupling.sweep_drawing(name, eigenvalue_paths(answer, answer.low, answer.high), answer)
 
 
 def _map(answer: Map, name: str) -> Drawing:
-    if not isinstance(answer.source[0], Scene):
+    if not isinstance(answer.source, PadSource):
         return maps.map_drawing(name, answer)
-    scene = answer.source[0]
-    own = getattr(scene.pad, answer.axes[0].name), getattr(scene.pad, answer.axes[1].name)
-    critical = answer.quantity is not None and answer.quantity[0] == "critical-friction"
-    return maps.map_drawing(name, answer, own, scene.pad.mu if critical else None)
+    scene = answer.source.scene
+    own = (getattr(scene.pad, answer.axes[0].name), getattr(scene.pad, answer.axes[1].name))
+    level = None
+    if answer.quantity is not None and answer.quantity[0] == "critical-friction":
+        level = scene.pad.mu
+    return maps.map_drawing(name, answer, own, level)
 
 
-def _motion(answer: Simulation, name: str, scene: Scene | None = None, inputs: Any = ()) -> Drawing:
+def _motion(
+    answer: Simulation,
+    name: str,
+    scene: Scene | None = None,
+    inputs: Iterable[Path | InputFile] = (),
+) -> Drawing:
     if scene is None:
         return panel_drawing(answer, name)
-    history, response = answer.history, answer.response
+    history = answer.history
+    response = answer.response
     if history is None or answer.events is None or response is None:
         raise InputError("plot: the figure of a motion needs all outputs of the scene")
-    made, shares = provenance(inputs, "squeal.cli.simulate"), answer.shares or {}
-    seen = answer.events, shares, answer.extrema or {}, made, history
-    run = motion.Run(name, answer.model, answer.final[0], *seen)
+    run = motion.Run(
+        name=name,
+        model=answer.model,
+        stop=answer.final[0],
+        events=answer.events,
+        shares=answer.shares or {},
+        extrema=answer.extrema or {},
+        provenance=provenance(inputs, "squeal.cli.simulate"),
+        history=history,
+    )
     return motion.motion_drawing(run, scene.pad_model, response.frequency_hz or 0.0)
 
 

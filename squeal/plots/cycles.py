@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from squeal.analysis.cycles import Cycles
 from squeal.io.writing import number
 from squeal.model.pad import PARAMETERS
 from squeal.plots.style import SINGLE, Drawing, blank, literal, origin, style
+from squeal.queries.cycles import Cycles, Orbit
 
 LOOKS: dict[str, dict[str, Any]] = {
     "stable": {"color": "#C8380E", "lw": 1.4},
@@ -23,17 +23,14 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
     title = f"Periodic motions of {name}"
     if not found.orbits:
         return blank(title, f"No periodic motion: {found.reason}.", __name__)
-    value, size = np.array([(o.value, 1e6 * o.amplitude[1]) for o in found.orbits]).T
+    value = np.array([orbit.value for orbit in found.orbits])
+    size = np.array([1e6 * orbit.amplitude[1] for orbit in found.orbits])
     with style():
         figure = Figure(figsize=(SINGLE, 3.2))
         axes = figure.subplots()
         labels = {kind: f"cycle, {kind}" for kind in LOOKS}  # each once
         for i in range(len(value) - 1):
-            kind, two = "unstable or undecided", found.orbits[i : i + 2]
-            if any(one.sliding_holds is False for one in two):
-                kind = "faster than the surface"
-            elif {True} <= {one.stable for one in two} <= {True, None}:
-                kind = "stable"
+            kind = _kind(found.orbits[i], found.orbits[i + 1])
             label = labels.pop(kind, None)
             axes.plot(value[i : i + 2], size[i : i + 2], label=label, **LOOKS[kind])
         axes.plot(value[found.own], size[found.own], "o", mfc="none", mec="k", label="the scene")
@@ -42,12 +39,15 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
             if at:
                 axes.plot(value[at], size[at], mark, color="k", ms=4, ls="", label=kind)
         for verdict, colour in (("stable", "k"), ("marginal", "0.6")):
-            sliding = [(v, 0.0 if verdict == word else np.nan) for v, word in found.sliding]
-            if np.isfinite([y for _, y in sliding]).any():
-                axes.plot(*zip(*sliding, strict=True), "-", marker=".", ms=2, color=colour,
-                          label=f"sliding, {verdict}")  # fmt: skip
-        unit = "" if found.parameter == "mu" else f" ({PARAMETERS[found.parameter].unit})"
-        axes.set_xlabel(literal(found.parameter) + unit if unit else r"friction coefficient $\mu$")
+            values = [at for at, _ in found.sliding]
+            heights = [0.0 if word == verdict else np.nan for _, word in found.sliding]
+            if np.isfinite(heights).any():
+                label = f"sliding, {verdict}"
+                axes.plot(values, heights, "-", marker=".", ms=2, color=colour, label=label)
+        if found.parameter == "mu":
+            axes.set_xlabel(r"friction coefficient $\mu$")
+        else:
+            axes.set_xlabel(f"{literal(found.parameter)} ({PARAMETERS[found.parameter].unit})")
         axes.set_ylabel(r"amplitude of $y$ ($\mu$m)")
         axes.set_ylim(bottom=-0.04 * size.max())
         figure.legend(loc="outside lower center", ncols=2)
@@ -58,3 +58,12 @@ def cycles_drawing(found: Cycles, name: str) -> Drawing:
         f"{number(value.max())}; {number(size[found.own])} micrometres at {number(own.value)}."
     )
     return Drawing(figure, text, title, origin(__name__))
+
+
+def _kind(one: Orbit, following: Orbit) -> str:
+    """The kind, of `LOOKS`, of the curve between two neighbouring cycles."""
+    if one.sliding_holds is False or following.sliding_holds is False:
+        return "faster than the surface"
+    if one.stable is False or following.stable is False:
+        return "unstable or undecided"
+    return "stable" if one.stable or following.stable else "unstable or undecided"

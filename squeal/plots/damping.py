@@ -1,16 +1,15 @@
 """Damping ratio over frequency through a sweep, and beside it the two modes that meet."""
 
 import math
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from squeal.analysis.answers import Sweep
 from squeal.plots.maps import symbol_of
 from squeal.plots.modes import RED
 from squeal.plots.style import DOUBLE, Drawing, frequency_limits, origin, style
+from squeal.results.sweep import Sweep
 
 COLOURS = ("#C8380E", "#0072B2", "#6A1B7B", "#009E73", "#E69F00", "#56B4E9")
 """Of modes that grow, the fastest first, and of the partners that they meet."""
@@ -27,8 +26,11 @@ class _Paths:
             for root, mode in zip(step.eigenvalues, step.numbers, strict=True):
                 if mode and root.value.imag > 0.0:
                     rows.setdefault(mode, []).append((step.value, root.value))
-        self.at = {mode: np.array([value for value, _ in path]) for mode, path in rows.items()}
-        self.roots = {mode: np.array([z for _, z in path]) for mode, path in rows.items()}
+        self.at: dict[int, np.ndarray] = {}
+        self.roots: dict[int, np.ndarray] = {}
+        for mode, path in rows.items():
+            self.at[mode] = np.array([value for value, _ in path])
+            self.roots[mode] = np.array([root for _, root in path])
 
     def growth(self, mode: int) -> float:
         """Its fastest growth rate, 1/s."""
@@ -38,15 +40,17 @@ class _Paths:
         """The mode that comes nearest to it where it grows fastest, over its frequency; None where
         none comes within a tenth."""
         fastest = int(np.argmax(self.roots[mode].real))
-        value, frequency = self.at[mode][fastest], self.roots[mode][fastest].imag
-        distance = {}
-        for other, at in self.at.items():
-            here = np.flatnonzero(at == value)
+        frequency = self.roots[mode][fastest].imag
+        nearest = None
+        least = 0.1
+        for other, values in self.at.items():
+            here = np.flatnonzero(values == self.at[mode][fastest])
             if other != mode and here.size:
-                apart = abs(self.roots[other][here[0]].imag - frequency)
-                distance[other] = float(apart) / frequency
-        nearest = min(distance, key=lambda other: distance[other], default=None)
-        return nearest if nearest is not None and distance[nearest] < 0.1 else None
+                distance = abs(self.roots[other][here[0]].imag - frequency) / frequency
+                if distance < least:
+                    nearest = other
+                    least = distance
+        return nearest
 
 
 def damping_drawing(name: str, sweep: Sweep) -> Drawing:
@@ -54,27 +58,29 @@ def damping_drawing(name: str, sweep: Sweep) -> Drawing:
     beside it the frequencies of the mode that grows fastest and of its partner over the parameter,
     with the value from which on it grows."""
     paths = _Paths(sweep)
-    growing = [
-        mode.mode for mode in sweep.modes if mode.growth_rate > 0.0 and mode.mode in paths.at
-    ]
-    growing = [mode for mode in growing if paths.growth(mode) > 1e-9 * abs(paths.roots[mode][0])]
-    growing.sort(key=lambda mode: -paths.growth(mode))
-    partner = paths.partner(growing[0]) if growing else None
-    met = [] if partner is None else [partner]
-    named = list(dict.fromkeys([*growing[:1], *met, *growing]))
-    colours = dict(zip(named, COLOURS, strict=False))
+    growing = []
+    for swept in sweep.modes:
+        mode = swept.mode
+        if swept.growth_rate <= 0.0 or mode not in paths.at:
+            continue
+        if paths.growth(mode) > 1e-9 * abs(paths.roots[mode][0]):
+            growing.append(mode)
+    growing.sort(key=paths.growth, reverse=True)
+    lead = growing[0] if growing else None
+    partner = None if lead is None else paths.partner(lead)
+    first = [mode for mode in (lead, partner) if mode is not None]
+    colours = dict(zip(dict.fromkeys([*first, *growing]), COLOURS, strict=False))
     with style():
         figure = Figure(figsize=(DOUBLE, 3.2))
         left, right = figure.subplots(1, 2, width_ratios=[1.5, 1.0])
         _ratios(left, paths, colours)
-        lead = growing[0] if growing else None
         _pair(right, sweep, paths, lead, partner, colours)
     count = "1 mode grows" if len(growing) == 1 else f"{len(growing)} modes grow"
     text = f"Damping ratio over frequency of {name}, {count}"
     if lead is not None:
-        fastest = f"the fastest is mode {lead} by {paths.growth(lead):.4g} 1/s"
-        meets = f", which meets mode {partner}" * (partner is not None)
-        text += f"; {fastest}{meets}"
+        text += f"; the fastest is mode {lead} by {paths.growth(lead):.4g} 1/s"
+    if partner is not None:
+        text += f", which meets mode {partner}"
     return Drawing(figure, f"{text}.", f"Damping ratios of {name}", origin(__name__))
 
 
@@ -86,22 +92,31 @@ def _ratios(axes: Axes, paths: _Paths, colours: dict[int, str]) -> None:
     depth = -lowest or 1.0
     limits = frequency_limits(every)
     for mode, roots in sorted(paths.roots.items(), key=lambda item: item[0] in colours):
-        hertz, ratio = roots.imag / math.tau, -100 * roots.real / np.abs(roots)
+        hertz = roots.imag / math.tau
+        ratio = -100 * roots.real / np.abs(roots)
         colour = colours.get(mode, "0.7")
         axes.plot(hertz, ratio, color=colour, lw=0.8, gid=f"mode {mode}")
         axes.plot(hertz[:1], ratio[:1], "|", color=colour, ms=6)
+        if mode not in colours:
+            continue
         grows = roots.real > 0.0
-        if mode in colours:
-            size = LARGEST * np.maximum(roots.real[grows], 0.0) / fastest
-            look: Any = {"s": size, "fc": colour, "alpha": 0.35, "lw": 0, "zorder": 3}
-            axes.scatter(hertz[grows], ratio[grows], **look)
-            end = int(np.argmin(ratio))
-            if ratio[end] < 0.0:
-                beyond = hertz[end] > limits[0] + 0.8 * (limits[1] - limits[0])
-                words: Any = {"fontsize": 7, "color": colour, "textcoords": "offset points"}
-                words |= {"ha": "right" if beyond else "left", "va": "center"}
-                offset = (-9 if beyond else 9, 0)
-                axes.annotate(f"{hertz[end]:.4g} Hz", (hertz[end], ratio[end]), offset, **words)
+        size = LARGEST * np.maximum(roots.real[grows], 0.0) / fastest
+        axes.scatter(hertz[grows], ratio[grows], s=size, fc=colour, alpha=0.35, lw=0, zorder=3)
+        lowest_point = int(np.argmin(ratio))
+        x = hertz[lowest_point]
+        y = ratio[lowest_point]
+        if y < 0.0:  # named on the side where there is room
+            right = x > limits[0] + 0.8 * (limits[1] - limits[0])
+            axes.annotate(
+                f"{x:.4g} Hz",
+                (x, y),
+                (-9 if right else 9, 0),
+                textcoords="offset points",
+                fontsize=7,
+                color=colour,
+                ha="right" if right else "left",
+                va="center",
+            )
     axes.axhspan(-1.25 * depth, 0.0, color=RED, alpha=0.06, lw=0, zorder=0)
     axes.axhline(0.0, color="0.3", lw=0.6)
     axes.set(xlim=limits, ylim=(-1.25 * depth, ABOVE * depth))
@@ -138,7 +153,14 @@ def _pair(
     if swept.interval is not None:
         low, high = swept.interval
         axes.axvspan(low, high, color="0.8", lw=0, zorder=0, gid="onset")
-        label = f"growth begins: {low:.4g} to {high:.4g}"
-        look: Any = {"rotation": 90, "va": "bottom", "ha": "left", "fontsize": 7}
-        where = ("data", "axes fraction")
-        axes.annotate(label, (high, 0.03), (3, 0), where, "offset points", **look)
+        axes.annotate(
+            f"growth begins: {low:.4g} to {high:.4g}",
+            (high, 0.03),
+            (3, 0),
+            ("data", "axes fraction"),
+            "offset points",
+            rotation=90,
+            va="bottom",
+            ha="left",
+            fontsize=7,
+        )

@@ -11,12 +11,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from squeal.analysis.maps import NAMES, QUANTITIES, Map
 from squeal.plots.style import SINGLE, Drawing, literal, origin, style
+from squeal.queries.pads.maps import NAMES, QUANTITIES
+from squeal.results.map import Map
 
 VERDICT_COLOURS = ("#FFFFFF", "#CFE6F5", "#C8380E", "#6A1B7B", "#8C8C8C", "#E0B040")
-"""Colours of `squeal.analysis.maps.NAMES`: stable, marginal, flutter, divergence, beyond a fold,
-unknown."""
+"""Colours of `NAMES`: stable, marginal, flutter, divergence, beyond a fold, unknown."""
 COLOUR_OF = dict(zip(NAMES, VERDICT_COLOURS, strict=True))
 QUARTERS = ([0.0, 0.25, 0.5, 0.75, 1.0], ["$0$", r"$\pi/4$", r"$\pi/2$", r"$3\pi/4$", r"$\pi$"])
 THRESHOLD, OWN_LEVEL = "#E69F00", "#C8380E"  # curves: continued, and where the level is the scene's
@@ -39,30 +39,49 @@ def symbol_of(parameter: str) -> str:
     return symbol(parameter) if parameter == "mu" else literal(parameter)
 
 
-def _settle(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
+def _finish_axes(axes: Axes, answer: Map, own: Own) -> list[Line2D]:
     """Limits, ticks and labels of both axes; the pad marked if it lies in the ranges.
 
     Also draws curves on which stability is lost. Returns what stands for them in a legend.
     """
-    look: Any = {"color": THRESHOLD, "linewidth": 1.8}
     curves = answer.details.get("threshold_curve", ())
     for curve in curves:
-        axes.plot(*zip(*curve["points"], strict=True), gid="threshold", zorder=4, **look)
-    angles = [(axis.low, axis.high) == (0.0, math.pi) for axis in answer.axes]
-    for axis, way, unit, angle in zip(answer.axes, "xy", answer.units, angles, strict=True):
+        axes.plot(
+            *np.transpose(curve["points"]),
+            gid="threshold",
+            zorder=4,
+            color=THRESHOLD,
+            linewidth=1.8,
+        )
+    is_angle = [(axis.low, axis.high) == (0.0, math.pi) for axis in answer.axes]
+    for k, axis in enumerate(answer.axes):
+        which = "xy"[k]
+        unit = answer.units[k]
         name = literal(axis.name) if own is None else symbol(axis.name)
-        words = f"{name} [{unit}]" if unit.removeprefix("1") else name
-        axes.set(**{f"{way}lim": (axis.low, axis.high), f"{way}label": words})
+        label = f"{name} [{unit}]" if unit.removeprefix("1") else name
+        axes.set(**{f"{which}lim": (axis.low, axis.high), f"{which}label": label})
         if axis.log:
-            axes.set(**{f"{way}scale": "log"})
-        elif angle and unit == "rad":
-            getattr(axes, f"set_{way}ticks")(np.multiply(QUARTERS[0], math.pi), QUARTERS[1])
-    if all(angles):
+            axes.set(**{f"{which}scale": "log"})
+        elif is_angle[k] and unit == "rad":
+            ticks = np.multiply(QUARTERS[0], math.pi)
+            axes.set(**{f"{which}ticks": ticks, f"{which}ticklabels": QUARTERS[1]})
+    if all(is_angle):
         axes.set_aspect("equal")
     if own and all(a.low <= at <= a.high for a, at in zip(answer.axes, own, strict=True)):
-        ring: Any = {"mfc": "white", "mec": "black", "ms": 5.0, "mew": 1.0, "zorder": 6}
-        axes.plot(*own, "o", clip_on=False, gid="own pad", **ring)
-    return [Line2D([], [], label="threshold, continued", **look)] if curves else []
+        axes.plot(
+            *own,
+            "o",
+            clip_on=False,
+            gid="own pad",
+            mfc="white",
+            mec="black",
+            ms=5.0,
+            mew=1.0,
+            zorder=6,
+        )
+    if not curves:
+        return []
+    return [Line2D([], [], label="threshold, continued", color=THRESHOLD, linewidth=1.8)]
 
 
 def map_drawing(name: str, answer: Map, own: Own = None, level: float | None = None) -> Drawing:
@@ -72,13 +91,14 @@ def map_drawing(name: str, answer: Map, own: Own = None, level: float | None = N
     is drawn thick.
     """
     contours = own is not None and answer.quantity is not None
-    x, y = (axis.values for axis in answer.axes)
     with style():
         figure = Figure(figsize=(SINGLE, 3.2 if contours else 3.6))
         axes = figure.add_subplot(facecolor="0.85")
-        draw = _contours if contours else _cells
-        handles, what, text = draw(axes, x, y, answer, level)
-        handles += _settle(axes, answer, own)
+        if contours:
+            handles, what, text = _contours(axes, answer, level)
+        else:
+            handles, what, text = _cells(axes, answer)
+        handles += _finish_axes(axes, answer, own)
         if handles:
             figure.legend(handles=handles, loc="outside upper center", ncols=2)
     title = f"{what} of {name} over {answer.axes[0].name} and {answer.axes[1].name}"
@@ -89,11 +109,21 @@ Drawn = tuple[list[Any], str, str]
 """What stands in the legend, the name of what is drawn, and its extent in words."""
 
 
-def _cells(axes: Axes, x: np.ndarray, y: np.ndarray, answer: Map, _: float | None) -> Drawn:
+def _cells(axes: Axes, answer: Map) -> Drawn:
     """Verdicts, hatched where no equilibrium is admissible."""
+    x = answer.axes[0].values
+    y = answer.axes[1].values
     colours = [COLOUR_OF.get(verdict, VERDICT_COLOURS[4]) for verdict in answer.verdicts]
-    look: Any = {"cmap": ListedColormap(colours), "vmin": -0.5, "vmax": len(colours) - 0.5}
-    axes.pcolormesh(x, y, answer.codes.T, shading="nearest", rasterized=True, **look)
+    axes.pcolormesh(
+        x,
+        y,
+        answer.codes.T,
+        shading="nearest",
+        rasterized=True,
+        cmap=ListedColormap(colours),
+        vmin=-0.5,
+        vmax=len(colours) - 0.5,
+    )
     handles = []
     sentences = []
     for colour, (verdict, share) in zip(colours, answer.share.items(), strict=True):
@@ -104,15 +134,18 @@ def _cells(axes: Axes, x: np.ndarray, y: np.ndarray, answer: Map, _: float | Non
     if answer.admissible is not None:
         far = ~answer.admissible & (answer.codes != NAMES.index("beyond a fold"))
         if far.any():
-            look = {"hatches": ["////"], "colors": "none", "zorder": 1.5}
-            axes.contourf(x, y, far.T.astype(float), [0.5, 1.5], **look)
+            axes.contourf(
+                x, y, far.T.astype(float), [0.5, 1.5], hatches=["////"], colors="none", zorder=1.5
+            )
             handles.append(Patch(fc="none", ec="k", hatch="////", lw=0.5, label="not admissible"))
     return handles, "Verdict", ", ".join(sentences)
 
 
-def _contours(axes: Axes, x: np.ndarray, y: np.ndarray, answer: Map, level: float | None) -> Drawn:
+def _contours(axes: Axes, answer: Map, level: float | None) -> Drawn:
     """Labelled contours of the quantity over filled ones; grey where there is no value."""
     assert answer.quantity is not None
+    x = answer.axes[0].values
+    y = answer.axes[1].values
     quantity, unit, numbers = answer.quantity
     words = QUANTITIES[quantity][0]
     values = np.ma.masked_invalid(numbers.T)
@@ -124,5 +157,8 @@ def _contours(axes: Axes, x: np.ndarray, y: np.ndarray, answer: Map, level: floa
         axes.figure.colorbar(filled, ax=axes, label=f"{words} [{unit}]" if unit else words)
         if level is not None and known.min() < level < known.max():
             axes.contour(x, y, values, [level], colors=OWN_LEVEL, linewidths=1.6)
-    span = f"{known.min():.4g} to {known.max():.4g} {unit}" if known.size else "no value"
-    return [], words.capitalize(), f"{span}, on {100 * known.size / values.size:.1f} % of the area"
+    span = "no value"
+    if known.size:
+        span = f"{known.min():.4g} to {known.max():.4g} {unit}"
+    extent = f"{span}, on {100 * known.size / values.size:.1f} % of the area"
+    return [], words.capitalize(), extent

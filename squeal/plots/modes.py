@@ -1,5 +1,6 @@
 """Eigenvalues in the complex plane, and mode shapes: of a pad, and on the nodes of a system."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -12,9 +13,8 @@ from matplotlib.patches import Rectangle
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
-from squeal.analysis.answers import ModeShape
+from squeal.io.coordinates import Coordinates
 from squeal.io.shapes import displacements, outer_faces
-from squeal.io.system import Coordinates
 from squeal.linear import GROWING, Eigenvalue
 from squeal.model.pad import Pad
 from squeal.plots.style import (
@@ -27,6 +27,7 @@ from squeal.plots.style import (
     origin,
     style,
 )
+from squeal.results.eigenvalues import ModeShape
 
 LARGEST = 0.35  # drawn size of the largest of x, y, w theta, in half lengths
 LARGEST_OF_NODES = 0.08  # of the body's size: the largest displacement of nodes as drawn
@@ -58,10 +59,12 @@ def outlines(slenderness: float, rest: np.ndarray, shape: np.ndarray) -> list[np
     The phases are opposite ones, or a quarter turn apart for a complex shape.
     """
     corners = np.array([1, slenderness]) * [[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]]
-    turns, lines = (0.0, 1.0, -1.0 if is_real(shape) else 1j), []
-    # in half lengths w theta is the angle itself
-    for x, y, theta in (rest + LARGEST * (shape * turn).real for turn in turns):
-        c, s = np.cos(theta), np.sin(theta)
+    lines = []
+    for phase in (0.0, 1.0, -1.0 if is_real(shape) else 1j):
+        # in half lengths w theta is the angle itself
+        x, y, theta = rest + LARGEST * (shape * phase).real
+        c = np.cos(theta)
+        s = np.sin(theta)
         lines.append(corners @ np.array([[c, s], [-s, c]]) + [x, y])
     return lines
 
@@ -76,8 +79,10 @@ def draw_pad(axes: Axes, lines: Sequence[np.ndarray]) -> None:
 
 def draw_surface(axes: Axes, height: float, left: float, right: float, bottom: float) -> None:
     """The sliding surface as a line, and what lies below it in grey."""
-    ground = (left, bottom), right - left, height - bottom
-    axes.add_patch(Rectangle(*ground, facecolor="0.92", linewidth=0.0, zorder=0))
+    ground = Rectangle(
+        (left, bottom), right - left, height - bottom, facecolor="0.92", linewidth=0.0, zorder=0
+    )
+    axes.add_patch(ground)
     axes.axhline(height, color="k", linewidth=0.6, zorder=0)
 
 
@@ -85,7 +90,8 @@ def legend_of_phases(shapes: Sequence[np.ndarray]) -> tuple[list[Line2D], list[s
     """Handles and names for a legend of pads at rest and at two phases."""
     kinds = {is_real(shape) for shape in shapes}
     second = "a quarter period later" if kinds == {False} else "half a period later"
-    second += " (complex shapes: a quarter)" if len(kinds) == 2 else ""
+    if len(kinds) == 2:
+        second += " (complex shapes: a quarter)"
     handles = [Line2D([], [], **look) for look in PHASES.values()]
     return handles, ["equilibrium", "displaced", second]
 
@@ -93,18 +99,18 @@ def legend_of_phases(shapes: Sequence[np.ndarray]) -> tuple[list[Line2D], list[s
 def draw_eigenvalues(axes: Axes, roots: Sequence[Eigenvalue]) -> None:
     """Eigenvalues (rad/s) of the upper half plane, those that grow as red squares."""
     axes.axvline(0.0, color="0.7", linewidth=0.6, zorder=0)
-    roots = [e for e in roots if e.value.imag >= -e.rounding]
-    upper = np.array([e.value for e in roots], dtype=complex)
-    grows = np.array([e.kind in GROWING for e in roots], dtype=bool)
+    shown = [root for root in roots if root.value.imag >= -root.rounding]
+    upper = np.array([root.value for root in shown], dtype=complex)
+    grows = np.array([root.kind in GROWING for root in shown], dtype=bool)
     for points, marker, colour in ((upper[~grows], "o", RING), (upper[grows], "s", RED)):
-        look: Any = {"marker": marker, "s": 26, "fc": "none", "ec": colour}
-        axes.scatter(points.real, points.imag / math.tau, **look)
+        hertz_of_points = points.imag / math.tau
+        axes.scatter(points.real, hertz_of_points, 26, marker=marker, fc="none", ec=colour)
     reach = max(1.0, 1.2 * float(np.abs(upper.real).max(initial=0.0)))
     axes.set(xlim=(-reach, reach), ylim=frequency_limits(upper))
     axes.set(xlabel="growth rate [1/s]", ylabel="frequency [Hz]")
     for root in sorted(upper[grows & (upper.imag > 0.0)], key=lambda r: -r.real)[:6]:
-        place = (root.real, root.imag / math.tau)
-        axes.annotate(hertz(root.imag), place, (-5, 0), ha="right", va="center", **NAME)
+        point = (root.real, root.imag / math.tau)
+        axes.annotate(hertz(root.imag), point, (-5, 0), ha="right", va="center", **NAME)
 
 
 def pad_figure(
@@ -115,10 +121,11 @@ def pad_figure(
     rest = np.array([0.0, (pad.y0 + q[1]) / pad.w, pad.theta0 + q[2]])
     moved = [np.array([1.0, 1.0, pad.w]) * one.shape for one in shapes]
     lines = [outlines(slender, rest, shape) for shape in moved]
-    grow = {e.growth_rate for e in roots if e.kind in GROWING}
-    corners = np.concatenate([corner for three in lines for corner in three])
-    (left, bottom), (right, top) = corners.min(axis=0) - 0.08, corners.max(axis=0) + 0.08
-    bottom = min(bottom, -slender - 0.12)
+    growing_rates = {root.growth_rate for root in roots if root.kind in GROWING}
+    corners = np.concatenate(list(itertools.chain(*lines)))
+    left, lowest = corners.min(axis=0) - 0.08
+    right, top = corners.max(axis=0) + 0.08
+    bottom = min(lowest, -slender - 0.12)
     with style():
         figure = Figure(figsize=(DOUBLE, 0.5 + 1.3 * len(shapes)))
         grid = figure.add_gridspec(len(shapes), 2, width_ratios=[1.5, 1.0])
@@ -130,7 +137,7 @@ def pad_figure(
             name = f"mode {one.number}: {hertz(math.tau * one.frequency_hz)}"
             if one.growth_rate:
                 name += f", ${one.growth_rate:+.4g}$ 1/s"
-            axes.set_title(name, pad=2.0, color=RED if one.growth_rate in grow else "k")
+            axes.set_title(name, pad=2.0, color=RED if one.growth_rate in growing_rates else "k")
             axes.set(xlim=(left, right), ylim=(bottom, top))
         handles, names = legend_of_phases(moved)
         names[1] += f" ({exaggeration(pad.w)})"
@@ -140,27 +147,34 @@ def pad_figure(
 
 def modes_drawing(name: str, roots: Sequence[Eigenvalue], figure: Figure | None = None) -> Drawing:
     """Eigenvalues alone, or a figure of them with mode shapes."""
-    shapes = "" if figure is None else " and mode shapes"
-    if figure is None:
+    shapes = " and mode shapes"
+    drawn = figure
+    if drawn is None:
+        shapes = ""
         with style():
-            figure = Figure(figsize=(SINGLE, 3.0))
-            draw_eigenvalues(figure.add_subplot(), roots)
+            drawn = Figure(figsize=(SINGLE, 3.0))
+            draw_eigenvalues(drawn.add_subplot(), roots)
     listed = ", ".join(f"{e.value.real:.4g} {e.value.imag:+.4g}i" for e in roots[:100])
-    more = f", and {len(roots) - 100} more" if len(roots) > 100 else ""
-    text = f"Eigenvalues of {name} in the complex plane{shapes}; in rad/s: {listed}{more}."
-    return Drawing(figure, text, f"Eigenvalues of {name}", origin(__name__))
+    if len(roots) > 100:
+        listed += f", and {len(roots) - 100} more"
+    text = f"Eigenvalues of {name} in the complex plane{shapes}; in rad/s: {listed}."
+    return Drawing(drawn, text, f"Eigenvalues of {name}", origin(__name__))
 
 
 def outline(where: Coordinates, faces: Sequence[tuple[int, ...]]) -> list[NDArray]:
     """Edges (2, 3) of a body: those of one face alone, or of faces that meet at an angle."""
-    at: dict[frozenset[int], list[NDArray]] = {}
+    normals_of: dict[frozenset[int], list[NDArray]] = {}
     for face in faces:
         a, b, c = where.places[list(face[:3])]
         normal = np.cross(b - a, c - b)
+        normal = normal / (np.linalg.norm(normal) or 1.0)
         for edge in zip(face, (*face[1:], face[0]), strict=True):
-            at.setdefault(frozenset(edge), []).append(normal / (np.linalg.norm(normal) or 1.0))
-    sharp = (e for e, n in at.items() if len(n) != 2 or abs(float(n[0] @ n[1])) < SHARP)
-    return [where.places[sorted(edge)] for edge in sharp]
+            normals_of.setdefault(frozenset(edge), []).append(normal)
+    shown = []
+    for nodes, normals in normals_of.items():
+        if len(normals) != 2 or abs(float(normals[0] @ normals[1])) < SHARP:
+            shown.append(where.places[sorted(nodes)])
+    return shown
 
 
 def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> Drawing:
@@ -171,33 +185,32 @@ def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> 
     """
     faces = outer_faces(where)
     edges = outline(where, faces)
-    # points that show a shape
-    some = slice(None, None, 1 if faces else 1 + len(where.places) // 15_000)
-    u, rest = displacements(where, shape)[some], where.places[some]
+    # as many points as show a shape
+    shown = slice(None, None, 1 if faces else 1 + len(where.places) // 15_000)
+    u = displacements(where, shape)[shown]
+    rest = where.places[shown]
     ends = np.array([where.places.min(axis=0), where.places.max(axis=0)])
     size = float(np.ptp(ends, axis=0).max()) or 1.0
     # a box that holds the nodes at every phase, and is no plate
     half = np.maximum(np.ptp(ends, axis=0), 0.08 * size) / 2 + LARGEST_OF_NODES * size
     box = np.transpose(ends.mean(axis=0) + np.array([-1.0, 1.0])[:, None] * half)
     amplitude = np.linalg.norm(u, axis=1)
-    dot = {"s": float(np.clip(6e3 / len(rest), 0.3, 12.0)), "lw": 0}
+    dot = float(np.clip(6e3 / len(rest), 0.3, 12.0))
     with style():
         figure = Figure(figsize=(DOUBLE, 2.5))
         figure.set_layout_engine("none")
         panels = ((0.0, 1.0, "(a) largest motion"), (0.45, 1j, "(b) a quarter of a period later"))
-        for left, turn, title in panels:
+        for left, phase, title in panels:
             axes: Any = figure.add_axes((left, 0.0, 0.45, 0.85), projection="3d")
             axes.set_box_aspect(tuple(half), zoom=1.5)
             axes.set_axis_off()
-            moved = rest + LARGEST_OF_NODES * size * (u * turn).real
+            moved = rest + LARGEST_OF_NODES * size * (u * phase).real
             if faces:
                 axes.add_collection3d(Line3DCollection(edges, colors="0.55", linewidths=0.4))
-                drawn: Any = Poly3DCollection([moved[list(face)] for face in faces], linewidths=0.1)
-                drawn.set(array=np.array([amplitude[list(face)].mean() for face in faces]))
-                drawn.set(edgecolor=(0.0, 0.0, 0.0, 0.25))
+                drawn = _coloured_faces(faces, moved, amplitude)
                 axes.add_collection3d(drawn)
             else:
-                drawn = axes.scatter(*moved.T, c=amplitude, clip_on=False, **dot)
+                drawn = axes.scatter(*moved.T, c=amplitude, clip_on=False, s=dot, lw=0)
             drawn.set(clim=(0.0, 1.0))
             axes.set(xlim=box[0], ylim=box[1], zlim=box[2])
             figure.text(left + 0.225, 0.82, title, ha="center")
@@ -206,3 +219,18 @@ def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> 
         figure.text(0.5, 0.93, literal(words), ha="center")
     text = f"Shape of a mode of {name}: {words}."
     return Drawing(figure, text, f"Mode of {name}", origin(__name__))
+
+
+def _coloured_faces(
+    faces: Sequence[tuple[int, ...]], places: NDArray, amplitude: NDArray
+) -> Poly3DCollection:
+    """Faces of nodes at places (n, 3), coloured by the mean amplitude (n,) of their nodes."""
+    polygons = []
+    colours = []
+    for face in faces:
+        nodes = list(face)
+        polygons.append(places[nodes])
+        colours.append(amplitude[nodes].mean())
+    collection = Poly3DCollection(polygons, linewidths=0.1)
+    collection.set(array=np.array(colours), edgecolor=(0.0, 0.0, 0.0, 0.25))
+    return collection

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -22,7 +22,8 @@ from squeal.numerics.oscillation import spectrum
 from squeal.plots.style import DOUBLE, STATE_COLOURS, Drawing, colours, origin, state_label, style
 from squeal.simulation.observers import LAST, Event
 
-PLACE = NORMAL_REACTION[1]
+POSITION = NORMAL_REACTION[1]
+SHOWN = 1e-4  # of the largest amplitude: the foot of a spectrum
 _SCALES = {"F_n": "brake force", "w": "half length"}
 
 
@@ -79,53 +80,72 @@ def pieces(
     for start, stop, state in timeline:
         inside = (t > start) & (t < stop)
         first, last = np.interp([start, stop], t, values)
-        piece = [start, *t[inside], stop, np.nan], [first, *values[inside], last, np.nan]
-        curves.setdefault(state, []).append(np.array(piece))
+        times = [start, *t[inside], stop, np.nan]
+        piece = np.array([times, [first, *values[inside], last, np.nan]])
+        curves.setdefault(state, []).append(piece)
     return {state: tuple(np.concatenate(parts, axis=1)) for state, parts in curves.items()}
 
 
+class StateLook(NamedTuple):
+    """How one state is drawn."""
+
+    label: str
+    meaning: str
+    colour: str
+
+
 class Looks(NamedTuple):
-    """How the states of a run are drawn: intervals of time, and by state its short label, meaning
-    and colour.
+    """How the states of a run are drawn: intervals of time, and the look of each state.
 
     Where one state stands for partial contact at either edge, the side on which the reaction acts
     is part of its name.
     """
 
     timeline: list[Interval]
-    states: dict[str, tuple[str, str, str]]
+    states: dict[str, StateLook]
 
     @staticmethod
     def of(run: Run) -> Looks:
         """The looks of a run."""
-        law, palette = contact_law(run.model), colours(run.model)
-        timeline, states = run.timeline, dict[str, tuple[str, str, str]]()
+        law = contact_law(run.model)
+        palette = colours(run.model)
+        timeline = run.timeline
         partial = law.state_name(LEAD)
         if partial == law.state_name(TRAIL):
-            t, place = run.history["t"], run.history["delta"]
-            known = np.isfinite(place)
-
-            def named(one: Interval) -> Interval:
-                at = np.interp(0.5 * (one.start + one.stop), t[known], place[known])
-                return one._replace(state=f"{partial} {'leading' if at < 0 else 'trailing'}")
-
-            timeline = [named(one) if one.state == partial else one for one in timeline]
+            timeline = [_with_edge(one, partial, run.history) for one in timeline]
+        states: dict[str, StateLook] = {}
         for state in run.states_met:
-            label, meaning = state_label(state), law.meanings[state]
-            states[state] = label, meaning, palette[state]
+            label = state_label(state)
+            meaning = law.meanings[state]
+            states[state] = StateLook(label, meaning, palette[state])
             for edge, of in (("leading", LEAD), ("trailing", TRAIL)):
-                look = rf"{label}$_{edge[0]}$", f"{meaning}, {edge} edge", STATE_COLOURS[of]
-                states[f"{state} {edge}"] = look
+                states[f"{state} {edge}"] = StateLook(
+                    label=rf"{label}$_{edge[0]}$",
+                    meaning=f"{meaning}, {edge} edge",
+                    colour=STATE_COLOURS[of],
+                )
         met = {one.state for one in timeline if one.stop > one.start}
         return Looks(timeline, {name: look for name, look in states.items() if name in met})
+
+
+def _with_edge(one: Interval, partial: str, history: dict[str, np.ndarray]) -> Interval:
+    """An interval of partial contact with the edge that touches in its middle; others as they
+    are."""
+    if one.state != partial:
+        return one
+    position = history["delta"]
+    known = np.isfinite(position)
+    middle = 0.5 * (one.start + one.stop)
+    is_leading = np.interp(middle, history["t"][known], position[known]) < 0
+    return one._replace(state=f"{partial} {'leading' if is_leading else 'trailing'}")
 
 
 def trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> None:
     """A signal over time, coloured by contact state."""
     curves = pieces(run.history["t"], run.history[signal.name], looks.timeline)
-    for state, (_, _, colour) in looks.states.items():
+    for state, look in looks.states.items():
         t, values = curves[state]
-        axes.plot(1e3 * t, values, color=colour, label=state, gid=state)
+        axes.plot(1e3 * t, values, color=look.colour, label=state, gid=state)
     axes.set_title(f"({letter}) {signal.title}", loc="left", pad=3.0)
     axes.set_ylabel(f"${signal.symbol}/{signal.over}$")
     axes.set_xlim(0.0, 1e3 * run.stop)
@@ -139,11 +159,13 @@ def trace(axes: Axes, run: Run, signal: Signal, letter: str, looks: Looks) -> No
 def strip(axes: Axes, looks: Looks) -> None:
     """The second cue: each state has a row of its own, so position tells it without colour."""
     rows = list(reversed(looks.states.items()))
-    for row, (state, (_, _, colour)) in enumerate(rows):
-        own = [i for i in looks.timeline if i.state == state]
-        spans = [(1e3 * i.start, 1e3 * (i.stop - i.start)) for i in own]
-        axes.broken_barh(spans, (row - 0.4, 0.8), facecolor=colour, linewidth=0.0, gid=state)
-    axes.set_yticks(range(len(rows)), [label for _, (label, _, _) in rows])
+    for row, (state, look) in enumerate(rows):
+        bars = []  # begin and length, ms
+        for one in looks.timeline:
+            if one.state == state:
+                bars.append((1e3 * one.start, 1e3 * (one.stop - one.start)))
+        axes.broken_barh(bars, (row - 0.4, 0.8), facecolor=look.colour, linewidth=0.0, gid=state)
+    axes.set_yticks(range(len(rows)), [look.label for _, look in rows])
     axes.set_ylim(-0.6, len(rows) - 0.4)
     axes.set_ylabel("state")
     axes.set_xlabel(r"time $t$ [ms]")
@@ -152,10 +174,13 @@ def strip(axes: Axes, looks: Looks) -> None:
 
 def alternative_text(run: Run) -> str:
     """What the figure shows, in words and with its ranges."""
-    law, texts = contact_law(run.model), []
+    law = contact_law(run.model)
+    texts = []
     for letter, signal in zip("ab", law.plotted, strict=True):
         ends = run.extrema[signal.name]
-        span = f"lies between {ends[0]:.3g} and {ends[1]:.3g}" if ends else "is nowhere defined"
+        span = "is nowhere defined"
+        if ends:
+            span = f"lies between {ends[0]:.3g} and {ends[1]:.3g}"
         texts.append(f"({letter}) the {signal.words} over the {_SCALES[signal.over]} {span}")
     shares = ", ".join(f"{law.meanings[s]} {100 * run.shares[s]:.1f} %" for s in run.states_met)
     return (
@@ -167,20 +192,26 @@ def alternative_text(run: Run) -> str:
 
 def _spectrum(axes: Axes, run: Run, forces: list[Signal], letter: str, frequency: float) -> None:
     """Amplitudes over frequency of the run's last part; `frequency` (Hz, or 0) is marked."""
-    t, decades = run.history["t"], 1e-4
+    t = run.history["t"]
     late = slice(-int(LAST * len(t)), None)
     values = np.array([run.history[signal.name][late] for signal in forces]).T
     frequencies, amplitudes = spectrum(values, float(t[1] - t[0]), finer=8)
-    kilohertz, amplitudes = frequencies[1:] / 1e3, amplitudes[1:]
+    kilohertz = frequencies[1:] / 1e3
+    amplitudes = amplitudes[1:]
     top = max(float(amplitudes.max()), 1e-12)
     for signal, column, colour in zip(forces, amplitudes.T, ("black", "0.55"), strict=False):
-        named: Any = {"label": f"${signal.symbol}$", "gid": f"spectrum {signal.name}"}
-        axes.plot(kilohertz, np.maximum(column, 1e-3 * decades * top), color=colour, **named)
+        axes.plot(
+            kilohertz,
+            np.maximum(column, 1e-3 * SHOWN * top),
+            color=colour,
+            label=f"${signal.symbol}$",
+            gid=f"spectrum {signal.name}",
+        )
     strong = kilohertz[(amplitudes >= 0.01 * top).any(axis=1)]
     axes.set_xlim(0.0, min(1.5 * float(strong[-1]), float(kilohertz[-1])))
     axes.set_yscale("log")
     axes.yaxis.set_major_locator(LogLocator(numticks=9))
-    axes.set(ylim=(decades * top, 3.0 * top), xlabel="frequency [kHz]", ylabel="amplitude$/F_n$")
+    axes.set(ylim=(SHOWN * top, 3.0 * top), xlabel="frequency [kHz]", ylabel="amplitude$/F_n$")
     known = f"; strongest line of the motion at {frequency:.0f} Hz" if frequency else ""
     axes.set_title(f"({letter}) spectrum of the last quarter{known}", loc="left", pad=3.0)
     if frequency:
@@ -194,36 +225,41 @@ def motion_drawing(run: Run, model: PadModel, frequency: float) -> Drawing:
 
     `frequency` (Hz) is marked in the spectrum if it is not 0.
     """
-    law, looks, history = contact_law(run.model), Looks.of(run), run.history
-    words = alternative_text(run)
-    if PLACE not in law.plotted:
-        states = {model.state_name(state): state for state in model.states}
-        touching = np.array([states[name] for name in history["state"]], dtype=float).T
+    law = contact_law(run.model)
+    looks = Looks.of(run)
+    text = alternative_text(run)
+    shown = run
+    if POSITION not in law.plotted:
+        history = run.history
+        contacts = {model.state_name(state): state for state in model.states}
+        contact = np.array([contacts[name] for name in history["state"]], dtype=float).T
         at = pose(np, (history["x"], history["y"], history["theta"]))
         with np.errstate(divide="ignore", invalid="ignore"):
-            _, place = law.resultant(model.c, at, touching)
-        run = replace(run, history=history | {PLACE.name: place / model.pad.w})
-        words += f" A third panel shows the {PLACE.words} over the half length."
+            _, position = law.resultant(model.c, at, contact)
+        shown = replace(run, history=history | {POSITION.name: position / model.pad.w})
+        text += f" A third panel shows the {POSITION.words} over the half length."
     forces = [signal for signal in law.plotted if signal.is_force]
-    panels = [*forces, PLACE]
+    panels = [*forces, POSITION]
     heights = [1.0] * len(panels) + [0.2 + 0.14 * len(looks.states), 1.1]
     with style():
         figure = Figure(figsize=(DOUBLE, 0.8 + 1.05 * sum(heights)))
         grid = figure.add_gridspec(len(heights), 1, height_ratios=heights)
         first = figure.add_subplot(grid[0])
-        axes = [first, *(figure.add_subplot(grid[i], sharex=first) for i in range(1, len(panels)))]
+        axes = [first]
+        for k in range(1, len(panels)):
+            axes.append(figure.add_subplot(grid[k], sharex=first))
         below = figure.add_subplot(grid[-2], sharex=first)
         for one, signal, letter in zip(axes, panels, "abc", strict=False):
-            trace(one, run, signal, letter, looks)
+            trace(one, shown, signal, letter, looks)
             one.tick_params(labelbottom=False)
         strip(below, looks)
         last = figure.add_subplot(grid[-1])
-        _spectrum(last, run, forces, "abcd"[len(panels)], frequency)
+        _spectrum(last, shown, forces, "abcd"[len(panels)], frequency)
         figure.align_ylabels([*axes, below, last])
         handles = first.get_lines()[: len(looks.states)]
-        names = [f"{label}: {meaning}" for label, meaning, _ in looks.states.values()]
+        names = [f"{look.label}: {look.meaning}" for look in looks.states.values()]
         figure.legend(handles, names, loc="outside upper center", ncols=4)
     known = f"its strongest line is at {frequency:.0f} Hz" if frequency else "no line stands out"
-    words += f" A last panel shows the spectrum of the forces in the last quarter; {known}."
+    text += f" A last panel shows the spectrum of the forces in the last quarter; {known}."
     title = f"Motion of the scene {run.name}: forces, contact and spectrum"
-    return Drawing(figure, words, title, origin(__name__, run.provenance))
+    return Drawing(figure, text, title, origin(__name__, run.provenance))

@@ -9,10 +9,10 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
-from squeal.analysis.maps import Map
 from squeal.io.writing import Answer, Mark
 from squeal.plots.maps import COLOUR_OF
 from squeal.plots.style import DOUBLE, Drawing, literal, origin, style
+from squeal.results.map import Map
 
 Row = Mapping[str, Any]
 

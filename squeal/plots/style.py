@@ -93,13 +93,21 @@ def blank(title: str, why: str, module: str, *results: Provenance | None) -> Dra
 
 def _metadata(drawing: Drawing, kind: str) -> dict[str, Any]:
     """Title, alternative text and origin as the format holds them; no dates."""
-    words = (drawing.title, drawing.alternative, drawing.origin)
-    title, text, made = (w.encode("utf-8", "replace").decode() for w in words)
+    title = _encodable(drawing.title)
+    text = _encodable(drawing.alternative)
+    made = _encodable(drawing.origin)
     if kind == "pdf":
         more = {"Creator": "squeal", "Producer": None, "CreationDate": None}
         return {"Title": title, "Subject": text, "Keywords": made, **more}
-    own = {"Date": None} if kind == "svg" else {"Software": "squeal"}
-    return {"Title": title, "Description": text, "Source": made, **own}
+    metadata = {"Title": title, "Description": text, "Source": made}
+    if kind == "svg":
+        return {**metadata, "Date": None}
+    return {**metadata, "Software": "squeal"}
+
+
+def _encodable(text: str) -> str:
+    """A text in which a mark stands for what UTF-8 does not hold."""
+    return text.encode("utf-8", "replace").decode()
 
 
 def rendered(drawing: Drawing, kind: str, dpi: int = 200) -> bytes:
@@ -140,9 +148,12 @@ def state_label(state: str) -> str:
 def frequency_limits(values: np.ndarray) -> tuple[float, float]:
     """Limits of an axis of frequency (Hz): from zero on, but for a band of high ones."""
     frequencies = np.abs(values.imag) / math.tau
-    low, high = float(frequencies.min(initial=np.inf)), float(frequencies.max(initial=0.0))
-    room = 0.1 * (high - low)
-    return (low - room, high + room) if 0.5 * high < low < high else (0.0, 1.1 * high or 1.0)
+    low = float(frequencies.min(initial=np.inf))
+    high = float(frequencies.max(initial=0.0))
+    if 0.5 * high < low < high:
+        margin = 0.1 * (high - low)
+        return low - margin, high + margin
+    return 0.0, 1.1 * high or 1.0
 
 
 def hertz(omega: float) -> str:

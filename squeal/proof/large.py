@@ -26,6 +26,7 @@ Matrices = tuple[csc_array, csc_array, csc_array]  # M, C, K
 MASS_SHARES = (0.5, 0.1, 0.02, 0.004)  # c of M >= c diag(M), the first that is proved
 SIGMA = 1.25  # sigma over R^2
 DAMPING = 0.01  # what damping that is not Rayleigh's may take of sigma
+BEYOND_CORE = "soft modes above the band, or local damping, reach into it; try a narrower band"
 MARGINS = (1e-3, 1e-4, 1e-5, 1e-6)  # of the inertia, shares of sigma
 
 
@@ -334,8 +335,7 @@ def _singular_values_above(N: csc_array, K: csc_array, MX: Floats, MY: Floats, s
     if found is None:
         return "the border of the inertia is not definite enough"
     if negative + found != n + k:
-        low = n + k - negative - found
-        return f"{low} singular values beyond the core lie below sigma, with room for damping"
+        return BEYOND_CORE
     return ""
 
 

@@ -19,7 +19,12 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.sparse.factor import Factor, factorise_at
-from squeal.sparse.quadratic import PROGRESS, ComplexArray, Quadratic
+from squeal.sparse.quadratic import (
+    Bools,
+    ComplexArray,
+    Quadratic,
+    report,
+)
 
 DAMPED = 0.25  # a band holds roots whose real part is at most this share of its upper end
 NODES = (8, 16, 32)  # on a circle, until they resolve what is left of the determinant
@@ -61,12 +66,12 @@ class Rectangle:
         """Distance of a corner from the centre."""
         return abs(self.size) / 2
 
-    def contains(self, values: NDArray) -> NDArray[np.bool_]:
+    def contains(self, values: NDArray) -> Bools:
         """True for each value inside."""
         real = np.real(values)
         imag = np.imag(values)
         is_between = (real > self.low_real) & (real < self.high_real)
-        return np.asarray(is_between & (imag > self.low_imag) & (imag < self.high_imag))
+        return is_between & (imag > self.low_imag) & (imag < self.high_imag)
 
     def distance(self, values: NDArray) -> NDArray[np.float64]:
         """How far values lie beyond the nearest side, negative inside."""
@@ -78,7 +83,7 @@ class Rectangle:
             self.low_imag - imag,
             imag - self.high_imag,
         ]
-        return np.asarray(np.max(beyond, axis=0))
+        return np.max(beyond, axis=0)
 
     def widened(self, share: float) -> Rectangle:
         """The region with a share of its size more on each side."""
@@ -98,9 +103,9 @@ class Disc:
     radius: float
     centre: complex = 0j
 
-    def contains(self, values: NDArray) -> NDArray[np.bool_]:
+    def contains(self, values: NDArray) -> Bools:
         """True for each value inside."""
-        return np.asarray(np.abs(values - self.centre) < self.radius)
+        return np.abs(values - self.centre) < self.radius
 
 
 Region = Rectangle | Disc
@@ -146,7 +151,7 @@ def count_roots(
             for k in range(0, end, step):
                 if not np.isnan(logarithms[k]):
                     continue
-                PROGRESS.get()(f"counting the roots: determinant of {nodes}")
+                report(f"counting the roots: determinant of {nodes}")
                 node = disc.centre + disc.radius * cmath.exp(2j * math.pi * k / finest)
                 node, factor = factorise_at(problem, node, single, factor)
                 logarithms[k] = factor.logarithm() - np.sum(np.log(node - known))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -25,7 +25,11 @@ from squeal.sparse.contact_seat import (
     seat_contacts,
 )
 from squeal.sparse.first_look import root_error_bounds
-from squeal.sparse.quadratic import Array, ComplexArray
+from squeal.sparse.quadratic import (
+    Array,
+    Changes,
+    ComplexArray,
+)
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -122,7 +126,7 @@ class Assembly:
         return errors
 
     def lack(
-        self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, at: Mapping[str, float]
+        self, roots: ArrayLike, right: ComplexArray, left: ComplexArray, at: Changes
     ) -> ReductionLack:
         """What y^H P x of modes (n, m) of roots z (m,) at parameters lacks.
 
@@ -153,7 +157,7 @@ class Assembly:
 def assemble(
     components: Sequence[Component],
     contacts: Sequence[Contact],
-    parameters: Mapping[str, float] | None = None,
+    parameters: Changes | None = None,
     parameter: str = "mu",
     name: str = "assembly",
     cutoff: float | None = None,
@@ -225,15 +229,15 @@ def assemble(
         parameter=parameter,
         name=name,
     )
-    seated = seat_contacts(structure, joints, joined)
+    contacts_under_load, displacements = seat_contacts(structure, joints, joined)
     is_large = is_sparse(structure.M[0].matrix)
     springs: list[Term] = []
     dampers: list[Term] = []
-    for joint, static, stiffness in zip(joints, seated.contacts, seated.stiffness, strict=True):
-        springs += _contact_springs(joint, static, stiffness, is_large)
+    for joint, static in zip(joints, contacts_under_load, strict=True):
+        springs += _contact_springs(joint, static, is_large)
         dampers += _contact_dampers(joint, static, is_large)
     system = replace(structure, C=(*structure.C, *dampers), K=(*structure.K, *springs))
-    return Assembly(system, tuple(joined), tuple(seated.contacts), seated.displacements)
+    return Assembly(system, tuple(joined), tuple(contacts_under_load), displacements)
 
 
 def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Component:
@@ -247,7 +251,7 @@ def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Com
     return body.reduced(nodes, cutoff)
 
 
-def _merged_parameters(bodies: Sequence[Component], given: Mapping[str, float]) -> dict[str, float]:
+def _merged_parameters(bodies: Sequence[Component], given: Changes) -> dict[str, float]:
     """The parameters of all components, then those given. Raises InputError where matrices of two
     components depend on different numbers."""
     parameters = dict(OWN)
@@ -287,17 +291,15 @@ def _merged(bodies: Sequence[Component], part: int) -> tuple[Term, ...]:
     return tuple(terms)
 
 
-def _contact_springs(
-    joint: PairDirections, static: StaticContact, stiffness: Array, is_large: bool
-) -> list[Term]:
+def _contact_springs(joint: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:
     """Terms of K: across the normal, along it, and its friction."""
     contact = joint.contact
     tangential = static.closed * joint.area * contact.tangential
     friction = f"({contact.friction}) * ({contact.factor})"
-    springs = _coupling(joint.normal, stiffness, joint.normal, contact.factor, is_large)
+    springs = _coupling(joint.normal, static.stiffness, joint.normal, contact.factor, is_large)
     for rows in joint.across:
         springs += _coupling(rows, tangential, rows, "tangential", is_large)
-    return springs + _coupling(joint.sliding, stiffness, joint.normal, friction, is_large)
+    return springs + _coupling(joint.sliding, static.stiffness, joint.normal, friction, is_large)
 
 
 def _contact_dampers(joint: PairDirections, static: StaticContact, is_large: bool) -> list[Term]:

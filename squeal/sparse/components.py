@@ -7,7 +7,6 @@ above are represented by their static answer to the inertia of the constraint mo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -15,11 +14,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import InputError
+from squeal.linear.damping import structure_stiffness
 from squeal.linear.matrices import EPS, is_sparse, norm_of
-from squeal.linear.system import Matrix, Term, TermSystem, structure_stiffness
+from squeal.linear.system import Matrix, Term, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.sparse.factor import Factor, factorise
-from squeal.sparse.quadratic import Array, ComplexArray
+from squeal.sparse.quadratic import (
+    Array,
+    Changes,
+    ComplexArray,
+    Indices,
+    projected,
+)
 from squeal.sparse.reduction import term_weights
 
 if TYPE_CHECKING:
@@ -93,7 +99,7 @@ class Component:
         """What the component is called."""
         return self.system.name
 
-    def rows_of(self, nodes: ArrayLike) -> NDArray[np.intp]:
+    def rows_of(self, nodes: ArrayLike) -> Indices:
         """The rows (m, 3) of nodes (m,), -1 where there is none. Raises InputError if unknown."""
         wanted = np.asarray(nodes).astype(str)
         labels, label_of_row = np.unique(self.nodes, return_inverse=True)
@@ -110,10 +116,10 @@ class Component:
         """Where nodes (m,) lie (m, 3). Raises InputError without coordinates."""
         if self.places is None:
             raise InputError(f"{self.name} has no coordinates; they are needed here")
-        return np.asarray(self.places[self.rows_of(nodes).max(axis=1)])
+        return self.places[self.rows_of(nodes).max(axis=1)]
 
     def rotating(
-        self, axis: ArrayLike, speed: str, values: Mapping[str, float], preloaded: bool = False
+        self, axis: ArrayLike, speed: str, values: Changes, preloaded: bool = False
     ) -> Component:
         """The same component seen from a frame that turns with it at constant speed.
 
@@ -226,14 +232,15 @@ class Component:
         is_boundary = np.isin(self.nodes, np.asarray(nodes).astype(str))
         boundary = np.flatnonzero(is_boundary)
         interior = np.flatnonzero(~is_boundary)
-        basis = np.eye(self.system.n)[:, boundary]
+        basis = _unit_columns(self.system.n, boundary)
         matrices = [term.matrix for term in self.system.terms]
         if not all(_is_hermitian(A) for A in matrices):
             matrices += [A.conj().T for A in matrices]
         if len(interior):
             factor, basis = self._craig_bampton(boundary, interior, cutoff)
             forces = np.hstack([(A @ basis)[interior] for A in matrices])
-            lacks = forces.conj().T @ factor.solve(forces)
+            of_terms = np.split(forces, len(matrices), axis=1)
+            lacks = np.hstack([forces.conj().T @ factor.solve(part) for part in of_terms])
         else:
             size = len(matrices) * len(boundary)
             lacks = np.zeros((size, size))
@@ -245,12 +252,7 @@ class Component:
         if self.places is not None:
             places = np.vstack([self.places[boundary], np.zeros((modes, 3))])
         return Component(
-            system=replace(
-                self.system,
-                M=_projected(self.system.M, basis),
-                C=_projected(self.system.C, basis),
-                K=_projected(self.system.K, basis),
-            ),
+            system=projected(self.system, basis, basis),
             nodes=[*self.nodes[boundary], *[""] * modes],
             directions=[*self.directions[boundary], *[-1] * modes],
             places=places,
@@ -262,7 +264,7 @@ class Component:
         )
 
     def _craig_bampton(
-        self, boundary: NDArray[np.intp], interior: NDArray[np.intp], cutoff: float
+        self, boundary: Indices, interior: Indices, cutoff: float
     ) -> tuple[Factor, Array]:
         """The factorised K inside, and the basis (n, d): constraint modes, modes up to the cutoff,
         and what those above add. Raises InputError if the boundary does not hold the component."""
@@ -282,7 +284,7 @@ class Component:
             raise InputError(
                 f"{self.name}: the nodes in contact do not hold it; it needs supports"
             ) from None
-        constraint = np.eye(self.system.n)[:, boundary]
+        constraint = _unit_columns(self.system.n, boundary)
         constraint[interior] = -factor.solve(K[interior][:, boundary].toarray())
         # what modes above the cutoff add at half of it: the static answer to inertia
         omega = np.pi * cutoff
@@ -297,7 +299,7 @@ class Component:
         return factor, np.hstack([constraint, inside])
 
     def interior_lack(
-        self, z: ComplexArray, right: ComplexArray, left: ComplexArray, at: Mapping[str, float]
+        self, z: ComplexArray, right: ComplexArray, left: ComplexArray, at: Changes
     ) -> InteriorLack:
         """What right and left modes (n, m) of roots z (m,) at parameters lack inside, by their
         residuals R = P x and S = P^H y there."""
@@ -324,12 +326,15 @@ class InteriorLack(NamedTuple):
     left_energies: Array  # S^H K^-1 S (m,)
 
 
+def _unit_columns(n: int, rows: Indices) -> Array:
+    """Columns (n, m) that are one in a row each."""
+    columns = np.zeros((n, len(rows)))
+    columns[rows, np.arange(len(rows))] = 1.0
+    return columns
+
+
 def _is_hermitian(A: Matrix) -> bool:
     return norm_of(A - A.conj().T) <= np.sqrt(EPS) * norm_of(A)
-
-
-def _projected(terms: tuple[Term, ...], basis: Array) -> tuple[Term, ...]:
-    return tuple(Term(basis.T @ (term.matrix @ basis), term.factor) for term in terms)
 
 
 def _real_modes(K: csc_array, M: csc_array, factor: Factor, cutoff: float) -> tuple[Array, Array]:

@@ -10,15 +10,19 @@ estimate, meet through the inverse of the structure's F.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
-from squeal.linear.system import Term, TermSystem
+from squeal.linear.system import TermSystem
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.quadratic import Array, ComplexArray, Roots
+from squeal.sparse.quadratic import (
+    Array,
+    Changes,
+    ComplexArray,
+    Roots,
+    projected,
+)
 
 DROPPED = 2e-4  # of unit vectors: what modes of another value add less is left out
 
@@ -88,19 +92,10 @@ class Compression:
             return False
         self.right = np.hstack([self.right, right[:, :new]])
         self.left = np.hstack([self.left, left[:, :new]])
-        self.system = replace(
-            system,
-            M=self._projected(system.M),
-            C=self._projected(system.C),
-            K=self._projected(system.K),
-        )
+        self.system = projected(system, self.left, self.right)
         return True
 
-    def _projected(self, terms: tuple[Term, ...]) -> tuple[Term, ...]:
-        left = self.left.conj().T
-        return tuple(Term(left @ term.matrix @ self.right, term.factor) for term in terms)
-
-    def at(self, changes: Mapping[str, float]) -> SmallProblem:
+    def at(self, changes: Changes) -> SmallProblem:
         """The small problem at some parameters."""
         assert self.system is not None
         M, C, K = self.system.at(changes)

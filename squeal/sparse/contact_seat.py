@@ -21,7 +21,11 @@ from squeal.linear.system import Matrix, TermSystem
 from squeal.numerics.differentiation import Formula
 from squeal.sparse.components import Component
 from squeal.sparse.factor import factorise
-from squeal.sparse.quadratic import Array
+from squeal.sparse.quadratic import (
+    Array,
+    Bools,
+    Changes,
+)
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
@@ -196,10 +200,10 @@ def _unit_vectors(name: str, given: ArrayLike, nodes: NDArray[np.str_]) -> Array
     vectors = np.broadcast_to(np.asarray(given, dtype=float), (len(nodes), 3))
     lengths = np.linalg.norm(vectors, axis=1)
     _require_at_pairs(lengths > 0.0, f"{name}: has no length", nodes)
-    return np.asarray(vectors / lengths[:, None])
+    return vectors / lengths[:, None]
 
 
-def _require_at_pairs(holds: NDArray[np.bool_], words: str, nodes: NDArray[np.str_]) -> None:
+def _require_at_pairs(holds: Bools, words: str, nodes: NDArray[np.str_]) -> None:
     if not np.all(holds):
         raise InputError(f"{words} at the pair {', '.join(nodes[np.argmin(holds)])}")
 
@@ -209,13 +213,15 @@ class StaticContact:
     """A contact under the load.
 
     `closed` (m,) are the pairs that touch, `forces` (m,) their normal forces in N and `pressures`
-    (m,) these over the areas; `constant` if their stiffness does not depend on it.
+    (m,) these over the areas; `stiffness` (m,) is that of the pairs without its factor, zero where
+    they are open, `constant` if it does not depend on the load.
     """
 
     name: str
-    closed: NDArray[np.bool_] = field(repr=False)
+    closed: Bools = field(repr=False)
     forces: Array = field(repr=False)
     pressures: Array = field(repr=False)
+    stiffness: Array = field(repr=False)
     constant: bool = False
 
     def summary(self) -> dict[str, Any]:
@@ -247,7 +253,7 @@ class _PairLaws(NamedTuple):
     gap: Array
     exponent: Array
     reference: Array
-    bonded: NDArray[np.bool_]
+    bonded: Bools
     tangential: Array  # stiffness across the normal
 
     def forces(self, approach: Array) -> tuple[Array, Array]:
@@ -258,7 +264,7 @@ class _PairLaws(NamedTuple):
         return share * pressed * power, self.stiffness * power
 
 
-def _pair_laws(directions: PairDirections, parameters: Mapping[str, float]) -> _PairLaws:
+def _pair_laws(directions: PairDirections, parameters: Changes) -> _PairLaws:
     contact = directions.contact
     area = directions.area
     # where it slides friction is all that acts across the normal
@@ -281,18 +287,10 @@ def _pair_laws(directions: PairDirections, parameters: Mapping[str, float]) -> _
     )
 
 
-class SeatedContacts(NamedTuple):
-    """The static contact solution."""
-
-    contacts: list[StaticContact]
-    stiffness: list[Array]  # of the pairs of each without its factor, zero where they are open
-    displacements: Array
-
-
 def seat_contacts(
     structure: TermSystem, joints: Sequence[PairDirections], bodies: Sequence[Component]
-) -> SeatedContacts:
-    """The contacts under the load.
+) -> tuple[list[StaticContact], Array]:
+    """The contacts under the load, and the displacements (n,).
 
     Newton's method on the laws of the pairs, which with constant stiffness passes from one set of
     closed pairs to the next and ends where it does not change. Once a set returns, one pair changes
@@ -348,7 +346,6 @@ def seat_contacts(
         raise ComputationError("the contact is not settled: its set of closed pairs keeps changing")
     normal_forces = closed * laws.factor * forces
     contacts = []
-    stiffness = []
     start = 0
     for joint in joints:
         pairs = slice(start, start + len(joint.area))
@@ -359,11 +356,11 @@ def seat_contacts(
                 closed=closed[pairs],
                 forces=normal_forces[pairs],
                 pressures=normal_forces[pairs] / joint.area,
+                stiffness=closed[pairs] * slopes[pairs],
                 constant=not joint.contact.exponent,
             )
         )
-        stiffness.append(closed[pairs] * slopes[pairs])
-    return SeatedContacts(contacts, stiffness, displacements)
+    return contacts, displacements
 
 
 def _solve(A: Matrix, right: Array) -> Array:

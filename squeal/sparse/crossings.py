@@ -26,7 +26,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import (
     Continuation,
     Guess,
-    State,
+    SpectrumAtParameter,
     hermite_cubic,
     near_coalescences,
     zeros_between,
@@ -36,39 +36,38 @@ from squeal.linear.events import Event, located
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.search import search
 from squeal.linear.system import TermSystem
-from squeal.sparse.dispersive import OPTIONS as DISPERSIVE
-from squeal.sparse.dispersive import frequencies
-from squeal.sparse.eigensolver import enlarged
+from squeal.sparse.dispersive import NEAR, DispersiveReduction, frequencies
+from squeal.sparse.eigensolver import enlarged, residuals_of
 from squeal.sparse.factor import Factor, factorise, factorise_at
-from squeal.sparse.quadratic import Array, ComplexArray, Roots, ScaledSystem, multiply
+from squeal.sparse.quadratic import (
+    Array,
+    Bools,
+    ComplexArray,
+    Indices,
+    Roots,
+    ScaledSystem,
+    multiply,
+)
 from squeal.sparse.reduction import Complement, Reduction
 
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
 
-@dataclass(frozen=True)
-class CrossingOptions:
-    """When the roots of a reduced system are in doubt, and what following them may cost."""
-
-    shortest_step: float = 2.0**-40  # of the range
-    spectra: int = 600  # values at which roots are computed; beyond, no step is halved
-    missed_share: float = 0.25  # of a root's path: a slope may miss it by so much to match it
-    missed: float = 1e-4  # of |lambda|: ... or by this
-    real: float = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
-    same: float = 1e-7  # relative: crossings closer than this are one
-    newton_steps: int = 20
-    corrections: int = 8  # of a crossing
-    exact: float = 1e-12  # backward error of its vectors
-    converged: float = 1e-12  # step relative to p and omega; its error is the square
-    shortest_part: float = 2.0**-10  # singular K: of the range; shorter ones are not halved
-    contracts: float = (
-        0.4  # ... below what a part contracts, by few powers that may tell too little
-    )
-    parts: int = 200  # ... and how many are looked at
-
-
-OPTIONS = CrossingOptions()
+# When the roots of a reduced system are in doubt, and what following them may cost
+SHORTEST_STEP = 2.0**-40  # of the range
+SPECTRA = 600  # values at which roots are computed; beyond, no step is halved
+MISSED_SHARE = 0.25  # of a root's path: a slope may miss it by so much to match it
+MISSED = 1e-4  # of |lambda|: ... or by this
+REAL = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
+SAME = 1e-7  # relative: crossings closer than this are one
+NEWTON_STEPS = 20
+CORRECTIONS = 8  # of a crossing
+EXACT = 1e-12  # backward error of its vectors
+CONVERGED = 1e-12  # step relative to p and omega; its error is the square
+SHORTEST_PART = 2.0**-10  # singular K: of the range; shorter ones are not halved
+CONTRACTS = 0.4  # ... below what a part contracts, by few powers that may tell too little
+PARTS = 200  # ... and how many are looked at
 
 
 class CrossingGuess(NamedTuple):
@@ -102,11 +101,11 @@ class _FrozenPart(NamedTuple):
     spacing: float  # to the next of these frequencies
 
 
-def _frozen_parts(reduction: Reduction) -> Iterator[_FrozenPart]:
+def _frozen_parts(reduction: DispersiveReduction) -> Iterator[_FrozenPart]:
     region = reduction.region
     grid = frequencies(reduction.system, region)
     spacing = float(np.diff(grid).max())
-    reach = (DISPERSIVE.near + 0.5) * spacing
+    reach = (NEAR + 0.5) * spacing
     for omega in grid.tolist():
         around = replace(
             region,
@@ -118,7 +117,7 @@ def _frozen_parts(reduction: Reduction) -> Iterator[_FrozenPart]:
 
 def spectrum_with_slopes(
     system: TermSystem, name: str, value: float, roots: Roots, lifted: bool = False
-) -> State:
+) -> SpectrumAtParameter:
     """Some roots (rad/s) at a value of the parameter with their slopes, their vectors (n, m).
 
     Lifted, these are of first order (2n, m), so that left^H right of two roots vanishes.
@@ -140,18 +139,18 @@ def spectrum_with_slopes(
         lowered = z.conj() * mass + (0.0 if C is None else C.conj().T @ left)
         right = np.vstack([right, z * right])
         left = np.vstack([lowered, mass])
-    return State(value, z, right, left, coupling, assumed_rounding(z))
+    return SpectrumAtParameter(value, z, right, left, coupling, assumed_rounding(z))
 
 
 class _Match(NamedTuple):
     """Which roots of two spectra are the same, and by how much their slopes miss."""
 
-    before: NDArray[np.intp]
-    after: NDArray[np.intp]
+    before: Indices
+    after: Indices
     misses: Array
 
 
-def _match(before: State, after: State) -> _Match:
+def _match(before: SpectrumAtParameter, after: SpectrumAtParameter) -> _Match:
     from scipy.optimize import linear_sum_assignment
 
     span = after.value - before.value
@@ -175,11 +174,11 @@ class CrossingSearch:
         if not region.low_real < 0.0 < region.high_real or region.high_imag <= 0.0:
             raise InputError(f"region {region}: must hold a part of the upper imaginary axis")
         # a root of real matrices is real below this; complex ones mean what is above the axis
-        self.real = OPTIONS.real * region.high_imag if reduction.system.real else 0.0
+        self.real = REAL * region.high_imag if reduction.system.real else 0.0
         self.region = replace(region, low_imag=max(region.low_imag, -self.real))
-        self._spectra: dict[float, State] = {}
+        self._spectra: dict[float, SpectrumAtParameter] = {}
 
-    def at(self, value: float) -> State:
+    def at(self, value: float) -> SpectrumAtParameter:
         """The roots (rad/s) at a value of the parameter, of pairs the upper ones."""
         if value not in self._spectra:
             roots = self.reduction.roots({self.name: value}, left=True)
@@ -204,7 +203,7 @@ class CrossingSearch:
                 guesses += of_root
         if division is None:
             yield from guesses
-        elif high - low > shortest and len(self._spectra) < OPTIONS.spectra:
+        elif high - low > shortest and len(self._spectra) < SPECTRA:
             yield from self.between(low, division, shortest)
             yield from self.between(division, high, shortest)
         else:  # as near as values of the parameter differ
@@ -216,14 +215,16 @@ class CrossingSearch:
                 else:
                     yield self._guess(after, j, after.value, after.roots[j])
 
-    def _division(self, before: State, after: State, match: _Match) -> float | None:
+    def _division(
+        self, before: SpectrumAtParameter, after: SpectrumAtParameter, match: _Match
+    ) -> float | None:
         """Where a step has to be divided, None if each root is matched or leaves the region for
         good, and no two may meet on the way."""
         span = after.value - before.value
         middle = (before.value + after.value) / 2
         start = before.roots[match.before]
         paths = np.abs(after.roots[match.after] - start)
-        allowed = np.maximum(OPTIONS.missed_share * paths, OPTIONS.missed * np.abs(start))
+        allowed = np.maximum(MISSED_SHARE * paths, MISSED * np.abs(start))
         if np.any(match.misses > allowed):
             return middle
         unmatched_before = np.delete(np.arange(len(before.roots)), match.before)
@@ -241,7 +242,7 @@ class CrossingSearch:
                 return met.value
         return None
 
-    def _may_act(self, state: State, unmatched: NDArray[np.intp], span: float) -> bool:
+    def _may_act(self, state: SpectrumAtParameter, unmatched: Indices, span: float) -> bool:
         """True if a root that leaves the region may cross the axis, or meet its conjugate."""
         z = state.roots[unmatched]
         change = span * state.slopes[unmatched]
@@ -250,7 +251,7 @@ class CrossingSearch:
         return bool(np.any(meets_conjugate | stays | _changes_sign(z, z + 2 * change)))
 
     def _guesses_of_root(
-        self, before: State, after: State, i: int, j: int
+        self, before: SpectrumAtParameter, after: SpectrumAtParameter, i: int, j: int
     ) -> list[CrossingGuess] | None:
         """Where the cubic through the real parts of one root, and their derivatives, vanishes
         between two values, refined on the reduced system; None if a change of sign shows none."""
@@ -276,7 +277,9 @@ class CrossingSearch:
             return None
         return guesses
 
-    def _guess(self, state: State, k: int, value: float, root: complex) -> CrossingGuess:
+    def _guess(
+        self, state: SpectrumAtParameter, k: int, value: float, root: complex
+    ) -> CrossingGuess:
         """The crossing at a value of the parameter by a root with the vectors of a spectrum."""
         omega = abs(root.imag)
         return CrossingGuess(
@@ -291,7 +294,7 @@ def _guess_of(crossing: AxisCrossing) -> CrossingGuess:
     return CrossingGuess(crossing.value, crossing.omega, crossing.vector, crossing.left)
 
 
-def _changes_sign(one: NDArray, other: NDArray) -> NDArray[np.bool_]:
+def _changes_sign(one: NDArray, other: NDArray) -> Bools:
     """True where the real parts differ in sign by more than rounding."""
     return _growth_beyond_rounding(one) * _growth_beyond_rounding(other) < 0.0
 
@@ -307,7 +310,7 @@ def singular_stiffness(
     each change of sign of its determinant where that was not located.
 
     A real root passes zero there, and may come from far above a band and leave it between two
-    values. Parts of the range are halved, as far as `OPTIONS` allows, until the determinant has
+    values. Parts of the range are halved, as far as the constants allow, until the determinant has
     the same sign at both ends and 1 - K(middle)^-1 K contracts there.
     """
     stiffness = _SweptStiffness(scaled, values)
@@ -324,8 +327,8 @@ def singular_stiffness(
         changes = stiffness.sign(a) * stiffness.sign(b) < 0.0
         if contracts and not changes:
             continue
-        shortest = edge if changes else OPTIONS.shortest_part * span
-        is_last = b - a <= shortest or len(parts) >= OPTIONS.parts
+        shortest = edge if changes else SHORTEST_PART * span
+        is_last = b - a <= shortest or len(parts) >= PARTS
         one = None
         if changes or is_last:
             one = singular_between(scaled, stiffness.name, (a, b), edge)
@@ -388,7 +391,7 @@ class _SweptStiffness:
         basis = np.zeros((self.scaled.n, 0))
         if close:
             columns = [vector for one in close for vector in (one.right, one.left)]
-            basis = enlarged(basis, np.column_stack(columns), OPTIONS.exact)
+            basis = enlarged(basis, np.column_stack(columns), EXACT)
         K = self.at(self.middle(a, b))
         try:
             factor = factorise(K)
@@ -396,7 +399,7 @@ class _SweptStiffness:
             return False
         complement = Complement(basis, basis.T @ (K @ basis), K, factor)
         tried = [a, b, *(value for value in self._inner_values if a < value < b)]
-        return all(complement.contraction(self.at(p)) < OPTIONS.contracts for p in tried)
+        return all(complement.contraction(self.at(p)) < CONTRACTS for p in tried)
 
 
 def singular_between(
@@ -407,7 +410,7 @@ def singular_between(
     low, high = ends
     value = (low + high) / 2
     x, y = np.random.default_rng(1).standard_normal((2, scaled.n))
-    for _ in range(OPTIONS.newton_steps):
+    for _ in range(NEWTON_STEPS):
         K = scaled.at({name: value}).K
         slope = scaled.slope(name, {name: value}, 0.0)
         with suppress(ZeroDivisionError), np.errstate(all="ignore"):
@@ -449,13 +452,13 @@ def crossings_along(
             unconfirmed.append(str(error))
     finer = copy(reduction)  # which grows by what each crossing lacks
     parts: Iterator[_FrozenPart] = iter([_FrozenPart(reduction, 0.0, math.inf)])
-    if reduction.system.follows:
+    if isinstance(reduction, DispersiveReduction):
         parts = _frozen_parts(reduction)
     for part in parts:
         search_on_part = CrossingSearch(part.reduction, name)
         scale = search_on_part.scaled.scale
         for a, b in itertools.pairwise(values):
-            shortest = OPTIONS.shortest_step * (high - low)
+            shortest = SHORTEST_STEP * (high - low)
             for guess in search_on_part.between(a, b, shortest):
                 in_basis = np.array([scale * guess.right, scale * guess.left], dtype=complex).T
                 right, left = multiply(reduction.vectors, in_basis).T
@@ -475,7 +478,7 @@ def crossings_along(
     return inside, unconfirmed
 
 
-def coalescences(reduction: Reduction, name: str, values: Sequence[float]) -> list[Event]:
+def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[float]) -> list[Event]:
     """Where two roots of an undamped system meet on the axis whose matrices, real ones, depend on
     the frequency of each root.
 
@@ -486,7 +489,7 @@ def coalescences(reduction: Reduction, name: str, values: Sequence[float]) -> li
     high = values[-1]
     found: list[Event] = []
     for part in _frozen_parts(reduction):
-        for event in itertools.chain(*search(part.reduction.system, low, high).places):
+        for event in itertools.chain(*search(part.reduction.system, low, high).clusters):
             if not event.omega or abs(event.omega - part.omega) > part.spacing:
                 continue
             one = _at_own_frequency(reduction.system, event, part.omega, low, high)
@@ -497,8 +500,8 @@ def coalescences(reduction: Reduction, name: str, values: Sequence[float]) -> li
 
 def _is_same_meeting(one: Event, other: Event) -> bool:
     return (
-        abs(one.value - other.value) <= OPTIONS.same * abs(one.value)
-        and abs(one.omega - other.omega) <= OPTIONS.same * one.omega
+        abs(one.value - other.value) <= SAME * abs(one.value)
+        and abs(one.omega - other.omega) <= SAME * one.omega
     )
 
 
@@ -511,7 +514,7 @@ def _at_own_frequency(
     omega_before = frozen
     omega = event.omega
     excess_before = omega - omega_before
-    for _ in range(OPTIONS.newton_steps):
+    for _ in range(NEWTON_STEPS):
         continuation = Continuation(system.frozen(omega), low, high)
         spectrum = continuation.at(event.value)
         pair = np.argsort(np.abs(spectrum.roots - event.omega**2))[:2]
@@ -528,7 +531,7 @@ def _at_own_frequency(
             return None
         event = one
         excess = one.omega - omega
-        if abs(excess) <= OPTIONS.converged * omega:
+        if abs(excess) <= CONVERGED * omega:
             return event
         step = excess * (omega - omega_before) / (excess_before - excess)
         omega_before = omega
@@ -549,10 +552,10 @@ def _in_range(one: AxisCrossing, low: float, high: float) -> list[AxisCrossing]:
 
 
 def _is_same(one: AxisCrossing, other: AxisCrossing) -> bool:
-    distance = OPTIONS.same * max(abs(one.value), abs(other.value)) + one.width + other.width
+    distance = SAME * max(abs(one.value), abs(other.value)) + one.width + other.width
     return bool(
         abs(one.value - other.value) <= distance
-        and abs(one.omega - other.omega) <= OPTIONS.same * max(one.omega, other.omega)
+        and abs(one.omega - other.omega) <= SAME * max(one.omega, other.omega)
         and abs(np.vdot(one.vector, other.vector)) > 0.5
     )
 
@@ -567,7 +570,7 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
     omega = guess.omega
     x = guess.right / np.linalg.norm(guess.right)
     y = guess.left / np.linalg.norm(guess.left)
-    for _ in range(OPTIONS.newton_steps):
+    for _ in range(NEWTON_STEPS):
         problem = scaled.at({name: value, **scaled.system.frequency(omega)})
         _, factor = factorise_at(problem, complex(0.0, omega))
         right = factor.solve(y)
@@ -624,8 +627,8 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
     omega_step, step = (-inverse @ [product.real, product.imag]).tolist()
     size = float(problem.size(np.array(root)))
     uncertain = 2 * EPS * size * float(np.abs(inverse[1]).sum())  # by rounding of P x
-    is_small = abs(step) <= OPTIONS.converged * max(abs(p + step), abs(p) or 1.0)
-    is_small &= abs(omega_step) <= OPTIONS.converged * max(abs(omega + omega_step), 1.0)
+    is_small = abs(step) <= CONVERGED * max(abs(p + step), abs(p) or 1.0)
+    is_small &= abs(omega_step) <= CONVERGED * max(abs(omega + omega_step), 1.0)
     new_omega = omega + omega_step
     if system.follows:
         least, most = system.covered
@@ -660,20 +663,19 @@ def confirmed(reduction: Reduction, name: str, start: CrossingGuess) -> AxisCros
     if factor is None:
         return axis_crossing(scaled, name, start)
     guess = start
-    for _ in range(OPTIONS.corrections):
+    for _ in range(CORRECTIONS):
         guess = _refined_on_reduced(reduction, name, guess)
         problem = scaled.at({name: guess.value, **scaled.system.frequency(guess.omega)})
         root = np.array([complex(0.0, guess.omega)])
-        residual = problem.apply(root, guess.right[:, None])
-        left_residual = problem.transposed().apply(root, guess.left[:, None].conj())
-        worst = max(np.linalg.norm(residual), np.linalg.norm(left_residual))
-        if worst / float(problem.size(root)[0]) <= OPTIONS.exact:
+        roots = Roots(root, guess.right[:, None], guess.left[:, None])
+        residuals = residuals_of(problem, roots)
+        if max(np.linalg.norm(part) for part in residuals) <= EXACT:
             step = _newton_step(scaled, name, guess)
             if step is not None and step.is_converged:
                 return step.crossing
             break
-        corrections = [factor.solve(residual), factor.solve(left_residual, transposed=True)]
-        reduction.extend(np.hstack(corrections), dropped=1e-4)
+        both = np.ones(1, dtype=bool)
+        reduction.extend(residuals.corrections(factor, both, both), dropped=1e-4)
     return axis_crossing(scaled, name, guess)
 
 

@@ -16,7 +16,6 @@ import math
 import warnings
 
 import numpy as np
-from numpy.typing import NDArray
 
 from squeal.errors import InputError
 from squeal.linear.eigen import Eigenvalue
@@ -35,7 +34,13 @@ from squeal.linear.matrices import (
     zero_roots,
 )
 from squeal.linear.system import Matrix
-from squeal.sparse.quadratic import ComplexArray, Roots, eigenvalues_of, quadratic
+from squeal.sparse.quadratic import (
+    ComplexArray,
+    Indices,
+    Roots,
+    eigenvalues_of,
+    quadratic,
+)
 
 ROUNDING = 64 * EPS  # of |K|: what it does to a motion that it does not hold
 CLUSTER = 1e-7  # relative distance of roots that are too close for a vector each
@@ -137,13 +142,13 @@ def pencil_values(M: Matrix, C: Matrix | None, K: Matrix) -> ComplexArray:
     zeros = _count_zeros(mass, damping, stiffness, noise_of(stiffness))
     if damping is not None:
         values[np.argsort(np.abs(values))[:zeros]] = 0.0
-        return np.asarray(values * rate)
+        return values * rate
     squares = values
     squares[np.argsort(np.abs(squares))[: zeros // 2]] = 0.0
     half = np.sqrt(-squares)
     is_on_axis = (squares.imag == 0) & (squares.real > 0)
     half = np.where(is_on_axis, 1j * np.abs(half.imag), half)
-    return np.asarray(np.concatenate([half, -half]) * rate)
+    return np.concatenate([half, -half]) * rate
 
 
 def _state_pencil(M: Matrix, C: Matrix, K: Matrix, rank: int) -> tuple[Matrix, Matrix]:
@@ -187,7 +192,7 @@ def roots_at(
     return Roots(ordered, right_vectors, left_vectors)
 
 
-def _clusters(values: ComplexArray) -> list[NDArray[np.intp]]:
+def _clusters(values: ComplexArray) -> list[Indices]:
     """Indices of neighbouring values that are too close for a vector each."""
     if not len(values):
         return []

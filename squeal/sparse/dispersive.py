@@ -14,9 +14,10 @@ counted as `unsure`.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from collections.abc import Sequence
+from copy import copy
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,54 +26,26 @@ from squeal.linear.eigen import Eigenvalue
 from squeal.linear.moduli import Modulus
 from squeal.linear.system import TermSystem
 from squeal.sparse.argument_principle import Rectangle
-from squeal.sparse.eigensolver import OPTIONS as SOLVER
+from squeal.sparse.eigensolver import CORRECTIONS, EXACT, GOOD_ENOUGH, Residuals, residuals_of
 from squeal.sparse.factor import factorise_at
 from squeal.sparse.quadratic import (
-    PROGRESS,
     Array,
+    Changes,
     ComplexArray,
     Roots,
-    ScaledSystem,
     eigenvalues_of,
     multiply,
+    report,
 )
+from squeal.sparse.reduction import Reduction
 
-Changes = Mapping[str, float]
-
-
-class ReducedSystem(Protocol):
-    """What is needed of a `squeal.sparse.reduction.Reduction` here."""
-
-    scaled: ScaledSystem
-    system: TermSystem
-    region: Rectangle
-    vectors: Array
-
-    @property
-    def size(self) -> int: ...
-
-    def roots(
-        self, changes: Changes, left: bool = False, values: ComplexArray | None = None
-    ) -> Roots: ...
-
-    def values(self, changes: Changes) -> ComplexArray: ...
-
-    def extend(self, columns: ComplexArray) -> None: ...
-
-
-@dataclass(frozen=True)
-class DispersiveOptions:
-    """Where matrices are frozen, and when a root is found."""
-
-    frozen: int = 7  # frequencies of a band, its ends among them
-    most: int = 60  # frequencies at all: where roots merge others join
-    near: float = 1.5  # intervals from a frozen frequency within which its roots start
-    steps: int = 30  # of Newton's method
-    converged: float = 1e-10  # last step, relative to the root; its error is about the square
-    same: float = 1e-7  # relative: nearer roots are one
-
-
-OPTIONS = DispersiveOptions()
+# Where matrices are frozen, and when a root is found
+FROZEN = 7  # frequencies of a band, its ends among them
+MOST = 60  # frequencies at all: where roots merge others join
+NEAR = 1.5  # intervals from a frozen frequency within which its roots start
+STEPS = 30  # of Newton's method
+CONVERGED = 1e-10  # last step, relative to the root; its error is about the square
+SAME = 1e-7  # relative: nearer roots are one
 
 
 class RepeatedRoot(NamedTuple):
@@ -98,12 +71,11 @@ class ModesAtOwnFrequencies(NamedTuple):
 
 @dataclass
 class _ReachedRoot:
-    """A root that Newton's method has reached, and on which sides it began."""
+    """A root that Newton's method has reached, from above its frequency or from below."""
 
     value: complex
     multiplicity: int = 1
-    from_below: bool = False
-    from_above: bool = False
+    from_above: set[bool] = field(default_factory=set)
 
 
 def frequencies(system: TermSystem, region: Rectangle) -> Array:
@@ -123,7 +95,7 @@ def frequencies(system: TermSystem, region: Rectangle) -> Array:
             f"{', '.join(_tables(system))}: {least:g} to {most:g} Hz are covered; "
             f"{low_hz:g} to {high_hz:g} Hz are needed"
         )
-    return np.clip(np.linspace(low, high, OPTIONS.frozen), 2 * np.pi * least, 2 * np.pi * most)
+    return np.clip(np.linspace(low, high, FROZEN), 2 * np.pi * least, 2 * np.pi * most)
 
 
 def _tables(system: TermSystem) -> list[str]:
@@ -135,15 +107,50 @@ def _tables(system: TermSystem) -> list[str]:
     return sorted(names)
 
 
-def roots_at_own_frequencies(reduction: ReducedSystem, changes: Changes) -> RootsAtOwnFrequencies:
+class DispersiveReduction(Reduction):
+    """A reduction whose roots have frequencies of their own where `changes` name none."""
+
+    def frozen(self, omega: float, region: Rectangle) -> DispersiveReduction:
+        """The same at one frequency (rad/s), in a region around it."""
+        other = copy(self)
+        other.system = self.system.frozen(omega)
+        other.region = region
+        return other
+
+    def _is_frozen(self, changes: Changes) -> bool:
+        return changes.keys() >= set(self.system.follows)
+
+    def roots(
+        self, changes: Changes, left: bool = False, values: ComplexArray | None = None
+    ) -> Roots:
+        """The roots in the region, each at its own frequency."""
+        if self._is_frozen(changes):
+            return super().roots(changes, left, values)
+        assert values is None
+        return vectors_of(self, changes, roots_at_own_frequencies(self, changes).roots)
+
+    def residuals(self, roots: Roots, changes: Changes) -> Array:
+        """Backward errors (m,) in the full problem of roots of the reduced one, estimated."""
+        if self._is_frozen(changes):
+            return super().residuals(roots, changes)
+        residuals = np.zeros(len(roots.values))
+        for k, value in enumerate(roots.values):
+            at = {**changes, **self.system.frequency(abs(value.imag))}
+            residuals[k] = super().residuals(roots.select(np.array([k])), at).item()
+        return residuals
+
+
+def roots_at_own_frequencies(
+    reduction: DispersiveReduction, changes: Changes
+) -> RootsAtOwnFrequencies:
     """The roots of a reduced system in its region, each at its own frequency."""
     system = reduction.system
     grid = frequencies(system, reduction.region)
-    reach = OPTIONS.near * np.diff(grid).max()
+    reach = NEAR * np.diff(grid).max()
     pending = grid.tolist()
     tried: list[float] = []
     reached: list[_ReachedRoot] = []
-    while pending and len(tried) < OPTIONS.most:
+    while pending and len(tried) < MOST:
         omega = pending.pop(0)
         tried.append(omega)
         starts = reduction.values({**changes, **system.frequency(omega)})
@@ -158,27 +165,26 @@ def roots_at_own_frequencies(reduction: ReducedSystem, changes: Changes) -> Root
             if root is None:
                 root = _ReachedRoot(z)
                 reached.append(root)
-            distance = OPTIONS.same * abs(z)
+            distance = SAME * abs(z)
             if abs(z.imag - omega) <= distance:  # as often one as with these matrices
                 root.multiplicity = max(root.multiplicity, together)
             elif together > 1 and all(abs(z.imag - w) > distance for w in tried + pending):
                 pending.append(z.imag)  # two starts met: frozen there, they separate
-            if z.imag >= omega:
-                root.from_below = True
-            else:
-                root.from_above = True
+            root.from_above.add(omega > z.imag)
     inside = [one for one in reached if reduction.region.contains(np.array(one.value))]
     return RootsAtOwnFrequencies(
         roots=[RepeatedRoot(one.value, one.multiplicity) for one in inside],
-        unsure=sum(not (one.from_below and one.from_above) for one in inside),
+        unsure=sum(len(one.from_above) == 1 for one in inside),
     )
 
 
 def _is_same(z: complex, other: complex) -> bool:
-    return abs(z - other) <= OPTIONS.same * abs(z)
+    return abs(z - other) <= SAME * abs(z)
 
 
-def vectors_of(reduction: ReducedSystem, changes: Changes, found: Sequence[RepeatedRoot]) -> Roots:
+def vectors_of(
+    reduction: DispersiveReduction, changes: Changes, found: Sequence[RepeatedRoot]
+) -> Roots:
     """Such roots with right and left vectors of the reduced system."""
     roots = Roots.none(reduction.size)
     for value, multiplicity in found:
@@ -188,7 +194,7 @@ def vectors_of(reduction: ReducedSystem, changes: Changes, found: Sequence[Repea
 
 
 def _newton(
-    reduction: ReducedSystem, changes: Changes, start: complex, frozen: float, grid: Array
+    reduction: DispersiveReduction, changes: Changes, start: complex, frozen: float, grid: Array
 ) -> complex | None:
     """The root at its own frequency next to one of the system frozen at some omega, or None.
 
@@ -198,7 +204,7 @@ def _newton(
     system = reduction.system
     z = start
     omega = frozen
-    for _ in range(OPTIONS.steps):
+    for _ in range(STEPS):
         at = {**changes, **system.frequency(omega)}
         root = reduction.roots(at, True, np.array([z]))
         x = root.right[:, 0]
@@ -221,12 +227,14 @@ def _newton(
         step -= turn * change
         z = z + step
         omega = float(np.clip(omega + change, grid[0], grid[-1]))
-        if abs(step) <= OPTIONS.converged * abs(z):
-            return z if abs(z.imag - omega) <= OPTIONS.converged * abs(z) else None
+        if abs(step) <= CONVERGED * abs(z):
+            return z if abs(z.imag - omega) <= CONVERGED * abs(z) else None
     return None
 
 
-def modes_at_own_frequencies(reduction: ReducedSystem, changes: Changes) -> ModesAtOwnFrequencies:
+def modes_at_own_frequencies(
+    reduction: DispersiveReduction, changes: Changes
+) -> ModesAtOwnFrequencies:
     """The roots of the full system in the region of a reduced one, each at its own frequency, with
     left vectors and backward errors there.
 
@@ -237,42 +245,38 @@ def modes_at_own_frequencies(reduction: ReducedSystem, changes: Changes) -> Mode
     region = reduction.region
     middle = system.frequency((max(region.low_imag, 0.0) + region.high_imag) / 2)
     _, factor = factorise_at(scaled.at({**changes, **middle}), region.centre)
-    PROGRESS.get()("solving for the roots at their own frequencies")
+    report("solving for the roots at their own frequencies")
     reduced, unsure = roots_at_own_frequencies(reduction, changes)
     grid = frequencies(system, region)
     before = np.inf
-    for _ in range(SOLVER.corrections):
-        roots = vectors_of(reduction, changes, reduced)
-        problems = [scaled.at({**changes, **system.frequency(z.imag)}) for z in roots.values]
-        right = multiply(reduction.vectors, roots.right)
-        conjugate_left = multiply(reduction.vectors, roots.left.conj())
-        residuals = np.zeros_like(right)
-        left_residuals = np.zeros_like(right)
-        for k, (problem, z) in enumerate(zip(problems, roots.values, strict=True)):
-            at_root = np.array([z])
-            size = problem.size(z)
-            residuals[:, [k]] = problem.apply(at_root, right[:, [k]]) / size
-            transposed = problem.transposed()
-            left_residuals[:, [k]] = transposed.apply(at_root, conjugate_left[:, [k]]) / size
-        errors = np.maximum(
-            np.linalg.norm(residuals, axis=0), np.linalg.norm(left_residuals, axis=0)
+    for _ in range(CORRECTIONS):
+        reduced_roots = vectors_of(reduction, changes, reduced)
+        full = Roots(
+            values=reduced_roots.values,
+            right=multiply(reduction.vectors, reduced_roots.right),
+            left=multiply(reduction.vectors, reduced_roots.left),
         )
+        each = [full.select(np.array([k])) for k in range(len(full.values))]
+        problems = [scaled.at({**changes, **system.frequency(z.imag)}) for z in full.values]
+        residuals = Residuals(np.zeros_like(full.right), np.zeros_like(full.right))
+        for k, problem in enumerate(problems):
+            right, left = residuals_of(problem, each[k])
+            residuals.right[:, [k]] = right
+            residuals.left[:, [k]] = left
+        errors = np.maximum(*(np.linalg.norm(part, axis=0) for part in residuals))
         worst = float(np.max(errors, initial=0.0))
-        if worst <= SOLVER.exact or before / 2 < worst <= SOLVER.accepted:
+        if worst <= EXACT or before / 2 < worst <= GOOD_ENOUGH:
             break
         before = worst
-        late = errors > SOLVER.exact
-        corrections = factor.solve(residuals[:, late])
-        left_corrections = factor.solve(left_residuals[:, late], transposed=True)
-        reduction.extend(np.hstack([corrections, left_corrections]))
+        late = errors > EXACT
+        reduction.extend(residuals.corrections(factor, late, late))
         moved = []
         for value, multiplicity in reduced:
             root = _newton(reduction, changes, value, value.imag, grid) or value
             moved.append(RepeatedRoot(root, multiplicity))
         reduced = moved
-    full = Roots(roots.values, right, conjugate_left.conj())
     eigenvalues: list[Eigenvalue] = []
-    for k, problem in enumerate(problems):
-        eigenvalues += eigenvalues_of(problem, full.select(np.array([k])))
+    for problem, root_with_vectors in zip(problems, each, strict=True):
+        eigenvalues += eigenvalues_of(problem, root_with_vectors)
     eigenvalues.sort(key=lambda e: e.value.imag)
     return ModesAtOwnFrequencies(tuple(eigenvalues), unsure)

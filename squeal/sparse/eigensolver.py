@@ -26,37 +26,31 @@ from squeal.sparse.argument_principle import Disc, Rectangle, Region, count_root
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.factor import Factor, factorise_at
 from squeal.sparse.quadratic import (
-    PROGRESS,
     Array,
+    Bools,
     ComplexArray,
     Quadratic,
     Roots,
     eigenvalues_of,
     multiply,
+    report,
 )
 
-
-@dataclass(frozen=True)
-class SolverOptions:
-    """What a search for roots may cost, and when it is content."""
-
-    columns: int = 180  # of a subspace; what it does not reach is left to other shifts
-    block: int = 3  # vectors of a step: roots of that multiplicity converge at once
-    ritz_residual: float = 1e-4  # of a Ritz value that has converged
-    exact: float = 1e-12  # backward error of right vectors with which corrections end
-    accepted: float = 2e-9  # ... of left vectors, and of right ones where they gain no more
-    corrections: int = 12  # at most
-    reach: float = 1.6  # around a region, relative: the count then needs few determinants
-    parts: int = 200  # that are tried before a region is refused
-    attempts: int = 3  # starts for a region whose count shows missing roots
-    dense_rows: int = 2000  # up to which all roots are computed where few do not suffice
-    uncounted_part: float = 0.125  # of a region: smaller ones are not halved for a count alone
-    smallest_part: float = 1e-3  # of a region: smaller ones are not halved
-    enlargement: float = 1.5  # of a region around zero until it holds the lowest roots
-    enlargements: int = 12  # at most
-
-
-OPTIONS = SolverOptions()
+# What a search for roots may cost, and when it is content
+COLUMNS = 180  # of a subspace; what it does not reach is left to other shifts
+BLOCK = 3  # vectors of a step: roots of that multiplicity converge at once
+RITZ_RESIDUAL = 1e-4  # of a Ritz value that has converged
+EXACT = 1e-12  # backward error of right vectors with which corrections end
+GOOD_ENOUGH = 2e-9  # ... of left vectors, and of right ones where they gain no more
+CORRECTIONS = 12  # at most
+REACH = 1.6  # around a region, relative: the count then needs few determinants
+PARTS = 200  # that are tried before a region is refused
+ATTEMPTS = 3  # starts for a region whose count shows missing roots
+DENSE_ROWS = 2000  # up to which all roots are computed where few do not suffice
+UNCOUNTED_PART = 0.125  # of a region: smaller ones are not halved for a count alone
+SMALLEST_PART = 1e-3  # of a region: smaller ones are not halved
+ENLARGEMENT = 1.5  # of a region around zero until it holds the lowest roots
+ENLARGEMENTS = 12  # at most
 
 
 class RootsNearShift(NamedTuple):
@@ -69,94 +63,49 @@ class RootsNearShift(NamedTuple):
     factor: Factor  # of P(shift)
 
 
-class _RitzPairs(NamedTuple):
-    """Converged theta, the largest first, their coordinates, and the distance of the next root."""
+class BlockArnoldi:
+    """An orthonormal basis of a block Krylov subspace, and an operator in it.
 
-    theta: ComplexArray  # (m,)
-    coordinates: NDArray  # (columns, m)
-    reach: float
-
-
-class _KrylovSubspace:
-    """A block Krylov subspace of the companion form at a shift, in one precision.
-
-    The first `applied` of its `size` columns are those to which the operator has been applied.
+    The first `applied` of `size` columns are those to which the operator has been applied.
     """
 
     def __init__(
-        self,
-        problem: Quadratic,
-        shift: complex,
-        factor: Factor,
-        radius: float,
-        seed: int,
-        single: bool,
-        options: SolverOptions,
+        self, operator: Callable[[NDArray], NDArray], start: NDArray, columns: int
     ) -> None:
-        if problem.real and shift.imag == 0.0:
-            self.dtype = np.dtype(np.float32 if single else np.float64)
-        else:
-            self.dtype = np.dtype(np.complex64 if single else np.complex128)
-        self.n = problem.n
-        self.factor = factor
-        self.radius = radius
-        self.ritz_residual = options.ritz_residual
-        self.most = min(options.columns, 2 * problem.n)
-        self.slope = (radius * problem.slope(shift)).astype(self.dtype)
-        self.mass = (radius**2 * problem.M).astype(self.dtype)
-        columns = self.most + options.block
-        self.basis = np.zeros((2 * self.n, columns), self.dtype, order="F")
-        self.hessenberg = np.zeros((columns, columns), self.dtype)
-        start = np.random.default_rng(seed).standard_normal((2 * self.n, options.block))
-        first, _ = orthogonalise(self.basis[:, :0], self._companion(start.astype(self.dtype)))
+        first, _ = orthogonalise(start[:, :0], operator(start))
+        self.operator = operator
         self.applied = 0
         self.size = first.shape[1]
-        self.basis[:, : self.size] = first
-
-    def _companion(self, states: NDArray) -> NDArray:
-        """The companion form on vectors [theta x; x] (2n, m)."""
-        upper = states[: self.n]
-        lower = states[self.n :]
-        return np.vstack([self.factor.solve(-(self.slope @ upper + self.mass @ lower)), upper])
+        self._storage = np.zeros((len(start), columns), start.dtype, order="F")
+        self._storage[:, : self.size] = first
+        self._coordinates: list[NDArray] = []  # of the images of each block
 
     @property
-    def can_grow(self) -> bool:
-        """False once it is invariant, or as large as it may be."""
-        return self.applied < self.size <= self.most
+    def basis(self) -> NDArray:
+        """Orthonormal columns (n, size)."""
+        return self._storage[:, : self.size]
 
     def grow(self) -> None:
         """Apply the operator to the columns to which it has not been applied."""
-        images = self._companion(self.basis[:, self.applied : self.size])
-        new, coordinates = orthogonalise(self.basis[:, : self.size], images)
-        self.hessenberg[: len(coordinates), self.applied : self.size] = coordinates
+        new, coordinates = orthogonalise(self.basis, self.operator(self.basis[:, self.applied :]))
+        self._coordinates.append(coordinates)
         self.applied = self.size
         self.size += new.shape[1]
-        self.basis[:, self.applied : self.size] = new
+        while self.size > self._storage.shape[1]:
+            self._storage = np.hstack([self._storage, np.zeros_like(self._storage)])
+        self._storage[:, self.applied : self.size] = new
 
-    def ritz_pairs(self) -> _RitzPairs:
-        """What has converged."""
-        square = self.hessenberg[: self.applied, : self.applied]
-        theta, coordinates = np.linalg.eig(square.astype(np.result_type(self.dtype, float)))
-        sizes = np.maximum(np.abs(theta), np.finfo(float).tiny)
-        below = self.hessenberg[self.applied : self.size, : self.applied]
-        residuals = np.linalg.norm(below @ coordinates, axis=0)
-        is_good = residuals <= self.ritz_residual * sizes
-        order = np.flatnonzero(is_good)[np.argsort(-sizes[is_good])]
-        return _RitzPairs(
-            theta=theta[order].astype(complex),
-            coordinates=coordinates[:, order],
-            reach=float(np.min(self.radius / sizes[~is_good], initial=np.inf)),
-        )
-
-    def vectors(self, ritz: _RitzPairs) -> NDArray:
-        """Unit vectors (n, m) x of the Ritz pairs."""
-        coordinates = ritz.coordinates.astype(np.result_type(self.dtype, np.complex64))
-        upper = self.basis[: self.n, : self.applied] @ coordinates
-        lower = self.basis[self.n :, : self.applied] @ coordinates
-        # the longer of theta x and x has the smaller error
-        vectors = np.where(np.abs(ritz.theta) >= 1.0, upper, lower)
-        vectors /= np.linalg.norm(vectors, axis=0)
-        return vectors
+    def eigenpairs(self) -> tuple[ComplexArray, NDArray, Array]:
+        """Eigenvalues (m,) of the operator in the subspace, their coordinates, and residuals."""
+        H = np.zeros((self.size, self.applied), self._storage.dtype)
+        end = 0
+        for coordinates in self._coordinates:
+            start = end
+            end += coordinates.shape[1]
+            H[: len(coordinates), start:end] = coordinates
+        square = H[: self.applied].astype(np.result_type(H, float))
+        theta, vectors = np.linalg.eig(square)
+        return theta, vectors, np.linalg.norm(H[self.applied :] @ vectors, axis=0)
 
 
 def roots_near_shift(
@@ -166,34 +115,53 @@ def roots_near_shift(
     enough: Callable[[ComplexArray, float], bool],
     seed: int = 0,
     single: bool = False,
-    options: SolverOptions = OPTIONS,
 ) -> RootsNearShift:
     """Roots near a shift until (values, reach) are `enough` or no more can be had.
 
     `radius` is the distance that becomes theta = 1; the subspace starts from random vectors of the
     `seed`, in `single` precision if so.
     """
-    PROGRESS.get()(f"factorising {problem.n} rows at {shift:.6g}")
+    n = problem.n
+    report(f"factorising {n} rows at {shift:.6g}")
     centre, factor = factorise_at(problem, shift, single)
-    subspace = _KrylovSubspace(problem, centre, factor, radius, seed, single, options)
-    next_look = 2 * options.block
-    while subspace.can_grow:
-        subspace.grow()
-        if subspace.applied < next_look:  # an eigenproblem of its own: not after every block
-            continue
-        next_look = subspace.applied + max(2 * options.block, subspace.applied // 8)
-        ritz = subspace.ritz_pairs()
-        if len(ritz.theta) and enough(centre + radius / ritz.theta, ritz.reach):
-            break
+    if problem.real and centre.imag == 0.0:
+        dtype = np.dtype(np.float32 if single else np.float64)
     else:
-        ritz = subspace.ritz_pairs()
-    return RootsNearShift(
-        values=centre + radius / ritz.theta,
-        vectors=subspace.vectors(ritz),
-        reach=ritz.reach,
-        shift=centre,
-        factor=factor,
-    )
+        dtype = np.dtype(np.complex64 if single else np.complex128)
+    slope = (radius * problem.slope(centre)).astype(dtype)
+    mass = (radius**2 * problem.M).astype(dtype)
+
+    def companion(states: NDArray) -> NDArray:
+        """The companion form on vectors [theta x; x] (2n, m)."""
+        upper = states[:n]
+        return np.vstack([factor.solve(-(slope @ upper + mass @ states[n:])), upper])
+
+    start = np.random.default_rng(seed).standard_normal((2 * n, BLOCK)).astype(dtype)
+    most = min(COLUMNS, 2 * n)
+    krylov = BlockArnoldi(companion, start, most + BLOCK)
+    next_look = 2 * BLOCK
+    while True:
+        can_grow = krylov.applied < krylov.size <= most
+        if can_grow:
+            krylov.grow()
+            if krylov.applied < next_look:  # an eigenproblem of its own: not after every block
+                continue
+        next_look = krylov.applied + max(2 * BLOCK, krylov.applied // 8)
+        theta, coordinates, residuals = krylov.eigenpairs()
+        sizes = np.maximum(np.abs(theta), np.finfo(float).tiny)
+        is_good = residuals <= RITZ_RESIDUAL * sizes
+        reach = float(np.min(radius / sizes[~is_good], initial=np.inf))
+        nearest = np.flatnonzero(is_good)[np.argsort(-sizes[is_good])]
+        theta = theta[nearest].astype(complex)
+        values = centre + radius / theta
+        if not can_grow or (len(values) and enough(values, reach)):
+            break
+    chosen = coordinates[:, nearest].astype(np.result_type(dtype, np.complex64))
+    states = krylov.basis[:, : krylov.applied]
+    # the longer of theta x and x has the smaller error
+    vectors = np.where(np.abs(theta) >= 1.0, states[:n] @ chosen, states[n:] @ chosen)
+    vectors /= np.linalg.norm(vectors, axis=0)
+    return RootsNearShift(values, vectors, reach, centre, factor)
 
 
 def orthogonalise(basis: NDArray, columns: NDArray) -> tuple[NDArray, NDArray]:
@@ -241,51 +209,72 @@ class Modes:
 
 
 def corrected_roots(
-    problem: Quadratic, factor: Factor, basis: Array, region: Region, options: SolverOptions
+    problem: Quadratic,
+    factor: Factor,
+    basis: Array,
+    region: Region,
+    exact: float = EXACT,
+    accepted: float = GOOD_ENOUGH,
 ) -> Roots | None:
     """The roots in a region by residual inverse iteration; None if they do not come to be good.
 
     An orthonormal basis (n, d) nearly holds their right vectors, a factor is of P near them.
+    `exact` is the backward error of right vectors with which corrections end, `accepted` that of
+    left vectors, and of right ones where they gain no more.
     """
     if not basis.size:
         return Roots.none(problem.n)
-    transposed = problem.transposed()
     V = basis
     M = V.T @ (problem.M @ V)
     C = V.T @ (problem.C @ V)
     K = V.T @ (problem.K @ V)
     stiffness = problem.norms[2]
     before = np.inf
-    for _ in range(options.corrections):
+    for _ in range(CORRECTIONS):
         values = dense_values(M, C, K, stiffness)
         values = values[region.contains(values)]
         ritz = roots_at(M, C, K, values, left=True, stiffness=stiffness)
-        right = multiply(V, ritz.right)
-        conjugate_left = multiply(V, ritz.left.conj())
-        residuals = problem.apply(ritz.values, right)
-        left_residuals = transposed.apply(ritz.values, conjugate_left)
-        sizes = divisor(problem.size(ritz.values))
-        errors = np.linalg.norm(residuals, axis=0) / sizes
-        left_errors = np.linalg.norm(left_residuals, axis=0) / sizes
-        left_errors *= options.exact / options.accepted  # they enter conditions and derivatives
+        left = multiply(V, ritz.left.conj()).conj()
+        roots = Roots(values=ritz.values, right=multiply(V, ritz.right), left=left)
+        residuals = residuals_of(problem, roots)
+        errors = np.linalg.norm(residuals.right, axis=0)
+        left_errors = np.linalg.norm(residuals.left, axis=0)
+        left_errors *= exact / accepted  # they enter conditions and derivatives
         worst = max(np.max(errors, initial=0.0), np.max(left_errors, initial=0.0))
-        if worst <= options.exact or (before / 2 < worst <= options.accepted):
-            return Roots(values=ritz.values, right=right, left=conjugate_left.conj())
+        if worst <= exact or before / 2 < worst <= accepted:
+            return roots
         before = worst
-        steps = []
-        late = errors > options.exact
-        if np.any(late):
-            steps.append(factor.solve(residuals[:, late]))
-        late = left_errors > options.exact
-        if np.any(late):
-            steps.append(factor.solve(left_residuals[:, late], transposed=True))
         old = V
-        V = enlarged(V, np.hstack(steps), dropped=1e-4)
+        steps = residuals.corrections(factor, errors > exact, left_errors > exact)
+        V = enlarged(V, steps, dropped=1e-4)
         new = np.ascontiguousarray(V[:, old.shape[1] :])
         M = grown(M, problem.M, old, new)
         C = grown(C, problem.C, old, new)
         K = grown(K, problem.K, old, new)
     return None
+
+
+class Residuals(NamedTuple):
+    """P x and P' y* of right and left vectors x, y of roots, over a bound of |P| (n, m)."""
+
+    right: ComplexArray
+    left: ComplexArray
+
+    def corrections(self, factor: Factor, of_right: Bools, of_left: Bools) -> ComplexArray:
+        """Directions that correct some of the right and some of the left vectors, by a factor of P
+        near them."""
+        right = factor.solve(self.right[:, of_right])
+        left = factor.solve(self.left[:, of_left], transposed=True)
+        return np.hstack([right, left])
+
+
+def residuals_of(problem: Quadratic, roots: Roots) -> Residuals:
+    """What right and left vectors of roots lack in the full problem."""
+    sizes = divisor(problem.size(roots.values))
+    return Residuals(
+        right=problem.apply(roots.values, roots.right) / sizes,
+        left=problem.transposed().apply(roots.values, roots.left.conj()) / sizes,
+    )
 
 
 def grown(projected: Array, A: Matrix, old: Array, new: Array) -> Array:
@@ -320,36 +309,34 @@ def modes_in(
     region: Rectangle,
     certify: bool = True,
     start: Array | None = None,
-    exact: float | None = None,
-    options: SolverOptions = OPTIONS,
+    exact: float = EXACT,
 ) -> Modes:
     """All roots in a rectangle with left vectors, and the count that certifies them.
 
     The region is divided until one subspace each finds all roots around it. If the count shows
     more roots than are listed, the search starts again in double precision from more vectors.
     Orthonormal vectors `start` (n, d) that nearly hold the modes save corrections, whose backward
-    error is `exact`, if not that of the options. Raises ComputationError if the region holds too
+    error is `exact`. Raises ComputationError if the region holds too
     many roots, or some that rounding hides.
     """
-    used = options if exact is None else replace(options, exact=exact)
     basis = np.zeros((problem.n, 0)) if start is None else start
     inner = region.widened(-1e-9)
     roots = Roots.none(problem.n)
     missing = 0 if certify else None
     rough_values: list[complex] = []
     pending = [region]
-    for _ in range(used.parts):
+    for _ in range(PARTS):
         part = pending.pop()
-        found = _roots_around(problem, part, certify, basis, used)
+        found = _roots_around(problem, part, certify, basis, exact)
         if found is None:
-            if part.radius <= used.smallest_part * region.radius:
+            if part.radius <= SMALLEST_PART * region.radius:
                 raise ComputationError(
                     f"the roots around {part.centre:.6g} were not found: {STIFF}"
                 )
             pending += _halves(part)
             continue
         is_uncounted = certify and found.missing is None
-        if is_uncounted and part.radius > used.uncounted_part * region.radius:
+        if is_uncounted and part.radius > UNCOUNTED_PART * region.radius:
             pending += _halves(part)  # of a smaller part the count may be settled
             continue
         rough_values += found.near.values.tolist()
@@ -369,7 +356,7 @@ def modes_in(
                 rough_values=tuple(rough_values),
             )
     raise ComputationError(
-        f"the region holds too many roots: {len(roots.values)} after {used.parts} parts; a "
+        f"the region holds too many roots: {len(roots.values)} after {PARTS} parts; a "
         "narrower band or region is required"
     )
 
@@ -392,17 +379,17 @@ def _halves(region: Rectangle) -> list[Rectangle]:
 
 
 def _roots_around(
-    problem: Quadratic, region: Rectangle, certify: bool, start: Array, options: SolverOptions
+    problem: Quadratic, region: Rectangle, certify: bool, start: Array, exact: float
 ) -> _PartRoots | None:
     """The roots in and around a part of a region; None where one subspace does not reach around it
     or its roots do not come to be good."""
     # beside the middle: a root exactly there would hide all others from single precision
     shift = region.centre + (0.03 + 0.04j) * region.radius
     offset = abs(shift - region.centre)
-    wanted_reach = offset + options.reach * region.radius
+    wanted_reach = offset + REACH * region.radius
     basis = start
     best: _PartRoots | None = None
-    for attempt in range(options.attempts):
+    for attempt in range(ATTEMPTS):
         near = roots_near_shift(
             problem,
             shift,
@@ -410,7 +397,6 @@ def _roots_around(
             enough=lambda _, reach: reach >= wanted_reach,
             seed=attempt,
             single=attempt == 0,
-            options=options,
         )
         reach = near.reach - offset
         if reach < 1.02 * region.radius:
@@ -418,13 +404,13 @@ def _roots_around(
                 return None
             continue  # single precision may be what hides them
         basis = enlarged(basis, near.vectors, dropped=1e-6)
-        around: Region = region.widened(1e-6)
-        if certify:
-            around = disc_around(region, near.values, reach)
-        roots = corrected_roots(problem, near.factor, basis, around, options)
+        disc = disc_around(region, near.values, reach)
+        around = disc if certify else region.widened(1e-6)
+        roots = corrected_roots(problem, near.factor, basis, around, exact)
         if roots is None:
             continue
-        missing = _count_missing(problem, around, roots, near) if certify else None
+        count = _count_in_disc(problem, disc, roots, near) if certify else None
+        missing = None if count is None else count - len(roots.values)
         best = _PartRoots(roots, missing, near)
         # those close to the border may lie on its other side
         expected = np.sum(region.widened(-0.01).contains(near.values))
@@ -433,32 +419,28 @@ def _roots_around(
     return best
 
 
-def _count_missing(
-    problem: Quadratic, region: Region, roots: Roots, near: RootsNearShift
+def _count_in_disc(
+    problem: Quadratic, disc: Disc, roots: Roots, near: RootsNearShift
 ) -> int | None:
-    """How many more roots lie in a disc than these, with others around it that are known; None if
-    that is not settled."""
-    assert isinstance(region, Disc)
-    outside = near.values[~region.contains(near.values)]
-    if problem.real and region.centre.imag:  # the conjugates of all that are not among them
+    """How many roots lie in a disc, of which these are known and others around it; None if that is
+    not settled."""
+    outside = near.values[~disc.contains(near.values)]
+    if problem.real and disc.centre.imag:  # the conjugates of all that are not among them
         known = np.concatenate([roots.values, outside])
-        conjugates = known.conj()[~region.contains(known.conj())]
+        conjugates = known.conj()[~disc.contains(known.conj())]
         distances = np.abs(conjugates[:, None] - known).min(axis=1, initial=np.inf)
         outside = np.append(outside, conjugates[distances > 1e-3 * np.abs(conjugates)])
-    count = count_roots(problem, region, np.append(roots.values, outside), near.factor)
-    return None if count is None else count - len(roots.values)
+    return count_roots(problem, disc, np.append(roots.values, outside), near.factor)
 
 
-def lowest_modes(
-    problem: Quadratic, modes: int, certify: bool = True, options: SolverOptions = OPTIONS
-) -> Modes:
+def lowest_modes(problem: Quadratic, modes: int, certify: bool = True) -> Modes:
     """The `modes` roots of least |lambda| with Im lambda >= 0, and their conjugates.
 
     The roots of a rigid body are two. The disc that the count certifies ends halfway to the next
     root beyond, so that equal ones are in it together. Raises ComputationError.
     """
     rigid = 10 * np.sqrt(64 * EPS) * problem.frequency_scale  # what is slower may be a rigid body
-    scale = _lowest_frequency_scale(problem, rigid, options)
+    scale = _lowest_frequency_scale(problem, rigid)
     shift = 0.3 * scale
 
     def enough(values: ComplexArray, reach: float) -> bool:
@@ -466,60 +448,55 @@ def lowest_modes(
 
     basis = np.zeros((problem.n, 0))
     largest = scale  # of the wanted roots that were seen
-    for attempt in range(options.attempts):
-        near = roots_near_shift(
-            problem, complex(shift), scale, enough, seed=attempt, options=options
-        )
+    for attempt in range(ATTEMPTS):
+        near = roots_near_shift(problem, complex(shift), scale, enough, seed=attempt)
         basis = enlarged(basis, near.vectors, dropped=1e-6)
         # both of a pair that may be zero count
         sizes = np.abs(near.values)
-        is_upper = (near.values.imag >= -options.ritz_residual * sizes) | (sizes <= rigid)
+        is_upper = (near.values.imag >= -RITZ_RESIDUAL * sizes) | (sizes <= rigid)
         upper_sizes = np.sort(sizes[is_upper])
         largest = max(largest, float(np.max(upper_sizes[:modes], initial=0.0)))
         reach = near.reach - shift
         reached = upper_sizes[upper_sizes < reach]
         if len(reached) < min(modes, problem.n):
             break  # the subspace does not reach so far
-        region = _disc_of_lowest(reached, modes, reach, options)
-        roots = corrected_roots(problem, near.factor, basis, region, options)
+        region = _disc_of_lowest(reached, modes, reach)
+        roots = corrected_roots(problem, near.factor, basis, region)
         if roots is None:
             continue
-        missing = _count_missing(problem, region, roots, near) if certify else None
-        if missing is None:
-            return Modes(eigenvalues_of(problem, roots), region, None, roots)
-        if missing <= 0:
-            count = len(roots.values) + missing
+        count = _count_in_disc(problem, region, roots, near) if certify else None
+        if count is None or count <= len(roots.values):
             return Modes(eigenvalues_of(problem, roots), region, count, roots)
-    if problem.n <= options.dense_rows:
-        return _lowest_of_all(problem, modes, certify, options)
-    return _lowest_of_squares(problem, modes, largest, certify, options)
+    if problem.n <= DENSE_ROWS:
+        return _lowest_of_all(problem, modes, certify)
+    return _lowest_of_squares(problem, modes, largest, certify)
 
 
-def _lowest_frequency_scale(problem: Quadratic, rigid: float, options: SolverOptions) -> float:
+def _lowest_frequency_scale(problem: Quadratic, rigid: float) -> float:
     """The median |lambda| of a few of the lowest roots that are no rigid bodies, rad/s."""
     shift = 1e-4 * problem.frequency_scale
 
     def enough(values: ComplexArray, _: float) -> bool:
         return int(np.sum(np.abs(values) > rigid)) >= 4
 
-    near = roots_near_shift(problem, complex(shift), shift, enough, options=options)
+    near = roots_near_shift(problem, complex(shift), shift, enough)
     sizes = np.abs(near.values)
     if not np.any(sizes > rigid):
         return shift
     return float(np.median(sizes[sizes > rigid]))
 
 
-def _disc_of_lowest(sizes: Array, modes: int, reach: float, options: SolverOptions) -> Disc:
+def _disc_of_lowest(sizes: Array, modes: int, reach: float) -> Disc:
     """The disc of the lowest modes, of sorted |lambda| (m,) up to `reach`: it ends halfway to the
     next root. Raises ComputationError if there is none."""
     if not len(sizes):
         raise ComputationError("no root was found near zero; a band or region is required")
     last = sizes[min(modes, len(sizes)) - 1]
-    beyond = np.min(sizes[sizes > last * (1 + options.ritz_residual)], initial=reach)
+    beyond = np.min(sizes[sizes > last * (1 + RITZ_RESIDUAL)], initial=reach)
     return Disc(float(last + beyond) / 2)
 
 
-def _lowest_of_all(problem: Quadratic, modes: int, certify: bool, options: SolverOptions) -> Modes:
+def _lowest_of_all(problem: Quadratic, modes: int, certify: bool) -> Modes:
     """The lowest modes of few rows, of which all roots are computed."""
     M = problem.M.toarray()
     C = problem.C.toarray()
@@ -527,7 +504,7 @@ def _lowest_of_all(problem: Quadratic, modes: int, certify: bool, options: Solve
     values = dense_values(M, C, K)
     upper = values[values.imag >= 0.0] if problem.real else values
     sizes = np.sort(np.abs(upper))
-    region = _disc_of_lowest(sizes, modes, 2 * float(sizes[-1]), options)
+    region = _disc_of_lowest(sizes, modes, 2 * float(sizes[-1]))
     roots = roots_at(M, C, K, upper[region.contains(upper)], left=True)
     if problem.real:
         roots = roots.with_conjugates()
@@ -535,16 +512,14 @@ def _lowest_of_all(problem: Quadratic, modes: int, certify: bool, options: Solve
     return Modes(eigenvalues_of(problem, roots), region, count, roots)
 
 
-def _lowest_of_squares(
-    problem: Quadratic, modes: int, largest: float, certify: bool, options: SolverOptions
-) -> Modes:
+def _lowest_of_squares(problem: Quadratic, modes: int, largest: float, certify: bool) -> Modes:
     """The lowest modes from squares around zero, the first of half width about `largest`, that grow
     until the disc in one of them holds so many; else those of the last one."""
     half_width = 1.02 * largest
-    for _ in range(options.enlargements):
+    for _ in range(ENLARGEMENTS):
         low = -1e-6 * half_width if problem.real else -half_width
         square = Rectangle(-half_width, half_width, low, half_width)
-        found = modes_in(problem, square, certify, options=options)
+        found = modes_in(problem, square, certify)
         roots = found.roots
         if problem.real:
             roots = roots.select(roots.values.imag >= 0.0)
@@ -552,8 +527,8 @@ def _lowest_of_squares(
         sizes = sizes[sizes < half_width]
         if len(sizes) >= min(modes, problem.n):
             break
-        half_width *= options.enlargement
-    region = _disc_of_lowest(sizes, modes, half_width, options)
+        half_width *= ENLARGEMENT
+    region = _disc_of_lowest(sizes, modes, half_width)
     roots = roots.select(region.contains(roots.values))
     if problem.real:
         roots = roots.with_conjugates()

@@ -54,7 +54,7 @@ class Factor:
         if np.iscomplexobj(right) and self.dtype.kind != "c":
             real = self.solve(right.real, transposed)
             imaginary = self.solve(right.imag, transposed)
-            return np.asarray(real + 1j * imaginary)
+            return real + 1j * imaginary
         return np.asarray(self._solve_own_type(np.ascontiguousarray(right, self.dtype), transposed))
 
     def _solve_own_type(self, right: NDArray, transposed: bool) -> NDArray:
@@ -191,6 +191,8 @@ class _Pardiso(Factor):
         return solution
 
     def _solve_own_type(self, right: NDArray, transposed: bool) -> NDArray:
+        if not right.size:
+            return right
         # columns are rows of the transpose
         self._control[_Control.TRANSPOSED] = 0 if transposed else TRANSPOSE
         return self._call(_Phase.SOLVE, right)

@@ -16,7 +16,6 @@ Without q < 1 something that V lacks may have roots of its own: then the full pr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -24,28 +23,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputError
-from squeal.linear.eigen import ACCEPTED
+from squeal.linear.damping import frictionless
+from squeal.linear.eigen import ACCEPTED, Eigenvalue
 from squeal.linear.matrices import divisor
-from squeal.linear.system import frictionless
-from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.compression import Compression
 from squeal.sparse.dense import dense_values
-from squeal.sparse.eigensolver import corrected_roots, modes_in, orthogonalise
+from squeal.sparse.eigensolver import COLUMNS, BlockArnoldi, corrected_roots, modes_in
 from squeal.sparse.factor import Factor, factorise
 from squeal.sparse.quadratic import (
-    PROGRESS,
     Array,
+    Bools,
+    Changes,
     ComplexArray,
     Quadratic,
     Roots,
     ScaledSystem,
     eigenvalues_of,
     multiply,
+    report,
 )
 from squeal.sparse.reduction import (
     CONTRACTS,
-    Changes,
     Complement,
     Reduction,
     random_vectors,
@@ -55,31 +54,23 @@ from squeal.sparse.reduction import (
 if TYPE_CHECKING:
     from scipy.sparse import csc_array
 
-Bools = NDArray[np.bool_]
 
-
-@dataclass(frozen=True)
-class LookOptions:
-    """What a basis holds, and which roots are corrected."""
-
-    reach: float = 2.0  # of the real modes, over the highest frequency
-    block: int = 6  # vectors of a step towards them
-    mode_residual: float = 1e-4  # of a real mode
-    one_round: float = 1e-3  # of |lambda|: errors that call for one round of corrections alone
-    rounds: int = 5  # of corrections at most
-    dropped: float = 1e-2  # of unit vectors: what they add less is left out
-    margin: float = 0.05  # of the region's size: roots that close to it are estimated too
-    coarse: float = 1e-3  # of |lambda|: greater errors are corrected
-    trained: int = 25  # values at most that few modes are made for
-    fine: float = 1e-5  # of |lambda|: errors there with which they end
-    fine_growth: float = 0.1  # ... or of the growth rate
-    added: float = 0.05  # of the largest error: modes of greater ones are added
-    trained_margin: float = 0.1  # of the region's size: modes that close to it are among them
-    norm_factor: float = 1.5  # random vectors may underrate a product of two norms so far
-    decayed: float = 2.0  # times its error: a root that decays by more is not corrected
-
-
-OPTIONS = LookOptions()
+# What a basis holds, and which roots are corrected
+REACH = 2.0  # of the real modes, over the highest frequency
+BLOCK = 6  # vectors of a step towards them
+MODE_RESIDUAL = 1e-4  # of a real mode
+ONE_ROUND = 1e-3  # of |lambda|: errors that call for one round of corrections alone
+ROUNDS = 5  # of corrections at most
+DROPPED = 1e-2  # of unit vectors: what they add less is left out
+MARGIN = 0.05  # of the region's size: roots that close to it are estimated too
+COARSE = 1e-3  # of |lambda|: greater errors are corrected
+TRAINED = 25  # values at most that few modes are made for
+FINE = 1e-5  # of |lambda|: errors there with which they end
+FINE_GROWTH = 0.1  # ... or of the growth rate
+ADDED = 0.05  # of the largest error: modes of greater ones are added
+TRAINED_MARGIN = 0.1  # of the region's size: modes that close to it are among them
+NORM_FACTOR = 1.5  # random vectors may underrate a product of two norms so far
+DECAYED = 2.0  # times its error: a root that decays by more is not corrected
 
 
 class Structure:
@@ -118,29 +109,22 @@ class Structure:
         The largest theta = 1 / (w^2 - shift) come first.
         """
         reach = highest**2 - self.shift
-        rows = self.F.shape[0]
-        start = np.random.default_rng(0).standard_normal((rows, OPTIONS.block))
-        basis, _ = orthogonalise(np.zeros((rows, 0)), self.factor.solve(self.M @ start))
-        hessenberg = np.zeros((basis.shape[1], 0))
-        applied = 0  # columns to which F^-1 M has been applied
-        next_look = 2 * OPTIONS.block
+        start = np.random.default_rng(0).standard_normal((self.F.shape[0], BLOCK))
+        krylov = BlockArnoldi(lambda x: self.factor.solve(self.M @ x), start, COLUMNS)
+        next_look = 2 * BLOCK
         while True:
-            images = self.factor.solve(self.M @ basis[:, applied:])
-            new, coordinates = orthogonalise(basis, images)
-            grown = np.pad(hessenberg, ((0, new.shape[1]), (0, 0)))
-            hessenberg = np.hstack([grown, coordinates])
-            applied = basis.shape[1]
-            basis = np.hstack([basis, new])
-            if applied < next_look and new.size:
+            krylov.grow()
+            is_invariant = krylov.applied == krylov.size
+            if krylov.applied < next_look and not is_invariant:
                 continue
-            next_look = applied + max(2 * OPTIONS.block, applied // 8)
-            theta, Y = np.linalg.eig(hessenberg[:applied])
+            next_look = krylov.applied + max(2 * BLOCK, krylov.applied // 8)
+            theta, coordinates, residuals = krylov.eigenpairs()
             closeness = reach * np.abs(theta)
             is_wanted = closeness >= min(1.0, closeness.max())  # one at least
-            residuals = np.linalg.norm(hessenberg[applied:] @ Y, axis=0) / np.abs(theta)
-            are_good = np.all(residuals[is_wanted] <= OPTIONS.mode_residual)
-            if not new.size or (not is_wanted.all() and are_good):
-                return np.asarray(basis[:, :applied] @ Y[:, is_wanted], dtype=complex)
+            are_good = np.all((residuals <= MODE_RESIDUAL * np.abs(theta))[is_wanted])
+            if is_invariant or (not is_wanted.all() and are_good):
+                modes = krylov.basis[:, : krylov.applied] @ coordinates[:, is_wanted]
+                return modes.astype(complex)
 
 
 def _symmetric_part(A: csc_array) -> csc_array:
@@ -175,14 +159,6 @@ class _FewModeRoots(NamedTuple):
     roots: Roots
     residuals: Array  # backward errors in the full problem
     errors: Array  # 1/s
-
-
-class _SolvedRoots(NamedTuple):
-    """Roots of the full problem."""
-
-    values: ComplexArray
-    residuals: Array
-    errors: Array  # by rounding, 1/s
 
 
 class ErrorBounds(NamedTuple):
@@ -231,22 +207,22 @@ class FirstLook(Reduction):
         super().__init__(scaled, region)
         self.contraction = 0.5
         self.error = np.inf
-        self.wide = region.widened(OPTIONS.margin)
-        self.highest = max(abs(region.low_imag), abs(region.high_imag))
-        self.reach = OPTIONS.reach * self.highest
+        self.wide = region.widened(MARGIN)
+        highest = max(abs(region.low_imag), abs(region.high_imag))
+        self.reach = REACH * highest
         # one structure for each different K and M without friction, at the ends and in the middle
-        different: dict[bytes, Changes] = {}
+        representatives: dict[bytes, Changes] = {}
         for k in dict.fromkeys((0, len(values) // 2, len(values) - 1)):
-            different[self._structure_factors(values[k]).tobytes()] = values[k]
+            representatives[self._structure_factors(values[k]).tobytes()] = values[k]
         self.structures = []
-        for changes in different.values():
+        for changes in representatives.values():
             problem = scaled.at(frictionless(scaled.system, changes))
-            self.structures.append(Structure(problem, self.highest))
-        self._factors = np.array([self._structure_factors(p) for p in different.values()])
-        index = np.linspace(0, len(values) - 1, min(len(values), OPTIONS.trained))
+            self.structures.append(Structure(problem, highest))
+        self._factors = np.array([self._structure_factors(p) for p in representatives.values()])
+        index = np.linspace(0, len(values) - 1, min(len(values), TRAINED))
         self.trained = [values[round(k)] for k in index.tolist()]
-        if len(different) > 2:
-            self.samples = tuple(different.values())
+        if len(representatives) > 2:
+            self.samples = tuple(representatives.values())
         else:
             self.samples = (values[0], values[-1])[: len(values)]
 
@@ -265,9 +241,9 @@ class FirstLook(Reduction):
     def build(self) -> FirstLook:
         """Fill the basis with real modes and their corrections, and compress it; returns itself."""
         for structure in self.structures:
-            PROGRESS.get()(f"real modes of {self.scaled.n} rows")
-            self.extend(structure.modes(self.reach), OPTIONS.dropped)
-        for _ in range(OPTIONS.rounds):
+            report(f"real modes of {self.scaled.n} rows")
+            self.extend(structure.modes(self.reach), DROPPED)
+        for _ in range(ROUNDS):
             at_samples = []
             for changes in self.samples:
                 values = self._projected_values(changes)
@@ -279,12 +255,12 @@ class FirstLook(Reduction):
                 shares.append(np.max(found.errors / sizes, initial=0.0))
             self.error = float(max(shares))
             self.worst = float(max(np.max(found.residuals, initial=0.0) for found in at_samples))
-            PROGRESS.get()(f"{self.size} vectors, errors up to {self.error:.2g} of |lambda|")
-            self.extend(np.hstack([found.missing for found in at_samples]), OPTIONS.dropped)
-            if self.error <= OPTIONS.one_round:
+            report(f"{self.size} vectors, errors up to {self.error:.2g} of |lambda|")
+            self.extend(np.hstack([found.missing for found in at_samples]), DROPPED)
+            if self.error <= ONE_ROUND:
                 break
         self.contraction = self._contraction(self.samples[int(np.argmax(shares))])
-        trained_region = self.region.widened(OPTIONS.trained_margin)
+        trained_region = self.region.widened(TRAINED_MARGIN)
         self.compressed = Compression(self.system, trained_region)
         if self.holds and len(self.trained) > len(self.samples) and self.system.C:
             self._compress()
@@ -305,11 +281,11 @@ class FirstLook(Reduction):
             largest = [float(np.max(of_value, initial=0.0)) for of_value in ratios]
             k = int(np.argmax(largest))
             size = self.compressed.size
-            PROGRESS.get()(f"{size} modes, errors up to {largest[k]:.2g} of allowed")
+            report(f"{size} modes, errors up to {largest[k]:.2g} of allowed")
             if largest[k] <= 1.0:
                 break
             changes = pending[k]
-            is_wrong = ratios[k] > OPTIONS.added * largest[k]
+            is_wrong = ratios[k] > ADDED * largest[k]
             is_new = self._add_modes(changes, estimates[k].roots.values[is_wrong])
             pending = [p for p, ratio in zip(pending, largest, strict=True) if ratio > 1.0]
             if not is_new:
@@ -349,7 +325,7 @@ class FirstLook(Reduction):
         values = problem.values(self.compressed.region)
         values = values[self.wide.contains(values)]
         if deciding and len(values):
-            values = values[_is_near_axis(values, OPTIONS.coarse, OPTIONS.coarse)]
+            values = values[_is_near_axis(values, COARSE, COARSE)]
         roots = problem.roots_at(values)
         left = roots.left.conj().T
         slope = np.add.outer(values, values) * (left @ problem.M @ roots.right)
@@ -358,13 +334,13 @@ class FirstLook(Reduction):
 
         def norms(sketch: NDArray, vectors: ComplexArray) -> Array:
             images = np.einsum("trm,tm->rm", sketch @ vectors, weights)
-            return np.asarray(np.linalg.norm(images, axis=0))
+            return np.linalg.norm(images, axis=0)
 
         of_left = norms(self._left_mode_sketch, roots.left.conj())
         solved_sketch = self._solved_mode_sketches[self._nearest_structure(changes)]
         of_solved = norms(solved_sketch, roots.right)
         series = 1.0 / max(1.0 - self.contraction, 1.0 - CONTRACTS)
-        uncertainty = OPTIONS.norm_factor * series * np.outer(of_left, of_solved)
+        uncertainty = NORM_FACTOR * series * np.outer(of_left, of_solved)
         bounds = root_error_bounds(values, slope, np.zeros_like(slope), uncertainty)
         residuals = norms(self._right_mode_sketch, roots.right) / divisor(self.bounds(weights))
         return _FewModeRoots(roots, residuals, bounds.errors)
@@ -389,9 +365,9 @@ class FirstLook(Reduction):
         distances = self.region.distance(values)
         is_inside = self.region.contains(values)
         is_sign_open = is_inside & (found.errors >= np.abs(values.real))
-        is_coarse = (distances <= found.errors) & (found.errors > OPTIONS.coarse * np.abs(values))
+        is_coarse = (distances <= found.errors) & (found.errors > COARSE * np.abs(values))
         is_on_border = np.abs(distances) <= found.errors
-        decays = values.real < -OPTIONS.decayed * found.errors
+        decays = values.real < -DECAYED * found.errors
         if np.any(is_sign_open | ((is_coarse | is_on_border) & ~decays)):
             return None
         if np.any(is_on_border) and not deciding:
@@ -415,7 +391,7 @@ class FirstLook(Reduction):
     @property
     def converged(self) -> bool:
         """True if the last corrections were of small errors and what the basis lacks contracts."""
-        return self.error <= OPTIONS.one_round and self.holds
+        return self.error <= ONE_ROUND and self.holds
 
     @property
     def holds(self) -> bool:
@@ -462,7 +438,6 @@ class FirstLook(Reduction):
 
     def _contraction(self, changes: Changes) -> float:
         """How T contracts what the basis lacks, at two corners of the region."""
-        problem = self.scaled.at(changes)
         structure = self.structures[self._nearest_structure(changes)]
         factor = structure.factor  # which may move F
         complement = Complement(
@@ -471,11 +446,7 @@ class FirstLook(Reduction):
             matrix=structure.F,
             factor=factor,
         )
-        lower = complex(self.region.high_real, max(self.region.low_imag, 0.0))
-        upper = complex(self.region.high_real, self.highest)
-        return max(
-            complement.contraction(problem.at(lower)), complement.contraction(problem.at(upper))
-        )
+        return complement.contraction_in(self.region, self.scaled.at(changes))
 
     def estimate_by_basis(self, changes: Changes, deciding: bool = False) -> EstimatedRoots:
         """The roots of the region with their errors; of those that clearly decay and are not near
@@ -486,7 +457,7 @@ class FirstLook(Reduction):
         near = every[self.wide.contains(every)]
         is_estimated = near != 0.0  # what nothing holds stays where it is
         if deciding and len(near):
-            is_estimated &= _is_near_axis(near, self.error, OPTIONS.margin)
+            is_estimated &= _is_near_axis(near, self.error, MARGIN)
         found = self._roots_with_errors(changes, near[is_estimated])
         others = near[~is_estimated & self.region.contains(near)]
         z = found.roots.values
@@ -494,19 +465,7 @@ class FirstLook(Reduction):
         is_inside = self.region.contains(z)
         projected = found.roots.select(is_inside)
         may_be_inside = distances <= found.errors
-        is_coarse = found.errors > OPTIONS.coarse * np.abs(z)
-        if not self.holds or np.any(may_be_inside & is_coarse):
-            solved = self._solve(problem, self.region)
-            lost = int(is_inside.sum()) + len(others) - len(solved.values)
-            return EstimatedRoots(
-                values=solved.values,
-                residuals=solved.residuals,
-                errors=solved.errors,
-                corrected=np.ones(len(solved.values), dtype=bool),
-                spurious=max(0, lost),
-                projected=projected,
-                rough_values=rough_values,
-            )
+        is_coarse = found.errors > COARSE * np.abs(z)
         unknown = np.where(others == 0.0, 0.0, np.nan)
         values = np.concatenate([z[is_inside], others])
         estimated = EstimatedRoots(
@@ -518,6 +477,8 @@ class FirstLook(Reduction):
             projected=projected,
             rough_values=rough_values,
         )
+        if not self.holds or np.any(may_be_inside & is_coarse):
+            return self._with_solved(estimated, self.region, self._solve(problem, self.region))
         is_sign_open = is_inside & ~found.stay_on_axis & (found.errors >= np.abs(z.real))
         is_on_border = np.abs(distances) <= found.errors
         is_no_root = is_inside & (found.residuals > ACCEPTED)  # such roots decide nothing
@@ -529,43 +490,38 @@ class FirstLook(Reduction):
         return self._with_solved(estimated, part, self._solve(problem, part, structure.factor))
 
     def _with_solved(
-        self, estimated: EstimatedRoots, part: Rectangle, solved: _SolvedRoots
+        self, estimated: EstimatedRoots, part: Rectangle, solved: Sequence[Eigenvalue]
     ) -> EstimatedRoots:
         """Estimated roots, those in a part of the plane replaced by solved ones in the region."""
         rest = ~part.contains(estimated.values)
-        inside = self.region.contains(solved.values)
-        is_solved = np.ones(int(inside.sum()), dtype=bool)
-        lost = int((~rest).sum()) - len(is_solved)
+        inside = [e for e in solved if self.region.contains(np.array(e.value))]
+        lost = int((~rest).sum()) - len(inside)
+        rounding = [e.rounding for e in inside]
         return estimated._replace(
-            values=np.concatenate([estimated.values[rest], solved.values[inside]]),
-            residuals=np.concatenate([estimated.residuals[rest], solved.residuals[inside]]),
-            errors=np.concatenate([estimated.errors[rest], solved.errors[inside]]),
-            corrected=np.concatenate([estimated.corrected[rest], is_solved]),
+            values=np.append(estimated.values[rest], [e.value for e in inside]),
+            residuals=np.append(estimated.residuals[rest], [e.residual for e in inside]),
+            errors=np.append(estimated.errors[rest], rounding),
+            corrected=np.append(estimated.corrected[rest], np.ones(len(inside), dtype=bool)),
             spurious=max(0, lost),
         )
 
     def _solve(
         self, problem: Quadratic, region: Rectangle, factor: Factor | None = None
-    ) -> _SolvedRoots:
+    ) -> tuple[Eigenvalue, ...]:
         """Roots of the full problem in a region: on the basis, corrected with a factor, or by
         Krylov subspaces where that does not converge."""
         roots = None
         if factor is not None:
-            roots = corrected_roots(problem, factor, self.vectors, region, eigensolver.OPTIONS)
+            roots = corrected_roots(problem, factor, self.vectors, region)
         if roots is None:
             roots = modes_in(problem, region, certify=False, start=self.vectors).roots
-        eigenvalues = eigenvalues_of(problem, roots)
-        return _SolvedRoots(
-            values=np.array([e.value for e in eigenvalues], dtype=complex),
-            residuals=np.array([e.residual for e in eigenvalues], dtype=float),
-            errors=np.array([e.rounding for e in eigenvalues], dtype=float),
-        )
+        return eigenvalues_of(problem, roots)
 
 
 def _error_ratios(found: _FewModeRoots) -> Array:
     """Errors over those with which few modes end."""
     values = found.roots.values
-    allowed = np.maximum(OPTIONS.fine * np.abs(values), OPTIONS.fine_growth * np.abs(values.real))
+    allowed = np.maximum(FINE * np.abs(values), FINE_GROWTH * np.abs(values.real))
     return found.errors / divisor(allowed)
 
 

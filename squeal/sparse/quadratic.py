@@ -6,7 +6,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping
 from contextvars import ContextVar
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -22,11 +22,19 @@ if TYPE_CHECKING:
 
 ComplexArray = NDArray[np.complex128]
 Array = NDArray[np.float64]
+Bools = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+Changes = Mapping[str, float]
 ROUNDING = 8 * EPS  # backward error that a computed root has at least
 
 Progress = Callable[[str], None]
 PROGRESS: ContextVar[Progress] = ContextVar("progress", default=lambda _: None)
 """What is called with a line about each step of a long computation."""
+
+
+def report(text: str) -> None:
+    """Say what a long computation does next."""
+    PROGRESS.get()(text)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -75,7 +83,7 @@ class Quadratic:
         mass = multiply(self.M, vectors)
         damping = multiply(self.C, vectors)
         stiffness = multiply(self.K, vectors)
-        return np.asarray(mass * values**2 + damping * values + stiffness)
+        return mass * values**2 + damping * values + stiffness
 
     def backward_errors(self, values: ComplexArray, vectors: ComplexArray) -> Array:
         """|P x| / ((|v|^2 |M| + |v| |C| + |K|) |x|) for each column x of vectors (n, m)."""
@@ -86,7 +94,7 @@ class Quadratic:
 
     def size(self, values: NDArray) -> Array:
         """|v|^2 |M| + |v| |C| + |K| for each value, a bound of |P(v)|."""
-        return np.asarray(np.polyval(self.norms, np.abs(values)))
+        return np.polyval(self.norms, np.abs(values))
 
     def transposed(self) -> Quadratic:
         """The problem of the left vectors: P(lambda)' y = 0, y not conjugated."""
@@ -97,7 +105,7 @@ def multiply(A: Matrix, columns: NDArray) -> ComplexArray:
     """A (n, k) times complex columns (k, m), of a real A without a complex copy of it."""
     product = A @ np.hstack([columns.real, columns.imag])
     real, imaginary = np.split(product, 2, axis=1)
-    return np.asarray(real + 1j * imaginary)
+    return real + 1j * imaginary
 
 
 class ScaledSystem:
@@ -123,7 +131,7 @@ class ScaledSystem:
             A.sum_duplicates()
             A.data = A.data * self.scale[A.indices] * np.repeat(self.scale, np.diff(A.indptr))
 
-    def at(self, changes: Mapping[str, float] | None = None) -> Quadratic:
+    def at(self, changes: Changes | None = None) -> Quadratic:
         """The problem at the system's parameters, some of them changed."""
         p = self.system.values(changes)
         M, C, K = self._sums(lambda term: term.factor.value(p))
@@ -134,7 +142,7 @@ class ScaledSystem:
             raise MatrixError("M, C and K: all entries must be finite")
         return Quadratic(M=M, C=C, K=K, scale=self.scale, norms=norms)
 
-    def slope(self, name: str, changes: Mapping[str, float] | None, value: complex) -> csc_array:
+    def slope(self, name: str, changes: Changes | None, value: complex) -> csc_array:
         """dP(value)/d name as a CSC array."""
         p = self.system.values(changes)
         M, C, K = self._sums(lambda term: term.factor.slope(p, name))
@@ -183,7 +191,7 @@ def _diagonal_scale(system: TermSystem, matrices: list[list[csc_array]]) -> Arra
     if not np.all(diagonal > 0):
         row = int(np.argmin(diagonal > 0)) + 1
         raise MatrixError(f"row {row} of M, C and K is empty; every row needs mass or stiffness")
-    return np.asarray(2.0 ** -np.round(np.log2(diagonal) / 2))
+    return 2.0 ** -np.round(np.log2(diagonal) / 2)
 
 
 def _first_order_rate(damping: Array, stiffness: Array) -> float:
@@ -192,6 +200,16 @@ def _first_order_rate(damping: Array, stiffness: Array) -> float:
     if not np.any(rates > 0.0):
         return 1.0
     return float(np.median(rates[rates > 0.0]))
+
+
+def projected(system: TermSystem, left: NDArray, right: NDArray) -> TermSystem:
+    """The system left^H A right of columns (n, d), every term with its factor."""
+    parts = []
+    for terms in system.parts:
+        small = [Term(left.conj().T @ (term.matrix @ right), term.factor) for term in terms]
+        parts.append(tuple(small))
+    M, C, K = parts
+    return replace(system, M=M, C=C, K=K)
 
 
 @dataclass(frozen=True, eq=False)
@@ -300,4 +318,4 @@ def _in_given_coordinates(problem: Quadratic, scaled: ComplexArray) -> ComplexAr
     with np.errstate(invalid="ignore"):
         vectors = vectors * (np.abs(largest) / largest / length)
     vectors.setflags(write=False)
-    return np.asarray(vectors)
+    return vectors

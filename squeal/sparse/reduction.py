@@ -8,7 +8,7 @@ random vectors estimate.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from copy import copy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, NamedTuple
@@ -21,17 +21,24 @@ from squeal.linear.matrices import divisor, norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dense import dense_values, roots_at
-from squeal.sparse.dispersive import RepeatedRoot, roots_at_own_frequencies, vectors_of
-from squeal.sparse.eigensolver import OPTIONS, corrected_roots, enlarged, grown, modes_in
+from squeal.sparse.eigensolver import (
+    COLUMNS,
+    GOOD_ENOUGH,
+    corrected_roots,
+    enlarged,
+    grown,
+    modes_in,
+)
 from squeal.sparse.factor import Factor
 from squeal.sparse.quadratic import (
-    PROGRESS,
     Array,
+    Changes,
     ComplexArray,
     Quadratic,
     Roots,
     ScaledSystem,
     multiply,
+    report,
 )
 
 if TYPE_CHECKING:
@@ -44,8 +51,6 @@ SAMPLES = 20  # full solutions before a reduction is given up
 CONTRACTS = 0.9  # what counts as contracting
 POWERS = 5  # of T, to see how it contracts
 MARGIN = 0.04  # of a region's size: what lies so close to it is sampled too
-
-Changes = Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,17 +77,18 @@ class Complement:
             x = x / np.where(size > 0, size, 1.0)
         return float(size.max())
 
+    def contraction_in(self, region: Rectangle, problem: Quadratic) -> float:
+        """The larger one of P at two corners of a region, where roots grow fastest."""
+        corners = (
+            complex(region.high_real, max(region.low_imag, 0.0)),
+            complex(region.high_real, max(abs(region.low_imag), abs(region.high_imag))),
+        )
+        return max(self.contraction(problem.at(corner)) for corner in corners)
+
 
 def random_vectors(rows: int, seed: int) -> Array:
     """Columns (rows, SKETCH) whose products with a vector have its length, on the average."""
     return np.random.default_rng(seed).standard_normal((rows, SKETCH)) / np.sqrt(SKETCH)
-
-
-class _FirstSample(NamedTuple):
-    """Where P was factorised first."""
-
-    changes: Changes
-    shift: complex
 
 
 class EstimatedModes(NamedTuple):
@@ -111,7 +117,7 @@ class Reduction:
         self.region = region
         self.vectors: Array = np.zeros((scaled.n, 0))
         self.factor: Factor | None = None
-        self._first: _FirstSample | None = None
+        self._factor_at: tuple[Changes, complex] | None = None
         self.samples: tuple[Changes, ...] = ()
         self.worst = np.inf
         self.spurious = 0
@@ -155,13 +161,11 @@ class Reduction:
         problem = self.scaled.at(changes)
         roots = modes_in(problem, region).roots if certify else self._corrected(problem, region)
         if roots is None:
-            modes = modes_in(
-                problem, region, certify=False, start=self.vectors, exact=OPTIONS.accepted
-            )
+            modes = modes_in(problem, region, certify=False, start=self.vectors, exact=GOOD_ENOUGH)
             roots = modes.roots
             if self.factor is None and modes.near is not None and len(roots.values):
                 self.factor = modes.near.factor
-                self._first = _FirstSample(changes, modes.near.shift)
+                self._factor_at = (changes, modes.near.shift)
                 self.extend(modes.near.vectors)
         self.extend(np.hstack([roots.right, roots.left]))
 
@@ -169,8 +173,8 @@ class Reduction:
         """Roots in a region from the basis and the first factor; None where these do not reach."""
         if self.factor is None or not self.size or not self._reaches(problem):
             return None
-        options = replace(OPTIONS, exact=TOLERANCE / 3, accepted=TOLERANCE / 3)
-        roots = corrected_roots(problem, self.factor, self.vectors, region, options)
+        exact = TOLERANCE / 3
+        roots = corrected_roots(problem, self.factor, self.vectors, region, exact, exact)
         if roots is None or not len(roots.values):  # one may enter as it is corrected
             return None
         return roots
@@ -178,8 +182,8 @@ class Reduction:
     def _reaches(self, problem: Quadratic) -> bool:
         """True if what the basis lacks at some parameters has no root of its own in the region."""
         assert self.factor is not None
-        assert self._first is not None
-        changes, shift = self._first
+        assert self._factor_at is not None
+        changes, shift = self._factor_at
         M, C, K = self.system.at(changes)
         complement = Complement(
             basis=self.vectors,
@@ -187,9 +191,7 @@ class Reduction:
             matrix=self.scaled.at(changes).at(shift),
             factor=self.factor,
         )
-        lower = problem.at(complex(self.region.high_real, self.region.low_imag))
-        upper = problem.at(complex(self.region.high_real, self.region.high_imag))
-        return max(complement.contraction(lower), complement.contraction(upper)) < CONTRACTS
+        return complement.contraction_in(self.region, problem) < CONTRACTS
 
     @property
     def size(self) -> int:
@@ -200,17 +202,6 @@ class Reduction:
     def converged(self) -> bool:
         """True if all roots at all values meet the full problem to the tolerance."""
         return self.worst <= TOLERANCE
-
-    def _follows_roots(self, changes: Changes) -> bool:
-        """True if the frequency in the matrices is that of each root."""
-        return not changes.keys() >= set(self.system.follows)
-
-    def frozen(self, omega: float, region: Rectangle) -> Reduction:
-        """The same at one frequency (rad/s), in a region around it."""
-        other = copy(self)
-        other.system = self.system.frozen(omega)
-        other.region = region
-        return other
 
     def replaced(self, changes: Changes) -> Reduction:
         """The same with other values of some parameters as its own."""
@@ -243,38 +234,19 @@ class Reduction:
 
         They are relative to the sum of the norms of the terms, a bound of that of their sum.
         """
-        if not self._follows_roots(changes):
-            return self._residuals_at(roots, changes)
-        residuals = np.zeros(len(roots.values))
-        for k, value in enumerate(roots.values):
-            frequency = self.system.frequency(abs(value.imag))
-            residuals[k : k + 1] = self._residuals_at(
-                roots.select(np.array([k])), {**changes, **frequency}
-            )
-        return residuals
-
-    def _residuals_at(self, roots: Roots, changes: Changes) -> Array:
-        """The same of matrices that do not depend on the root."""
         weights = term_weights(self.system, self.system.values(changes), roots.values)
         sketched = np.einsum("trd,tm,dm->rm", self._sketch, weights, roots.right, optimize=True)
-        return np.asarray(np.linalg.norm(sketched, axis=0) / divisor(self.bounds(weights)))
+        return np.linalg.norm(sketched, axis=0) / divisor(self.bounds(weights))
 
     def bounds(self, weights: NDArray) -> Array:
         """The sum (m,) of the norms of the full terms with weights (terms, m)."""
         sizes = np.abs(weights)
         return np.sum(sizes * self._norms[:, None], axis=0, where=sizes > 0.0)
 
-    def modes(
-        self, changes: Changes, values: ComplexArray | None = None, left: bool = False
-    ) -> EstimatedModes:
-        """The roots in the region, or of these `values`, without those that are none of the full
-        problem. Left vectors if wanted."""
-        if not self._follows_roots(changes):
-            roots = self.roots(changes, left, values)
-        elif values is None:
-            roots = vectors_of(self, changes, roots_at_own_frequencies(self, changes).roots)
-        else:
-            roots = vectors_of(self, changes, [RepeatedRoot(value, 1) for value in values])
+    def modes(self, changes: Changes, left: bool = False) -> EstimatedModes:
+        """The roots in the region without those that are none of the full problem, with left
+        vectors if wanted."""
+        roots = self.roots(changes, left)
         residuals = self.residuals(roots, changes)
         is_genuine = residuals <= SPURIOUS
         return EstimatedModes(
@@ -288,7 +260,7 @@ class Reduction:
         return self.modes(changes).roots.values
 
 
-def term_weights(system: TermSystem, p: Mapping[str, float], values: ComplexArray) -> NDArray:
+def term_weights(system: TermSystem, p: Changes, values: ComplexArray) -> NDArray:
     """The weights (terms, m) of the terms of M, C and K in P(values) x: factor times power."""
     weights = []
     for terms, power in zip(system.parts, (2, 1, 0), strict=True):
@@ -297,7 +269,12 @@ def term_weights(system: TermSystem, p: Mapping[str, float], values: ComplexArra
     return np.array(weights)
 
 
-def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Changes]) -> Reduction:
+def reduce_system(
+    scaled: ScaledSystem,
+    region: Rectangle,
+    values: Sequence[Changes],
+    kind: type[Reduction] = Reduction,
+) -> Reduction:
     """A reduced system whose roots in a region meet `TOLERANCE` at all values of the parameters.
 
     Right and left modes of the full system at one of the `values` (changes of one to three
@@ -307,7 +284,7 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
     `worst` exceeds the tolerance if 20 samples do not suffice. Of a region without a root the basis
     holds those around it. Raises ComputationError.
     """
-    reduction = Reduction(scaled, region)
+    reduction = kind(scaled, region)
     wide = region.widened(MARGIN)
     is_counted: dict[int, bool] = {}  # of each sample, by index of its value
     for k in dict.fromkeys([len(values) // 2, 0, len(values) - 1]):
@@ -346,7 +323,7 @@ def reduce_system(scaled: ScaledSystem, region: Rectangle, values: Sequence[Chan
 
 def _report_sample(number: int, changes: Changes) -> None:
     texts = [f"{name} = {value:.6g}" for name, value in changes.items()]
-    PROGRESS.get()(f"sample {number} at {', '.join(texts) or 'the parameters'}")
+    report(f"sample {number} at {', '.join(texts) or 'the parameters'}")
 
 
 def _sample_around(reduction: Reduction, changes: Changes, region: Rectangle) -> None:
@@ -358,7 +335,7 @@ def _sample_around(reduction: Reduction, changes: Changes, region: Rectangle) ->
         around = around.widened(1.0)
         if around.radius <= farthest:
             reduction.sample(changes, around)
-        elif scaled.n <= OPTIONS.columns:
+        elif scaled.n <= COLUMNS:
             reduction.extend(np.eye(scaled.n, dtype=complex))
         else:
             raise ComputationError("no root lies in the region or around it")

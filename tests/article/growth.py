@@ -5,11 +5,11 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads import at_equilibrium
 from squeal.equilibrium import Equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.io.scene import Scene
 from squeal.linear import complex_eigenvalues
+from squeal.queries.pads.equilibrium import at_equilibrium
 from squeal.simulation.hybrid import integrate
 from squeal.simulation.observers import Samples
 from squeal.simulation.run import in_natural_units, make_integrator

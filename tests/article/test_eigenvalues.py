@@ -6,12 +6,12 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import analyse
 from squeal.article.figures import control as figure
 from squeal.article.studies import eigenvalues
 from squeal.article.studies.eigenvalues import FrictionLoop, Loop
 from squeal.equilibrium import sliding_equilibrium
 from squeal.io.scene import read_scene
+from squeal.queries.pads.equilibrium import analyse
 from tests import naive
 from tests.conftest import ROOT
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from benchmarks.horizon import STORED, compute, lyapunov_exponent
-from squeal.analysis.pads import analyse
 from squeal.article.figures import horizon as horizon_figure
 from squeal.article.report.tables import horizons as horizon_table
 from squeal.article.studies import _independent
@@ -17,6 +16,7 @@ from squeal.article.studies.horizon import first_excess, sentences, study
 from squeal.io.scene import read_scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.pad import Pad
+from squeal.queries.pads.equilibrium import analyse
 from squeal.simulation.run import in_natural_units
 from tests import naive
 from tests.conftest import ROOT, needs_heyoka, random_pad

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import BEYOND_FOLD, on_grid
 from squeal.article.equations import bounds
 from squeal.article.studies import map_ranges as ranges_study
 from squeal.io.scene import read_scene
 from squeal.model.contact import FULL, STATES
+from squeal.queries.pads.maps import BEYOND_FOLD, on_grid
 from tests.conftest import HAMMERING as SCENES
 
 

@@ -5,10 +5,10 @@ import pytest
 from scipy.linalg import block_diag
 
 import squeal
-from squeal.analysis.pads import critical_friction
 from squeal.article.studies._modes import sweep_modes, track
 from squeal.errors import ComputationError
 from squeal.linear import complex_eigenvalues
+from squeal.queries.thresholds import critical_friction
 from tests.conftest import scene_of
 from tests.linear.test_paths import pair
 

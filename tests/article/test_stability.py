@@ -6,8 +6,6 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import angle_axes
-from squeal.analysis.pads import analyse, at_equilibrium, critical_friction
 from squeal.article.figures import coupling, modes
 from squeal.article.figures import quasi_static as quasi_static_figure
 from squeal.article.records import Missing
@@ -18,6 +16,9 @@ from squeal.equilibrium import Path, sliding_equilibrium
 from squeal.io.scene import Damping, Scene
 from squeal.linear import verdict
 from squeal.plots.modes import LARGEST
+from squeal.queries.pads.equilibrium import analyse, at_equilibrium
+from squeal.queries.pads.maps import angle_axes
+from squeal.queries.thresholds import critical_friction
 from tests import naive
 from tests.article.growth import fit
 from tests.conftest import SCENES, random_pad, scene_of

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from squeal.io.scene import SCENE
-from squeal.io.system import SYSTEM
+from squeal.io.system_keys import SYSTEM
 from tests.conftest import SCENES
 from tests.two_ways.asking import SEEDS, cases, pad_of, run
 

@@ -1,5 +1,6 @@
 """The command line as a user meets it: exit codes, JSON, refusals, and nothing loaded in vain."""
 
+import contextlib
 import json
 import math
 import re
@@ -85,6 +86,16 @@ def test_every_command_has_help(capsys, command):
     assert stop.value.code == 0
     group = "article " * (command in GROUPS[ARTICLE])
     assert f"usage: squeal {group}{command}" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words", [(), ("eigenvalues",), ("article",), ("article", "claims")])
+def test_help_may_stand_before_a_command(capsys, words):
+    texts = []
+    for typed in ([*words, "--help"], ["help", *words]):
+        with contextlib.suppress(SystemExit):  # of the parser of a command
+            assert main(typed) == 0
+        texts.append(capsys.readouterr().out)
+    assert texts[0] == texts[1] != ""
 
 
 def test_sensitivities(capsys, tmp_path):

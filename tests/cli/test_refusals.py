@@ -32,6 +32,8 @@ FILES = {
 REFUSED = """\
 nothing | nothing
 eigenvalue x.yaml | eigenvalues
+thresholds x.yaml --high 2 | did you mean --max? See squeal thresholds --help
+thresholds x.yaml --mu_max 2 | did you mean --mu-max? See squeal thresholds --help
 simulate | SCENE.yaml
 simulate none.yaml | none.yaml
 simulate pipe.yaml | pipe.yaml: cannot be read (no plain file)
@@ -130,7 +132,7 @@ def test_a_refusal_is_one_line(capsys, folder, line):
 
 
 def test_too_little_memory_is_no_answer(capsys, folder, monkeypatch):
-    monkeypatch.setattr("squeal.analysis.systems.roots.ALL_ROWS", 1)
+    monkeypatch.setattr("squeal.queries.systems.all_roots.ALL_ROWS", 1)
     code, out, err = run(capsys, "eigenvalues", "pair.yaml", "--memory", "1e-7")
     assert (code, out, err.count("\n")) == (1, "", 1)
 

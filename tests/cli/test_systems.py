@@ -14,7 +14,7 @@ ROWS = 80  # more are treated as many
 
 @pytest.fixture(autouse=True)
 def _few_rows_are_many(monkeypatch):
-    monkeypatch.setattr("squeal.analysis.systems.roots.ALL_ROWS", ROWS)
+    monkeypatch.setattr("squeal.queries.systems.all_roots.ALL_ROWS", ROWS)
 
 
 def put(folder, text, **matrices):

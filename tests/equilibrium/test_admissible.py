@@ -7,8 +7,6 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.maps import NAMES, Axis, codes_at, stability_map
-from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.commands.sliding import judged_equilibria
 from squeal.equilibrium import Path, find_all, sliding_equilibrium
 from squeal.equilibrium.statics import LIMITS, Excursion, excursion
@@ -17,6 +15,10 @@ from squeal.io.scene import Scene
 from squeal.model.contact import FORMULATION_CHOICES, Formulation
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.pads.maps import NAMES, codes_at, stability_map
+from squeal.queries.thresholds import critical_friction
+from squeal.results.map import Axis
 from tests.conftest import random_pad
 from tests.literal import frictionless, literal
 

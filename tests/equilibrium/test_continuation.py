@@ -5,13 +5,14 @@ import math
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import NAMES, Axis, stability_map
 from squeal.equilibrium import Path, find_all, sliding_equilibrium
 from squeal.equilibrium.branch import BranchEnd, BranchOptions, NodeKind
 from squeal.equilibrium.path import branch_of
 from squeal.io.scene import read_scene
 from squeal.model.equations import PadModel
 from squeal.model.pad import Pad
+from squeal.queries.pads.maps import NAMES, stability_map
+from squeal.results.map import Axis
 from tests.conftest import SCENES, random_pad
 
 TURNS = 0.676775407  # mu at which the pad below has turned by 90 degrees

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 
 from benchmarks.random_pads import APART, examine
-from squeal.analysis.pads import critical_friction
 from squeal.equilibrium import Path, find_all, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import State
 from squeal.model.equations import PadModel, linearise
+from squeal.queries.thresholds import critical_friction
 from tests.conftest import random_pad, scene_of
 from tests.exact import Exact, discriminant
 

@@ -4,12 +4,12 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import critical_friction
 from squeal.equilibrium import Path
 from squeal.equilibrium import path as one_pad
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import State
 from squeal.model.pad import Pad
+from squeal.queries.thresholds import critical_friction
 from tests.conftest import SCENES
 from tests.exact import Exact, det
 

@@ -6,9 +6,6 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import NAMES, codes_at
-from squeal.analysis.pads import analyse, critical_friction
-from squeal.analysis.variations import advise
 from squeal.article.commands.sliding import judged_equilibria
 from squeal.equilibrium import find_all, sliding_equilibrium
 from squeal.equilibrium.find import rests
@@ -19,6 +16,10 @@ from squeal.io.scene import Scene
 from squeal.model.contact import MODELS, Formulation
 from squeal.model.equations import PadModel, net_loads
 from squeal.model.pad import Pad
+from squeal.queries.advise import advise
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.pads.maps import NAMES, codes_at
+from squeal.queries.thresholds import critical_friction
 from tests.conftest import random_pad
 from tests.exact import Exact
 

@@ -12,6 +12,7 @@ from scipy.sparse import load_npz, save_npz, triu
 
 import squeal
 from squeal.cli.main import main
+from squeal.results.sources import SystemSource
 
 BAND, TOP = (500.0, 4000.0), 8000.0  # Hz; the cut-off is twice the upper end of the band
 
@@ -84,7 +85,9 @@ def test_modes_of_a_reduced_assembly_are_paired_on_all_nodes(brake, tmp_path, ca
     """Shapes of the full model, written as a test of two nodes inside, name the reduced modes."""
     path, bodies, contact = brake
     full = squeal.eigenvalues(squeal.read_system(path), band=BAND)
-    where, inside = full.source[0].coordinates, set(bodies[0].nodes) - set(contact.pairs[:, 0])
+    assert isinstance(full.source, SystemSource)
+    where = full.source.file.coordinates
+    inside = set(bodies[0].nodes) - set(contact.pairs[:, 0])
     chosen = [where.names.index(f"disc {node}") for node in sorted(inside)[:2]]
     upper = dict(zip(full.modes.tolist(), full.eigenvalues, strict=True))
     heads = [f"{where.names[k]}:{way}" for k in chosen for way in "xyz"]

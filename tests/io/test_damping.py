@@ -9,10 +9,11 @@ from scipy.linalg import eigh
 from scipy.sparse import csc_array, diags_array
 
 import squeal
-from squeal.analysis.systems.matrices import write_system
 from squeal.errors import InputError
 from squeal.io.system_files import read_system
-from squeal.linear.system import Term, TermSystem, damped
+from squeal.linear.damping import damped
+from squeal.linear.system import Term, TermSystem
+from squeal.queries.systems.matrices import write_system
 
 M = np.array([[2.0, 0.5], [0.5, 1.0]])
 A, B = np.array([[9.0, -1.0], [-1.0, 8.0]]), np.array([[4.0, 1.0], [1.0, 3.0]])
@@ -106,7 +107,8 @@ def test_modes_of_a_large_system_are_damped_by_rows_of_their_own(table):
     assert what.value == pytest.approx(zeta, rel=5e-2)
     found = squeal.eigenvalues(larger, modes=4)
     assert found.certified
-    assert [e.damping_ratio for e in found.eigenvalues] == pytest.approx([*what.value, 0.0])
+    ratios = [root.damping_ratio for root in found.eigenvalues]
+    assert ratios == pytest.approx(np.append(what.value, 0.0))
 
 
 WRONG = [
@@ -137,3 +139,15 @@ WRONG = [
 def test_refusals(read, text, table, word):
     with pytest.raises(InputError, match=word):
         read(text, table)
+
+
+def test_a_modulus_at_a_term_of_C_leaves_the_loss_of_the_whole_to_K(tmp_path):
+    """q'' + 0.1 q' + (1 + 0.1 i) 100 q = 0, where the dashpot's table is 1 at all frequencies."""
+    (tmp_path / "dashpot.csv").write_text("frequency,storage\n0,1\n100,1\n")
+    (tmp_path / "s.yaml").write_text(
+        "M: [[1]]\nC: [{matrix: [[0.1]], modulus: {file: dashpot.csv}}]\nK: [[100]]\n"
+        "damping: {structural: 0.1}\n"
+    )
+    values = squeal.eigenvalues(read_system(tmp_path / "s.yaml"), band=(1.0, 5.0)).values
+    exact = np.roots([1.0, 0.1, 100.0 * (1.0 + 0.1j)])
+    assert values[values.imag > 0.0] == pytest.approx(exact[exact.imag > 0.0], rel=1e-9)

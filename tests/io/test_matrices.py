@@ -647,7 +647,8 @@ def test_what_cannot_hold_a_matrix_is_refused(tmp_path, matrix):
 
 def test_small_files_become_no_large_arrays(tmp_path, monkeypatch):
     """What is packed tightly, or named only, is refused before it is made."""
-    monkeypatch.setattr("squeal.io.matrix_formats.MOST_FULL", 1000)
+    for module in ("matrix_file", "matlab"):
+        monkeypatch.setattr(f"squeal.io.formats.{module}.MOST_FULL", 1000)
     large = np.zeros((100, 100))
     np.savez_compressed(tmp_path / "K.npz", K=large)
     savemat(tmp_path / "K.mat", {"K": large}, do_compression=True)

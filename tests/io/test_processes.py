@@ -31,9 +31,9 @@ def work(*_):
     Path("marks", f"done {os.getpid()}").touch()
 
 if __name__ == "__main__":
-    from squeal.analysis import scatter
+    from squeal.queries import scatter
     from squeal.cli.main import main
-    scatter._work = work
+    scatter._samples = work
     sys.exit(main(sys.argv[1:]))
 """
 

@@ -7,13 +7,13 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.maps import Axis
 from squeal.errors import InputError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation, models_with
 from squeal.model.equations import PadModel
 from squeal.model.pad import PARAMETERS, Pad
 from squeal.numerics.differentiation import Dual
+from squeal.results.map import Axis
 from squeal.schema import Place
 from tests.io.test_scene import FALLING, text
 

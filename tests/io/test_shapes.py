@@ -8,9 +8,9 @@ import pytest
 import squeal
 from squeal.cli.main import main
 from squeal.errors import InputError, InputWarning
+from squeal.io.cells import CELLS as SOLIDS
+from squeal.io.coordinates import read_coordinates, read_elements
 from squeal.io.shapes import displacements, outer_faces
-from squeal.io.system import CELLS as SOLIDS
-from squeal.io.system import _read_coordinates, _read_elements
 from squeal.io.system_files import read_system
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
@@ -168,7 +168,7 @@ U,
 
 def of_input(path):
     labels = [(10 * k + 5, way) for k in range(8) for way in (1, 2, 3)]
-    return _read_elements(path, _read_coordinates(path, 24, labels))
+    return read_elements(path, read_coordinates(path, 24, labels))
 
 
 def test_the_input_file_of_abaqus_names_nodes_and_elements(tmp_path):
@@ -199,10 +199,10 @@ def test_an_internal_node_without_a_place_is_warned_of(tmp_path):
     """C3D8I, and shells that CalculiX expands, have rows of nodes that no file lists."""
     (tmp_path / "job.inp").write_text(INPUT)
     with pytest.warns(InputWarning, match="no line for 1 nodes of the matrices, the first is 900"):
-        found = _read_coordinates(tmp_path / "job.inp", 3, [(5, 1), (900, 1), (15, 2)])
+        found = read_coordinates(tmp_path / "job.inp", 3, [(5, 1), (900, 1), (15, 2)])
     assert found.directions.tolist() == [0, -1, 1]
     with pytest.raises(InputError, match="no line for 2 nodes"):
-        _read_coordinates(tmp_path / "job.inp", 2, [(900, 1), (901, 1)])
+        read_coordinates(tmp_path / "job.inp", 2, [(900, 1), (901, 1)])
 
 
 def test_included_files_are_read_in_their_places(tmp_path):
@@ -244,7 +244,7 @@ def test_faces_of_a_solid_close_it(name):
 def test_rotations_and_internal_rows_move_no_node(tmp_path):
     (tmp_path / "nodes.csv").write_text("node,x,y,z\n7,0,0,0\n9,1,0,0\n")
     labels = [(7, 1), (7, 4), (9, 2), (-3, 1), (9, 6)]
-    found = displacements(_read_coordinates(tmp_path / "nodes.csv", 5, labels), np.arange(1.0, 6))
+    found = displacements(read_coordinates(tmp_path / "nodes.csv", 5, labels), np.arange(1.0, 6))
     assert (found != 0).sum() == 2
     assert found[0, 0] / found[1, 1] == pytest.approx(1 / 3)
 

@@ -60,7 +60,7 @@ def test_a_factor_multiplies_the_table_and_slopes_are_those_of_differences():
 
 @pytest.mark.parametrize("suffix", ["mtx", "npz"])
 def test_what_is_exported_has_the_same_roots(tmp_path, suffix):
-    from squeal.analysis.systems.matrices import write_system
+    from squeal.queries.systems.matrices import write_system
 
     system = squeal.read_system(written(tmp_path)).system
     write_system(tmp_path / "out", system, suffix)

@@ -21,7 +21,7 @@ from squeal.io.writing import Column, Table, remaining, to_json
 
 def test_only_a_plain_file_in_a_writable_folder_is_an_output(tmp_path, monkeypatch):
     def check(path):
-        check_outputs(Namespace(table=path, table_said=f"--csv {path}"), [])
+        check_outputs(Namespace(table=path, typed={"table": f"--csv {path}"}), [])
 
     (tmp_path / "folder.csv").mkdir()
     os.mkfifo(tmp_path / "pipe.csv")

@@ -6,12 +6,12 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from squeal.analysis.systems.roots import system_roots
-from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import ComputationError, InputError
 from squeal.linear import complex_eigenvalues, judge, sensitivities
 from squeal.linear.eigen import growing, hidden, left_vectors, ordered
 from squeal.linear.matrices import check_regular, reduce
+from squeal.queries.systems.roots import system_roots
+from squeal.queries.systems.thresholds import system_thresholds
 from tests.known import coupled, system_of
 from tests.linear.conftest import exact_damped, exact_squares, random_pad
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.sparse import block_diag, csc_array, diags_array, eye_array
 
-from squeal.analysis.systems.roots import Wanted
-from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.linear import thresholds
 from squeal.linear.continuation import ContinuationOptions
+from squeal.queries.systems.thresholds import system_thresholds
+from squeal.results.sources import EigenvalueSelection
 from tests.known import affine
 
 
@@ -216,7 +216,7 @@ def test_a_window_in_a_band_of_a_large_system_is_found(damping):
     K1 = csc_array(block_diag([FOUR[1], csc_array((rest, rest))]))
     eye = csc_array(eye_array(rest + 4))
     system = affine(eye, K0, K1, damping * eye if damping else None)
-    result = system_thresholds(system, 1.0, wanted=Wanted(band=(0.2, 2.0)))
+    result = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.2, 2.0)))
     assert [c.direction for c in result.crossings] == ["up", "down"]
     assert [c.mu for c in result.crossings] == pytest.approx([0.97475, 0.99198], abs=1e-5)
     assert result.certified

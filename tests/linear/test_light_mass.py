@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from squeal.analysis.systems.roots import Wanted, system_roots
-from squeal.analysis.systems.thresholds import system_thresholds
 from squeal.errors import InputError
 from squeal.linear import thresholds
 from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.roots import system_roots
+from squeal.queries.systems.thresholds import system_thresholds
+from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.dense import dense_values
 from tests.known import system_of
 
@@ -89,7 +90,9 @@ def test_what_cannot_be_split_off_is_refused_with_what_helps(given):
 def test_a_threshold_of_a_band_with_damping_of_what_is_light():
     """Flutter begins where (4 mu / 3 - 1) = 2 c^2."""
     for m in (1e-8, 1e-11, 0.0):
-        found = system_thresholds(system(m, c=1e-2), 1.0, wanted=Wanted(band=(0.05, 1.0)))
+        found = system_thresholds(
+            system(m, c=1e-2), 1.0, wanted=EigenvalueSelection(band=(0.05, 1.0))
+        )
         (point,) = found.points
         assert found.certified is not False
         assert point.kind == "flutter"

@@ -5,7 +5,7 @@ import pytest
 
 from squeal.linear.continuation import Continuation, Step, near_coalescences
 from squeal.linear.eigen import square_roots
-from squeal.linear.events import certain, guesses_of, roots_near
+from squeal.linear.events import bracket_by_sign, guesses_of, roots_near
 
 H = 1e-6
 
@@ -23,7 +23,7 @@ def test_slopes_are_those_of_differences(form, n, rng):
         return M, C, K
 
     along = Continuation(system, 0.0, 1.0)
-    assert along.form == form
+    assert along.problem == form
     at, up, down = (along.at(p) for p in (0.4, 0.4 + H, 0.4 - H))
     nearest = [s.roots[np.argmin(np.abs(s.roots - at.roots[:, None]), axis=1)] for s in (up, down)]
     slopes = (nearest[0] - nearest[1]) / (2 * H)
@@ -42,7 +42,7 @@ def test_two_roots_that_meet_in_a_step_are_expected_where_they_do(low):
     along, found = _between(
         lambda p: (np.eye(2), np.zeros((2, 2)), np.array([[1.0, p], [1.0, 1.0]])), low, 1.4
     )
-    assert along.form == "undamped"
+    assert along.problem == "undamped"
     met = [g for g in found if g.coalesces]
     assert [g.value for g in met] == pytest.approx([0.0], abs=0.011 * (1.4 - low))
     assert [g.root for g in met] == pytest.approx([1.0])
@@ -57,7 +57,7 @@ def test_one_of_two_roots_that_meet_in_a_step_passes_zero_where_it_does(damping)
     along, found = _between(
         lambda p: (np.eye(1), [[damping]] * np.eye(1), [[p]] * np.eye(1)), -1, 1
     )
-    assert along.form == "damped"
+    assert along.problem == "damped"
     assert [g.value for g in found] == pytest.approx([0.0], abs=0.021)
 
 
@@ -83,14 +83,14 @@ def test_what_vanishes_at_an_event_has_the_slope_of_differences(form, count, mee
         return np.eye(5), {"undamped": None, "gyroscopic": W - W.T}.get(form, 0.3 * W + p * X), K
 
     along = Continuation(system, 0.0, 1.0)
-    assert along.form == form
+    assert along.problem == form
     state = along.at(0.4)
     apart = np.abs(state.roots[:, None] - state.roots) + np.diag(np.full(along.size, np.inf))
     both = list(np.unravel_index(np.argmin(apart), apart.shape))[:count]
     vectors = state.right[:, both], state.left[:, both]
     at = roots_near(along, 0.4, complex(state.roots[both].mean()), *vectors)
-    value, slope, *_ = at.vanishing(meets)
-    up, down = (at.moved(along, p).vanishing(meets)[0] for p in (0.4 + H, 0.4 - H))
+    value, slope, *_ = at.event_function(meets)
+    up, down = (at.at(along, p).event_function(meets)[0] for p in (0.4 + H, 0.4 - H))
     assert slope == pytest.approx((up - down) / (2 * H), rel=1e-6, abs=1e-9)
     z = state.roots[both]
     if not meets:  # the real part, or the product of both times what does not vanish
@@ -108,12 +108,12 @@ def test_a_sign_is_certain_next_to_where_rounding_ends(half, way):
     def sign(x, hidden=1e-4):
         return way * int(np.sign(x - 0.3)) if abs(x - 0.3) > hidden else 0
 
-    low, high, rise = certain(sign, (0.3, 0.3), half, 0.0, 1.0)
+    low, high, rise = bracket_by_sign(sign, (0.3, 0.3), half, 0.0, 1.0)
     assert rise == way
     assert 1e-4 < 0.3 - low <= 2e-4
     assert 1e-4 < high - 0.3 <= 2e-4
-    assert certain(sign, (0.3, 0.3), half, 0.29995, 1.0) == (0.29995, high, way)
-    assert certain(lambda x: abs(sign(x)), (0.3, 0.3), half, 0.0, 1.0) is None
+    assert bracket_by_sign(sign, (0.3, 0.3), half, 0.29995, 1.0) == (0.29995, high, way)
+    assert bracket_by_sign(lambda x: abs(sign(x)), (0.3, 0.3), half, 0.0, 1.0) is None
 
 
 @pytest.mark.parametrize("e", [1e-1, 1e-4, 1e-7])

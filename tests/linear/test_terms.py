@@ -7,13 +7,12 @@ from scipy.sparse import csc_array
 import squeal
 from squeal.errors import InputError
 from squeal.linear import complex_eigenvalues, thresholds
+from squeal.linear.damping import damped, structure_stiffness
 from squeal.linear.matrices import dense, is_sparse
 from squeal.linear.paths import continued
 from squeal.linear.system import (
     Term,
     TermSystem,
-    damped,
-    structure_stiffness,
     with_slopes,
     without_supports,
 )

@@ -164,7 +164,9 @@ def test_every_known_threshold_is_found_and_none_invented(seed):
     assert result.certified is not False
     crossings = sorted((c.mu, c) for c in result.crossings)
     assert len(crossings) == len(expected)
-    assert len(result.searched[0].line.states) <= 25 + 16 * len(expected)  # a search is fast
+    assert len(result.searched[0].continuation.states) <= 25 + 16 * len(
+        expected
+    )  # a search is fast
     for (mu, c), (at, kind, direction, omega) in zip(crossings, expected, strict=True):
         assert (c.kind, c.direction) == (kind, direction)
         assert mu == pytest.approx(at, rel=1e-9)

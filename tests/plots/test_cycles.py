@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from squeal.analysis.cycles import Cycles, Orbit
 from squeal.plots.cycles import MARKS, cycles_drawing
+from squeal.queries.cycles import Cycles, Orbit
 
 
 def orbit(mu: float, y: float, stable: bool | None, face: float = 0.5, turn: str = "") -> Orbit:

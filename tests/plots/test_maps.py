@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.answers import Step, Sweep
-from squeal.analysis.maps import NAMES, Axis, Map, angle_axes
 from squeal.io.scene import read_scene
 from squeal.plots import maps
 from squeal.plots.coupling import sweep_drawing
 from squeal.plots.style import save
+from squeal.queries.pads.maps import NAMES, angle_axes
+from squeal.results.map import Axis, Map
+from squeal.results.sweep import Step, Sweep
 from tests.conftest import SCENES
 
 B3 = SCENES / "b3.yaml"

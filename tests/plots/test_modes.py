@@ -5,13 +5,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.answers import Step
-from squeal.analysis.pads import analyse, mode_shapes
+from squeal.io.coordinates import Coordinates
 from squeal.io.scene import read_scene
 from squeal.io.shapes import displacements
-from squeal.io.system import Coordinates
 from squeal.plots import modes
 from squeal.plots.modes import shape_drawing
+from squeal.queries.pads.equilibrium import analyse
+from squeal.results.eigenvalues import mode_shapes
+from squeal.results.sweep import Step
 from tests.conftest import SCENES
 
 

@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 
 from benchmarks.random_pads import examine
-from squeal.analysis.pads import critical_friction
 from squeal.equilibrium.damping import damped_model, without_friction
 from squeal.io.scene import Damping
 from squeal.model.equations import linearise
 from squeal.proof.branches import PadBranch, signs
 from squeal.proof.pads import Claim, _growing, _right_half_plane, prove_pad
+from squeal.queries.thresholds import critical_friction
+from squeal.results.sources import PadSource
 from tests.conftest import scene_of
 from tests.exact import Exact, det, discriminant
 
@@ -172,7 +173,8 @@ def test_damped_pads_by_eigenvalues_at_40_digits(stem, ratio):
     answer = critical_friction(scene, prove=True)
     assert answer.proof["status"] == "proved", answer.proof_line
     model = damped_model(scene)
-    path = answer.source[1]
+    assert isinstance(answer.source, PadSource)
+    path = answer.source.branch
     edges = [0.0]
     for one in answer.crossings:
         edges += list(one.interval)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.cycles import Cycles
-from squeal.analysis.pads import critical_friction
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
+from squeal.queries.cycles import Cycles
+from squeal.queries.thresholds import critical_friction
 from squeal.simulation.cycles import CLOSED_CURVE, SIGNS, Cycle, Point, Shooting, _return
 from squeal.simulation.hybrid import Segment
 from squeal.simulation.run import in_natural_units

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import analyse
 from squeal.equilibrium.damping import damping_matrix
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, read_scene
 from squeal.model.contact import CONSISTENT, Formulation
+from squeal.queries.pads.equilibrium import analyse
 from squeal.simulation.run import simulate
 from tests.conftest import SCENES, needs_heyoka
 

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import analyse
 from squeal.article.identify.ensemble import simulate_many
 from squeal.errors import ComputationError, InputError
 from squeal.io.scene import COORDINATES, Damping, Scene, read_scene
 from squeal.model.contact import CONSISTENT
 from squeal.model.pad import Pad
+from squeal.queries.pads.equilibrium import analyse
 from squeal.simulation.hybrid import LIMITS
 from squeal.simulation.run import simulate
 from tests.conftest import INSTALLED, SCENES, needs_heyoka

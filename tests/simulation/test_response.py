@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from squeal.analysis.pads import analyse
 from squeal.errors import ComputationError
 from squeal.io.scene import Damping, Scene, read_scene
 from squeal.model.contact import Formulation
+from squeal.queries.pads.equilibrium import analyse
 from squeal.simulation.observers import Response
 from squeal.simulation.run import simulate
 from tests.conftest import SCENES, random_pad

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 
 import squeal
-from squeal.analysis.systems.roots import Wanted, reduced_for
 from squeal.errors import InputError, InputWarning
 from squeal.linear import GROWING
 from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.reduced import reduced_for
+from squeal.results.sources import EigenvalueSelection
 from squeal.sparse import first_look
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.first_look import FirstLook
@@ -36,7 +37,7 @@ def random_brake(seed):
 
 
 def look_at(system, values=VALUES, **wanted):
-    look = reduced_for(system, Wanted(**wanted or {"band": BAND}), values, "modal")
+    look = reduced_for(system, EigenvalueSelection(**wanted or {"band": BAND}), values, "modal")
     assert isinstance(look, FirstLook)
     return look
 
@@ -55,7 +56,7 @@ def held_against_the_full_system(look, changes):
 @pytest.mark.parametrize("content", [1e-3, 1.0], ids=["two rounds", "one"])
 @pytest.mark.parametrize("seed", range(5))
 def test_the_error_of_each_root_holds(monkeypatch, seed, content):
-    monkeypatch.setattr(first_look, "OPTIONS", replace(first_look.OPTIONS, one_round=content))
+    monkeypatch.setattr(first_look, "ONE_ROUND", content)
     look = look_at(random_brake(seed))
     assert look.size < look.scaled.n / 6
     assert 0.0 < look.worst < 1e-2
@@ -74,7 +75,7 @@ def test_roots_that_would_be_lost_are_solved():
 @pytest.mark.parametrize("growth", [1e-4, -1e-4])
 def test_the_sign_of_a_growth_near_zero_is_that_of_the_full_system(monkeypatch, growth):
     """P(lambda + s) has the roots of P moved by -s: the fastest one to a known growth."""
-    monkeypatch.setattr(first_look, "OPTIONS", replace(first_look.OPTIONS, one_round=1.0))
+    monkeypatch.setattr(first_look, "ONE_ROUND", 1.0)
     brake, mu = random_brake(3), 0.5
     look = look_at(brake)
     full = modes_in(look.scaled.at({"mu": mu}), look.region, False, exact=1e-13)
@@ -153,7 +154,7 @@ def test_a_small_system_has_the_roots_of_its_companion_matrix(method, n, kind):
         A = np.linalg.solve(M, np.hstack([-K, np.zeros((n, n)) if C is None else -C]))
         roots[mu] = np.linalg.eigvals(np.vstack([np.eye(2 * n)[n:], A]))
     for band in bands_of(f):
-        region = Wanted(band).rectangle
+        region = EigenvalueSelection(band).rectangle
         for step in squeal.sweep(system, values, band, method=method).steps:
             every = roots[step.value]
             inside = every[region.contains(every) & (every.imag >= (kind == "complex") * -1e-3)]

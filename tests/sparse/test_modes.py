@@ -9,8 +9,9 @@ from scipy.sparse import block_diag, csc_array, diags_array
 
 from squeal.errors import ComputationError
 from squeal.linear.system import Term
+from squeal.sparse import eigensolver
 from squeal.sparse.argument_principle import Disc, Rectangle, band, count_roots
-from squeal.sparse.eigensolver import OPTIONS, lowest_modes, modes_in
+from squeal.sparse.eigensolver import GOOD_ENOUGH, lowest_modes, modes_in
 from squeal.sparse.quadratic import ScaledSystem, quadratic
 from tests import large
 from tests.known import affine
@@ -97,8 +98,7 @@ def test_rigid_body_roots_are_among_the_lowest():
 def test_a_missing_root_is_noticed(monkeypatch):
     """The count does not follow the list: with a root hidden from the search it stays right."""
     import squeal
-    from squeal.analysis.systems import roots as analysed
-    from squeal.sparse import eigensolver
+    from squeal.queries.systems import roots as analysed
 
     rng = np.random.default_rng(8)
     a, w = rng.uniform(0.01, 0.1, 40), np.linspace(1.0, 10.0, 40)
@@ -171,19 +171,24 @@ def test_right_and_left_modes(scaled, exact):
     assert np.all(distance < 1e-9 * np.abs(full.values))
     assert np.all(problem.backward_errors(roots.values, roots.right) < 2 * exact)
     rest = problem.transposed().backward_errors(roots.values, roots.left.conj())
-    assert np.all(rest < 2 * OPTIONS.accepted)
+    assert np.all(rest < 2 * GOOD_ENOUGH)
 
 
-def test_what_is_not_reached_is_divided_and_what_is_not_corrected_is_refused():
+def test_what_is_not_reached_is_divided_and_what_is_not_corrected_is_refused(monkeypatch):
     problem = ScaledSystem(BRAKE).at({"mu": 0.6})
     expected = modes_in(problem, REGION).values
-    few = modes_in(problem, REGION, options=replace(OPTIONS, columns=24))
+    monkeypatch.setattr(eigensolver, "COLUMNS", 24)
+    few = modes_in(problem, REGION)
     assert few.certified
     assert np.allclose(np.sort_complex(few.values), np.sort_complex(expected), rtol=1e-9)
-    with pytest.raises(ComputationError, match="were not found: one stiffness"):
-        modes_in(problem, REGION, options=replace(OPTIONS, corrections=1, smallest_part=0.5))
+    monkeypatch.setattr(eigensolver, "PARTS", 2)
     with pytest.raises(ComputationError, match="too many roots"):
-        modes_in(problem, REGION, options=replace(OPTIONS, columns=24, parts=2))
+        modes_in(problem, REGION)
+    monkeypatch.undo()
+    monkeypatch.setattr(eigensolver, "CORRECTIONS", 1)
+    monkeypatch.setattr(eigensolver, "SMALLEST_PART", 0.5)
+    with pytest.raises(ComputationError, match="were not found: one stiffness"):
+        modes_in(problem, REGION)
 
 
 def test_no_root_left_out_near_the_outline_is_overlooked(rng):

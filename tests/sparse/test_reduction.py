@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 from scipy.sparse import csc_array
 
-from squeal.analysis.systems.roots import Wanted, reduced_for
 from squeal.errors import InputError
 from squeal.linear.matrices import norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.reduced import reduced_for
+from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle, band
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.eigensolver import modes_in
@@ -163,6 +164,6 @@ def test_a_root_exactly_in_the_middle_of_a_band_hides_no_other():
     """Springs of 1, 2 ... 60 Hz without coupling, 2 Hz in the middle of the band."""
     K = np.diag((2 * np.pi * np.arange(1, 61)) ** 2)
     system = TermSystem((Term(np.eye(60)),), (), (Term(K),))
-    wanted = Wanted(band=(0.5, 3.5))
+    wanted = EigenvalueSelection(band=(0.5, 3.5))
     found = reduced_for(system, wanted, [{"mu": 0.0}]).values({"mu": 0.0})
     assert np.sort(found.imag) == pytest.approx(2 * np.pi * np.array([1.0, 2.0, 3.0]), rel=1e-9)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from squeal.io.components import ASSEMBLY, COMPONENT, CONTACT, LOAD, REDUCED, ROTATION
 from squeal.io.scene import SCENE
-from squeal.io.system import DAMPING, POWER, SYSTEM, TABLE, TERM
+from squeal.io.system_keys import DAMPING, POWER, SYSTEM, TABLE, TERM
 from squeal.io.writing import write_text
 from squeal.model.contact import MODELS
 from squeal.schema import Group, Key

@@ -11,10 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads import at_equilibrium
 from squeal.article.equations import bounds, mismatch, rank, stiffness
 from squeal.cli.command import Parser, Reply
-from squeal.cli.options import take_files
+from squeal.cli.options import as_typed, take_files
 from squeal.equilibrium import Equilibrium, find_all, sliding_equilibrium
 from squeal.equilibrium.damping import damped_model
 from squeal.errors import InputError
@@ -22,6 +21,7 @@ from squeal.io.scene import Scene
 from squeal.io.writing import Column, Table, number, picked
 from squeal.io.writing import aligned as table
 from squeal.linear import Judgement, judge
+from squeal.queries.pads.equilibrium import at_equilibrium
 
 UNITS = {"x": "m", "y": "m", "theta": "rad", "R_n": "N", "delta": "m"}
 UNITS |= dict.fromkeys(("contact", "verdict", "admissible"), "")
@@ -150,7 +150,7 @@ def run(given: argparse.Namespace) -> Reply:
     scene = given.source.scene()
     if given.table is not None and scene.pad_model.linear:
         raise InputError(
-            f"{given.table_said}: is not allowed with model B3, "
+            f"{as_typed(given, 'table')}: is not allowed with model B3, "
             "which has no equilibria to write; a scene of B1 or B2 is allowed"
         )
     answer = data(scene)

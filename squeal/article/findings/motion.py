@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.maps import angle_axes, stability_map
 from squeal.article.cases import stem, title
 from squeal.article.claims import Case, judge_claims, measure
 from squeal.article.claims.measures import linear_measures
@@ -28,6 +27,7 @@ from squeal.errors import ComputationError
 from squeal.io.scene import Scene
 from squeal.model.contact import FORMULATION_CHOICES, NONE, STATES, LineForce, contact_law
 from squeal.model.equations import PadModel
+from squeal.queries.pads.maps import angle_axes, stability_map
 from squeal.simulation.run import Simulation, simulate
 
 ROUNDING = 1e-9  # share of the kinetic energy: less than that is no work

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from squeal.analysis.pads import at_equilibrium
 from squeal.article.cases import CASES
 from squeal.article.claims import case_of
 from squeal.article.claims.motions import measures
@@ -38,6 +37,7 @@ from squeal.io.scene import Damping, Scene
 from squeal.linear.eigen import verdict
 from squeal.model.contact import CONSISTENT
 from squeal.model.equations import PadModel
+from squeal.queries.pads.equilibrium import at_equilibrium
 
 SETS = 100  # valid sets
 RATIO = 0.01  # of all modes

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from squeal.analysis.pads import at_equilibrium
 from squeal.article.cases import CASES, stem
 from squeal.article.claims import CLAIMS, Case, case_of
 from squeal.article.claims.measures import Linear, linear_measures, lost_share
@@ -50,6 +49,7 @@ from squeal.model.contact import CONSISTENT, FULL, NONE, STATES, Formulation, St
 from squeal.model.equations import PadModel, Units
 from squeal.model.pad import Pad, pose
 from squeal.model.pad import gaps as edge_gaps
+from squeal.queries.pads.equilibrium import at_equilibrium
 from squeal.simulation.hybrid import Segment
 from squeal.simulation.observers import Grid
 

@@ -7,13 +7,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from squeal.analysis.pads import branch_system
 from squeal.io.scene import Scene
 from squeal.linear import SystemFunction, thresholds
 from squeal.linear.eigen import ComplexArray, ordered
 from squeal.linear.matrices import Array
 from squeal.linear.paths import continued, links
 from squeal.linear.system import matrices_at
+from squeal.queries.pads.equilibrium import branch_system
 
 SAMPLES = 201  # values of mu
 
@@ -34,11 +34,11 @@ def track(system: SystemFunction, mus: Iterable[float]) -> ComplexArray:
         for link in links(along.at, along.options, a, b, left):
             here = link.order[here]
             before, now = now, link.after.exponents[here]
-            if along.form == "undamped":  # of both square roots that which goes on
+            if along.problem == "undamped":  # of both square roots that which goes on
                 now = np.where(np.abs(now - before) <= np.abs(now + before), now, -now)
         rows.append(now)
     modes = np.array(rows)
-    if along.form == "undamped":
+    if along.problem == "undamped":
         modes = np.hstack([modes, -modes])
     free = 2 * np.shape(matrices_at(system, values[0])[0])[0] - modes.shape[1]
     modes = np.hstack([modes, np.zeros((len(modes), free))])

@@ -7,12 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.maps import BEYOND_FOLD, NAMES, PointVerdicts, angle_axes, codes_at, on_grid
 from squeal.article.outline import Outline, outline
 from squeal.article.records import Record, Result
 from squeal.article.studies._scenes import read_scenes
 from squeal.io.scene import Damping, Scene
 from squeal.model.contact import FULL, STATES
+from squeal.queries.pads.maps import (
+    BEYOND_FOLD,
+    NAMES,
+    PointVerdicts,
+    angle_axes,
+    codes_at,
+    on_grid,
+)
 
 CELLS = 90  # a side of the map
 COARSE = 40  # a side of the maps with damping

@@ -26,7 +26,6 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq, linear_sum_assignment
 
-from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._scenes import read_scenes
@@ -37,6 +36,8 @@ from squeal.io.scene import Damping, Scene
 from squeal.linear import complex_eigenvalues
 from squeal.linear.matrices import state_matrices
 from squeal.model.equations import Linearisation, linearise
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.thresholds import critical_friction
 
 ROUNDING = 1e-9  # real parts below this share of |s| are rounding
 RANK = 1e-12  # singular values of the loop below this share of the greatest are rounding

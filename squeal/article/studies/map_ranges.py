@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.maps import BEYOND_FOLD, angle_axes, codes_at
 from squeal.article.equations import bounds
 from squeal.article.outline import outline
 from squeal.article.records import Record, Result
@@ -16,6 +15,7 @@ from squeal.io.scene import Scene
 from squeal.linear import VERDICTS
 from squeal.model.contact import FULL, STATES
 from squeal.model.pad import Pad
+from squeal.queries.pads.maps import BEYOND_FOLD, angle_axes, codes_at
 
 VALUES = {
     "h/w": np.linspace(0.1, 1.0, 10),

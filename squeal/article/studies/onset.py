@@ -12,9 +12,6 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from squeal.analysis.cycles import Orbit
-from squeal.analysis.cycles import cycles as periodic_motions
-from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.claims.measures import Case, case_of
 from squeal.article.claims.motions import LEVELS, measures
@@ -33,6 +30,10 @@ from squeal.io.scene import Damping, Scene
 from squeal.linear import complex_eigenvalues
 from squeal.model.contact import NONE
 from squeal.model.equations import PadModel
+from squeal.queries.cycles import Orbit
+from squeal.queries.cycles import cycles as periodic_motions
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.thresholds import critical_friction
 from squeal.simulation.cycles import CLOSED_CURVE, Cycle, Shooting
 from squeal.simulation.observers import Shares
 

@@ -5,7 +5,6 @@ from pathlib import Path
 
 import numpy as np
 
-from squeal.analysis.pads import analyse, critical_friction
 from squeal.article.cases import CASES, HISTORY_FIGURES, stem
 from squeal.article.claims import CLAIMS, judge_claims, linear_measures, measure_scenes
 from squeal.article.claims.rules import hammering_cases
@@ -18,6 +17,8 @@ from squeal.article.studies.onset import RATIO, After, after, repeats
 from squeal.io.provenance import NOT_INSTALLED, version
 from squeal.io.scene import Scene
 from squeal.model.contact import State
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.thresholds import critical_friction
 from squeal.simulation.run import simulate
 
 TWO = "two points"  # springs in place of the line, with its stiffness, F_n, y0 and start

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from squeal.analysis.pads import analyse, critical_friction, mode_shapes
 from squeal.article.cases import HISTORY_FIGURES
 from squeal.article.records import Missing, Record, Result
 from squeal.article.studies._modes import sweep_modes
@@ -14,6 +13,9 @@ from squeal.article.studies._scenes import read_scenes
 from squeal.equilibrium import Equilibrium, sliding_equilibrium
 from squeal.errors import ComputationError
 from squeal.io.scene import Scene
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.thresholds import critical_friction
+from squeal.results.eigenvalues import mode_shapes
 
 MU_MAX = 1.0
 ROUNDING = 1e-9  # of the greatest imaginary part: real parts below are none

@@ -1,1 +1,0 @@
-"""Answers about a scene: eigenvalues, thresholds, maps, sensitivities, advice."""

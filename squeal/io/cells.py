@@ -1,0 +1,45 @@
+"""Kinds of finite elements that have faces: their corners, faces, and names in other programs."""
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple, TypeAlias
+
+from squeal.schema import Word
+
+Corners: TypeAlias = tuple[int, ...]
+
+
+class Cell(NamedTuple):
+    """A kind of element: its corners, its numbers in VTK and UNV files, its types in Abaqus and
+    CalculiX up to what follows the number of nodes, corners of its faces."""
+
+    corners: int
+    vtk: int
+    unv: int
+    types: str
+    faces: tuple[Corners, ...]
+
+
+_PRISM = ((0, 2, 1), (3, 4, 5), (0, 1, 4, 3), (1, 2, 5, 4), (2, 0, 3, 5))
+_BRICK = ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7))
+CELLS = {
+    "triangle": Cell(3, 5, 91, "(S|M3D|R3D|SFM3D)[36]|STRI65", ((0, 1, 2),)),
+    "quad": Cell(4, 9, 94, "(S|M3D|R3D|SFM3D)[489]", ((0, 1, 2, 3),)),
+    "tetra": Cell(4, 10, 111, "C3D(4|10)", ((0, 2, 1), (0, 1, 3), (1, 2, 3), (0, 3, 2))),
+    "wedge": Cell(6, 13, 112, "(C3D|COH3D|GK3D|SC)(6|15|18)", _PRISM),
+    "hexahedron": Cell(8, 12, 115, "(C3D|COH3D|GK3D|SC)(8|20|27)", _BRICK),
+}
+CELL_NAME = Word(tuple(CELLS))
+
+
+def cell_name(keyword: Sequence[str]) -> str:
+    """The kind of the elements below a line such as *ELEMENT, TYPE=C3D8, in capitals and split at
+    its commas; "" for elements without faces, such as springs."""
+    element_type = ""
+    for option in keyword:
+        if option.startswith("TYPE"):
+            element_type += option.split("=")[-1].strip()
+    for name, cell in CELLS.items():
+        if re.fullmatch(f"({cell.types})[A-Z]*5?", element_type):
+            return name
+    return ""

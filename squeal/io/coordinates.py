@@ -1,0 +1,160 @@
+"""Where the rows of a system are in space: nodes, directions and elements, from tables."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.io.cells import CELL_NAME, CELLS, Corners
+from squeal.io.tables import Line, number_in, read_table
+from squeal.schema import Place, Word
+
+NO_DIRECTION = -1  # of rotations, and of what has no place in space
+FIXED = -2  # of a node that no row moves
+DIRECTIONS = {"1": 0, "2": 1, "3": 2, "x": 0, "y": 1, "z": 2}
+DIRECTIONS |= dict.fromkeys(("4", "5", "6", "rx", "ry", "rz", "-"), NO_DIRECTION)
+DIRECTIONS["fixed"] = FIXED
+DOF = Word(tuple(DIRECTIONS))
+POINTS = "mode shapes are points; `elements: {file: job.inp}` in the system file gives faces"
+
+
+@dataclass(frozen=True, eq=False)
+class Coordinates:
+    """Node and direction of each row of a system, and the places (m) of the nodes.
+
+    `nodes` (n,) indices into `places` (nodes, 3); `directions` (n,) 0 to 2 for x, y, z, -1 for
+    rotations and other degrees of freedom, which move nothing. `names` (nodes,) of the nodes;
+    `cells` kind and corners (indices of nodes) of each element. `bases` are the diagonal blocks of
+    what gives these rows from those of a reduced system.
+    """
+
+    nodes: NDArray[np.intp] = field(repr=False)
+    directions: NDArray[np.intp] = field(repr=False)
+    places: NDArray[np.float64] = field(repr=False)
+    names: tuple[str, ...] = ()
+    cells: tuple[tuple[str, Corners], ...] = field(default=(), repr=False)
+    bases: tuple[NDArray[np.float64], ...] = field(default=(), repr=False)
+
+    def without(self, rows: NDArray[np.intp]) -> "Coordinates":
+        """The same nodes without some rows of the system."""
+        return replace(
+            self,
+            nodes=np.delete(self.nodes, rows),
+            directions=np.delete(self.directions, rows),
+        )
+
+    def with_rows_behind(self, count: int) -> "Coordinates":
+        """The same with so many rows more that move nothing."""
+        return replace(
+            self,
+            nodes=np.append(self.nodes, np.zeros(count, self.nodes.dtype)),
+            directions=np.append(self.directions, np.full(count, NO_DIRECTION)),
+        )
+
+    def displacements(self, shape: NDArray) -> NDArray:
+        """Displacements (nodes, 3) of the nodes from a mode shape (n,)."""
+        moves = self.directions >= 0
+        amplitudes = self._unreduced(np.asarray(shape))
+        moved = np.zeros((len(self.places), 3), dtype=amplitudes.dtype)
+        moved[self.nodes[moves], self.directions[moves]] = amplitudes[moves]
+        return moved
+
+    def _unreduced(self, shape: NDArray) -> NDArray:
+        """The mode shape on all rows, from that of a reduced system."""
+        if not self.bases:
+            return shape
+        ends = np.cumsum([basis.shape[1] for basis in self.bases])
+        parts = np.split(shape, ends[:-1])
+        return np.concatenate([V @ x for V, x in zip(self.bases, parts, strict=True)])
+
+
+def read_coordinates(path: Path, rows: int, labels: Sequence[tuple[int, int]] = ()) -> Coordinates:
+    """The table of a .csv file with the columns node, dof, x, y, z, one line a row of the system.
+
+    dof is 1 to 3 or x, y, z for displacements, 4 to 6 or rx, ry, rz for rotations, - for what does
+    not move a node in space; a line with fixed, which is none of a row, gives a node that nothing
+    moves its place. Where matrices have `labels`, these name the rows: a line for each node
+    suffices, in any order, and internal nodes, below zero, need none; a node without a line has no
+    part in mode shapes, which is warned of. Raises InputError.
+    """
+    columns = ("node", "x", "y", "z") if labels else ("node", "dof", "x", "y", "z")
+    at, lines = read_table(path, columns)
+    line_directions = []
+    line_names = []
+    line_places = []
+    for here, cells in lines:
+        if not labels:
+            word = DOF.read(cells["dof"].strip().lower(), here / "dof")
+            line_directions.append(DIRECTIONS[word])
+        name = cells["node"].strip()
+        if not name:
+            raise (here / "node").must_be("", "the name of a node")
+        line_names.append(name)
+        line_places.append([number_in(cells[axis], here / axis) for axis in "xyz"])
+    names, first_lines, node_of_line = np.unique(line_names, return_index=True, return_inverse=True)
+    if labels:
+        nodes, directions = _rows_by_labels(at, names.tolist(), labels)
+    else:
+        nodes = node_of_line
+        directions = np.array(line_directions)
+    of_rows = np.flatnonzero(directions != FIXED)
+    if len(of_rows) != rows:
+        raise at.refuse(f"{len(of_rows)} lines; the system's {rows} rows need one each")
+    return Coordinates(
+        nodes=nodes[of_rows],
+        directions=directions[of_rows],
+        places=np.array(line_places)[first_lines],
+        names=tuple(names.tolist()),
+    )
+
+
+def _rows_by_labels(
+    at: Place, names: Sequence[str], labels: Sequence[tuple[int, int]]
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Node and direction of each row from its label. Raises InputError without any node."""
+    index_of_name = {name: i for i, name in enumerate(names)}
+    needed = {node for node, _ in labels if node > 0}
+    missing = sorted(node for node in needed if str(node) not in index_of_name)
+    if missing:
+        words = f"no line for {len(missing)} nodes of the matrices, the first is {missing[0]}"
+        if len(missing) == len(needed):
+            raise at.refuse(words)
+        at.warn(f"{words}; they have no place in mode shapes")
+    nodes = []
+    directions = []
+    for node, freedom in labels:
+        index = index_of_name.get(str(node))
+        is_displacement = index is not None and 1 <= freedom <= 3
+        nodes.append(index or 0)
+        directions.append(freedom - 1 if is_displacement else NO_DIRECTION)
+    return np.array(nodes), np.array(directions)
+
+
+def read_elements(path: Path, coordinates: Coordinates) -> Coordinates:
+    """The same with the elements of a .csv file: element, type, and nodes of which the corners
+    count. Raises InputError."""
+    _, lines = read_table(path, ("element", "type"))
+    index_of_name = {name: i for i, name in enumerate(coordinates.names)}
+    cells: dict[str, tuple[str, Corners]] = {}
+    for line in lines:
+        name = line.cells["element"].strip()
+        kind, corners = _element(line, index_of_name)
+        if len({*corners}) < CELLS[kind].corners or not name or name in cells:
+            raise line.at.refuse(
+                f"an element named once and {CELLS[kind].corners} different nodes are needed"
+            )
+        cells[name] = kind, corners
+    return replace(coordinates, cells=tuple(cells.values()))
+
+
+def _element(line: Line, index_of_name: dict[str, int]) -> tuple[str, Corners]:
+    """The kind of an element and its corners. Raises InputError."""
+    kind = CELL_NAME.read(line.cells["type"].strip().lower(), line.at / "type")
+    names = [cell.strip() for head, cell in line.cells.items() if head not in ("element", "type")]
+    corner_names = names[: CELLS[kind].corners]
+    for name in corner_names:
+        if name not in index_of_name:
+            raise line.at.must_be(name, "a node with a line in the table of coordinates")
+    return kind, tuple(index_of_name[name] for name in corner_names)

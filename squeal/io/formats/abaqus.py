@@ -1,0 +1,102 @@
+"""Text of Abaqus and CalculiX: `row, column, value` or `node, dof, node, dof, value` in each line.
+
+Numbers are separated by commas or blanks. Internal nodes, such as those of Lagrange multipliers,
+have labels below zero. A line that begins with * may say TYPE=SYMMETRIC or UNSYMMETRIC; each
+*MATRIX INPUT begins a matrix. CalculiX names the rows in a file .dof beside it.
+"""
+
+import io
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from squeal.io.digits import written_digits
+from squeal.io.formats.matrix_file import (
+    MatrixFile,
+    has_internal_nodes,
+    labelled_matrix,
+    read_columns,
+    read_labels,
+    sum_entries,
+)
+
+
+@dataclass
+class _Block:
+    """One matrix: its name, its keywords and comments in capitals, and the lines of its entries."""
+
+    name: str = ""
+    keywords: str = ""
+    entries: str = ""
+
+
+def read_abaqus(path: Path) -> MatrixFile | dict[str, MatrixFile]:
+    """The matrix of a file, or those of a file with several, by their names. Raises ValueError."""
+    text = path.read_text(encoding="utf-8").replace(",", " ")
+    for mark in "#%":
+        if mark in text:
+            raise ValueError(f"{mark} is not what Abaqus writes; comments begin with **")
+    blocks = [block for block in _blocks(text) if block.entries.strip()]
+    matrices = {block.name: _matrix(path, block) for block in blocks}
+    if not matrices:
+        raise ValueError("no entries")
+    if len(matrices) < len(blocks):
+        raise ValueError("two matrices of one name")
+    if len(matrices) == 1:
+        return next(iter(matrices.values()))
+    return matrices
+
+
+def _blocks(text: str) -> list[_Block]:
+    """The parts of a text, the first before any *MATRIX INPUT. Raises ValueError."""
+    blocks = [_Block()]
+    if "*" not in text:
+        blocks[0].entries = text
+        return blocks
+    for part in re.split(r"(?m)^[ \t]*(\*.*)$", text):
+        if not part.startswith("*"):
+            blocks[-1].entries += part
+            continue
+        if re.match(r"\*\s*MATRIX\s*INPUT", part, re.IGNORECASE):
+            name = re.search(r"NAME\s*=\s*(\S+)", part, re.IGNORECASE)
+            blocks.append(_Block(name[1] if name else ""))
+        elif not part.startswith("**"):
+            raise ValueError(f"the keyword {part.strip()} is not allowed; *MATRIX INPUT is")
+        blocks[-1].keywords += f" {part.upper()} "
+    return blocks
+
+
+def _matrix(path: Path, block: _Block) -> MatrixFile:
+    """The matrix of a block. Raises ValueError."""
+    lines = [line for line in io.StringIO(block.entries) if line.strip()]
+    width = len(lines[0].split())
+    if width not in (3, 5):
+        raise ValueError(f"{width} columns; 3 or 5 are read, decimals behind a point")
+    positions, columns = read_columns(io.StringIO(block.entries), width - 1, 1)
+    values = columns[:, 0]
+    digits = written_digits(line.split()[-1] for line in lines)
+    scale = re.search(r"SCALE\s*FACTOR\s*=\s*(\S+)", block.keywords)
+    if scale:
+        values = float(scale[1]) * values
+        if digits is not None:
+            digits -= 1  # a product may lose up to one
+    kind = re.search(r"TYPE\s*=\s*(UN)?SYMMETRIC", block.keywords)
+    symmetric = None if kind is None else kind[1] is None
+    if width == 5:
+        return labelled_matrix(path, positions, values, symmetric, digits)
+    if positions.min() < 1:
+        raise ValueError("rows and columns must count from 1")
+    rows = int(positions.max())
+    labels = read_labels(path.with_suffix(".dof"), rows)
+    if labels:
+        rows = len(labels)
+    matrix, assumptions = sum_entries(path, positions.T - 1, values, (rows, rows))
+    return MatrixFile(
+        matrix,
+        labels,
+        open_ended=labels is None,
+        symmetric=symmetric,
+        numbered=has_internal_nodes(labels),
+        digits=digits,
+        assumptions=assumptions,
+    )

@@ -1,0 +1,77 @@
+"""Harwell-Boeing: real or complex, assembled, as Ansys' HBMAT writes it too.
+
+No right-hand sides are read. A file .mapping beside it, which HBMAT writes, names the rows.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from squeal.io.digits import written_digits
+from squeal.io.formats.matrix_file import (
+    MatrixFile,
+    check_indices,
+    complete_triangle,
+    has_internal_nodes,
+    read_labels,
+)
+
+
+def read_harwell_boeing(path: Path) -> MatrixFile:
+    """The matrix of a file of this format. Raises ValueError."""
+    lines = path.read_text(encoding="ascii").splitlines()
+    if len(lines) < 5 or len(lines[2].split()) < 4:
+        raise ValueError("the header is missing")
+    kind, *sizes = lines[2].upper().split()
+    if not re.fullmatch("[RIC][USZ]A", kind):
+        raise ValueError(f"type {kind}; real or complex (R, C), U, S or Z, assembled (A) are read")
+    is_complex = kind[0] == "C"
+    symmetry = kind[1]
+    rows, columns, count = map(int, sizes[:3])
+    line_counts = [*lines[1].split(), "0", "0", "0", "0", "0"]
+    has_right_sides = int(line_counts[4]) > 0
+    formats = lines[3]
+    body = lines[5:] if has_right_sides else lines[4:]
+    words, body = _read_fields(body, formats, columns + 1)
+    pointers = np.array(words, np.int64) - 1
+    words, body = _read_fields(body, formats[16:], count)
+    indices = np.array(words, np.int64) - 1
+    words, _ = _read_fields(body, formats[32:], 2 * count if is_complex else count)
+    values = np.array(words, float)
+    if is_complex:
+        values = values.view(complex)
+    matrix = csc_array((values, indices, pointers), shape=(rows, columns))
+    check_indices(matrix)
+    if symmetry != "U":  # the format asks for one triangle; some programs write both
+        matrix = complete_triangle(matrix, 1 if symmetry == "S" else -1)
+    labels = read_labels(path.with_suffix(".mapping"), rows)
+    return MatrixFile(
+        matrix, labels, numbered=has_internal_nodes(labels), digits=written_digits(words)
+    )
+
+
+def _read_fields(lines: list[str], fortran_format: str, count: int) -> tuple[list[str], list[str]]:
+    """So many fields of a Fortran format such as (1P,3D24.16), as written with E for D, and the
+    lines behind them. Raises ValueError."""
+    edit = re.search(r"(\d*)[IEDFG](\d{1,2})", fortran_format.upper())
+    if not edit:
+        raise ValueError(
+            f"the format {fortran_format.strip()} is not read; (8I10) and (3D24.16) are"
+        )
+    per_line = max(1, min(int(edit[1] or 1), count))
+    width = int(edit[2])
+    line_count = -(-count // per_line)
+    used = [line.upper().replace("D", "E") for line in lines[:line_count]]
+    too_few = f"fewer numbers than the {count} of the header"
+    if not 0 < line_count <= len(lines) or count > sum(map(len, used)):
+        raise ValueError(too_few)
+    fields = " ".join(used).split()
+    if len(fields) != count:  # they touch each other
+        line_width = per_line * width
+        text = "".join(line[:line_width].ljust(line_width) for line in used)
+        fields = [text[start : start + width].strip() for start in range(0, count * width, width)]
+        if not all(fields):
+            raise ValueError(too_few)
+    return fields, lines[line_count:]

@@ -1,0 +1,240 @@
+"""A matrix as it stands in a file, and what the readers of several formats share."""
+
+import math
+import re
+import warnings
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array, csc_array
+
+from squeal.errors import InputError
+from squeal.schema import Place
+
+MOST_ROWS = 5_000_000  # of a file: empty rows cost memory and no byte of the file
+MOST_FULL = 10_000_000  # numbers of full arrays, for each 1e6 bytes of a file
+# Ansys' names of degrees of freedom, with the numbers of the other programs
+FREEDOMS = {"UX": 1, "UY": 2, "UZ": 3, "ROTX": 4, "ROTY": 5, "ROTZ": 6, "PRES": 8, "TEMP": 11}
+OTHER_FREEDOMS = 100  # numbers above are of other names
+
+Labels: TypeAlias = tuple[tuple[int, int], ...]
+"""(node, degree of freedom) of each row."""
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixFile:
+    """A matrix as it stands in a file.
+
+    `labels` are the (node, degree of freedom) of its rows, if they are named so; `open_ended` is
+    true if the file does not say how many rows there are (the last may be empty). `symmetric` says
+    whether entries on one side of the diagonal stand for those on the other too, None if the file
+    does not say. `form` names the format that the file was read as. `numbered` is true if some
+    labels only number rows, so that the file goes with files of the same labels alone. `digits` are
+    the significant digits that its entries were rounded to, None if they are exact or doubles.
+    `assumptions` say what was guessed of it.
+    """
+
+    matrix: csc_array = field(repr=False)
+    labels: Labels | None = field(default=None, repr=False)
+    open_ended: bool = False
+    symmetric: bool | None = False
+    form: str = ""
+    numbered: bool = False
+    digits: int | None = None
+    assumptions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class UnbuiltMatrix:
+    """A matrix of a file of several, built only when it is picked."""
+
+    description: str
+    build: Callable[[], MatrixFile]
+
+
+NamedMatrices: TypeAlias = Mapping[str, MatrixFile | UnbuiltMatrix | csc_array | NDArray]
+"""The matrices of a file that may hold several."""
+
+
+def read_columns(
+    lines: Iterable[str], index_columns: int, value_columns: int
+) -> tuple[NDArray, NDArray]:
+    """The whole numbers (lines, index_columns) and the numbers (lines, value_columns) behind them.
+
+    Raises ValueError.
+    """
+    columns: list[tuple[str, type, tuple[int]]] = []
+    if index_columns:
+        columns.append(("indices", np.int64, (index_columns,)))
+    if value_columns:
+        columns.append(("values", np.float64, (value_columns,)))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of no data
+        try:
+            table = np.atleast_1d(np.loadtxt(lines, columns, comments=None))
+        except ValueError as error:
+            reason = str(error).partition(";")[0].replace("the dtype passed requires ", "")
+            raise ValueError(reason.replace("int64", "whole numbers")) from None
+    empty = np.empty((len(table), 0))
+    indices = table["indices"] if index_columns else empty.astype(np.int64)
+    values = table["values"] if value_columns else empty
+    return indices, values
+
+
+def sum_entries(
+    path: Path, indices: NDArray, values: NDArray, shape: tuple[int, int]
+) -> tuple[csc_array, tuple[str, ...]]:
+    """The matrix of entries at (row, column) `indices` (2, entries), and what was assumed of it.
+
+    Entries of one place are summed, with a warning. Raises ValueError.
+    """
+    if max(shape) > MOST_ROWS:
+        raise ValueError(f"{max(shape):.6g} rows; at most {MOST_ROWS} are read")
+    matrix = coo_array((values, tuple(indices)), shape=shape).tocsc()
+    summed = len(values) - matrix.nnz
+    if not summed:
+        return matrix, ()
+    places, count = np.unique(indices, axis=1, return_counts=True)
+    row, column = places[:, np.argmax(count > 1)] + 1
+    Place(str(path)).warn(
+        f"{summed} entries stand where another one stands, the first at row {row}, "
+        f"column {column}; they are summed"
+    )
+    return matrix, (f"{path.name}: {summed} entries of one place are summed",)
+
+
+def labelled_matrix(
+    path: Path,
+    positions: NDArray,
+    values: NDArray,
+    symmetric: bool | None,
+    digits: int | None,
+) -> MatrixFile:
+    """The matrix whose rows and columns are named by node and degree of freedom.
+
+    `positions` (entries, 4): node and degree of freedom of the row, then of the column. Rows are
+    sorted by their labels. Raises ValueError.
+    """
+    if not len(positions):
+        raise ValueError("no entries")
+    nodes = positions[:, ::2]
+    freedoms = positions[:, 1::2]
+    if freedoms.min() < 0:
+        raise ValueError("degrees of freedom must be at least 0")
+    base = int(freedoms.max()) + 1
+    codes = (nodes * base + freedoms).T  # (2, entries), one whole number for each label
+    different = np.sort(codes, axis=None)  # np.unique hashes, which takes twice as long
+    different = different[np.diff(different, prepend=different[0] - 1) > 0]
+    labels = tuple(divmod(code, base) for code in different.tolist())
+    indices = np.searchsorted(different, codes)
+    matrix, assumptions = sum_entries(path, indices, values, (len(labels), len(labels)))
+    return MatrixFile(matrix, labels, symmetric=symmetric, digits=digits, assumptions=assumptions)
+
+
+def read_labels(path: Path, rows: int) -> Labels | None:
+    """The label of each row, from lines `node.dof` of CalculiX or `row node name` of Ansys.
+
+    CalculiX expands shells and beams to solids and gives several rows the label of one node. Those
+    rows become internal, with the negative of the row's number for a node. None without such a
+    file. Raises ValueError.
+    """
+    if not path.is_file():
+        return None
+    text = path.read_text(encoding="ascii").upper()
+    labels = []
+    for node, name in re.findall(r"(?m)^\s*(?:\d+\s+)?(\d+)(?:\.|\s+)(\w+)\s*$", text):
+        labels.append((int(node), _freedom_number(name)))
+    if len(labels) < rows:
+        raise ValueError(f"{path.name} names {len(labels)} of its {rows} rows")
+    count = Counter(labels)
+    repeated = [row for row, label in enumerate(labels) if count[label] > 1]
+    if repeated:
+        node, freedom = labels[repeated[0]]
+        Place(str(path)).warn(
+            f"{len(repeated)} of {len(labels)} rows share their label with another row, the first "
+            f"is degree of freedom {freedom} of node {node}; they are told apart by their row "
+            "numbers and take no part in mode shapes"
+        )
+    for row in repeated:
+        _, freedom = labels[row]
+        labels[row] = (-row - 1, freedom)
+    return tuple(labels)
+
+
+def has_internal_nodes(labels: Labels | None) -> bool:
+    """True if some rows are numbered below zero in place of a node."""
+    return any(node < 0 for node, _ in labels or ())
+
+
+def _freedom_number(name: str) -> int:
+    """The number of a degree of freedom of any name; those that move no node in space, such as
+    WARP or VOLT, get one of their own, the same in every file."""
+    if name.isdigit():
+        return int(name)
+    return FREEDOMS.get(name) or OTHER_FREEDOMS + zlib.crc32(name.encode())
+
+
+def is_half(matrix: csc_array) -> bool:
+    """True if no entry has another one on the other side of the diagonal, in whatever order."""
+    rows, columns = matrix.tocoo().coords
+    if np.all(rows >= columns) or np.all(rows <= columns):
+        return True
+    off = rows != columns
+    lower, upper = np.sort([rows[off], columns[off]], axis=0).astype(np.int64)
+    pairs = np.sort(lower * matrix.shape[0] + upper)  # np.unique takes 20 times as long
+    return bool(np.all(np.diff(pairs)))
+
+
+def _symmetry_name(sign: int) -> str:
+    return "symmetric" if sign > 0 else "skew-symmetric"
+
+
+def mirror_half(matrix: csc_array, sign: int = 1) -> csc_array:
+    """Half a matrix with its mirror image added, the diagonal taken once. Raises ValueError.
+
+    `sign` is 1 for a symmetric matrix, -1 for a skew-symmetric one.
+    """
+    if not is_half(matrix):
+        name = _symmetry_name(sign)
+        raise ValueError(f"a {name} file holds one triangle, and this has entries on both sides")
+    entries = matrix.tocoo()
+    rows, columns = entries.coords
+    off = rows != columns
+    both_rows = np.append(rows, columns[off])
+    both_columns = np.append(columns, rows[off])
+    values = np.append(entries.data, sign * entries.data[off])
+    return coo_array((values, (both_rows, both_columns)), shape=matrix.shape).tocsc()
+
+
+def complete_triangle(matrix: csc_array, sign: int) -> csc_array:
+    """A symmetric (1) or skew-symmetric (-1) matrix of which one or both triangles are written.
+
+    Two triangles must agree to the last digit. Raises ValueError.
+    """
+    if is_half(matrix):
+        return mirror_half(matrix, sign)
+    if abs(matrix - sign * matrix.T).max() > 0.0:
+        name = _symmetry_name(sign)
+        raise ValueError(f"a {name} file holds both triangles, and they differ")
+    return matrix
+
+
+def check_indices(matrix: csc_array) -> None:
+    """SciPy trusts indices, and checks no pointers whose last one is 0. Raises ValueError."""
+    matrix.check_format(full_check=True)
+    if np.any(np.diff(matrix.indptr) < 0):
+        raise ValueError("index pointers must not decrease")
+
+
+def check_full_size(path: Path, shapes: Iterable[Sequence[int]]) -> None:
+    """Refuse full arrays that a file holds compressed, or names only. Raises InputError."""
+    count = sum(map(math.prod, shapes))
+    most = MOST_FULL * max(1, path.stat().st_size // 1_000_000)
+    if count > most:
+        raise InputError(f"{count:.6g} numbers in so small a file; at most {most} are read")

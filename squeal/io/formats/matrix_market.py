@@ -1,0 +1,90 @@
+"""Matrix Market: coordinate or array, general, symmetric or skew-symmetric.
+
+Read here and not by SciPy, which takes 2.0D+01 for 2 and may crash on a line that was cut off.
+"""
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.io.digits import written_digits
+from squeal.io.formats.matrix_file import MatrixFile, mirror_half, read_columns, sum_entries
+
+SYMMETRIES = ("general", "symmetric", "skew-symmetric")
+VALUE_COLUMNS = {"pattern": 0, "complex": 2}  # one of any other type of entry
+
+
+def read_matrix_market(path: Path) -> MatrixFile:
+    """The matrix of a file of this format. Raises ValueError."""
+    with path.open(encoding="utf-8") as stream:
+        banner = [*stream.readline().lower().split(), "", "", "", "", ""]
+        kind, layout, entry_type, symmetry = banner[1:5]
+        if kind != "matrix" or layout not in ("coordinate", "array") or symmetry not in SYMMETRIES:
+            allowed = f"matrix, coordinate or array, {', '.join(SYMMETRIES)} are read"
+            raise ValueError(f"{kind} {layout} {symmetry}: {allowed}")
+        index_columns = 2 if layout == "coordinate" else 0
+        value_columns = VALUE_COLUMNS.get(entry_type, 1)
+        lines = _without_comments(stream)
+        size_line = next((line for line in lines if line.strip()), "")
+        indices, parts = read_columns(lines, index_columns, value_columns)
+    digits = written_digits(_value_words(path, index_columns, value_columns))
+
+    general = symmetry == "general"
+    skew = symmetry == "skew-symmetric"
+    sizes = [int(word) for word in size_line.split()]
+    size_count = 3 if index_columns else 2
+    if len(sizes) != size_count:
+        raise ValueError(f"the line of sizes, {size_line.strip()}, must hold {size_count} numbers")
+    rows, columns = sizes[:2]
+    if index_columns:
+        count = sizes[2]
+    elif general:
+        count = rows * columns
+    else:
+        count = rows * (rows - 1 if skew else rows + 1) // 2
+    if len(parts) != count:
+        raise ValueError(f"{len(parts)} entries; {count} are required")
+    if entry_type == "integer" and np.any(parts != np.round(parts)):
+        raise ValueError("entries must be whole numbers, as the first line says")
+
+    if index_columns:
+        if indices.min(initial=1) < 1:
+            raise ValueError("rows and columns must count from 1")
+        positions = indices.T - 1
+    elif general:
+        positions = np.array(np.unravel_index(np.arange(count), (rows, columns), order="F"))
+    else:  # column by column of the lower triangle
+        positions = np.array(np.triu_indices(rows, int(skew)))[::-1]
+    values = _values(entry_type, parts)
+    matrix, assumptions = sum_entries(path, positions, values, (rows, columns))
+    if skew and np.any(matrix.diagonal()):
+        raise ValueError("a skew-symmetric file has no diagonal, and this has")
+    if not general:
+        matrix = mirror_half(matrix, -1 if skew else 1)
+    return MatrixFile(matrix, digits=digits, assumptions=assumptions)
+
+
+def _values(entry_type: str, parts: NDArray) -> NDArray:
+    """The entries (lines,) from the columns (lines, 0 to 2) of a type of entry."""
+    if entry_type == "pattern":
+        return np.ones(len(parts))
+    if entry_type == "complex":
+        return np.asarray(parts[:, 0] + 1j * parts[:, 1])
+    return parts[:, 0]
+
+
+def _without_comments(lines: Iterable[str]) -> Iterator[str]:
+    for line in lines:
+        if not line.lstrip().startswith("%"):
+            yield line
+
+
+def _value_words(path: Path, index_columns: int, value_columns: int) -> Iterator[str]:
+    """The numbers behind the indices of each line, as they are written."""
+    with path.open(encoding="utf-8") as stream:
+        lines = (line for line in _without_comments(stream) if line.strip())
+        next(lines, None)  # the sizes
+        for line in lines:
+            yield from line.split()[index_columns : index_columns + value_columns]

@@ -1,0 +1,129 @@
+"""Nastran: cards DMIG of bulk data or a punch file, and its OP4 and OP2 files by pyyeti."""
+
+import re
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csc_array
+
+from squeal.errors import InputError
+from squeal.io.digits import written_digits
+from squeal.io.formats.matrix_file import MatrixFile, UnbuiltMatrix, labelled_matrix
+
+DMIG_FORMS = {"1": "square", "2": "rectangular", "6": "symmetric", "9": "rectangular"}
+SQUARE = "1"
+SYMMETRIC = "6"
+COMPLEX_TYPES = ("3", "4")  # single and double precision
+
+
+def read_dmig(path: Path) -> dict[str, UnbuiltMatrix]:
+    """Cards DMIG, in small, large or free fields. Raises ValueError.
+
+    Each matrix is built only when it is picked: a punch file of EXTOUT also holds rectangular ones.
+    """
+    cards = _dmig_cards(path.read_text(encoding="latin-1"))
+    heads = {card[0]: card for card in cards if card[1] == "0"}
+    headless = {card[0] for card in cards} - heads.keys()
+    if headless:
+        raise ValueError(f"the card DMIG {headless.pop()} 0, which says what it holds, is missing")
+    matrices = {}
+    for name, head in heads.items():
+        form = DMIG_FORMS.get(head[2], f"form {head[2]}")
+        matrices[name] = UnbuiltMatrix(form, partial(_build_dmig, path, head, cards))
+    return matrices
+
+
+def _dmig_cards(text: str) -> list[list[str]]:
+    """The fields of each card DMIG, behind its name and with those of its continuations."""
+    cards: list[list[str]] = []
+    in_dmig = False
+    for full_line in text.splitlines():
+        line = full_line.partition("$")[0].rstrip().expandtabs(8).upper()
+        name, fields = _card_fields(line)
+        # a name ends with *, a mark of a continuation begins with it, whatever follows
+        continues = not name or name[0] in "+*"
+        if not continues:
+            in_dmig = name.rstrip(" *") == "DMIG"
+            if in_dmig:
+                cards.append(fields)
+        elif in_dmig and line:
+            cards[-1] += fields
+    return cards
+
+
+def _card_fields(line: str) -> tuple[str, list[str]]:
+    """The name or mark that begins a line, and the fields behind it: 8, or 4 large ones."""
+    if "," in line:
+        name, *cells = line.split(",")
+        cells += [""] * 8
+        del cells[4 if "*" in name else 8 :]
+    else:
+        name = line[:8]
+        width = 16 if "*" in name else 8
+        cells = [line[start : start + width] for start in range(8, 72, width)]
+    # Nastran reads 5.0 D+5 as one number
+    fields = [re.sub(r"\s+(?=[DE+-])", "", cell.strip()) for cell in cells]
+    return name.strip(), fields
+
+
+def _build_dmig(path: Path, head: list[str], cards: list[list[str]]) -> MatrixFile:
+    """The matrix that a head card announces. Raises InputError, ValueError."""
+    name = head[0]
+    form = head[2]
+    type_in = head[3]
+    polar = head[5]
+    if form not in (SQUARE, SYMMETRIC):
+        kind = DMIG_FORMS.get(form, "unknown")
+        raise InputError(
+            f"the matrix {name} has the form {form} ({kind}); 1 (square) and 6 (symmetric) are read"
+        )
+    entries = _dmig_entries(name, cards)
+    text = " ".join(word or "0" for entry in entries for word in entry).replace("D", "E")
+    words = re.sub(r"([\d.])([+-])", r"\1E\2", text).split()
+    if len(words) != 6 * len(entries):
+        raise ValueError(f"a field of {name} is no number")
+    table = np.array(words, dtype=float).reshape(-1, 6)
+    positions = table[:, :4]
+    if np.any(positions != np.round(positions)):
+        raise ValueError(f"nodes and degrees of freedom of {name} must be whole numbers")
+    values: NDArray = table[:, 4]
+    if polar not in ("", "0"):
+        values = values * np.exp(1j * np.radians(table[:, 5]))
+    elif type_in in COMPLEX_TYPES:
+        values = values + 1j * table[:, 5]
+    digits = written_digits(word for i, word in enumerate(words) if i % 6 >= 4)
+    return labelled_matrix(path, positions.astype(np.int64), values, form == SYMMETRIC, digits)
+
+
+def _dmig_entries(name: str, cards: list[list[str]]) -> list[tuple[str, ...]]:
+    """Node and degree of freedom of row and column, real and imaginary part of each entry."""
+    entries: list[tuple[str, ...]] = []
+    for card in cards:
+        if card[0] != name or card[1] == "0":
+            continue
+        column = (card[1], card[2] or "0")
+        for start in range(4, len(card) - 3, 4):
+            row_node, row_freedom, real, imaginary = card[start : start + 4]
+            if row_node:
+                entries.append((row_node, row_freedom or "0", *column, real, imaginary))
+    return entries
+
+
+def read_op4(path: Path) -> dict[str, csc_array]:
+    """The matrices of an OP4 file, their names in capitals as Nastran writes them."""
+    with np.printoptions():  # pyyeti takes digits from all that NumPy prints
+        from pyyeti.nastran import op4
+
+    matrices = op4.read(str(path), into="dct", sparse=True)
+    return {name.upper(): matrix for name, matrix in matrices.items()}
+
+
+def read_op2(path: Path) -> dict[str, NDArray]:
+    """The matrices of an OP2 file."""
+    with np.printoptions():  # see `read_op4`
+        from pyyeti.nastran.op2 import OP2
+
+    with OP2(str(path)) as file:
+        return dict(file.rdop2mats())

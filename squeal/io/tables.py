@@ -1,0 +1,155 @@
+"""Tables with named columns: .csv files, and the nodes or elements of input files (.inp)."""
+
+import csv
+import re
+from collections.abc import Iterator, Sequence
+from itertools import zip_longest
+from pathlib import Path
+from typing import NamedTuple
+
+from squeal.io.cells import cell_name
+from squeal.schema import ANY, NOT_NEGATIVE, Kind, Place, read_content
+
+
+class Line(NamedTuple):
+    """A line of a table: its place, and its cells by the names of their columns."""
+
+    at: Place
+    cells: dict[str, str]
+
+
+class _Row(NamedTuple):
+    """A line of a file: its number and its cells."""
+
+    number: int
+    cells: list[str]
+
+
+def read_table(path: Path, names: Sequence[str], more: str = "") -> tuple[Place, list[Line]]:
+    """The lines of a .csv file that has some columns, perhaps one `more`, or of the nodes or
+    elements of an .inp file. Raises InputError."""
+    at = Place(str(path))
+    text = _text_lines(path, at)
+    try:
+        if path.suffix.lower() == ".inp":
+            whole_text = list(_with_included(path, text, at, (path.resolve(),)))
+            rows = list(_input_file_rows(whole_text, at, names[0]))
+        else:
+            table = csv.reader(text)
+            rows = [_Row(table.line_num, cells) for cells in table]
+    except csv.Error as error:
+        raise at.refuse(f"no table of comma-separated values: {error}") from None
+    rows = [row for row in rows if "".join(row.cells).strip()]
+    first_cells = rows[0].cells if rows else []
+    heads = [cell.strip().lower() for cell in first_cells]
+    missing = [name for name in names if name not in heads]
+    if missing:
+        needed = ", ".join(names) + (f" and {more}" if more else "")
+        raise at.refuse(
+            f"no column {missing[0]}; the first line of a .csv file must name, with commas, "
+            f"{needed}"
+        )
+    lines = []
+    for row in rows[1:]:
+        here = at / f"line {row.number}"
+        surplus = row.cells[len(heads) :]
+        if any(cell.strip() for cell in surplus):
+            raise here.refuse(f"{len(row.cells)} cells; the first line names {len(heads)} columns")
+        pairs = zip_longest(heads, row.cells[: len(heads)], fillvalue="")
+        lines.append(Line(here, dict(pairs)))
+    return at, lines
+
+
+def number_in(text: str, at: Place, kind: Kind = ANY) -> float:
+    """The number in a cell of a table. Raises InputError."""
+    try:
+        number = float(text)
+    except ValueError:
+        raise at.must_be(text, kind.named) from None
+    return float(kind.read(number, at))
+
+
+def read_over_frequency(path: Path, names: Sequence[str], more: str = "") -> list[list[float]]:
+    """Columns of numbers of at least 0, the first of rising frequencies, and the one `more`, of
+    zeros if it is missing. Raises InputError."""
+    at, lines = read_table(path, names, more)
+    rows: list[list[float]] = []
+    for here, cells in lines:
+        row = [number_in(cells[name], here / name, NOT_NEGATIVE) for name in names]
+        if more:
+            row.append(number_in(cells.get(more) or "0", here / more, NOT_NEGATIVE))
+        if rows and row[0] <= rows[-1][0]:
+            raise here.refuse(f"frequency {row[0]:g} is not allowed; frequencies must rise")
+        rows.append(row)
+    if len(rows) < 2:
+        raise at.refuse(f"{len(rows)} lines of numbers; 2 or more are needed")
+    return [list(column) for column in zip(*rows, strict=True)]
+
+
+def _text_lines(path: Path, at: Place) -> list[str]:
+    return read_content(path, at).decode("utf-8-sig", "backslashreplace").splitlines()
+
+
+def _with_included(
+    path: Path, text: Sequence[str], at: Place, including: tuple[Path, ...]
+) -> Iterator[str]:
+    """The lines of an input file with those of the files that *INCLUDE names in their places.
+
+    `including` are the files that include this one. Raises InputError.
+    """
+    for number, line in enumerate(text, 1):
+        name = re.match(r"\s*\*INCLUDE\s*,\s*INPUT\s*=\s*\"?([^\",]+)", line, re.IGNORECASE)
+        if not name:
+            yield line
+            continue
+        included = path.parent / name[1].strip()
+        if included.resolve() in including:
+            raise (at / f"line {number}").refuse(f"{included.name} includes itself")
+        here = Place(str(included))
+        included_text = _text_lines(included, here)
+        yield from _with_included(included, included_text, here, (*including, included.resolve()))
+
+
+def _input_file_rows(text: Sequence[str], at: Place, wanted: str) -> Iterator[_Row]:
+    """The head of a table and the lines below *NODE or *ELEMENT of an input file of Abaqus or
+    CalculiX. Elements without faces, such as springs, are left out. Raises InputError."""
+    of_nodes = wanted == "node"
+    if of_nodes:
+        yield _Row(0, ["node", "x", "y", "z"])
+    else:
+        yield _Row(0, ["element", "type", *map(str, range(8))])
+    section = f"*{wanted.upper()}"
+    in_section = False
+    kind = ""
+    begun = ""  # of an element whose nodes go on in the next line
+    for number, line in enumerate(text, 1):
+        if line.startswith("**"):
+            continue
+        if line.startswith("*"):
+            keyword = _cells(line.upper())
+            if keyword[0] in ("*INSTANCE", "*SYSTEM") or any(
+                option.startswith("SYSTEM") for option in keyword
+            ):
+                raise (at / f"line {number}").refuse(
+                    f"{keyword[0]} is not allowed; write the file without parts and local axes"
+                )
+            in_section = keyword[0] == section
+            kind = cell_name(keyword)
+            begun = ""
+            continue
+        full_line = begun + line
+        if not in_section or not full_line.strip():
+            continue
+        cells = _cells(full_line)
+        if of_nodes:
+            padded = [*cells, "0", "0", "0"]
+            yield _Row(number, [cell or "0" for cell in padded[:4]])
+            continue
+        goes_on = not cells[-1]
+        if kind and not goes_on:
+            yield _Row(number, [cells[0], kind, *cells[1:9]])
+        begun = full_line if goes_on else ""
+
+
+def _cells(line: str) -> list[str]:
+    return [cell.strip() for cell in line.split(",")]

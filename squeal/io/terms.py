@@ -1,0 +1,187 @@
+"""Terms of a system file: which there are, what multiplies each, and the damping that they name."""
+
+from dataclasses import dataclass, field
+from keyword import iskeyword
+from pathlib import Path
+
+from squeal.io.matrices import Matrix
+from squeal.io.system_keys import POWERS, Document
+from squeal.io.tables import number_in, read_over_frequency, read_table
+from squeal.linear.damping import Damped
+from squeal.linear.moduli import FREQUENCY, Modulus, Table, Tabulated
+from squeal.linear.system import Term
+from squeal.numerics.differentiation import Formula
+from squeal.schema import NAME, NOT_NEGATIVE, Place, scalar
+
+PARTS = ("M", "C", "K")
+
+
+@dataclass(frozen=True)
+class TermKeys:
+    """A term of a file: its part (M, C, K or K4), where it stands, and the values of its keys."""
+
+    part: str
+    at: Place
+    keys: Document
+
+    @property
+    def matrix_part(self) -> str:
+        """M, C or K; the structural damping K4 is a part of K."""
+        return self.part[0]
+
+
+def swept_parameter(system: Document, at: Place) -> str:
+    """The name of the parameter that is swept, in formulas. Raises InputError."""
+    name: str = system.get("parameter") or "mu"
+    if POWERS.keys().isdisjoint(system):
+        NAME.read(name, at / "parameter")
+        return name
+    if not name.isidentifier() or iskeyword(name):
+        return "p"  # in formulas a parameter is a word
+    return name
+
+
+def terms_of(system: Document, at: Place, parameter: str) -> list[TermKeys]:
+    """The terms of M, C, K and K4 in their order, powers of the parameter among them."""
+    terms = []
+    for part in PARTS:
+        terms += _listed(part, system.get(part, ()), at / part)
+        names = [name for name in POWERS if name[0] == part]
+        for power, name in enumerate(names):
+            if name in system:
+                factor = f"{parameter}**{power}" if power else "1"
+                terms.append(TermKeys(part, at / name, {"matrix": system[name], "factor": factor}))
+    K4 = system.get("damping", {}).get("K4", ())
+    return terms + _listed("K4", K4, at / "damping" / "K4")
+
+
+def _listed(part: str, terms: tuple[Document, ...], at: Place) -> list[TermKeys]:
+    """The terms of a part; several are numbered from 1 in messages."""
+    if len(terms) == 1:
+        return [TermKeys(part, at, terms[0])]
+    return [TermKeys(part, at / str(number), term) for number, term in enumerate(terms, 1)]
+
+
+def formula_of(term: TermKeys) -> Formula:
+    """What a term is multiplied with, without tables and loss factors. Raises InputError."""
+    with (term.at / "factor").named():
+        formula = Formula(term.keys.get("factor", "1"), str(term.at / "factor"))
+    if not formula.names:
+        formula.value({})  # may be none
+    return formula
+
+
+def factor_of(
+    term: TermKeys, formula: Formula, folder: Path, parameter: str
+) -> Formula | Modulus | Tabulated:
+    """What a term is multiplied with, tables and loss factors included. Raises InputError."""
+    if "table" in term.keys:
+        return _tabulated(term, formula, folder, parameter)
+    for key, allowed in {"rayleigh": "MK", "structural": "K", "modulus": "CK"}.items():
+        if key in term.keys and term.part not in allowed:
+            raise (term.at / key).refuse(
+                f"is not allowed at a term of {term.part}; terms of {' and '.join(allowed)} take it"
+            )
+    if term.part == "K4":
+        return Modulus(formula, imaginary=True)
+    if "modulus" in term.keys:
+        return _tabulated_modulus(term, formula, folder)
+    if "structural" not in term.keys:
+        return formula
+    here = term.at / "structural"
+    with here.named():
+        loss = Formula(term.keys["structural"], str(here))
+    if not loss.names:
+        NOT_NEGATIVE.read(loss.value({}), here)
+    return Modulus(formula, loss)
+
+
+def _tabulated_modulus(term: TermKeys, formula: Formula, folder: Path) -> Modulus:
+    """The factor of a term with a table over the frequency. Raises InputError."""
+    source = folder / term.keys["modulus"]["file"]
+    frequencies, storage, loss = read_over_frequency(source, ("frequency", "storage"), "loss")
+    if term.part == "C" and any(loss):
+        raise (term.at / "modulus").refuse(
+            f"{source.name} has losses; at a term of C none are allowed"
+        )
+    return Modulus(formula, table=Table(str(source), frequencies, storage, loss))
+
+
+def _tabulated(term: TermKeys, formula: Formula, folder: Path, parameter: str) -> Tabulated:
+    """The factor of a term with a table over a parameter. Raises InputError."""
+    here = term.at / "table"
+    if term.part not in ("C", "K"):
+        raise here.refuse(f"is not allowed at a term of {term.part}; terms of C and K take it")
+    for key in ("rayleigh", "structural"):
+        if key in term.keys:
+            raise (term.at / key).refuse("is not allowed beside table")
+    table = term.keys["table"]
+    over = table.get("over", parameter)
+    if over in FREQUENCY:
+        raise here.refuse(f"over {over} is not allowed; the key modulus takes tables over it")
+    column = table["column"].strip().lower()
+    source = folder / table["file"]
+    _, lines = read_table(source, (over.lower(), column))
+    places: list[float] = []
+    quantities: list[float] = []
+    for line_at, cells in lines:
+        place = number_in(cells[over.lower()], line_at / over)
+        if places and place <= places[-1]:
+            raise line_at.refuse(f"{over} {place:g} is not allowed; it must rise")
+        places.append(place)
+        quantities.append(number_in(cells[column], line_at / column))
+    if len(places) < 2:
+        raise here.refuse(f"{source.name}: {len(places)} lines of numbers; 2 or more are needed")
+    return Tabulated(
+        factor=formula,
+        over=over,
+        source=str(source),
+        column=column,
+        places=tuple(places),
+        quantities=tuple(quantities),
+    )
+
+
+@dataclass
+class TermDamping:
+    """The damping that terms name themselves.
+
+    `terms` are those that C gains, `indices` the terms of M and K that the damping of the whole
+    leaves out, by the names of the arguments of `damped`, `records` what is damped.
+    """
+
+    terms: list[Term] = field(default_factory=list)
+    indices: dict[str, set[int]] = field(
+        default_factory=lambda: {"M": set(), "rayleigh": set(), "structural": set()}
+    )
+    records: list[Damped] = field(default_factory=list)
+
+    def add(
+        self,
+        term: TermKeys,
+        index: int,
+        matrix: Matrix,
+        formula: Formula,
+        digits: int | None,
+    ) -> None:
+        """Take the damping that a term names, the one at `index` of its part.
+
+        `matrix`, `formula` and `digits` are the term's own, without that damping.
+        """
+        name = f"{term.part}.{index + 1}"
+        if term.part == "K4":
+            self.indices["structural"].add(index)
+            self.records.append(Damped("K", "K4", formula.text))
+        if "rayleigh" in term.keys:
+            factor = scalar(str(term.keys["rayleigh"]))
+            self.indices["M" if term.part == "M" else "rayleigh"].add(index)
+            self.records.append(Damped(name, "rayleigh", factor))
+            product = Formula(f"{factor!r} * ({formula.text})", formula.place)
+            self.terms.append(Term(matrix.real, product, digits))
+        if "structural" in term.keys:
+            self.indices["structural"].add(index)
+            self.records.append(Damped(name, "structural", scalar(str(term.keys["structural"]))))
+        if "modulus" in term.keys:
+            if term.part == "K":
+                self.indices["structural"].add(index)
+            self.records.append(Damped(name, "modulus", term.keys["modulus"]["file"]))

@@ -1,0 +1,107 @@
+"""Slow roots of a system in which some motion has no mass, or hardly any.
+
+In eigenvectors of M and with s = -lambda^2, K21 q1 + K22 q2 = s D2 q2, where the coordinates q2 are
+nearly massless. On the subspace of the slow roots q2 = -X q1, K22 X = K21 + D2 X L and
+D1 L = K11 - K12 X: static condensation of what has no mass, and of a nearly massless coordinate a
+few iterations more, each of which gains a factor of D2 L / K22.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from squeal.errors import MatrixError
+from squeal.linear.matrices import EPS, Array, divisor, unit_diagonal
+from squeal.linear.system import Matrices, SystemFunction, matrices_of
+
+REFUSED = (
+    "M: is ill conditioned, as where some motion has (nearly) no mass or coordinates nearly depend "
+    "on each other, and that motion is damped or may grow, or M varies; those thresholds can be "
+    "given that lie in a band (--band LOW:HIGH, in Hz)"
+)
+
+
+def _require(fulfilled: bool | np.bool_) -> None:
+    if not fulfilled:
+        raise MatrixError(REFUSED)
+
+
+class _Blocks(NamedTuple):
+    """Blocks of a matrix in eigenvectors of M, 2 being the nearly massless coordinates."""
+
+    X22: Array
+    X21: Array
+    X12: Array
+    X11: Array
+
+
+class StaticCondensation:
+    """The slow motions of a system, some of whose coordinates are nearly massless, with M = 1.
+
+    `error_amplification` is the factor by which it has increased relative rounding errors. Raises
+    InputError if M varies, or if nearly massless coordinates are damped, may grow or leave the slow
+    roots too few digits.
+    """
+
+    def __init__(self, system: SystemFunction, p: float) -> None:
+        self._system = system
+        self.error_amplification = 1.0
+        ((self._M, _, K),) = matrices_of(system, [p])
+        size = np.sqrt(np.abs(np.diag(self._M)))
+        _require(size.any())
+        masses, vectors = np.linalg.eigh(unit_diagonal(self._M))
+        self._vectors = vectors / divisor(size)[:, None]
+        masses = np.where(masses > 4 * EPS * len(masses) * masses[-1], masses, 0.0)
+        gaps = masses[1:] / np.maximum(masses[:-1], EPS * masses[-1])
+        count = int(np.argmax(gaps)) + 1
+        self._light_masses = masses[:count]
+        self._masses = masses[count:]
+        _require(gaps.max() >= 1e4 and np.count_nonzero(self._light_masses) <= 1)
+        self._sign = float(np.linalg.slogdet(self._blocks(K).X22)[0])
+        _require(self._sign > 0.0 or not self._light_masses.any())
+
+    def _blocks(self, X: Array) -> _Blocks:
+        transformed = self._vectors.T @ X @ self._vectors
+        k = len(self._light_masses)
+        return _Blocks(
+            X22=transformed[:k, :k],
+            X21=transformed[:k, k:],
+            X12=transformed[k:, :k],
+            X11=transformed[k:, k:],
+        )
+
+    def __call__(self, p: float) -> Matrices:
+        """M, C and K of the slow motions at p."""
+        ((M, C, K),) = matrices_of(self._system, [p])
+        damping = self._blocks(C)
+        noise = 4 * EPS * len(M) * np.abs(damping.X11).max()
+        for light in (damping.X22, damping.X21, damping.X12):
+            _require(np.abs(light).max() <= noise)
+        _require(np.array_equal(M, self._M) and not (C.any() and self._light_masses.any()))
+        unit = np.sqrt(np.outer(self._masses, self._masses))
+        return np.eye(len(unit)), damping.X11 / unit, self._condensed(self._blocks(K)) / unit
+
+    def _condensed(self, K: _Blocks) -> Array:
+        """D1 L (n1, n1), by fixed-point iteration."""
+        condition = float(np.linalg.cond(unit_diagonal(K.X22)))
+        _require(condition < 1e8 and np.linalg.slogdet(K.X22)[0] == self._sign)
+        X = np.linalg.solve(K.X22, K.X21)
+        for _ in range(60):
+            L = (K.X11 - K.X12 @ X) / self._masses[:, None]
+            inertia = self._light_masses[:, None] * (X @ L)
+            before = X
+            X = np.linalg.solve(K.X22, K.X21 + inertia)
+            if np.abs(X - before).max() <= 4 * EPS * np.abs(X).max():
+                break
+        else:
+            _require(False)
+        condensed = K.X11 - K.X12 @ X
+        terms = np.abs(K.X11) + np.abs(K.X12) @ np.abs(X)
+        cancellation = np.abs(terms).max() / np.abs(condensed).max()
+        lost = cancellation * self._masses[-1] / self._masses[0]
+        self.error_amplification = max(
+            self.error_amplification, len(self._M) * condition * float(lost)
+        )
+        return condensed

@@ -1,0 +1,191 @@
+"""Damping that is not given as a matrix: of Rayleigh, of modes, and structural.
+
+It refers to the structure's own stiffness: the symmetric part of K at the system's own parameters,
+without friction. The friction coefficient is the parameter `mu`; in a system without one it is the
+swept parameter, if all matrices of K that it multiplies are unsymmetric. A factor of one changes
+nothing.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from squeal.errors import InputError
+from squeal.linear.matrices import SKEW, Array
+from squeal.linear.moduli import Modulus
+from squeal.linear.real_modes import real_modes
+from squeal.linear.system import Matrix, System, Term
+from squeal.numerics.differentiation import Formula
+
+MOST_DENSE = 2000  # rows up to which modal damping is a full matrix of all modes
+
+Ratios = float | Sequence[float] | Callable[[Array], Array]
+"""Damping ratios: of all modes, of the first ones, or a function of frequencies (Hz)."""
+
+
+def structure_stiffness(
+    system: System, without: Collection[int] = ()
+) -> tuple[Matrix, tuple[int, ...]]:
+    """The stiffness (n, n) that damping refers to, and which terms of K it is of; `without` some.
+
+    Raises InputError where there is none.
+    """
+    parameters = frictionless(system)
+    total: Matrix = 0
+    indices = []
+    for i, term in enumerate(system.K):
+        part = (term.factor.value(parameters) * term.matrix).real
+        if i not in without and abs(part).max():
+            total = total + part
+            indices.append(i)
+    if not indices:
+        others = " beside the terms with a damping of their own" if without else ""
+        raise InputError(f"damping: K has no stiffness without friction{others}; it must have some")
+    return (total + total.T) / 2, tuple(indices)
+
+
+def frictionless(system: System, changes: Mapping[str, float] | None = None) -> dict[str, float]:
+    """The nominal parameters, some of them changed, without friction, at which a structure's
+    stiffness is taken."""
+    values = dict(changes or {})
+    if "mu" in system.parameters:
+        values["mu"] = 0.0
+    elif _multiplies_unsymmetric_terms(system):
+        values[system.parameter] = 0.0
+    return system.values(values)
+
+
+def _multiplies_unsymmetric_terms(system: System) -> bool:
+    """Whether the free parameter multiplies terms of K, and none of them is symmetric."""
+    matrices = [term.matrix for term in system.K if system.parameter in term.factor.names]
+    for X in matrices:
+        if abs(X - X.T).max() <= SKEW * abs(X).max():
+            return False
+    return bool(matrices)
+
+
+class Damped(NamedTuple):
+    """What is damped: terms by part and number, such as K.2, or modes; by what, and how much."""
+
+    of: str
+    by: str
+    value: float | str | list[float]  # or the file of a table
+
+
+def damped(
+    system: System,
+    rayleigh: Sequence[float] = (0.0, 0.0),
+    ratios: Ratios = (),
+    structural: float = 0.0,
+    own: Mapping[str, Collection[int]] | None = None,
+) -> tuple[System, tuple[Damped, ...]]:
+    """The system with damping of its structure, of which M and the stiffness K have modes Phi; and
+    what is damped.
+
+    C gains alpha M + beta K (`rayleigh`, 1/s and s) and M Phi diag(2 zeta omega) Phi' M, where
+    Phi' M Phi = 1, of the `ratios` zeta of all modes, of the first ones by rising omega, or as a
+    function of frequencies (Hz) that is NaN for other modes. K gains i eta K, eta the loss factor
+    `structural`: that describes exp(lambda t) with Im lambda > 0, roots below the real axis are
+    mirror images. Both leave out terms of K that depend on the frequency, or name their `own`:
+    their indices by the name of the argument, of M by "M".
+
+    Modal damping of more than 2000 rows is added by a row for each mode. Raises InputError without
+    stiffness, for one ratio for all modes of so many rows, or with an M that is not symmetric,
+    positive definite.
+    """
+    alpha, beta = rayleigh
+    left_out = {name: set(indices) for name, indices in (own or {}).items()}
+    frequency_terms = {
+        i for i, term in enumerate(system.K) if term.factor.names & set(system.follows)
+    }
+    C = list(system.C)
+    K = list(system.K)
+    described: list[Damped] = []
+
+    def describe(by: str, value: float, part: str, terms: Iterable[int]) -> None:
+        for i in terms:
+            described.append(Damped(f"{part}.{i + 1}", by, value))
+
+    if alpha:
+        mass_terms = [i for i in range(len(system.M)) if i not in left_out.get("M", ())]
+        for i in mass_terms:
+            factor = Formula(f"{alpha!r} * ({system.M[i].factor.text})")
+            C.append(Term(system.M[i].matrix, factor))
+        describe("rayleigh", alpha, "M", mass_terms)
+    if beta:
+        without = frequency_terms | left_out.get("rayleigh", set())
+        stiffness, stiffness_terms = structure_stiffness(system, without)
+        C.append(Term(beta * stiffness))
+        describe("rayleigh", beta, "K", stiffness_terms)
+    if structural:
+        without = frequency_terms | left_out.get("structural", set())
+        stiffness, stiffness_terms = structure_stiffness(system, without)
+        K.append(Term(structural * stiffness, Modulus(imaginary=True)))
+        describe("structural", structural, "K", stiffness_terms)
+    result = dataclasses.replace(system, C=tuple(C), K=tuple(K))
+    if callable(ratios) or np.size(ratios):
+        result, modes = _with_modal_damping(result, system, ratios)
+        described.append(modes)
+    return result, tuple(described)
+
+
+def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tuple[System, Damped]:
+    """A system with damping of the modes of an undamped one."""
+    n = system.n
+    K = structure_stiffness(undamped)[0]
+    M = undamped.frozen().at()[0]
+    count = n
+    if not callable(ratios) and (np.ndim(ratios) or n > MOST_DENSE):
+        count = len(np.atleast_1d(ratios))
+        if np.ndim(ratios) == 0 or count > n:
+            raise InputError(
+                f"damping.ratios: {count} ratios of {n} rows are not allowed; a list of one for "
+                "each of the first modes is, or a table of frequencies"
+            )
+    omega, modes = real_modes(K, M, count, ratios if callable(ratios) and n > MOST_DENSE else None)
+    if callable(ratios):
+        zeta = ratios(omega / math.tau)
+    elif np.ndim(ratios) and len(omega) < count:
+        raise InputError(
+            f"damping.ratios: {count} ratios of {len(omega)} modes are not allowed; the other rows "
+            "have no mass"
+        )
+    else:
+        zeta = np.broadcast_to(np.asarray(ratios, dtype=float), len(omega))
+    known = np.isfinite(zeta)
+    if not known.any():
+        raise InputError("damping.ratios: no mode of the structure lies in the table's range")
+    U = (M @ modes[:, known]) * np.sqrt(2 * zeta * omega)[known]
+    first, last = omega[known][[0, -1]] / math.tau
+    description = Damped(
+        of=f"{known.sum()} modes ({first:.6g} Hz, {last:.6g} Hz)",
+        by="ratios",
+        value=zeta[known].tolist(),
+    )
+    if n <= MOST_DENSE:
+        return dataclasses.replace(system, C=(*system.C, Term(U @ U.T))), description
+    return _bordered(system, U), description
+
+
+def _bordered(system: System, U: Array) -> System:
+    """A sparse system with U U' added to C, a full matrix: by unknowns w = U' q of their own."""
+    from scipy.sparse import block_array, csc_array, eye_array
+
+    n, k = U.shape
+
+    def enlarged(term: Term) -> Term:
+        X = csc_array(term.matrix, copy=True)
+        X.resize((n + k, n + k))
+        return Term(X, term.factor, term.digits)
+
+    M, C, K = (tuple(map(enlarged, terms)) for terms in system.parts)
+    zeros = csc_array((n, n))
+    columns = csc_array(U)
+    forces = block_array([[zeros, columns], [None, csc_array((k, k))]], format="csc")
+    definition = block_array([[zeros, None], [-columns.T, eye_array(k)]], format="csc")
+    return dataclasses.replace(system, M=M, C=(*C, Term(forces)), K=(*K, Term(definition)))

@@ -1,0 +1,75 @@
+"""Real modes of a structure without damping and friction: K x = omega^2 M x."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from squeal.errors import InputError
+from squeal.linear.matrices import EPS, Array, dense, is_sparse, norm_of
+from squeal.linear.system import Matrix
+
+FIRST_MODES = 32  # modes that are computed at first where their number is not known
+
+
+def real_modes(
+    K: Matrix, M: Matrix, count: int, ratios: Callable[[Array], Array] | None
+) -> tuple[Array, Array]:
+    """The lowest real modes, or all that `ratios` know of: rad/s (k,) and vectors (n, k), of a
+    large sparse system by Lanczos' method. Rows without mass follow the others at rest."""
+    from scipy.sparse.linalg import ArpackError
+
+    try:
+        if (count == len(M.diagonal()) and ratios is None) or not is_sparse(K):
+            squares, modes = _dense_modes(dense(K), dense(M), count)
+        else:
+            squares, modes = _sparse_modes(K, M, count, ratios)
+    except (np.linalg.LinAlgError, ArpackError, RuntimeError):
+        raise InputError(
+            "damping.ratios: M must be symmetric and positive semidefinite, and K hold the rows "
+            "without mass"
+        ) from None
+    order = np.argsort(squares)
+    return np.sqrt(np.maximum(squares[order], 0.0)), modes[:, order]
+
+
+def _sparse_modes(
+    K: Matrix, M: Matrix, count: int, ratios: Callable[[Array], Array] | None
+) -> tuple[Array, Array]:
+    """Squares of frequencies (k,) and vectors (n, k), as many as wanted or as `ratios` know of."""
+    from scipy.sparse.linalg import eigsh
+
+    shift = -1e-9 * norm_of(K) / norm_of(M)  # below all squares: rigid bodies pass
+    k = FIRST_MODES if ratios else count
+    while True:
+        squares, modes = eigsh(K, k, M, shift)
+        highest = np.sqrt(np.maximum(squares.max(keepdims=True), 0.0)) / math.tau
+        if ratios is None or np.isnan(ratios(highest)[0]) or 4 * k > K.shape[0]:
+            return squares, modes
+        k *= 2
+
+
+def _dense_modes(K: Array, M: Array, count: int) -> tuple[Array, Array]:
+    """The lowest eigenvalues (k,) of K x = s M x, k <= count, and vectors (n, k) with x' M x = 1.
+
+    Where M is singular, M x = r (K + shift M) x with r = 1/(s + shift) is solved instead, and the
+    motions of rows without mass, r = 0, are left out. Raises LinAlgError if that is no definite
+    pair either.
+    """
+    from scipy.linalg import eigh
+
+    try:
+        squares, modes = eigh(K, M, subset_by_index=(0, count - 1))
+    except np.linalg.LinAlgError:
+        shift = float(norm_of(K) / norm_of(M))
+        inverse, modes = eigh(M, K + shift * M)
+        rounding = 4 * len(M) * EPS * abs(inverse[-1])
+        heavy = inverse > rounding
+        if inverse[0] < -rounding or not heavy.any():
+            raise
+        inverse, modes = inverse[heavy][::-1], modes[:, heavy][:, ::-1]
+        squares = 1.0 / inverse - shift
+        modes = modes / np.sqrt(inverse)
+    return squares[:count], modes[:, :count]

@@ -1,0 +1,1 @@
+"""The verbs: one file each, in which pads and systems are answered."""

@@ -1,0 +1,258 @@
+"""What files of matrices hold, before anything is solved that costs: `squeal check`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from operator import itemgetter
+from typing import Annotated, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.errors import ComputationError
+from squeal.io.coordinates import POINTS, Coordinates
+from squeal.io.writing import Answer, Column, Panel, Table, number, picked
+from squeal.linear.damping import frictionless
+from squeal.linear.digits import data_errors, has_digits
+from squeal.linear.matrices import EPS, dense
+from squeal.linear.system import TermSystem
+from squeal.queries.systems.matrices import ALL_ROWS, matrix_list, system_checks
+from squeal.queries.systems.system_analysis import SystemAnalysis
+from squeal.schema import Whole, public
+from squeal.sparse.factor import factorise
+from squeal.sparse.quadratic import ScaledSystem
+
+BELOW = -1e-6  # of the square of the frequency scale: where real modes are searched from
+FREE = 1e3  # roundings of the square of the frequency scale: squares below are free motions
+FEWER_FREE = 25  # free motions, up to which enough of the others are found
+SLOWEST = 10.0  # m/s: size times the lowest frequency of a plausible part
+FASTEST = 2500.0
+CLEAR_MASS = 1e-10  # of the greatest mass per stiffness: what has less is close to none
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Check(Answer):
+    """What a system of matrices is: its files, mass and lowest real modes.
+
+    matrices: each with its part, file, format, rows and symmetry; checks: what is to be said of M,
+    C and K; mass: total, None without coordinates, and its centre (3,); size: of the box around all
+    nodes (3,); elements: how many have faces; frequencies_hz: the lowest real modes that are no
+    free motions, without friction and damping; free: how many motions no stiffness holds;
+    negative: how many have a negative one; hints: what looks like an error of units.
+    """
+
+    panel = Panel("mode", "frequency_hz")
+
+    name: str
+    rows: int
+    matrices: tuple[Mapping[str, Any], ...] = field(repr=False)
+    checks: Mapping[str, str]
+    mass: float | None
+    centre: tuple[float, ...] | None
+    size: tuple[float, ...] | None
+    elements: int
+    frequencies_hz: tuple[float, ...]
+    free: int
+    negative: int
+    hints: tuple[str, ...]
+
+    def table(self) -> Table:
+        heads = (Column("mode", value=itemgetter(0)), Column("frequency_hz", value=itemgetter(1)))
+        rows = list(enumerate(self.frequencies_hz, 1))
+        return Table(heads, rows, "lowest real modes, without friction and damping", "no real mode")
+
+    def parts(self) -> list[str | Table]:
+        names = ["part", "file", "key", "format", "labels", "factor", "nonzeros", "symmetric"]
+        columns = [Column(name, value=itemgetter(name)) for name in names]
+        lines = [f"{name}: {text}" for name, text in self.checks.items()]
+        if self.mass is not None and self.centre and self.size:
+            centre = ", ".join(number(x, 4) for x in self.centre)
+            box = ", ".join(number(length, 4) for length in self.size)
+            mass = f"{number(self.mass)} in the unit of M, centre at ({centre})"
+            lines.append(f"mass of the rows that move: {mass}")
+            lines.append(f"nodes in a box of {box}")
+            lines.append(f"elements with faces: {self.elements}" if self.elements else POINTS)
+        else:
+            lines.append("mass: unknown without coordinates (coordinates: {file: nodes.csv})")
+        lines.append(f"free motions: {self.free}")
+        if self.negative:
+            lines.append(f"motions of negative stiffness: {self.negative}")
+        files = Table(columns, self.matrices)
+        head = f"{self.name}: {self.rows} rows"
+        return [head, files, "\n".join(lines), self.table(), "\n".join(self.hints)]
+
+    def to_dict(self) -> dict[str, Any]:
+        names = (
+            "name rows matrices checks mass centre size elements frequencies_hz free negative hints"
+        )
+        return picked(self, names)
+
+
+@public
+def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
+    """Say what a system of matrices is, before it is analysed.
+
+    Parameters
+    ----------
+    subject : SystemFile or TermSystem
+        What `read_system` or `System` gives.
+    modes : int
+        How many real modes, at the nominal parameters without friction and damping.
+
+    Returns
+    -------
+    Check
+        Mass in the unit of M, places in that of the coordinates, frequencies in Hz if M and K have
+        consistent units with seconds.
+
+    Raises
+    ------
+    InputError
+        For another subject, or a number of modes that is not 1 to 1000.
+    ComputationError
+        If the modes cannot be computed.
+
+    Examples
+    --------
+    Two masses of 2 kg on a spring of 4 N/m move freely together:
+
+    >>> import numpy as np, squeal
+    >>> found = squeal.check(squeal.System(2 * np.eye(2), K=4.0 * np.array([[1, -1], [-1, 1]])))
+    >>> found.free, round(2 * np.pi * found.frequencies_hz[0], 6)
+    (1, 2.0)
+    """
+    file = SystemAnalysis.of(subject).file
+    system = file.system.frozen()
+    squares, noise = _real_modes(system, modes)
+    vibrating = squares[squares > noise]
+    hertz = tuple((np.sqrt(vibrating[:modes]) / (2 * np.pi)).tolist())
+    mass = centre = size = None
+    elements = len(file.coordinates.cells) if file.coordinates else 0
+    if file.coordinates is not None:
+        mass, centre = _mass(system.at()[0], file.coordinates)
+        size = tuple(np.ptp(file.coordinates.places, axis=0).tolist())
+    hints = _units(mass, max(size) if size else None, hertz[0] if hertz else None)
+    return Check(
+        name=system.name or "system",
+        rows=system.n,
+        matrices=tuple(matrix_list(file)),
+        checks=system_checks(system),
+        mass=mass,
+        centre=centre,
+        size=size,
+        elements=elements,
+        frequencies_hz=hertz,
+        free=int(np.sum(np.abs(squares) <= noise)),
+        negative=int(np.sum(squares < -noise)),
+        hints=tuple(hints),
+    )
+
+
+def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The lowest squares of angular frequencies, rising, and up to where each is rounding or lies
+    below what the digits of files tell.
+
+    Of large systems at least `count` of those that stiffness holds, unless more than count + 24
+    motions are free. Raises ComputationError.
+    """
+    from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
+
+    changes = frictionless(system)
+    scaled = ScaledSystem(system).at(changes)
+    K = (scaled.K + scaled.K.T).real / 2
+    M = scaled.M
+    square_of_scale = scaled.frequency_scale**2
+    shift = BELOW * square_of_scale  # below all squares, so that free motions pass
+    noise = FREE * EPS * square_of_scale
+    try:
+        if system.n <= ALL_ROWS:
+            squares, vectors, largest = _all_real_modes(dense(K - shift * M), dense(M), shift)
+            noise = max(noise, system.n * EPS * largest)
+        else:
+            factor = factorise((K - shift * M).tocsc())
+            inverse = LinearOperator(K.shape, matvec=factor.solve, dtype=float)
+            squares = np.empty(0)
+            computed = count
+            while np.sum(squares > noise) < count and computed < count + FEWER_FREE:
+                computed += 6
+                # where all modes are one, as of a stiffness for M, it never ends
+                squares, vectors = eigsh(K, computed, M, shift, OPinv=inverse, maxiter=100)
+    except (ArpackError, ArithmeticError, RuntimeError, ValueError) as error:
+        raise ComputationError(f"the real modes were not found (is M the mass?): {error}") from None
+    order = np.argsort(squares)
+    shapes = scaled.scale[:, None] * vectors[:, order]
+    return squares[order], noise + _open_squares(system, changes, squares[order], shapes)
+
+
+def _all_real_modes(
+    shifted_K: NDArray, M: NDArray, shift: float
+) -> tuple[NDArray[np.float64], NDArray, float]:
+    """Squares (m,) of angular frequencies and shapes (n, m) of motions that have a mass, and the
+    largest square of those whose mass is clear."""
+    values, vectors = np.linalg.eig(np.linalg.solve(shifted_K, M))
+    theta = values.real
+    size = np.abs(theta)
+    clear = shift + 1 / theta[size > CLEAR_MASS * size.max()]
+    massive = size > EPS * size.max()
+    largest = float(np.max(clear, initial=0.0))
+    return shift + 1 / theta[massive], vectors[:, massive], largest
+
+
+def _open_squares(
+    system: TermSystem, changes: Mapping[str, float], squares: NDArray[np.float64], shapes: NDArray
+) -> NDArray[np.float64]:
+    """How far the digits of files leave squares of angular frequencies (m,) with shapes (n, m)
+    open."""
+    if not has_digits(system):
+        return np.zeros(len(squares))
+    M, _, _ = system.at(changes)
+    dM, _, dK = data_errors(system, changes)
+    size = np.abs(shapes)
+    moved = np.sum(size * (dK @ size + np.abs(squares) * (dM @ size)), axis=0)
+    mass = np.abs(np.sum(shapes.conj() * (M @ shapes), axis=0))
+    unknown = np.full(len(squares), np.inf)
+    return np.divide(moved, mass, out=unknown, where=mass > 0.0)
+
+
+def _mass(M: Any, at: Coordinates) -> tuple[float, tuple[float, ...]]:
+    """The mass that translations move, and its centre (3,), averaged over the directions."""
+    masses = []
+    moments = []
+    for direction in range(3):
+        translation = (at.directions == direction).astype(float)
+        mass_of_rows = translation * (M @ translation)
+        masses.append(float(mass_of_rows.sum()))
+        moments.append(mass_of_rows @ at.places[at.nodes])
+    total = sum(masses)
+    centre = np.sum(moments, axis=0) / total if total else np.full(3, np.nan)
+    return total / 3, tuple(centre.tolist())
+
+
+def _units(mass: float | None, size: float | None, hertz: float | None) -> list[str]:
+    """What looks like an error of units, for a brake or its parts.
+
+    Sizes tell metres from millimetres, and mass over size^3, 10 to 10,000 kg/m^3, kilograms from
+    tonnes; the lowest frequency times the size, of brakes and of their parts 50 to 500 m/s, tells
+    whether stiffness fits to mass. Without a size nothing is said of that.
+    """
+    hints = []
+    length = 1.0
+    if size is not None and mass is not None and size > 0.0 and mass > 0.0:
+        if size > 5.0:
+            length = 1e-3
+            hints.append(f"nodes {size:.4g} apart: looks like mm")
+        density = mass / (size * length) ** 3
+        if density < 2.0:
+            hints.append(
+                f"a mass of {mass:.4g} in a box of {size:.4g}: looks like t, which goes with mm, N "
+                "and s; stiffnesses and factors are then in N/mm"
+            )
+        elif density > 3e4:
+            hints.append(f"a mass of {mass:.4g} in a box of {size:.4g}: looks like g")
+    if hertz is not None and size:  # a slender beam of a metre is slow without any error
+        speed = hertz * size * length
+        if not SLOWEST <= speed <= FASTEST:
+            words = "N/mm beside kg, or times in ms" if speed < SLOWEST else "N/m beside t"
+            hints.append(f"a lowest mode of {hertz:.4g} Hz: looks like {words}")
+    return hints

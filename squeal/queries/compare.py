@@ -1,0 +1,292 @@
+"""Modes of an answer paired with those of another one, or of a test, by frequency and by MAC."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import linear_sum_assignment
+
+from squeal.errors import InputError
+from squeal.io.coordinates import DIRECTIONS, Coordinates
+from squeal.io.tables import number_in, read_table
+from squeal.io.writing import Answer, Column, Panel, Table, columns
+from squeal.linear.matrices import dense, given_matrix
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import SystemSource
+from squeal.schema import POSITIVE, Positive, public
+
+FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
+EVEN = 2e-4  # difference, of the frequency, that tells nothing: a growing one pairs
+DAMPING = "damping_ratio"
+BESIDE = ("real [1/s]", "error [1/s]", "residual", "condition")  # in a table of eigenvalues
+
+
+def mac(X: Any, Y: Any) -> NDArray[np.float64]:
+    """Modal assurance criterion of shapes, 1 for equal ones whatever their scale and phase.
+
+    Parameters
+    ----------
+    X, Y : array_like (n, m), (n, k)
+        Shapes as columns, or one shape (n,), real or complex.
+
+    Returns
+    -------
+    array (m, k)
+        `|x^H y|^2 / (x^H x  y^H y)`; a shape of zeros is refused (InputError).
+
+    Examples
+    --------
+    >>> mac([[1, 1], [1, -1]], [[2j], [0]]).round(3).tolist()
+    [[0.5], [0.5]]
+    """
+    units = []
+    for name, Z in {"X": X, "Y": Y}.items():
+        columns_of = np.asarray(Z)[:, None] if np.ndim(Z) == 1 else Z
+        shapes = dense(given_matrix(columns_of, f"mac: {name}"))
+        if not shapes.any(axis=0).all():
+            raise InputError(f"mac: {name}: a shape of zeros is not allowed; each must move")
+        scaled = shapes / np.abs(shapes).max(axis=0)  # whose squares are finite at any scale
+        units.append(scaled / np.linalg.norm(scaled, axis=0))
+    x, y = units
+    if len(x) != len(y):
+        raise InputError(f"mac: {len(x)} and {len(y)} rows are not allowed; they must be the same")
+    return np.asarray(np.abs(x.conj().T @ y) ** 2)
+
+
+class Mode(NamedTuple):
+    """A mode that vibrates; name: its number if computed; shape: displacements (3 nodes,), or (n,)
+    of all rows where no nodes are known, NaN where not measured."""
+
+    name: Any
+    frequency_hz: float
+    damping: float | None
+    shape: NDArray[np.complex128]
+
+
+class Pair(NamedTuple):
+    """A mode of the reference and the computed one, None where it has none; the difference in
+    frequency (% of the reference) and the MAC, if shapes are known."""
+
+    reference: str | None
+    reference_hz: float | None
+    reference_damping: float | None
+    mode: int | None
+    frequency_hz: float | None
+    damping_ratio: float | None
+    difference: float | None = None
+    mac: float | None = None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Pairs(Answer):
+    """Modes paired with those of `reference`, then those left over on both sides.
+
+    mac: of each mode of the reference with each computed one (m, k); tolerance: the largest
+    difference of a pair, of the frequency; warnings: which modes are equally near one of the
+    reference.
+    """
+
+    panel = Panel("reference_hz", "frequency_hz")
+
+    reference: str
+    pairs: tuple[Pair, ...]
+    tolerance: float
+    mac: NDArray[np.float64] = field(repr=False)
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def names(self) -> dict[int, str]:
+        """The names that the reference gives computed modes, by their numbers."""
+        return {one.mode: one.reference for one in self.pairs if one.mode and one.reference}
+
+    def table(self) -> Table:
+        names = columns("reference reference_hz mode frequency_hz")
+        more = (Column("difference", "%"), *columns(f"mac reference_damping% {DAMPING}%"))
+        title = f"modes paired with {self.reference}, within {100 * self.tolerance:g} %"
+        return Table((*names, *more), self.pairs, title, "no mode")
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"tolerance": self.tolerance, "pairs": [pair._asdict() for pair in self.pairs]}
+
+
+@public
+def compare(
+    computed: Eigenvalues, reference: Eigenvalues | Path | str, tolerance: Positive = 0.1
+) -> Pairs:
+    """Pair the modes of an answer with those of another one, or with test frequencies.
+
+    Pairs are assigned together: the sum of their differences in frequency, over the tolerance, and
+    of 1 - MAC, where shapes are known, is the least. Of modes equally near to one of the reference
+    that which grows is taken if the latter does, or its damping is not known, since what squeals is
+    measured; the tie is a warning.
+
+    Parameters
+    ----------
+    computed : Eigenvalues
+        Of a pad or a system; of each pair of eigenvalues the mode is taken once.
+    reference : Eigenvalues, or the path of a .csv file
+        An answer with the same rows, or a table with the columns name, frequency_hz, if known
+        damping_ratio, and shapes in columns NODE:DOF, numbers such as 0.3 or 0.3+0.1j; or what
+        `save` of another answer wrote.
+    tolerance : float
+        Largest difference of a pair, of the frequency of the reference.
+
+    Raises
+    ------
+    InputError
+        For other rows, doubled names, frequencies that are none, and nodes without coordinates.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 1], [0, 0]]}
+    >>> chain = squeal.System([[1, 0], [0, 1]], K=K)
+    >>> both = (squeal.eigenvalues(chain, at) for at in (0.0, 0.1))
+    >>> [(pair.mode, round(pair.mac, 3)) for pair in compare(*both).pairs]
+    [(1, 0.999), (2, 0.999)]
+    """
+    where = computed.source.file.coordinates if isinstance(computed.source, SystemSource) else None
+    modes = _modes(computed, where)
+    if isinstance(reference, Eigenvalues):
+        _check_rows(reference, computed)
+        references = [mode._replace(name=str(mode.name)) for mode in _modes(reference, where)]
+        name = f"{reference.name}, {reference.parameter} = {reference.value:.6g}"
+    else:
+        references = read_test(Path(reference), where)
+        name = str(reference)
+    reference_hz = np.array([mode.frequency_hz for mode in references], float)
+    computed_hz = np.array([mode.frequency_hz for mode in modes], float)
+    difference = (computed_hz - reference_hz[:, None]) / reference_hz[:, None]
+    likeness = _likeness(references, modes)
+    unlikeness = np.where(np.isnan(likeness), 0.0, 1.0 - likeness)
+    cost = np.abs(difference) / tolerance + unlikeness
+    equally_near = _equally_near(cost, EVEN / tolerance)
+    # of these the one whose sign of damping is that of the reference
+    differs_in_sign = _grows(references)[:, None] != _grows(modes)
+    cost = cost + EVEN / tolerance * differs_in_sign
+    cost = np.where(np.abs(difference) <= tolerance, cost, FORBIDDEN)
+    assigned = np.transpose(linear_sum_assignment(cost)).tolist()
+    pairs = []
+    ties = []
+    for i, j in assigned:
+        if cost[i, j] >= FORBIDDEN:
+            continue
+        pairs.append((i, j))
+        if len(equally_near[i]) > 1 and j in equally_near[i]:
+            numbers = ", ".join(str(modes[k].name) for k in equally_near[i])
+            ties.append(
+                f"{references[i].name}: modes {numbers} are equally near; {modes[j].name} is paired"
+            )
+    rows = []
+    for i, j in pairs:
+        known = not np.isnan(likeness[i, j])
+        pair = _pair(references[i], modes[j])
+        rows.append(
+            pair._replace(
+                difference=100 * float(difference[i, j]),
+                mac=float(likeness[i, j]) if known else None,
+            )
+        )
+    paired_references = {i for i, _ in pairs}
+    paired_modes = {j for _, j in pairs}
+    rows += [_pair(mode, None) for i, mode in enumerate(references) if i not in paired_references]
+    rows += [_pair(None, mode) for j, mode in enumerate(modes) if j not in paired_modes]
+    return Pairs(name, tuple(rows), tolerance, likeness, tuple(ties))
+
+
+def _pair(reference: Mode | None, mode: Mode | None) -> Pair:
+    """A row of two modes, one of which there may not be."""
+    return Pair(
+        reference=None if reference is None else reference.name,
+        reference_hz=None if reference is None else reference.frequency_hz,
+        reference_damping=None if reference is None else reference.damping,
+        mode=None if mode is None else mode.name,
+        frequency_hz=None if mode is None else mode.frequency_hz,
+        damping_ratio=None if mode is None else mode.damping,
+    )
+
+
+def _check_rows(reference: Eigenvalues, computed: Eigenvalues) -> None:
+    """Refuse answers whose shapes have different numbers of rows. Raises InputError."""
+    sizes = [{len(root.right) for root in answer.eigenvalues} for answer in (reference, computed)]
+    if len(set.union(*sizes)) > 1:
+        counts = " and ".join(str(*size) for size in sizes)
+        raise InputError(f"compare: {counts} rows are not allowed; they must be the same")
+
+
+def _likeness(references: list[Mode], modes: list[Mode]) -> NDArray[np.float64]:
+    """MAC (m, k) of each mode of the reference with each computed one, over the rows that were
+    measured; NaN where one of the two shapes does not move there."""
+    likeness = np.full((len(references), len(modes)), np.nan)
+    for i, reference in enumerate(references):
+        measured = ~np.isnan(reference.shape)
+        if not reference.shape[measured].any():
+            continue
+        moving = [j for j, mode in enumerate(modes) if mode.shape[measured].any()]
+        if moving:
+            shapes = np.array([modes[j].shape[measured] for j in moving]).T
+            likeness[i, moving] = mac(reference.shape[measured, None], shapes)
+    return likeness
+
+
+def _equally_near(cost: NDArray[np.float64], most: float) -> list[NDArray[np.int64]]:
+    """Of each row of costs (m, k) the columns whose cost is the least but for at most `most`."""
+    if not cost.shape[1]:
+        return []
+    return [np.flatnonzero(np.abs(row - row.min()) <= most) for row in cost]
+
+
+def _grows(modes: list[Mode]) -> NDArray[np.bool_]:
+    """Whether each mode grows or its damping is not known, since what squeals is measured."""
+    return np.array([mode.damping is None or mode.damping < 0.0 for mode in modes])
+
+
+def _modes(answer: Eigenvalues, where: Coordinates | None) -> list[Mode]:
+    """The modes that vibrate, with displacements of nodes if these are known, else of all rows."""
+    modes = []
+    for number, root in answer.of_modes:
+        if root.value.imag > 0.0:
+            shape = where.displacements(root.right).ravel() if where else root.right
+            modes.append(Mode(number, root.frequency_hz, root.damping_ratio, shape))
+    return modes
+
+
+def read_test(path: Path, where: Coordinates | None) -> list[Mode]:
+    """The modes of a table, with shapes as displacements of nodes. Raises InputError."""
+    rows: dict[tuple[str, int], int] = {}
+    if where is not None:
+        for node, direction in zip(where.nodes.tolist(), where.directions.tolist(), strict=True):
+            if direction >= 0:
+                rows[where.names[node].lower(), direction] = 3 * node + direction
+    modes: dict[str, Mode] = {}
+    _, lines = read_table(path, ("frequency_hz",))
+    for here, line in lines:
+        line = {key: cell for key, cell in line.items() if key not in BESIDE}
+        if number_in(line.pop("imag [rad/s]", "1"), here / "imag") <= 0.0:
+            continue  # the other of a pair, or no vibration
+        damping = line.pop(DAMPING, "")
+        number = line.pop("mode", "")
+        name = line.pop("name", number).strip()
+        if not name or name in modes:
+            raise (here / "name").must_be(name, "a name that no other line has")
+        frequency = number_in(line.pop("frequency_hz"), here / "frequency_hz", POSITIVE)
+        ratio = number_in(damping, here / DAMPING) if damping.strip() else None
+        shape = np.full(3 * len(where.places) if where else 0, np.nan, dtype=complex)
+        for head, cell in line.items():
+            node_name, _, dof = str(head).rpartition(":")
+            row = rows.get((node_name.strip(), DIRECTIONS.get(dof.strip(), -1)))
+            if row is None:
+                allowed = "NODE:DOF of a node with coordinates that x, y or z moves"
+                raise (here / head).must_be(head, allowed)
+            if cell.strip():
+                with suppress(ValueError):
+                    shape[row] = complex(cell.strip())
+                if not np.isfinite(shape[row]):
+                    raise (here / head).must_be(cell, "a finite number such as 0.3 or 0.3+0.1j")
+        modes[name] = Mode(name, frequency, ratio, shape)
+    return list(modes.values())

@@ -1,0 +1,214 @@
+"""Critical speeds of a rotor: where a whirl frequency equals the speed, or a multiple of it."""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+
+from squeal.errors import InputError
+from squeal.io.writing import Answer, Column, Panel, Table, columns
+from squeal.linear.system import TermSystem
+from squeal.queries.systems.all_roots import is_small
+from squeal.queries.systems.system_analysis import SystemAnalysis
+from squeal.schema import Positive, public
+from squeal.sparse.dense import dense_values
+
+STEPS = 400  # of the range, in each of which an odd number of crossings is located
+SLOPE = 1e-3  # relative step of the speed for the slope of a frequency
+GROWS = 1e-9  # of |lambda|: a growth rate above it is no rounding
+LEVEL = 1e-3  # slope of a frequency over speed below which its sign says nothing of a direction
+
+
+@dataclass(frozen=True)
+class CriticalSpeed:
+    """A speed (rad/s) at which a frequency is `order` times the speed.
+
+    direction: forward where the frequency rises with the speed, in the fixed frame, backward where
+    it falls, None where the speed moves it by less than a thousandth of itself. mode: by frequency
+    at this speed.
+    """
+
+    speed: float
+    order: float
+    frequency_hz: float
+    mode: int
+    direction: str | None
+    growth_rate: float
+    damping_ratio: float
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class CriticalSpeeds(Answer):
+    """Critical speeds from `low` to `high`, by rising speed.
+
+    speeds (m,) and frequencies_hz (m, n) are the Campbell diagram behind them; growing (m, n) says
+    which modes grow.
+    """
+
+    panel = Panel("speed", "frequency_hz")
+
+    name: str
+    parameter: str
+    low: float
+    high: float
+    orders: tuple[float, ...]
+    critical: tuple[CriticalSpeed, ...]
+    speeds: NDArray[np.float64] = field(repr=False)
+    frequencies_hz: NDArray[np.float64] = field(repr=False)
+    growing: NDArray[np.bool_] = field(repr=False)
+
+    def table(self) -> Table:
+        table = (
+            Column("speed", "rad/s"),
+            *columns("order frequency_hz mode direction"),
+            Column("growth_rate", "1/s"),
+            *columns("damping_ratio%"),
+        )
+        nothing = f"no critical speed from {self.low:g} to {self.high:g} rad/s"
+        return Table(table, self.critical, "critical speeds", nothing)
+
+    def parts(self) -> Sequence[str | Table]:
+        orders = ", ".join(f"{order:g}x" for order in self.orders)
+        head = f"{self.name}: {len(self.critical)} critical speeds ({orders})"
+        step = (self.high - self.low) / STEPS
+        doubt = f"two crossings of one mode within {step:.3g} rad/s of each other may be missed"
+        return [head, self.table(), doubt]
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "name": self.name,
+            "parameter": self.parameter,
+            "orders": list(self.orders),
+            "critical_speeds": self.table().records(),
+        }
+
+
+class _Campbell:
+    """Frequencies of a rotor as continuous functions of its speed: by size, (n,) at each speed."""
+
+    def __init__(self, system: TermSystem) -> None:
+        self.system = system
+
+    @functools.cache  # noqa: B019  lives as long as one question
+    def roots(self, speed: float) -> NDArray[np.complex128]:
+        """Of each pair of roots the upper one, of real ones each second, by frequency."""
+        found = dense_values(*self.system.arrays({self.system.parameter: speed}))
+        order = np.argsort(-found.imag, kind="stable")[: len(found) // 2]
+        return np.asarray(found[order][::-1])
+
+    def gap(self, speed: float, mode: int, order: float) -> float:
+        """A frequency less so many times the speed, rad/s."""
+        return float(self.roots(speed)[mode].imag - order * speed)
+
+    def critical(self, speed: float, mode: int, order: float) -> CriticalSpeed:
+        """What is said of a critical speed."""
+        root = complex(self.roots(speed)[mode])
+        step = SLOPE * speed
+        before = self.roots(speed - step)[mode]
+        after = self.roots(speed + step)[mode]
+        slope = float((after.imag - before.imag) / (2 * step))
+        direction = None
+        if abs(slope) > LEVEL:
+            direction = "forward" if slope > 0.0 else "backward"
+        at_rest = int(np.count_nonzero(self.roots(speed).imag == 0.0))
+        return CriticalSpeed(
+            speed=speed,
+            order=order,
+            frequency_hz=root.imag / math.tau,
+            mode=mode + 1 - at_rest,
+            direction=direction,
+            growth_rate=root.real,
+            damping_ratio=-root.real / abs(root),
+        )
+
+
+@public
+def critical_speeds(
+    subject: object,
+    high: float,
+    low: float = 0.0,
+    orders: Sequence[float] = (1.0,),
+    band: tuple[float, float] | None = None,
+    memory: Positive | None = None,
+) -> CriticalSpeeds:
+    """Locate critical speeds: where a whirl frequency is the speed, or a multiple of it.
+
+    Parameters
+    ----------
+    subject : SystemFile or TermSystem
+        A rotor in the fixed frame whose free parameter is its speed in rad/s.
+    high, low : float
+        Range of the speed, rad/s.
+    orders : sequence of float
+        Multiples of the speed: 1 for unbalance, 2 for the pass of two blades, and so on.
+    band : (float, float), optional
+        Frequencies in Hz; of more than 400 rows it is required, and reduces the system.
+    memory : float, optional
+        Bytes that may be used.
+
+    Returns
+    -------
+    CriticalSpeeds
+        Each with its frequency, whirl direction and damping; ``plot()`` draws the diagram.
+
+    Raises
+    ------
+    InputError
+        For a pad, complex matrices, or a range that is empty.
+
+    Examples
+    --------
+    A disc of polar inertia 2 and diametral inertia 1 that tilts on springs: only backward whirl
+    meets the speed, at (k / (1 + 2))^(1/2).
+
+    >>> import squeal
+    >>> gyroscopic = [[0, 2], [-2, 0]]
+    >>> tilt = squeal.System([[1, 0], [0, 1]], {"speed": gyroscopic}, [[12, 0], [0, 12]],
+    ...     parameter="speed")
+    >>> [(round(one.speed, 9), one.direction) for one in critical_speeds(tilt, 20.0).critical]
+    [(2.0, 'backward')]
+    """
+    analysis = SystemAnalysis.of(subject, band=band, memory=memory)
+    system = analysis.system
+    if not system.real:
+        raise InputError(f"{system.name}: critical speeds need real matrices")
+    if not 0.0 <= low < high:
+        raise InputError(f"high: {high:g} is not allowed; it must be above low, at least 0")
+    if not orders or any(order <= 0.0 for order in orders):
+        raise InputError("orders: must be numbers above 0")
+    speeds = np.linspace(low, high, STEPS + 1)
+    if not is_small(system):
+        system = analysis.reduced(speeds[:: STEPS // 8].tolist())[0].system
+    diagram = _Campbell(system)
+    paths = np.array([diagram.roots(speed) for speed in speeds.tolist()])
+    found = []
+    for order in orders:
+        gaps = paths.imag - order * speeds[:, None]
+        # a root at rest meets the speed 0 in every rotor
+        crosses = (paths.imag[:-1] > 0.0) & (np.sign(gaps[:-1]) != np.sign(gaps[1:]))
+        for step, mode in np.argwhere(crosses).tolist():
+            ends = speeds[step], speeds[step + 1]
+            speed = brentq(diagram.gap, *ends, args=(mode, order), xtol=1e-13 * high, rtol=1e-14)
+            one = diagram.critical(float(speed), mode, order)
+            inside = band is None or band[0] <= one.frequency_hz <= band[1]
+            if inside and one.speed > 0.0:
+                found.append(one)
+    found.sort(key=lambda one: (one.speed, one.mode))
+    return CriticalSpeeds(
+        name=system.name,
+        parameter=system.parameter,
+        low=float(low),
+        high=float(high),
+        orders=tuple(float(order) for order in orders),
+        critical=tuple(found),
+        speeds=speeds,
+        frequencies_hz=paths.imag / math.tau,
+        growing=paths.real > GROWS * np.abs(paths),
+    )

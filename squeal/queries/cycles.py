@@ -1,0 +1,341 @@
+"""The verb `cycles`: periodic motions of a pad over a parameter, beside its sliding equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import lru_cache
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from squeal.equilibrium.damping import damped_model
+from squeal.errors import ComputationError
+from squeal.io.scene import COORDINATES, Scene, check_simulation
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, number
+from squeal.model.equations import PadModel, net_loads
+from squeal.model.pad import PARAMETERS, at_speed
+from squeal.queries.pads.equilibrium import analyse
+from squeal.schema import Place, public
+from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Shooting
+from squeal.simulation.observers import Extrema, Grid, Read, face_speed
+from squeal.simulation.run import in_natural_units
+
+WINDOWS = 40  # times of the scene in which its motion may settle
+STEP, MOST = 0.2, 80  # of a branch: length in natural units, and how many cycles each way
+SLIDING = 41  # values at which the sliding equilibrium is judged
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A periodic motion in SI units.
+
+    value: of the parameter; period (s); amplitude: half of the ranges of x, y (m), theta (rad);
+    velocity: root mean square of the normal velocity (m/s), which sounds; extrema: (min, max) of
+    each plotted signal, forces over F_n, delta over w, None without contact; contacts: its contact
+    states in order; multipliers: the five Floquet multipliers beside that of a shift in time, the
+    largest first; stable: whether small deviations decay, None where they do not decide; friction,
+    damping: work of friction on the pad and energy that damping takes, J a period; face: greatest
+    speed of the lower face while it touches over V, None without V; start: a state (6,) that it
+    passes; turn: what happens here on the branch, see `squeal.simulation.cycles.Cycle`.
+    """
+
+    value: float
+    period: float
+    amplitude: tuple[float, ...]
+    velocity: float
+    extrema: dict[str, tuple[float, float] | None]
+    contacts: tuple[str, ...]
+    multipliers: tuple[complex, ...]
+    stable: bool | None
+    friction: float
+    damping: float
+    face: float | None
+    start: tuple[float, ...]
+    turn: str = ""
+
+    @property
+    def sliding_holds(self) -> bool | None:
+        """Whether the surface stays faster than what rubs on it, as the equations assume."""
+        return None if self.face is None else self.face < 1.0
+
+    @property
+    def frequency_hz(self) -> float:
+        """1 / period."""
+        return 1.0 / self.period
+
+    @property
+    def peak(self) -> float:
+        """Greatest value of the first plotted force over F_n, 0 without contact."""
+        span = next(iter(self.extrema.values()))
+        return span[1] if span else 0.0
+
+    @property
+    def multiplier(self) -> float:
+        """The greatest absolute value of the multipliers."""
+        return abs(self.multipliers[0])
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object of a cycle."""
+        return vars(self) | {
+            "frequency_hz": self.frequency_hz,
+            "amplitude": dict(zip(COORDINATES[:3], self.amplitude, strict=True)),
+            "multipliers": [{"real": m.real, "imag": m.imag} for m in self.multipliers],
+            "sliding_holds": self.sliding_holds,
+            "start": dict(zip(COORDINATES, self.start, strict=True)),
+            "turn": self.turn or None,
+        }
+
+
+COLUMNS = (
+    Column("period", "s"),
+    Column("frequency_hz"),
+    Column("amplitude_x", "m", lambda one: one.amplitude[0], hidden=True),
+    Column("amplitude_y", "m", lambda one: one.amplitude[1]),
+    Column("amplitude_theta", "rad", lambda one: one.amplitude[2], hidden=True),
+    Column("velocity", "m/s"),
+    Column("peak", "F_n"),
+    Column("multiplier"),
+    Column("stable", shown=lambda one: {True: "yes", False: "no", None: "?"}[one.stable]),
+    Column("friction", "J", hidden=True),
+    Column("damping", "J", hidden=True),
+    Column("face", "V"),
+    Column("turn"),
+    Column("contacts", value=lambda one: " ".join(one.contacts)),
+)
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Cycles(Answer):
+    """A branch of periodic motions, in order along the branch.
+
+    own: index of the motion at the scene's value; orbits are empty with a `reason` where there is
+    none; ends: why the branch ends at its first and its last cycle, empty at the end of the range;
+    sliding: verdict of the sliding equilibrium at some values, None where there is no equilibrium;
+    source: the cycle in natural units and what it was computed with.
+    """
+
+    panel = Panel(0, "amplitude_y", Mark.LINES)
+
+    model: str
+    parameter: str
+    orbits: tuple[Orbit, ...] = ()
+    own: int = 0
+    reason: str = ""
+    ends: tuple[str, str] = ("", "")
+    sliding: tuple[tuple[float, str | None], ...] = ()
+    source: tuple[Shooting, Cycle] | None = field(default=None, repr=False)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
+        """Where the branch ends within the range, and how many cycles reach the surface's speed."""
+        warnings = []
+        for i, why in zip((0, -1), self.ends, strict=True):
+            if why not in ("", CLOSED_CURVE):
+                at = f"{self.parameter} = {number(self.orbits[i].value)}"
+                warnings.append(f"the branch ends at {at}: {why}")
+        lost = sum(orbit.sliding_holds is False for orbit in self.orbits)
+        if lost:
+            warnings.append(
+                f"in {lost} of {len(self.orbits)} cycles the lower face reaches the speed V of the "
+                "surface, beyond which the equations do not hold"
+            )
+        return tuple(warnings)
+
+    def table(self) -> Table:
+        """A row for each cycle."""
+        lead = Column(self.parameter, value=attrgetter("value"))
+        return Table((lead, *COLUMNS), self.orbits, "", f"no periodic motion: {self.reason}")
+
+    def parts(self) -> Sequence[str | Table]:
+        """The cycles and where sliding is stable."""
+        sliding = [
+            (value, f"sliding at {self.parameter} = {number(value)}: {verdict}")
+            for value, verdict in self.sliding
+        ]
+        if not self.orbits:
+            return [self.table(), *(line for _, line in sliding)]
+        at_scene = self.orbits[self.own]
+        parts: list[str | Table] = [
+            self.table(),
+            f"friction does {number(at_scene.friction)} J of work in a period, damping takes "
+            f"{number(at_scene.damping)} J",
+        ]
+        if CLOSED_CURVE in self.ends:
+            parts.append(self.ends[0])
+        return parts + [line for value, line in sliding if value == at_scene.value]
+
+    def to_dict(self) -> dict[str, Any]:
+        """The JSON object of `squeal cycles`."""
+        return {
+            "model": self.model,
+            "parameter": self.parameter,
+            "cycles": [one.to_dict() for one in self.orbits],
+            "own": self.own if self.orbits else None,
+            "reason": self.reason or None,
+            "ends": [why or None for why in self.ends],
+            "turning_points": [
+                {"kind": one.turn, "value": one.value} for one in self.orbits if one.turn
+            ],
+            "sliding": [{"value": value, "verdict": verdict} for value, verdict in self.sliding],
+        }
+
+
+def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, float, float]:
+    """The parameter and its range. Raises InputError."""
+    given, at = scene.pad.given(), Place("cycles") / "over"
+    name, low, high = over or ("mu", scene.pad.mu, scene.pad.mu)
+    if name not in given:
+        raise at.must_be(name, f"one of {', '.join(given)}")
+    if not low <= given[name] <= high:
+        words = f"a range that holds {given[name]:g}, the scene's value, where the first cycle is"
+        raise at.must_be(f"{name}:{low:g}:{high:g}", words)
+    for end in (low, high):
+        scene.replace(**{name: end})
+    return name, low, high
+
+
+def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
+    """A cycle in SI units."""
+    model = shooting.model(cycle.value)
+    units = shooting.units
+    extrema = Extrema(model)
+    extrema.observe(cycle.segment)
+    grid = Grid(cycle.segment, 16)
+    friction, damping, square = _integrals(model, grid)
+    ranges = [grid.ranges(_coordinate(i))[0] for i in range(3)]
+    half_ranges = np.append(np.ptp(ranges, axis=1) / 2.0, np.zeros(3))
+    face = max(float(grid.ranges(face_speed)[0, 1]), 0.0)
+    return Orbit(
+        value=float(cycle.value * scale),
+        period=float(cycle.period * units.time),
+        amplitude=tuple(units.to_si(half_ranges)[:3].tolist()),
+        velocity=float(np.sqrt(square / cycle.period) * units.velocity),
+        extrema=extrema.result(),
+        contacts=tuple(model.state_name(state) for state in cycle.contacts),
+        multipliers=tuple(cycle.multipliers.tolist()),
+        stable=cycle.stable,
+        friction=friction * units.energy,
+        damping=damping * units.energy,
+        face=None if model.pad.V is None else face / model.pad.V,
+        start=tuple(units.to_si(cycle.state).tolist()),
+        turn=cycle.turn,
+    )
+
+
+def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
+    """Over a motion, in natural units: work of friction on the pad, energy that damping takes, and
+    the integral of the squared normal velocity."""
+    c = model.c
+    q = c.place(grid.states[:3])
+    velocity = np.array(c.place(grid.states[3:]))
+    contact = grid.steps.on[:, None]
+    with_friction = net_loads(
+        np, at_speed(np, c, model.pad.fall, velocity[0]), model.law, q, contact
+    )
+    without_friction = net_loads(np, c._replace(mu=0.0), model.law, q, contact)
+    friction = np.subtract(with_friction, without_friction)
+    C = np.zeros((3, 3)) if model.damping is None else model.damping
+    drag = np.tensordot(C, velocity, 1)
+    integrands = np.array(
+        [(friction * velocity).sum(axis=0), (drag * velocity).sum(axis=0), grid.states[4] ** 2]
+    )
+    weighted = integrands * grid.weights[:, None] * grid.steps.h
+    work, loss, square = weighted.sum(axis=(1, 2)).tolist()
+    return work, loss, square
+
+
+def _coordinate(i: int) -> Read:
+    """The signal of a coordinate of the state."""
+    return lambda _c, states, _on: states[i]
+
+
+def _verdict(scene: Scene) -> str | None:
+    try:
+        return analyse(scene).judgement.verdict
+    except ComputationError:
+        return None
+
+
+@public
+def cycles(
+    scene: Scene, over: tuple[str, float, float] | None = None, windows: int = WINDOWS
+) -> Cycles:
+    """Find the periodic motion to which a scene settles, and follow it over a parameter.
+
+    The scene is simulated until its contact changes repeat; shooting then gives the cycle and its
+    Floquet multipliers, and continuation by arc length follows it through folds.
+
+    Parameters
+    ----------
+    scene : Scene
+        A scene of a nonlinear model, with a time.
+    over : (str, float, float), optional
+        A parameter and its range, which holds the scene's value, such as ("mu", 0.1, 0.6).
+    windows : int
+        How many times the time of the scene its motion may take to settle.
+
+    Returns
+    -------
+    Cycles
+        The branch; without cycles and with a reason where the motion comes to rest or does not
+        repeat itself.
+
+    Raises
+    ------
+    ComputationError
+        Where the model ends.
+    InputError
+        For a scene that cannot be simulated, an unknown parameter or a range without its value.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8,
+    ...                  L2=0.8, alpha1=1.57, alpha2=3.14, mu=0.1, F_n=4500.0)
+    >>> scene = squeal.Scene("B1", pad, stop=1e-2, samples=2, start="equilibrium",
+    ...                      damping=squeal.Damping(ratios=(0.05, 0.05, 0.05)))
+    >>> squeal.cycles(scene)
+    no periodic motion: the motion comes to rest
+    <BLANKLINE>
+    sliding at mu = 0.1: stable
+    """
+    check_simulation(scene)
+    name, low, high = _over(scene, over)
+    units, _, start, stop = in_natural_units(scene)
+    value = getattr(scene.pad, name)
+    scale = 1.0 if name == "mu" or PARAMETERS[name].angle else max(abs(low), abs(high)) or 1.0
+
+    @lru_cache(maxsize=8)
+    def model_at(scaled: float) -> PadModel:
+        return units.scaled(damped_model(scene.replace(**{name: scaled * scale})))
+
+    shooting = Shooting(model_at, units)
+    first, reason = shooting.settle(start, stop, value / scale, windows)
+    if first is None:
+        verdict = _verdict(scene)
+        if reason == RESTS and verdict in ("flutter", "divergence"):
+            reason += f" where sliding is not stable ({verdict}); other initial conditions leave it"
+        return Cycles(scene.model, name, reason=reason, sliding=((value, verdict),))
+    below: list[Cycle] = []
+    above: list[Cycle] = []
+    end_below = end_above = ""
+    values = {value}
+    if over:
+        reach = (low / scale, high / scale)
+        below, end_below = shooting.branch(first, -1.0, reach, STEP, MOST)
+        end_above = end_below
+        if end_below != CLOSED_CURVE:
+            above, end_above = shooting.branch(first, 1.0, reach, STEP, MOST)
+        values |= set(np.linspace(low, high, SLIDING).tolist())
+    branch = (*reversed(below), first, *above)
+    return Cycles(
+        model=scene.model,
+        parameter=name,
+        orbits=tuple(_orbit(shooting, cycle, scale) for cycle in branch),
+        own=len(below),
+        ends=(end_below, end_above),
+        sliding=tuple((at, _verdict(scene.replace(**{name: at}))) for at in sorted(values)),
+        source=(shooting, first),
+    )

@@ -1,0 +1,186 @@
+"""The verb `eigenvalues`: of a pad about its sliding equilibrium, or of a system."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from squeal.io.scene import Scene
+from squeal.io.writing import number
+from squeal.linear import Matrices, UnstableMode, thresholds, unstable_modes
+from squeal.linear.eigen import ACCEPTED
+from squeal.queries.options import (
+    Band,
+    Modes,
+    Progress,
+    Region,
+    Subject,
+    refuse_options,
+)
+from squeal.queries.pads.equilibrium import analyse, branch_system
+from squeal.results.eigenvalues import Eigenvalues, mode_shapes, shape_rows
+from squeal.results.sources import PadAnalysis, PadSource
+from squeal.results.sweep import Sweep
+from squeal.schema import Positive, public
+
+MATRIX_DIGITS = "12 digits"  # to which those of an equilibrium are taken to be known
+COORDINATES = {"x": "m", "y": "m", "theta": "rad"}
+
+
+@public
+def eigenvalues(
+    subject: Subject,
+    at: float | None = None,
+    band: Band | None = None,
+    region: Region | None = None,
+    modes: Modes | None = None,
+    memory: Positive | None = None,
+    progress: Progress | None = None,
+    look: Sweep | None = None,
+    prove: bool | None = None,
+) -> Eigenvalues:
+    """Compute eigenvalues, and the verdict on them.
+
+    Parameters
+    ----------
+    subject : Scene, System, Assembly or SystemFile
+        A scene is linearised about its sliding equilibrium.
+    at : float, optional
+        Value of the friction or of the free parameter; left out, the subject's own.
+    band : (float, float), optional
+        Lowest and highest frequency in Hz, of systems; all growth rates are included.
+    region : (float, float, float, float), optional
+        Real parts (1/s) from, to, imaginary parts (rad/s) from, to, instead of a band.
+    modes : int, optional
+        The lowest so many, of systems. Of more than 400 rows 20 if nothing else is given.
+    memory : float, optional
+        Bytes that may be used; left out, what is free.
+    progress : callable, optional
+        Called with a line for each step of long work.
+    look : Sweep, optional
+        A first look over the value: above 400 rows its basis answers, and nothing is certified.
+    prove : bool, optional
+        Left out, the referee judges all roots of a pad, or of a system of up to 400 rows. What it
+        proves is certified, what hangs on the last digits of the entries has no verdict, and what
+        it refutes is replaced. True asks it of the modes of a band of a larger system too, False
+        leaves it out.
+
+    Returns
+    -------
+    Eigenvalues
+        Roots in rad/s by rising frequency, unstable modes, and whether a count certifies them.
+
+    Raises
+    ------
+    InputError
+        For what does not fit the subject, as the other verbs do.
+    ComputationError
+        If no steady sliding exists, or the system does not fit into the memory.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> squeal.eigenvalues(squeal.System([[1, 0], [0, 1]], K=K), at=1.0).verdict
+    'flutter'
+    """
+    if isinstance(subject, Scene):
+        refuse_options("a scene", band=band, region=region, modes=modes, memory=memory, look=look)
+        scene = subject if at is None else subject.replace(mu=at)
+        return pad_eigenvalues(scene, prove is not False)
+    from squeal.queries.systems.eigenvalues import system_eigenvalues
+    from squeal.queries.systems.system_analysis import SystemAnalysis
+
+    analysis = SystemAnalysis.of(subject, band, region, modes, memory, progress)
+    return system_eigenvalues(analysis, at, look, prove)
+
+
+def pad_eigenvalues(scene: Scene, prove: bool = True) -> Eigenvalues:
+    """The eigenvalues about the sliding equilibrium of a scene.
+
+    With `prove` the referee judges them, the matrices taken for known to 12 digits: those of an
+    equilibrium are computed numbers.
+    """
+    analysis = analyse(scene)
+    roots = tuple(analysis.spectrum.eigenvalues)
+    verdict: str | None = analysis.judgement.verdict
+    criterion = str(analysis.judgement)
+    proven = all(root.residual <= ACCEPTED for root in roots)
+    proof = None
+    proof_line = ""
+    if prove:
+        from squeal.queries.systems.proofs import Data, refereed  # no other question needs it
+
+        roots, (verdict, criterion), statement = refereed(
+            analysis.matrices, roots, (verdict, criterion), Data(MATRIX_DIGITS)
+        )
+        proven = statement.status == "proved"
+        proof = statement.to_dict()
+        proof_line = statement.words
+    shapes = mode_shapes(analysis.spectrum, (1.0, 1.0, scene.pad.w))
+    return Eigenvalues(
+        name=scene.model,
+        parameter="mu",
+        value=scene.pad.mu,
+        eigenvalues=roots,
+        verdict=verdict,
+        criterion=criterion,
+        unstable=_unstable_modes(scene, analysis),
+        certified=proven,
+        count=len(roots),  # M is regular: all roots of the characteristic polynomial
+        shapes=shape_rows(shapes, list(COORDINATES), "largest of x, y, w theta 1 m"),
+        details=_details(analysis),
+        notes=(_equilibrium_in_words(analysis),),
+        warnings=analysis.warnings,
+        source=PadSource(scene, analysis),
+        proof=proof,
+        proof_line=proof_line,
+    )
+
+
+def _details(analysis: PadAnalysis) -> dict[str, Any]:
+    """What the JSON object says of an equilibrium and of the matrices there."""
+    equilibrium: dict[str, Any] = dict(zip(COORDINATES, analysis.q, strict=True))
+    equilibrium |= {"R_n": analysis.R_n, "contact": analysis.contact}
+    M, C, K = analysis.matrices
+    return {
+        "model": analysis.model,
+        "equilibrium": equilibrium,
+        "how": analysis.how,
+        "M": M.tolist(),
+        "C": C.tolist(),
+        "K": K.tolist(),
+        "basis": None,
+    }
+
+
+def _equilibrium_in_words(analysis: PadAnalysis) -> str:
+    coordinates = [
+        f"{name} = {number(value)} {unit}"
+        for (name, unit), value in zip(COORDINATES.items(), analysis.q, strict=True)
+    ]
+    text = f"model {analysis.model}: {', '.join(coordinates)}, contact {analysis.contact}"
+    if analysis.R_n is not None:
+        text += f", R_n = {number(analysis.R_n)} N"
+    return f"{text}\n({analysis.how})"
+
+
+def _unstable_modes(scene: Scene, analysis: PadAnalysis) -> tuple[UnstableMode, ...]:
+    """The unstable modes of an analysed scene, the fastest first.
+
+    An onset is None where the mode grows without friction, or where the equilibrium does not lie
+    on the branch that begins there, or lies beyond a fold of it.
+    """
+    matrices = analysis.matrices
+    mu = scene.pad.mu
+    unstable = unstable_modes(lambda _: matrices, mu)
+    if not unstable or mu == 0.0 or not analysis.on_branch:
+        return unstable
+    system, path = branch_system(scene, mu)
+    if path is not None and path.mu_end < mu:
+        return unstable
+
+    def on_branch(at: float) -> Matrices:
+        return matrices if at == mu else system(at)
+
+    breakpoints = [] if path is None else path.breakpoints
+    return unstable_modes(on_branch, mu, thresholds(on_branch, mu, breakpoints))

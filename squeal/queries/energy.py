@@ -1,0 +1,409 @@
+"""Which term feeds a mode: what each named term of M, C and K does to its growth and frequency.
+
+With a root lambda = sigma + i omega and its right vector x the power balance of a cycle,
+Re(conj(lambda) x^H P(lambda) x) = 0, reads sigma D = work of all terms, where
+
+    D = x^H M x + x^H K x / |lambda|^2  of the symmetric parts: twice the stored energy,
+    work of C: -Re x^H C x,  of K: -omega Im x^H K x / |lambda|^2,  of M: omega Im x^H M x,
+
+all over |lambda|^2. Symmetric stiffness and gyroscopic terms do no work. The works over D sum to
+sigma. They need no left vectors, and stay finite where two modes meet.
+
+What a small change of a term does is another question: its derivative takes the left vectors.
+Frequency shares do too: since lambda scales with time, 2 K dlambda/dK + C dlambda/dC summed over
+all terms of K and C is lambda.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.equilibrium.damping import damped_model
+from squeal.errors import InputError
+from squeal.io.scene import Scene
+from squeal.io.system import Origin, SystemFile
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number
+from squeal.linear.damping import frictionless
+from squeal.linear.eigen import Eigenvalue
+from squeal.linear.matrices import SKEW
+from squeal.linear.sensitivity import sensitivities
+from squeal.linear.system import Term, TermSystem
+from squeal.model.equations import linearise
+from squeal.numerics.differentiation import Formula
+from squeal.queries.systems.sensitivity import at_own_frequency
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import PadAnalysis, PadSource
+from squeal.schema import public
+
+NO_CYCLE = 1e-8  # |D| over the sum of its parts below which a root does not oscillate
+SPOKEN = 5  # modes that have a sentence
+FREQUENCY_WEIGHT = {"M": 0.0, "C": 1.0, "K": 2.0}
+"""What the derivative by a part counts for in the frequency, see the module."""
+NEGLIGIBLE = 1e-3  # of the largest work: terms below it have no words
+
+
+@dataclass(frozen=True)
+class NamedTerm:
+    """A term at the parameters of a question: `part` M, C or K, its name for people, and its role:
+    friction, friction damping, damping, gyroscopic, circulatory, stiffness or mass."""
+
+    part: str
+    name: str
+    role: str
+    matrix: Any
+    factor: complex
+
+
+@dataclass(frozen=True)
+class Contribution:
+    """What one term does to one mode.
+
+    growth: 1/s, its work over twice the stored energy, None of a root that does not oscillate; the
+    terms of a mode sum to its growth rate. frequency: Hz, the terms sum to the mode's frequency.
+    d_real, d_hz: what 1 % more of the term does, 1/s and Hz, None where modes coalesce.
+    """
+
+    mode: int
+    frequency_hz: float
+    growth_rate: float
+    part: str
+    term: str
+    role: str
+    growth: float | None
+    frequency: float | None
+    d_real: float | None
+    d_hz: float | None
+
+
+@dataclass(frozen=True)
+class PartShare:
+    """What one part of the structure does to one mode: the share of the stored energy, and the
+    work of all terms on its rows, 1/s."""
+
+    mode: int
+    part: str
+    energy: float | None
+    growth: float | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Energy(Answer):
+    """Contributions of each term to each mode with Im lambda >= 0, and the shares of parts."""
+
+    panel = Panel("term", "growth", Mark.BARS, "mode")
+
+    name: str
+    contributions: tuple[Contribution, ...]
+    part_shares: tuple[PartShare, ...]
+
+    @property
+    def modes(self) -> list[int]:
+        """Numbers of the modes, the fastest growing first."""
+        rates = {row.mode: row.growth_rate for row in self.contributions}
+        return sorted(rates, key=lambda mode: -rates[mode])
+
+    def sentence(self, mode: int) -> str:
+        """What puts energy into a mode and what takes it, in a line."""
+        rows = [row for row in self.contributions if row.mode == mode]
+        head = f"mode {mode}, {number(rows[0].frequency_hz, 4)} Hz"
+        if rows[0].growth is None:
+            return f"{head}: does not oscillate, so that no work of a cycle feeds it"
+        works = dict[str, float]()
+        for row in rows:
+            works[row.role] = works.get(row.role, 0.0) + (row.growth or 0.0)
+        least = NEGLIGIBLE * max(map(abs, works.values()))
+        positive = []
+        negative = []
+        for role in sorted(works, key=lambda role: -works[role]):
+            if works[role] > least:
+                positive.append(f"{role} puts in {works[role]:.4g} 1/s")
+            elif works[role] < -least:
+                negative.append(f"{role} takes {-works[role]:.4g}")
+        balance = ", ".join(positive + negative) or "no term does work"
+        return f"{head}: {balance}; in all {number(rows[0].growth_rate, 4)} 1/s"
+
+    def table(self) -> Table:
+
+        def growth(row: Contribution) -> str:
+            """Without what rounding leaves."""
+            if row.growth is None:
+                return "-"
+            rounding = 1e-12 * math.tau * row.frequency_hz
+            return number(row.growth) if abs(row.growth) > rounding else "0"
+
+        table = (
+            *columns("mode frequency_hz part term"),
+            Column("role", hidden=True),
+            Column("growth", "1/s", shown=growth),
+            Column("frequency", "Hz", words="of frequency, Hz"),
+            Column("d_real", "1/s", words="dRe of 1 %, 1/s"),
+            Column("d_hz", words="df of 1 %, Hz"),
+        )
+        title = "what each term does to each mode (growth sums to the growth rate)"
+        rows = sorted(self.contributions, key=lambda row: (-row.growth_rate, row.mode))
+        return Table(table, rows, title, "no root", lambda row: row.growth_rate)
+
+    def parts_table(self) -> Table:
+        """The shares of parts."""
+        table = (*columns("mode part energy%"), Column("growth", "1/s"))
+        rank = {mode: -k for k, mode in enumerate(self.modes)}
+        title = "where: share of the stored energy, and work on each part"
+        return Table(table, self.part_shares, title, rank=lambda row: rank[row.mode])
+
+    def parts(self) -> Sequence[str | Table]:
+        sentences = [self.sentence(mode) for mode in self.modes[:SPOKEN]]
+        parts: list[str | Table] = ["\n".join(sentences), self.table()]
+        if self.part_shares:
+            parts.append(self.parts_table())
+        return parts
+
+    def to_dict(self) -> dict[str, Any]:
+        return {
+            "energy": self.table().records(),
+            "energy_parts": self.parts_table().records(),
+            "energy_sentences": [self.sentence(mode) for mode in self.modes],
+        }
+
+
+@public
+def energy(found: Eigenvalues, parts: Mapping[str, Sequence[int]] | None = None) -> Energy:
+    """Compute what each term of M, C and K does to the growth and the frequency of each mode.
+
+    Parameters
+    ----------
+    found : Eigenvalues
+        Roots with their vectors, of a pad or of a system; those of a first look have none.
+    parts : mapping of str to sequence of int, optional
+        Rows, from 0, of each part or element set; left out, the components of an assembly.
+
+    Returns
+    -------
+    Energy
+        Growth in 1/s of each term, from the work of a cycle (right vectors): it sums to Re lambda.
+        Frequency share in Hz and the effect of 1 % of a term, from left and right vectors.
+
+    Raises
+    ------
+    InputError
+        Without vectors, or for rows that the system has not.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> C = [[0.2, 0], [0, 0.2]]
+    >>> pair = squeal.System([[1, 0], [0, 1]], C, K, parameters={"mu": 1.0})
+    >>> print(squeal.energy(squeal.eigenvalues(pair)).sentence(2))
+    mode 2, 0.2268 Hz: friction puts in 0.2036 1/s, damping takes 0.101; in all 0.1026 1/s
+    """
+    roots = [(mode, root) for mode, root in found.of_modes if root.value.imag >= 0.0]
+    if any(not root.right.size for _, root in roots):
+        raise InputError("found: roots of a first look have no vectors; eigenvalues has them")
+    source = found.source
+    assert source is not None
+    modes: list[_ModeTerms] = []
+    if isinstance(source, PadSource):
+        assert source.analysis is not None
+        terms = pad_terms(source.scene.replace(mu=found.value), source.analysis)
+        slopes = slopes_of(terms, [root for _, root in roots])
+        modes += _mode_terms(roots, terms, slopes)
+        return _energy(found, modes, parts or {})
+    file = source.file
+    # of matrices that follow the frequency each root has its own
+    groups = [[root] for root in roots] if file.system.follows else [roots]
+    for group in groups:
+        omega = max((root.value.imag for _, root in group), default=None)
+        frozen = file.system.frozen(omega)
+        terms = named_terms(frozen, file)
+        slopes = slopes_of(terms, [root for _, root in group], frozen, file.system)
+        modes += _mode_terms(group, terms, slopes)
+    return _energy(found, modes, parts or component_rows(file))
+
+
+class _ModeTerms(NamedTuple):
+    """A mode, its root, the terms of its matrices, and the derivative by the relative size of
+    each."""
+
+    mode: int
+    root: Eigenvalue
+    terms: Sequence[NamedTerm]
+    slopes: Sequence[complex]
+
+
+def _mode_terms(
+    roots: Sequence[tuple[int, Eigenvalue]],
+    terms: Sequence[NamedTerm],
+    slopes: Sequence[NDArray[np.complex128]],
+) -> list[_ModeTerms]:
+    modes = []
+    for k, (mode, root) in enumerate(roots):
+        modes.append(_ModeTerms(mode, root, terms, [of_term[k] for of_term in slopes]))
+    return modes
+
+
+def component_rows(file: SystemFile) -> dict[str, range]:
+    """The rows of each component of an assembly; none of other systems."""
+    rows: dict[str, range] = {}
+    start = 0
+    for body in file.assembly.components if file.assembly else ():
+        rows[body.name] = range(start, start + body.system.n)
+        start += body.system.n
+    return rows
+
+
+def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
+    """The terms of a system at its parameters, named by factor and file."""
+    nominal = frictionless(system)
+    friction = {name for name in nominal if nominal[name] != system.parameters[name]}
+    found = []
+    for part, terms in zip("MCK", system.parts, strict=True):
+        origins = [one for one in file.origins if one.part[0] == part]
+        for k, term in enumerate(terms):
+            origin = origins[k] if k < len(origins) else None
+            factor = term.factor.value(system.parameters)
+            name = _name_of(term, origin, bool(file.origins))
+            role = _role_of(part, term, bool(term.factor.names & friction))
+            found.append(NamedTerm(part, name, role, term.matrix, factor))
+    return found
+
+
+def _name_of(term: Term, origin: Origin | None, from_files: bool) -> str:
+    """The factor of a term, and its file; what a system file adds is damping without a file."""
+    factor = term.factor.text
+    if origin is None and from_files:
+        return f"{factor} (damping)"
+    file = origin.file if origin is not None else ""
+    return f"{file}, {factor}" if file and factor != "1" else file or factor
+
+
+def _role_of(part: str, term: Term, friction: bool) -> str:
+    """What a term does, by its part, its symmetry and whether friction multiplies it."""
+    size = abs(term.matrix).max()
+    if part == "C":
+        if size and abs(term.matrix + term.matrix.T).max() <= SKEW * size:
+            return "gyroscopic"
+        return "friction damping" if friction else "damping"
+    if part == "K" and friction:
+        return "friction"
+    if abs(term.matrix - term.matrix.T).max() > SKEW * size:
+        return "circulatory" if part == "K" else "unsymmetric mass"
+    if np.iscomplexobj(term.matrix) or not isinstance(term.factor, Formula):
+        return "damping"
+    return "stiffness" if part == "K" else "mass"
+
+
+def pad_terms(scene: Scene, analysis: PadAnalysis) -> list[NamedTerm]:
+    """The terms of a pad about its equilibrium, which is held: with friction and without."""
+    model = damped_model(scene)
+    q = np.array(analysis.q)
+    frictionless_matrices = linearise(model.replace(mu=0.0), q, analysis.state)
+    M, C, K = linearise(model, q, analysis.state)
+    terms = (
+        ("M", "mass", "mass", M),
+        ("C", "damping", "damping", frictionless_matrices.C),
+        ("C", "falling friction", "friction damping", C - frictionless_matrices.C),
+        ("K", "springs and contact", "stiffness", frictionless_matrices.K),
+        ("K", "friction", "friction", K - frictionless_matrices.K),
+    )
+    return [NamedTerm(part, name, role, X, 1.0) for part, name, role, X in terms if np.any(X)]
+
+
+def slopes_of(
+    terms: Sequence[NamedTerm],
+    roots: Sequence[Eigenvalue],
+    own: TermSystem | None = None,
+    system: TermSystem | None = None,
+) -> list[NDArray[np.complex128]]:
+    """Derivatives of roots (m,) by the relative size of each term, from left and right vectors.
+
+    own, system: of matrices that follow the frequency, held at a root and free.
+    """
+    totals: dict[str, Any] = {"M": None, "C": None, "K": None}
+    changes: dict[str, Any] = {}
+    for k, term in enumerate(terms):
+        scaled = term.factor * term.matrix
+        total = totals[term.part]
+        totals[term.part] = scaled if total is None else total + scaled
+        changes[f"term {k}"] = tuple(scaled if part == term.part else None for part in totals)
+    if own is not None and system is not None:
+        changes |= {name: own.derivative(name) for name in system.follows}
+    slopes, _ = sensitivities((totals["M"], totals["C"], totals["K"]), changes, roots)
+    if system is not None:
+        slopes = at_own_frequency(system, slopes, np.imag)
+    return [slopes[f"term {k}"] for k in range(len(terms))]
+
+
+def stored_and_work(
+    term: NamedTerm, root: complex, right: NDArray[np.complex128]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What a term adds to D and to the work of a cycle (see the module), row by row (n,)."""
+    ahead = term.factor * (term.matrix @ right)
+    behind = np.conj(term.factor) * (term.matrix.conj().T @ right)
+    symmetric = (right.conj() * (ahead + behind)).real / 2
+    skew = (right.conj() * (ahead - behind)).imag / 2
+    if term.part == "C":
+        return 0.0 * symmetric, -symmetric
+    if term.part == "M":
+        return symmetric, root.imag * skew
+    square = abs(root) ** 2 or 1.0
+    return symmetric / square, -root.imag * skew / square
+
+
+def _energy(
+    found: Eigenvalues, modes: Sequence[_ModeTerms], parts: Mapping[str, Sequence[int]]
+) -> Energy:
+    contributions: list[Contribution] = []
+    part_shares: list[PartShare] = []
+    for mode, root, terms, slopes in modes:
+        size = root.right.size
+        for name, rows in parts.items():
+            if any(not 0 <= row < size for row in rows):
+                words = f"must be rows from 0 to {size - 1}"
+                raise InputError(f"parts: {name}: is not allowed; it {words}")
+        stored = np.zeros(size)
+        magnitude = 0.0
+        works = []
+        for term in terms:
+            stored_in_term, work = stored_and_work(term, root.value, root.right)
+            stored = stored + stored_in_term
+            magnitude += abs(float(stored_in_term.sum()))
+            works.append(work)
+        total = float(stored.sum())
+        oscillates = root.value.imag > 0.0 and abs(total) > NO_CYCLE * magnitude
+        growths = [work / total for work in works] if oscillates else []
+        for k, (term, slope) in enumerate(zip(terms, slopes, strict=True)):
+            row = Contribution(
+                mode=mode,
+                frequency_hz=root.frequency_hz,
+                growth_rate=root.growth_rate,
+                part=term.part,
+                term=term.name,
+                role=term.role,
+                growth=float(growths[k].sum()) if oscillates else None,
+                frequency=None,
+                d_real=None,
+                d_hz=None,
+            )
+            if np.isfinite(slope):
+                row = replace(
+                    row,
+                    frequency=float(FREQUENCY_WEIGHT[term.part] * slope.imag) / math.tau,
+                    d_real=float(0.01 * slope.real),
+                    d_hz=float(0.01 * slope.imag) / math.tau,
+                )
+            contributions.append(row)
+        for name, rows in parts.items():
+            if not oscillates:
+                part_shares.append(PartShare(mode, name, None, None))
+                continue
+            index = list(rows)
+            share = float(stored[index].sum()) / total
+            growth = float(sum(growth_of_term[index].sum() for growth_of_term in growths))
+            part_shares.append(PartShare(mode, name, share, growth))
+    return Energy(found.name, tuple(contributions), tuple(part_shares))

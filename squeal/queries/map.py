@@ -1,0 +1,155 @@
+"""The verb `map`: the verdict over two parameters of a pad or of a system."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from squeal.errors import InputError
+from squeal.io.scene import Scene
+from squeal.linear import VERDICTS
+from squeal.queries.options import Band, Progress, Subject, Workers, refuse_options
+from squeal.queries.pads.maps import stability_map
+from squeal.results.columns import basis_text
+from squeal.results.map import Axis, Map
+from squeal.results.sources import EigenvalueSelection, SystemSource
+from squeal.schema import Positive, public
+
+if TYPE_CHECKING:  # pads start without the solvers of systems
+    from squeal.linear.system import System
+    from squeal.queries.systems.system_analysis import SystemAnalysis
+    from squeal.sparse.reduction import Reduction
+
+CORNERS = 5  # values a side of a chart at which a reduced system has to be good
+
+
+@public
+def map(
+    subject: Subject,
+    axes: tuple[Axis, Axis] | None = None,
+    quantity: Literal["critical-friction", "growth", "frequency"] | None = None,
+    curves: bool = False,
+    band: Band | None = None,
+    memory: Positive | None = None,
+    progress: Progress | None = None,
+    workers: Workers | None = None,
+) -> Map:
+    """Compute the verdict over two parameters.
+
+    Parameters
+    ----------
+    subject, band, memory, progress, workers
+        As `sweep` takes them.
+    axes : (Axis, Axis), optional
+        The parameters with their ranges; left out, both spring angles of a scene from 0 to pi.
+    quantity : {"critical-friction", "growth", "frequency"}, optional
+        A number beside the verdict, of scenes.
+    curves : bool
+        Whether the curves on which stability is lost are located too, of scenes.
+
+    Returns
+    -------
+    Map
+        Codes (n1, n2) of verdicts, and shares of the area.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, 0], [0, 2]], "gap": [[1, 0], [0, -1]], "mu": [[0, 1], [-1, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"gap": 0.5})
+    >>> axes = squeal.Axis("mu", 0, 1, 9), squeal.Axis("gap", 0, 1, 3)
+    >>> squeal.map(pair, axes).share["flutter"]
+    0.4444444444444444
+    """
+    if isinstance(subject, Scene):
+        refuse_options("a scene", band=band, memory=memory, workers=workers)
+        return stability_map(subject, axes, quantity, curves)
+    refuse_options("a system", quantity=quantity, curves=curves)
+    from squeal.queries.systems.system_analysis import SystemAnalysis
+
+    analysis = SystemAnalysis.of(subject, band, None, None, memory, progress)
+    return _system_map(analysis, axes, workers or 1)
+
+
+def _system_map(analysis: SystemAnalysis, axes: tuple[Axis, Axis] | None, workers: int) -> Map:
+    """The verdict on the selected roots over two named parameters."""
+    from squeal.io.processes import counted, mapped
+    from squeal.queries.systems.all_roots import is_small
+    from squeal.queries.systems.reduced import basis_of, reduced_for
+    from squeal.queries.systems.verdicts import NO_ROOT
+    from squeal.sparse.quadratic import PROGRESS
+
+    system = analysis.system
+    selection = analysis.selection
+    if axes is None or axes[0].name == axes[1].name:
+        raise InputError(f"{system.name}: axes: must be two different parameters, by name")
+    _check_names(system, axes)
+    reduction = None
+    if not is_small(system):
+        corners = _points(axes, [np.linspace(axis.low, axis.high, CORNERS) for axis in axes])
+        reduction = reduced_for(system, selection, corners, "modal")
+    points = _points(axes, [axis.values for axis in axes])
+    computed = mapped(_verdict_and_growth, points, workers, (system, selection, reduction))
+    cells = list(counted(computed, len(points), PROGRESS.get(), "points"))
+    verdicts = [verdict for verdict, _ in cells]
+    names = (*VERDICTS, NO_ROOT)
+    shape = (axes[0].n, axes[1].n)
+    codes = np.reshape([names.index(verdict) for verdict in verdicts], shape).astype(np.int8)
+    growth = np.reshape([rate for _, rate in cells], shape)
+    basis = basis_of(reduction, selection) or analysis.joined
+    return Map(
+        name=system.name,
+        axes=axes,
+        units=("", ""),
+        verdicts=names,
+        codes=codes,
+        quantity=("largest_real", "1/s", growth),
+        details={"verdicts": np.reshape(verdicts, shape).tolist(), "basis": basis},
+        notes=(basis_text(basis),) if basis else (),
+        source=SystemSource(analysis.file, selection, reduction),
+    )
+
+
+def _check_names(system: System, axes: tuple[Axis, Axis]) -> None:
+    """Raises InputError for what is no parameter, or one that no matrix depends on."""
+    names = [axis.name for axis in axes]
+    system.values(dict.fromkeys(names, 0.0))
+    for name in names:
+        if name not in system.names:
+            used = ", ".join(sorted(system.names)) or "no parameter"
+            words = f"no matrix depends on it; {used} does"
+            raise InputError(f"{name}: is not allowed in a chart, {words}")
+
+
+def _points(axes: tuple[Axis, Axis], values: list[np.ndarray]) -> list[dict[str, float]]:
+    """Both parameters at each point of a grid, the second one fastest."""
+    points = []
+    for first in values[0].tolist():
+        for second in values[1].tolist():
+            points.append({axes[0].name: first, axes[1].name: second})
+    return points
+
+
+def _verdict_and_growth(
+    common: tuple[System, EigenvalueSelection, Reduction | None], at: Mapping[str, float]
+) -> tuple[str, float]:
+    """The verdict and the largest growth rate at one point of a chart."""
+    from squeal.queries.systems.all_roots import roots_of_all
+    from squeal.queries.systems.verdicts import rounding_of, verdict_of
+    from squeal.sparse.first_look import FirstLook
+
+    system, selection, reduction = common
+    errors = np.zeros(1)
+    if isinstance(reduction, FirstLook):
+        found = reduction.estimate(at, deciding=True)
+        roots = found.values
+        errors = found.errors
+    elif reduction is not None:
+        roots = reduction.values(at)
+    else:
+        roots = roots_of_all(system, selection, at)
+    rounding = np.fmax(errors, rounding_of(system, roots))
+    growth = float(roots.real.max()) if len(roots) else np.nan
+    return verdict_of(roots, rounding), growth

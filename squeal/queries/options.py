@@ -1,0 +1,42 @@
+"""What verbs take: the subjects that they answer for, and the types of their options."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
+
+from squeal.errors import InputError
+from squeal.io.scene import Scene
+from squeal.linear.system import System
+from squeal.schema import Whole
+
+Progress = Callable[[str], None]
+Modes = Annotated[int, Whole(1, 10**6)]
+Workers = Annotated[int, Whole(1, 256)]
+Band = tuple[float, float]
+Region = tuple[float, float, float, float]
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from squeal.io.system import SystemFile
+    from squeal.sparse.assembly import Assembly
+
+    SystemSubject: TypeAlias = System | SystemFile | Assembly
+    Subject: TypeAlias = Scene | SystemSubject
+    Values: TypeAlias = Sequence[float] | NDArray[np.floating | np.integer]
+else:  # systems are loaded by the first question about one, which refuses what is none of these
+    Subject = SystemSubject = object
+    Values = Sequence[float]
+
+
+def refuse_options(subject: Literal["a scene", "a system"], **options: object) -> None:
+    """Refuse options that were set, but that this kind of subject does not have.
+
+    Raises InputError.
+    """
+    other = "a system" if subject == "a scene" else "a scene"
+    for name, value in options.items():
+        if value is not None and value is not False:
+            raise InputError(f"{name}: is not allowed with {subject}; {other} takes it")

@@ -1,0 +1,310 @@
+"""Maps over two parameters of a scene: verdicts, critical friction, growth, and the curves on which
+stability is lost.
+
+B3 maps linearise about the origin. The others find the sliding equilibrium of every point first, on
+the branch from mu = 0 that a query follows; see `squeal.queries.pads.stack`. The curves cross the
+lines between neighbouring points of which one has no unstable mode and the other has. Each crossing
+is located by halving that line with the verdicts of the map; contourpy joins those on the sides of
+one square.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from squeal.equilibrium.statics import LIMITS, excursion
+from squeal.errors import InputError
+from squeal.io.scene import Scene
+from squeal.io.writing import unit_word
+from squeal.linear import VERDICTS, sum_verdicts
+from squeal.model.equations import PadModel, about_origin, spring_directions
+from squeal.model.pad import PARAMETERS
+from squeal.queries.pads.stack import QUIET, Names, PadStack, parameters, verdicts
+from squeal.results.map import Axis, Map
+from squeal.results.sources import PadSource
+from squeal.schema import Place
+
+MARGINAL = VERDICTS.index("marginal")
+BEYOND_FOLD = len(VERDICTS)  # the branch from mu = 0 turns back before the pad's mu
+UNKNOWN = BEYOND_FOLD + 1  # whether it does could not be decided
+NAMES = (*VERDICTS, "beyond a fold", "unknown")
+QUANTITIES = {
+    "critical-friction": ("critical friction", "1"),
+    "growth": ("growth rate of the most unstable mode", "1/s"),
+    "frequency": ("frequency of the most unstable mode", "Hz"),
+}
+"""What may stand beside the verdicts: its name in words, and its unit."""
+POINTS_AT_ONCE = 20_000  # whose verdicts are computed together; bounds the memory
+QUANTITY_POINTS = 2_000  # that are followed together
+HIGH = 2.0  # up to which critical frictions are searched
+HALVINGS = 40  # of the distance of two neighbouring points of the map
+
+
+def angle_axes(n: int) -> tuple[Axis, Axis]:
+    """The axes of Fig. 13: alpha1 and alpha2 between 0 and pi."""
+    return Axis("alpha1", 0.0, math.pi, n), Axis("alpha2", 0.0, math.pi, n)
+
+
+class PointVerdicts(NamedTuple):
+    """Verdicts and equilibria at n points of a map, arrays over them.
+
+    `codes` are indices into `NAMES`, `contact` into the model's states (no contact beyond a
+    fold), `beyond` (3, n) says which limits of `Excursion` the equilibrium exceeds.
+    """
+
+    codes: np.ndarray
+    contact: np.ndarray
+    beyond: np.ndarray
+
+
+def codes_at(scene: Scene, names: Names, values: np.ndarray) -> PointVerdicts:
+    """Verdicts with some parameters of the scene replaced by the values (len(names), n).
+
+    They are those of the equilibria on the branches from mu = 0 (B3: about the origin). Modal
+    damping ratios refer to the modes without friction of each point's own pad; raises
+    ComputationError where such a mode is unstable.
+    """
+    stack = PadStack.of(scene, names, values)
+    equilibria, unknown = stack.at_mu()
+    codes = np.where(unknown, UNKNOWN, BEYOND_FOLD).astype(np.int8)
+    existing = np.flatnonzero(equilibria.exists)
+    at = equilibria.some(existing)
+    A, B = stack.matrices(existing, at)
+    codes[existing] = verdicts(A, B)
+    states = list(scene.pad_model.states)
+    contact = np.full(stack.n, states.index(scene.pad_model.none), dtype=np.int8)
+    for i, state in enumerate(states):
+        in_state = np.all(equilibria.touching == np.array(state)[:, None], axis=0)
+        contact[equilibria.exists & in_state] = i
+    beyond = np.zeros((3, stack.n), dtype=bool)
+    if not stack.linear:
+        with np.errstate(all="ignore"):
+            beyond[:, existing] = excursion(
+                stack.statics.pick(existing), at.z, at.touching
+            ).beyond()
+    return PointVerdicts(codes, contact, beyond)
+
+
+def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) -> PointVerdicts:
+    """`codes_at` on the grid of x (n1,) and y (n2,): each array (..., n1, n2)."""
+    rows = max(1, POINTS_AT_ONCE // len(y))
+    parts = []
+    for start in range(0, len(x), rows):
+        grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
+        points = codes_at(scene, names, np.array([values.ravel() for values in grid]))
+        parts.append([array.reshape(*array.shape[:-1], -1, len(y)) for array in points])
+    return PointVerdicts(*(np.concatenate(arrays, axis=-2) for arrays in zip(*parts, strict=True)))
+
+
+def _angle_codes(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
+    """Codes of a B3 map over the angles: K is the contact's plus one rank-one term a spring."""
+    pad = model.pad
+    a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
+    unit = 1.0 / np.sqrt([pad.m, pad.m, pad.I])  # makes the mass matrix one
+    spring_1 = unit[:, None] * np.sqrt(pad.k1) * a1
+    spring_2 = unit[:, None] * np.sqrt(pad.k2) * a2
+    contact = unit[:, None] * about_origin(model.replace(k1=0.0, k2=0.0)).K * unit
+    contact_and_spring_2 = contact[:, :, None] + np.einsum("in,jn->ijn", spring_2, spring_2)
+    return sum_verdicts(contact_and_spring_2, spring_1)
+
+
+def _check(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> None:
+    """Raises InputError for what the scene does not use, values that a parameter may not take, one
+    parameter twice, and a quantity over itself."""
+    allowed = parameters(scene.pad_model)
+    at = Place("Axis")
+    names = [axis.name for axis in axes]
+    for axis in axes:
+        if axis.name not in allowed:
+            used = f"a parameter of the scene: {', '.join(allowed)}"
+            raise (at / "name").must_be(axis.name, used)
+        for end in axis.values[[0, -1]].tolist():
+            PARAMETERS[axis.name].kind.check(end, at, axis.name)
+    if names[0] == names[1]:
+        raise (at / "name").refuse(f"{names[1]} is the first parameter too; take another one")
+    if quantity == "critical-friction" and "mu" in names:
+        raise InputError(f"quantity: {quantity} is not allowed over mu; take another parameter")
+
+
+def stability_map(
+    scene: Scene,
+    axes: tuple[Axis, Axis] | None = None,
+    quantity: str | None = None,
+    curves: bool = False,
+) -> Map:
+    """Verdict over two parameters of a scene's pad, which replace its own; left out, the angles.
+
+    Beside it one of `QUANTITIES`, NaN where there is none or where it could not be decided, and the
+    curves on which stability is lost. Growth and frequency are taken at the scene's mu (or that of
+    the axis), the critical friction is the first loss of stability, or of the equilibrium, on the
+    way from mu = 0 up to `HIGH`. Raises InputError.
+    """
+    axes = angle_axes(200) if axes is None else axes
+    _check(scene, axes, quantity)
+    names = (axes[0].name, axes[1].name)
+    linear = scene.pad_model.linear
+    if linear and names == ("alpha1", "alpha2") and scene.damping is None:
+        codes = _angle_codes(scene.pad_model, axes)
+        beyond = np.zeros((3, *codes.shape), dtype=bool)
+    else:
+        codes, _, beyond = on_grid(scene, names, axes[0].values, axes[1].values)
+    admissible = (codes < BEYOND_FOLD) & ~beyond.any(axis=0)
+    inadmissible = {
+        "lie beyond a fold or the end of the branch": codes == BEYOND_FOLD,
+        "could not be decided": codes == UNKNOWN,
+    }
+    for limit, points in zip(LIMITS._fields, beyond, strict=True):
+        inadmissible[f"exceed the limit of {limit}"] = points
+    warnings = [
+        f"{_share(points)} {words}" for words, points in inadmissible.items() if points.any()
+    ]
+    details: dict[str, Any] = {
+        "admissible_share": float(admissible.mean()),
+        "admissible": not warnings,  # those of a quantity say nothing of equilibria
+    }
+    if curves:
+        details["threshold_curve"] = threshold_curves(scene, axes, codes)
+    column = None
+    notes = []
+    if quantity is not None:
+        words, unit = QUANTITIES[quantity]
+        values, unknown = _quantity(scene, axes, quantity)
+        column = (quantity, unit_word(unit), values)
+        notes.append(f"{words}: {_span(values, unit_word(unit))}")
+        if unknown.any():
+            warnings.append(f"{words} could not be decided at {_share(unknown)}")
+    if np.any(codes == MARGINAL) and scene.damping is None:
+        notes.append('marginal: nothing damps; try --set "damping.ratios=[0.02, 0.02, 0.02]"')
+    return Map(
+        name=scene.model,
+        axes=axes,
+        units=(unit_word(PARAMETERS[names[0]].unit), unit_word(PARAMETERS[names[1]].unit)),
+        verdicts=NAMES,
+        codes=codes,
+        quantity=column,
+        admissible=None if linear else admissible,
+        warnings=tuple(warnings),
+        details=details,
+        notes=tuple(notes),
+        source=PadSource(scene),
+    )
+
+
+def _span(values: np.ndarray, unit: str) -> str:
+    """The range of the values that are finite, in words."""
+    finite = values[np.isfinite(values)]
+    return f"{finite.min():.6g} to {finite.max():.6g} {unit}" if finite.size else "nowhere"
+
+
+def _share(part: np.ndarray) -> str:
+    return f"{100 * part.mean():.3g} % of the points"
+
+
+def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Values (n1, n2) of a quantity, and where they are unknown."""
+    grid = np.meshgrid(axes[0].values, axes[1].values, indexing="ij")
+    points = np.reshape(grid, (2, -1))
+    values = []
+    unknown = []
+    for start in range(0, points.shape[1], QUANTITY_POINTS):
+        part = points[:, start : start + QUANTITY_POINTS]
+        stack = PadStack.of(scene, (axes[0].name, axes[1].name), part)
+        if name == "critical-friction":
+            losses = stack.first_losses(HIGH)
+            values.append(losses.mu)
+            unknown.append(losses.unknown)
+        else:
+            fastest, undecided = stack.fastest()
+            hertz = np.where(fastest.real > 0.0, np.abs(fastest.imag) / math.tau, np.nan)
+            values.append(fastest.real if name == "growth" else hertz)
+            unknown.append(undecided)
+    shape = grid[0].shape
+    return np.concatenate(values).reshape(shape), np.concatenate(unknown).reshape(shape)
+
+
+def threshold_curves(
+    scene: Scene, axes: tuple[Axis, Axis], codes: np.ndarray
+) -> list[dict[str, Any]]:
+    """The curves between stable or marginal points of a map with `codes` (n1, n2) and the others.
+
+    Of each its `points`, pairs of both parameters, its `kind`, what happens there, `frequency_hz`
+    at each of them of the mode that starts to grow, 0 where none vibrates, and whether it is
+    `closed`. They end beside points that are unknown, at the outermost points, and where something
+    else happens.
+    """
+    stable = np.isin(codes, QUIET)
+    decided = codes != UNKNOWN
+    if min(codes.shape) < 2 or len(np.unique(stable[decided])) < 2:
+        return []
+    from contourpy import contour_generator  # a fifth of a query's time, which draws no curve
+
+    names = (axes[0].name, axes[1].name)
+    field = np.ma.masked_array(1.0 * stable, ~decided)
+    traced: Any = contour_generator(z=field, corner_mask=False).lines(0.5)
+    shares_stable, shares_other = _ends_across(traced, stable)
+
+    def values_at(shares: np.ndarray) -> np.ndarray:
+        return np.array([axis.at(row) for axis, row in zip(axes, shares, strict=True)])
+
+    for _ in range(HALVINGS):
+        middle = (shares_stable + shares_other) / 2
+        still = np.isin(codes_at(scene, names, values_at(middle)).codes, QUIET)
+        shares_stable[:, still] = middle[:, still]
+        shares_other[:, ~still] = middle[:, ~still]
+    points = values_at(shares_stable)
+    before = codes_at(scene, names, points)
+    behind = codes_at(scene, names, values_at(shares_other))
+    kinds = np.where(behind.codes == VERDICTS.index("divergence"), "divergence", "flutter")
+    kinds[before.contact != behind.contact] = "contact"
+    kinds[behind.codes == BEYOND_FOLD] = "fold"
+    stack = PadStack.of(scene, names, points)
+    equilibria, _ = stack.at_mu()
+    A, B = stack.matrices(np.arange(stack.n), equilibria)
+    hertz = np.where(kinds == "flutter", stack.meeting(A, B), 0.0)
+    curves = []
+    ends_of_lines = np.cumsum([len(line) for line in traced])
+    for line in np.split(np.arange(points.shape[1]), ends_of_lines[:-1]):
+        for part, closed in _parts_of_one_kind(line, points, kinds):
+            curve = {
+                "kind": str(kinds[part[0]]),
+                "closed": closed,
+                "points": points[:, part].T.tolist(),
+                "frequency_hz": hertz[part].tolist(),
+            }
+            curves.append(curve)
+    return curves
+
+
+def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of all points of traced lines (k, 2) the two points of the map on both sides, as shares
+    (2, points) of its axes: those that are stable, and the others."""
+    middle = np.concatenate(traced)[:, ::-1].T  # of a point and its neighbour along an axis
+    below = np.floor(middle).astype(int)
+    above = np.ceil(middle).astype(int)
+    below_is_stable = stable[tuple(below)]
+    size = np.array(stable.shape)[:, None]
+    shares_stable = (np.where(below_is_stable, below, above) + 0.5) / size
+    shares_other = (np.where(below_is_stable, above, below) + 0.5) / size
+    return shares_stable, shares_other
+
+
+def _parts_of_one_kind(
+    line: np.ndarray, points: np.ndarray, kinds: np.ndarray
+) -> list[tuple[np.ndarray, bool]]:
+    """A line, numbers of points, cut where the kind changes; each part of two points or more, and
+    whether it is closed."""
+
+    def cuts_of(line: np.ndarray) -> np.ndarray:
+        return np.flatnonzero(kinds[line][1:] != kinds[line][:-1]) + 1
+
+    cuts = cuts_of(line)
+    closed = np.array_equal(points[:, line[0]], points[:, line[-1]])
+    if closed and cuts.size:  # begin where the kind changes
+        line = np.roll(line[:-1], -cuts[0])
+        cuts = cuts_of(line)
+    parts = [part for part in np.split(line, cuts) if len(part) > 1]
+    return [(part, closed and not cuts.size) for part in parts]

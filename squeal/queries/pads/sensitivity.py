@@ -1,0 +1,202 @@
+"""What moves the eigenvalues and thresholds of a pad: exact derivatives by its parameters.
+
+A parameter changes the matrices directly and by shifting the equilibrium about which they are
+taken; both are in the derivatives below. Damping by ratios or Rayleigh's factors follows the pad, a
+damping matrix stays.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from squeal.equilibrium import Path
+from squeal.equilibrium.damping import (
+    damping_matrix,
+    normalised_damping,
+    normalised_damping_slope,
+    without_friction,
+)
+from squeal.errors import ComputationError
+from squeal.io.scene import Scene
+from squeal.linear import CriticalPoint
+from squeal.linear.sensitivity import Singular, crossing_slopes, sensitivities
+from squeal.model.contact import State
+from squeal.model.equations import PadModel, linearise, net_loads
+from squeal.model.pad import PARAMETERS, at_speed, coefficients, pose
+from squeal.numerics import differentiation as dual
+from squeal.numerics.differentiation import Dual, complex_step, with_derivative
+from squeal.queries.pads.stack import parameters
+from squeal.results.sensitivity import Sensitivity
+from squeal.results.sources import PadAnalysis
+from squeal.results.thresholds import Thresholds
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """Derivatives by one parameter p, SI units per unit of p.
+
+    loads (3,): of (Fx, Fy, M) at a fixed place; M, C, K (3, 3): of the matrices about the moving
+    equilibrium; gaps (points,): of the gaps there.
+    """
+
+    loads: np.ndarray
+    M: np.ndarray
+    C: np.ndarray
+    K: np.ndarray
+    gaps: np.ndarray
+
+
+def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
+    """Derivatives by the parameter `name` about q (3,) in a contact state, exact to rounding.
+
+    Where the balance is singular (a fold) the equilibrium moves infinitely fast and only `loads` is
+    finite. A linear model stays where it is.
+    """
+    pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})
+    c = coefficients(dual, pad, model.law.absolute_gap)
+
+    def slopes(at: np.ndarray, dq: np.ndarray, speed: Any = None) -> np.ndarray:
+        place = tuple(Dual(x, d) for x, d in zip(at, dq, strict=True))
+        now = c if speed is None else at_speed(dual, c, pad.fall, speed)
+        loads = net_loads(dual, now, model.law, place, state)
+        return np.array(np.broadcast_arrays(*(dual.dual(f).slope + 0.0 * at[0] for f in loads)))
+
+    dq = np.zeros(3)
+    loads = slopes(q, dq)
+    if not model.linear:
+        try:
+            dq = np.linalg.solve(linearise(model, q, state).K, loads)
+        except np.linalg.LinAlgError:
+            dq = np.full(3, np.inf)
+    dM = np.diag([float(dual.dual(mass).slope) for mass in (c.m, c.m, c.I)])
+    at = pose(dual, tuple(Dual(x, d) for x, d in zip(q, dq, strict=True)))  # type: ignore[arg-type]
+    gaps = [float(dual.dual(g).slope) for g in model.law.gaps(c, at)]
+    dC = np.zeros((3, 3))
+    if pad.fall is not None:
+        still = q.astype(complex)
+        dC[:, :1] = -complex_step(lambda v: slopes(still, dq, v[0]), np.zeros(1))
+    dK = -with_derivative(lambda q: slopes(q, dq), q)[1]
+    return Change(loads, dM, dC, dK, np.array(gaps))
+
+
+def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict[str, Change]:
+    """Derivatives by each parameter about q (3,), C with what follows from the scene's damping."""
+    with np.errstate(invalid="ignore"):  # at a fold the equilibrium moves infinitely fast
+        changes = {name: change(model, q, state, name) for name in parameters(model)}
+    damping = scene.damping
+    if damping is None or damping.matrix is not None:
+        return changes
+    at_rest, q_at_rest, state_at_rest = without_friction(scene)
+    M, _, K = linearise(at_rest, q_at_rest, state_at_rest)
+    masses = np.diag(M)
+    root = np.outer(np.sqrt(masses), np.sqrt(masses))
+    A = K / root
+    B, _ = normalised_damping(damping, A)
+    for name in changes.keys() - {"mu"}:
+        by = change(at_rest, q_at_rest, state_at_rest, name)
+        relative = np.diag(by.M) / (2 * masses)  # derivative of the root of each mass, over it
+        of_root = np.add.outer(relative, relative)
+        dA = by.K / root - of_root * A
+        dC = root * (normalised_damping_slope(damping, A, dA) + of_root * B)
+        changes[name] = replace(changes[name], C=changes[name].C + dC)
+    return changes
+
+
+def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, float]]:
+    """Derivatives of a threshold on the branch, of its friction and of its frequency (Hz), by each
+    parameter but mu.
+
+    What does not change there: a gap of zero at a change of contact, the balance along y at a
+    fold, of which no frequency is known (NaN), the root on the axis elsewhere (`crossing_slopes`).
+    Raises ComputationError where none of these holds, for an exchange of growth rates. A threshold
+    at mu = 0 stays there for all parameters, since without friction nothing grows; with a damping
+    matrix it is refused.
+    """
+    if point.mu == 0.0:
+        if scene.damping is not None and scene.damping.matrix is not None:
+            raise ComputationError("with a damping matrix a threshold at mu = 0 has no derivatives")
+        still = (0.0, math.nan)
+        return {name: still for name in parameters(scene.pad_model) if name != "mu"}
+    model = scene.pad_model.replace(mu=point.mu)
+    if model.linear:
+        q = np.zeros(3)
+        state = model.full
+        breakpoints = []
+    else:
+        path = Path.of(scene.pad_model, point.mu * (1 + 1e-6))
+        z, state = path.at(min(point.mu, path.mu_end))
+        q = path.statics.to_si(z)
+        breakpoints = path.breakpoints
+    changes = _changes(scene, model, q, state)
+    M, C, K = linearise(model, q, state)
+    unit = np.sqrt(np.outer(1.0 / np.diag(M), 1.0 / np.diag(M)))  # makes the mass matrix one
+    matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
+    # derivatives, by each parameter, of what does not change there
+    if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in breakpoints):
+        edge = int(np.argmin(np.abs(model.gaps(q))))
+        constant = {name: by.gaps[edge] for name, by in changes.items()}
+    elif point.kind == "fold":
+        left = np.sqrt(np.diag(unit)) * Singular.of(matrices, 0j).left.conj()
+        constant = {name: left @ by.loads for name, by in changes.items()}
+    else:
+        scaled = {n: (by.M * unit, by.C * unit, by.K * unit) for n, by in changes.items()}
+        at = Singular.of(matrices, 2j * np.pi * point.frequency_hz)
+        by_mu = scaled.pop("mu")
+        return crossing_slopes(at, matrices, by_mu, scaled)
+    by_mu = constant.pop("mu")
+    return {name: (-float((by / by_mu).real) + 0.0, math.nan) for name, by in constant.items()}
+
+
+def pad_root_sensitivity(scene: Scene, analysis: PadAnalysis) -> Sensitivity:
+    """What moves the eigenvalues about an equilibrium of a scene at its friction.
+
+    The slopes are rad/s per unit of p in SI units, with all other parameters and what the scene's
+    damping names held fixed (I too, unless it was left out and so follows m, w and h); infinite at
+    a coalescence, NaN where modes of one frequency have different damping ratios. Where an edge
+    only just touches, a derivative is that within the present contact state.
+    """
+    changes = _changes(scene, scene.pad_model, np.array(analysis.q), analysis.state)
+    by_parameter = {name: (by.M, by.C, by.K) for name, by in changes.items()}
+    spectrum = analysis.spectrum
+    slopes, condition = sensitivities(analysis.matrices, by_parameter, spectrum.eigenvalues)
+    values, units = _values_and_units(scene)
+    return Sensitivity(
+        what="eigenvalues",
+        parameter="mu",
+        at=spectrum.values,
+        kind=analysis.judgement.verdict,
+        slopes=slopes,
+        values=values,
+        units=units,
+        condition=condition,
+    )
+
+
+def loss_sensitivity(scene: Scene, answer: Thresholds) -> Sensitivity:
+    """What moves the first loss of stability of a scene; no slopes where stability is not lost."""
+    loss = answer.first
+    slopes = {}
+    if loss is not None:
+        slopes = {name: np.array(pair) for name, pair in of_threshold(scene, loss).items()}
+    values, units = _values_and_units(scene)
+    return Sensitivity(
+        what="threshold",
+        parameter="mu",
+        at=None if loss is None else loss.mu,
+        kind="" if loss is None else loss.kind,
+        slopes=slopes,
+        values=values,
+        units=units,
+    )
+
+
+def _values_and_units(scene: Scene) -> tuple[dict[str, float], dict[str, str]]:
+    """Of each parameter that equilibria and matrices depend on its value, and its unit."""
+    names = parameters(scene.pad_model)
+    values = {name: getattr(scene.pad, name) for name in names}
+    units = {name: PARAMETERS[name].unit for name in names}
+    return values, units

@@ -1,0 +1,222 @@
+"""What the referee says of thresholds: of a pad up to its first loss, of a small system of all."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from squeal.errors import InputError
+from squeal.linear.events import Crossing
+from squeal.linear.moduli import Tabulated
+from squeal.linear.system import TermSystem
+from squeal.model.equations import PadModel
+from squeal.queries.systems.proofs import HALF_ULP, Statement
+from squeal.results.columns import OPEN
+
+if TYPE_CHECKING:  # scenes start without the referee
+    from squeal.proof.ranges import Provider
+    from squeal.proof.referee import Proof
+
+NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"
+RATE = 1e-6  # growth below which nothing is told apart, of the fastest root
+WIDTHS = (1e-10, 1e-8)  # half widths, of a threshold, in which it may be proved
+BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be followed
+AS_GIVEN = "as given"  # the entries of pads
+DISAGREES = "the referee disagrees: "
+PROVED_ROWS = 20  # up to which thresholds of systems are always asked for
+WORK = 4e5  # intervals of one gap times the squared rows and a constant
+
+Interval = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class RangeStatement(Statement):
+    """The same of a list of thresholds.
+
+    parameter: what is varied; low, until: the range that the statement is of; high: the end of what
+    is listed; losses: whether a threshold lies in it; where: a value of the parameter.
+    """
+
+    parameter: str = "mu"
+    low: float = 0.0
+    until: float = 0.0
+    high: float = 0.0
+
+    @property
+    def is_refuted(self) -> bool:
+        """Whether it is open because the referee disagrees."""
+        return self.reason.startswith(DISAGREES)
+
+    @property
+    def words(self) -> str:
+        """In a line below a list."""
+        if self.status == "proved":
+            given = " (entries as given)" * (self.data != HALF_ULP)
+            extent = f"up to {self.parameter} = {self.until:.9g}"
+            growth = f" by more than {self.growth_below:.3g} 1/s" if self.growth_below else ""
+            return f"proved: no other mode grows{growth} {extent}{given}"
+        where = "" if self.where is None else f" (near {self.parameter} = {self.where.real:.9g})"
+        return f"{OPEN}{self.reason}{where}"
+
+    def to_dict(self) -> dict[str, Any]:
+        """As JSON holds it: `extent` is the range that is spoken of."""
+        names = ("status", "by", "growth_below", "data")
+        where = None if self.where is None else float(self.where.real)
+        block = {name: getattr(self, name) for name in names}
+        block |= {"reason": self.reason or None, "where": where}
+        return block | {"extent": [self.low, self.until]}
+
+
+def stated(proof: Proof, parameter: str, extent: Interval, high: float) -> RangeStatement:
+    """What a proof says; what is refuted is open to the user, with the reason."""
+    status = "proved" if proof.status == "proved" else "open"
+    where = None if proof.where is None else complex(proof.where)
+    growth = proof.growth_below if status == "proved" else None
+    reason = proof.reason
+    if proof.status == "refuted":
+        reason = f"{DISAGREES}{reason}"
+    until = extent[1] if status == "proved" else high
+    more = (parameter, extent[0], until, high)
+    return RangeStatement(status, proof.by, growth, proof.data, reason, where, *more)
+
+
+def _places(crossings: Sequence[Crossing], low: float, high: float, half: float) -> list[Interval]:
+    """Disjoint intervals around crossings up to `high`, each wider by a share of its value."""
+    found: list[Interval] = []
+    for crossing in sorted(crossings, key=lambda one: one.mu):
+        a, b = crossing.interval
+        if a > high:
+            continue
+        margin = half * max(abs(a), abs(b), 1e-3 * (high - low))
+        wide = (max(a - margin, low), min(b + margin, high))
+        if found and wide[0] <= found[-1][1]:
+            found[-1] = (found[-1][0], max(found[-1][1], wide[1]))
+        else:
+            found.append(wide)
+    return found
+
+
+def _proved(
+    provider: Provider,
+    extent: Interval,
+    crossings: Sequence[Crossing],
+    rate: float,
+    cuts: Sequence[float] = (),
+    most: int = 4000,
+) -> tuple[Proof, list[Interval]]:
+    """The proof for the narrowest places that have one."""
+    from squeal.proof.ranges import prove_thresholds
+
+    for half in WIDTHS:
+        places = _places(crossings, *extent, half)
+        proof = prove_thresholds(provider, *extent, places, rate, cuts=cuts, most=most)
+        if proof.status == "proved" or not crossings:
+            break
+    return proof, places
+
+
+def pad_statement(
+    model: PadModel,
+    start: ArrayLike,
+    crossings: Sequence[Crossing],
+    high: float,
+    first: float | None,
+    fastest: float,
+    fold: float | None,
+) -> tuple[RangeStatement, list[Interval]]:
+    """What is proved of a pad along its branch, beyond its first loss of stability at least, and in
+    which intervals.
+
+    Parameters
+    ----------
+    model : PadModel
+        The pad.
+    start : array_like (3,)
+        Its equilibrium without friction.
+    crossings : sequence of Crossing
+        All that are listed.
+    high : float
+        The end of the range.
+    first : float or None
+        The first threshold at which a mode begins to grow.
+    fastest : float
+        The fastest root without friction, rad/s.
+    fold : float or None
+        The friction at which the branch of equilibria turns back.
+    """
+    from squeal.proof.branches import PadBranch
+    from squeal.proof.pads import Claim, prove_pad
+
+    listed = sorted(crossings, key=lambda one: one.mu)
+    claims = [Claim(one.mu, _rise(one)) for one in listed]
+    end = high if fold is None else fold * BEYOND_FOLD
+    try:
+        branch = PadBranch(model, start, 0.0, end)
+    except ImportError:
+        return RangeStatement("open", None, reason=NO_BALLS, until=high, high=high), []
+    proof = prove_pad(branch, claims, fold, first, RATE * fastest)
+    words = proof.reason
+    if proof.status == "refuted":
+        words = f"{DISAGREES}{words}"
+    if proof.status != "proved":
+        where = None if proof.where is None else complex(proof.where)
+        statement = RangeStatement(
+            "open", "enclosure", data=AS_GIVEN, reason=words, where=where, until=high, high=high
+        )
+        return statement, []
+    until = min(proof.until, high)
+    statement = RangeStatement(
+        "proved", "enclosure", proof.growth_below, AS_GIVEN, until=until, high=high
+    )
+    return statement, list(proof.places)
+
+
+def _rise(crossing: Crossing) -> int:
+    """By how much the number of growing roots rises at a crossing."""
+    roots = 2 if crossing.kind == "flutter" else 1
+    return roots if crossing.direction == "up" else -roots
+
+
+def _factor(term: Any, system: TermSystem) -> Callable[[Any], Any] | None:
+    """The factor of a term as a function of the parameter; None where it is 1."""
+    if not term.factor.names and term.factor.value({}) == 1.0:
+        return None
+    import flint
+
+    values = dict(system.parameters)
+    return lambda ball: term.factor.over(values | {system.parameter: ball}, flint.arb)
+
+
+def system_statement(
+    system: TermSystem, crossings: Sequence[Crossing], low: float, high: float, fastest: float
+) -> tuple[RangeStatement, list[Interval]]:
+    """What is proved of all thresholds of a real system, and in which intervals."""
+    from squeal.proof.ranges import Term, Terms
+    from squeal.proof.referee import Proof
+
+    extent = (low, high)
+    if any(isinstance(term.factor, Tabulated) for term in system.terms):
+        proof = Proof("open", reason="tables over a parameter have no enclosure")
+        return stated(proof, system.parameter, extent, high), []
+    try:
+        M, C, K = (
+            [Term(_dense(term.matrix), _factor(term, system)) for term in terms]
+            for terms in system.parts
+        )
+        provider = Terms(M, C, K, HALF_ULP)
+    except ImportError:
+        return stated(Proof("open", reason=NO_BALLS), system.parameter, extent, high), []
+    most = int(WORK / (200.0 + 6.0 * system.n**2))
+    try:
+        proof, places = _proved(provider, extent, crossings, RATE * fastest, most=most)
+    except InputError as error:  # a factor has no value somewhere
+        proof, places = Proof("open", reason=str(error)), []
+    return stated(proof, system.parameter, extent, high), places if proof.status == "proved" else []
+
+
+def _dense(matrix: Any) -> Any:
+    return matrix.toarray() if hasattr(matrix, "toarray") else np.asarray(matrix)

@@ -1,0 +1,120 @@
+"""The verb `sensitivity`: what moves the eigenvalues, or the first loss of stability."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Literal
+
+from squeal.io.scene import Scene
+from squeal.queries.options import (
+    Band,
+    Modes,
+    Progress,
+    Region,
+    Subject,
+    refuse_options,
+)
+from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.pads.sensitivity import loss_sensitivity, pad_root_sensitivity
+from squeal.queries.thresholds import critical_friction, system_thresholds_with_proof
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sensitivity import Sensitivity
+from squeal.results.sources import PadSource
+from squeal.results.thresholds import Thresholds
+from squeal.schema import Place, Positive, kind_of, public
+
+
+@public
+def sensitivity(
+    subject: Subject,
+    of: Literal["eigenvalues", "threshold"] = "eigenvalues",
+    high: float = 2.0,
+    low: float | None = None,
+    band: Band | None = None,
+    region: Region | None = None,
+    modes: Modes | None = None,
+    matrices: Mapping[str, Mapping[str, Any]] | None = None,
+    memory: Positive | None = None,
+    progress: Progress | None = None,
+    known: Eigenvalues | Thresholds | None = None,
+) -> Sensitivity:
+    """Differentiate the eigenvalues, or the first loss of stability, by each parameter.
+
+    Parameters
+    ----------
+    subject, band, region, modes, memory, progress
+        As `eigenvalues` takes them. Of a scene the equilibrium moves with its parameters.
+    of : {"eigenvalues", "threshold"}
+        What is differentiated; of a threshold its frequency is too.
+    high, low : float
+        Range that is searched for the loss, as `thresholds` takes it.
+    matrices : mapping of str to mapping, optional
+        Changes of a system that are no parameters: a name for each, and by the keys ``"M"``,
+        ``"C"`` and ``"K"`` what it adds to these (n, n), arrays or names of files.
+    known : Eigenvalues or Thresholds, optional
+        The answer to differentiate, where it is known already.
+
+    Returns
+    -------
+    Sensitivity
+        Derivatives per unit of each parameter, exact to rounding; infinite where two roots
+        coalesce.
+
+    Raises
+    ------
+    InputError
+        For what does not fit the subject.
+    ComputationError
+        If several modes cross the imaginary axis at once, or growth changes hands there.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+    >>> moved = squeal.sensitivity(one, matrices={"mass": {"M": [[1.0]]}})  # of +-i sqrt(k)
+    >>> moved.slopes["k"].imag.tolist(), moved.slopes["mass"].imag.tolist()
+    ([0.25, -0.25], [-1.0, 1.0])
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K)  # flutter where 4 mu / 3 > 1
+    >>> softer = {"softer": {"K": [[0, 1], [1, 0]]}}
+    >>> moved = squeal.sensitivity(pair, of="threshold", matrices=softer)
+    >>> moved.slopes["softer"][:1].round(9)
+    array([-0.75])
+    """
+    of_threshold = of == "threshold"
+    if known is not None:
+        kind_of(Thresholds if of_threshold else Eigenvalues).read(known, Place("known"))
+    known_thresholds = known if isinstance(known, Thresholds) else None
+    known_eigenvalues = known if isinstance(known, Eigenvalues) else None
+    if isinstance(subject, Scene):
+        refuse_options(
+            "a scene",
+            band=band,
+            region=region,
+            modes=modes,
+            memory=memory,
+            low=low,
+            matrices=matrices,
+        )
+        if of_threshold:
+            return loss_sensitivity(subject, known_thresholds or critical_friction(subject, high))
+        if known_eigenvalues is None:
+            return pad_root_sensitivity(subject, analyse(subject))
+        source = known_eigenvalues.source
+        assert isinstance(source, PadSource)
+        assert source.analysis is not None
+        return pad_root_sensitivity(subject.replace(mu=known_eigenvalues.value), source.analysis)
+    from squeal.queries.systems.eigenvalues import system_eigenvalues
+    from squeal.queries.systems.sensitivity import (
+        root_sensitivity,
+        threshold_sensitivity,
+        with_matrices,
+    )
+    from squeal.queries.systems.system_analysis import SystemAnalysis
+
+    analysis = SystemAnalysis.of(subject, band, region, modes, memory, progress)
+    system = with_matrices(analysis.file, matrices or {})
+    if of_threshold:
+        found = known_thresholds or system_thresholds_with_proof(analysis, high, low)
+        return threshold_sensitivity(system, found)
+    return root_sensitivity(system, known_eigenvalues or system_eigenvalues(analysis))

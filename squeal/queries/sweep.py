@@ -1,0 +1,203 @@
+"""The verb `sweep`: eigenvalues at values of the friction or of the free parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from squeal.equilibrium.damping import damped_model
+from squeal.errors import ComputationError
+from squeal.io.scene import Scene
+from squeal.linear.paths import Loss, continued
+from squeal.queries.mode_numbers import assign_mode_numbers
+from squeal.queries.options import (
+    Band,
+    Modes,
+    Progress,
+    Region,
+    Subject,
+    Values,
+    Workers,
+    refuse_options,
+)
+from squeal.queries.pads.equilibrium import (
+    analyse_about_origin,
+    analyse_equilibrium,
+    branch_system,
+)
+from squeal.results.sources import PadAnalysis, PadSource, SystemSource
+from squeal.results.sweep import Step, Sweep
+from squeal.results.thresholds import Thresholds
+from squeal.schema import NOT_NEGATIVE, Place, Positive, Several, public
+
+if TYPE_CHECKING:  # pads start without the solvers of systems
+    from squeal.queries.systems.system_analysis import SystemAnalysis
+
+MUS = Several(NOT_NEGATIVE, "a sequence of numbers of at least 0")
+CHECKED = 25  # values of a sweep at which its basis is checked
+DRAWN_OF_PADS = 201  # values of mu at which modes are drawn
+DRAWN_OF_SYSTEMS = 121  # values of the parameter in a figure of thresholds
+
+
+@public
+def sweep(
+    subject: Subject,
+    values: Values,
+    band: Band | None = None,
+    region: Region | None = None,
+    modes: Modes | None = None,
+    method: Literal["full", "reduced", "modal"] | None = None,
+    memory: Positive | None = None,
+    progress: Progress | None = None,
+    workers: Workers | None = None,
+) -> Sweep:
+    """Compute eigenvalues at values of the friction or of the free parameter.
+
+    Parameters
+    ----------
+    subject, band, region, modes, memory, progress
+        As `eigenvalues` takes them; a scene is followed along its branch from mu = 0.
+    values : sequence of float
+        The values.
+    method : {"full", "reduced", "modal"}, optional
+        Of systems: every value on the system itself, on a reduced one that solves the full problem,
+        or a first look: real modes with corrections, and an error of each root. Left out, full up
+        to 400 rows, else modal.
+    workers : int, optional
+        Processes for systems, 1 if left out; any number gives the same answer. They start by
+        import: a script must guard its main part.
+
+    Returns
+    -------
+    Sweep
+        A step for each value, in their order.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> sweep = squeal.sweep(squeal.System([[1, 0], [0, 1]], K=K), [0.5, 1.0])
+    >>> [step.verdict for step in sweep.steps]
+    ['marginal', 'flutter']
+    """
+    if isinstance(subject, Scene):
+        refuse_options(
+            "a scene",
+            band=band,
+            region=region,
+            modes=modes,
+            memory=memory,
+            method=method,
+            workers=workers,
+        )
+        return pad_sweep(subject, list(values))
+    from squeal.queries.systems.system_analysis import SystemAnalysis
+
+    analysis = SystemAnalysis.of(subject, band, region, modes, memory, progress)
+    return _system_sweep(analysis, list(values), method, workers or 1)
+
+
+def pad_sweep(scene: Scene, values: Sequence[float]) -> Sweep:
+    """The eigenvalues of a pad at each mu along the branch from mu = 0."""
+    values = MUS.read(values, Place("sweep", "values"))
+    model = damped_model(scene)
+    system, path = branch_system(scene, max(values))
+    reached: dict[float, Step] = {}
+    for mu in values:
+        if path is None:
+            reached[mu] = _step(mu, analyse_about_origin(model.replace(mu=mu)))
+            continue
+        equilibrium = path.equilibrium(mu)
+        if equilibrium is not None:
+            analysis = analyse_equilibrium(
+                model, equilibrium, "on the branch continued from mu = 0"
+            )
+            reached[mu] = _step(mu, analysis)
+    losses: tuple[Loss, ...] = ()
+    own = None
+    if reached:
+        rising = sorted(reached)
+        # one value spans no range
+        continuation = continued(system, rising).at if len(rising) > 1 else None
+        numbered, losses, own = assign_mode_numbers(
+            [reached[mu] for mu in rising], continuation, scene.pad.mu
+        )
+        reached = dict(zip(rising, numbered, strict=True))
+    steps = []
+    for mu in values:
+        not_reached = Step(value=mu, roots=None, residuals=None, verdict=None, admissible=False)
+        steps.append(reached.get(mu, not_reached))
+    return Sweep(scene.model, "mu", tuple(steps), losses, own, source=PadSource(scene))
+
+
+def _step(mu: float, analysis: PadAnalysis) -> Step:
+    spectrum = analysis.spectrum
+    return Step(
+        value=mu,
+        roots=spectrum.values,
+        residuals=np.array([root.residual for root in spectrum.eigenvalues]),
+        verdict=analysis.judgement.verdict,
+        contact=analysis.contact,
+        admissible=analysis.admissible,
+        rounding=spectrum.rounding,
+    )
+
+
+def _system_sweep(
+    analysis: SystemAnalysis, values: Sequence[float], method: str | None, workers: int
+) -> Sweep:
+    """The roots at values of the parameter, on the system itself or on a reduced one."""
+    from squeal.queries.systems.all_roots import is_small
+    from squeal.queries.systems.known import sweep_as_known
+    from squeal.queries.systems.reduced import basis_of
+    from squeal.queries.systems.sweeps import track_modes
+
+    analysis.warn_of_unused_parameter()
+    system = analysis.system
+    if method is None:
+        method = "full" if is_small(system) else "modal"
+    reduction = None
+    if method != "full":
+        reduction, _ = analysis.reduced(values, method, CHECKED)
+    steps, losses, own = track_modes(system, analysis.selection, values, reduction, workers)
+    answer = Sweep(
+        name=system.name,
+        parameter=system.parameter,
+        steps=steps,
+        losses=losses,
+        own=own,
+        basis=basis_of(reduction, analysis.selection) or analysis.joined,
+        source=SystemSource(analysis.file, analysis.selection, reduction),
+    )
+    return sweep_as_known(analysis.file, analysis.selection, answer)
+
+
+def eigenvalue_paths(found: Thresholds, low: float, high: float) -> Sweep:
+    """The eigenvalues over a range of the parameter whose thresholds are known, for a figure.
+
+    Raises ComputationError if the branch of a pad's equilibria ends before `low`.
+    """
+    source = found.source
+    if isinstance(source, PadSource):
+        return _pad_paths(source.scene, found, low, high)
+    assert source is not None
+    from squeal.queries.systems.sweeps import track_modes
+
+    values = np.linspace(low, high, DRAWN_OF_SYSTEMS).tolist()
+    steps, losses, own = track_modes(source.file.system, source.selection, values, source.reduction)
+    return Sweep(found.name, found.parameter, steps, losses, own)
+
+
+def _pad_paths(scene: Scene, found: Thresholds, low: float, high: float) -> Sweep:
+    if found.high <= low:
+        raise ComputationError(f"no equilibrium at mu = {low:.9g}: {found.end}")
+    share = np.linspace(0.0, 1.0, DRAWN_OF_PADS)
+    stop = min(found.high, high)
+    if any(point.kind == "fold" for point in found.points):
+        # a frequency falls there as a fourth root: the values crowd
+        share = 1.0 - (1.0 - share) ** 2
+        stop = stop * (1.0 - 1e-9)
+    values = [*(low + (stop - low) * share), *(point.mu for point in found.points)]
+    return pad_sweep(scene, np.unique(np.clip(values, low, stop)).tolist())

@@ -1,0 +1,46 @@
+"""What is proved of the modes of a band of a larger system, on request."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from squeal.errors import InputError
+from squeal.io.system import SystemFile
+from squeal.queries.systems.proofs import Statement, with_proved_errors
+from squeal.queries.systems.roots import SystemRoots
+from squeal.results.sources import EigenvalueSelection
+
+ALLOWED = "above 400 rows the modes of a band of real matrices can be proved"
+
+
+def with_band_proof(
+    file: SystemFile, selection: EigenvalueSelection, roots: SystemRoots
+) -> SystemRoots:
+    """The modes of a band with what the referee says of them.
+
+    What it proves stands in place of the count. Where it leaves the list open the count still
+    holds, and a note says why. Raises InputError for what it cannot be asked.
+    """
+    from squeal.proof.bands import prove_modes
+
+    system = file.system
+    if selection.band is None or not system.real or system.follows:
+        raise InputError(f"prove: {ALLOWED}")
+    if file.assembly is not None or file.assumptions:
+        raise InputError(f"prove: components and guessed matrices have no proof; {ALLOWED}")
+    low, high = (math.tau * hertz for hertz in selection.band)
+    values = np.array([root.value for root in roots.eigenvalues], dtype=complex)
+    proof = prove_modes(*system.at(), values, low, high)
+    if proof.status == "open":
+        return replace(roots, notes=(*roots.notes, f"not proved: {proof.reason}"))
+    where = None if proof.where is None else complex(proof.where)
+    if proof.status == "refuted":
+        reason = f"the referee disagrees: {proof.reason}"
+        statement = Statement("open", proof.by, None, proof.data, reason, where)
+        return replace(roots, judged_by=statement)
+    known = with_proved_errors(roots.eigenvalues, proof.errors, roots.verdict)
+    statement = Statement("proved", proof.by, proof.growth_below, proof.data)
+    return replace(roots, eigenvalues=known, judged_by=statement)

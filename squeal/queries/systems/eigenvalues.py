@@ -1,0 +1,234 @@
+"""The eigenvalues of a system at one value of its parameter, and what is said of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from squeal.errors import InputError
+from squeal.io.writing import number
+from squeal.linear import Spectrum, UnstableMode, unstable_modes
+from squeal.linear import thresholds as linear_thresholds
+from squeal.linear.digits import has_digits
+from squeal.linear.eigen import growing
+from squeal.linear.matrices import dense
+from squeal.linear.system import System
+from squeal.queries.systems.all_roots import is_small
+from squeal.queries.systems.band_proof import with_band_proof
+from squeal.queries.systems.known import (
+    accuracy_by_digits,
+    data_of,
+    digits_of_files,
+    error_bounds,
+    open_by_digits,
+)
+from squeal.queries.systems.matrices import matrix_list, system_checks
+from squeal.queries.systems.proofs import Statement
+from squeal.queries.systems.roots import SystemRoots, roots_of_first_look, system_roots
+from squeal.queries.systems.system_analysis import SystemAnalysis
+from squeal.results.columns import basis_text
+from squeal.results.eigenvalues import Eigenvalues, mode_shapes, shape_rows
+from squeal.results.sources import SystemSource
+from squeal.results.sweep import Sweep
+from squeal.sparse.argument_principle import Disc, Rectangle
+from squeal.sparse.first_look import FirstLook
+
+ONSET_ROWS = 40  # up to so many rows the onset of each unstable mode is computed
+SHOWN_ROWS = 100  # matrices and mode shapes of larger systems are not printed
+SAME = 1e-6  # of |lambda|: one root, computed in two ways
+
+
+def system_eigenvalues(
+    analysis: SystemAnalysis,
+    at: float | None = None,
+    look: Sweep | None = None,
+    prove: bool | None = None,
+) -> Eigenvalues:
+    """The selected roots at a value of the parameter, with what proves them complete, or of a large
+    system from the basis of a first look.
+
+    The referee is asked of all roots of a small system unless `prove` is False, of the modes of a
+    band of a larger one if it is True.
+    """
+    parameter = analysis.system.parameter
+    if at is not None:
+        analysis.warn_of_unused_parameter()
+        file = replace(analysis.file, system=analysis.system.replace({parameter: at}))
+        analysis = replace(analysis, file=file)
+    file = analysis.file
+    system = analysis.system
+    roots = _roots(analysis, look, prove)
+    doubts = [*roots.doubts, *file.assumptions]
+    criterion = roots.criterion
+    if roots.verdict is None:
+        criterion = open_by_digits(file, roots.every) or criterion
+    outside = _outside(analysis, roots)
+    extent = ""
+    if roots.region is not None:
+        extent = analysis.selection.words(len(roots.eigenvalues))
+    statement = roots.statement
+    if doubts and roots.certified:  # nothing is proved of what was guessed
+        statement = Statement("open", statement.by, reason="; ".join(doubts))
+    proof_line = statement.words
+    if analysis.joined or doubts:
+        # of joined components the count is that of the reduced system, as its own words say; what
+        # was guessed has a line of its own
+        proof_line = ""
+    notes = [_description(analysis, roots), *roots.notes]
+    accuracy = accuracy_by_digits(file, roots.every)
+    if accuracy:
+        notes.append(accuracy)
+    shapes = None
+    if system.n <= SHOWN_ROWS:
+        modes = mode_shapes(Spectrum(roots.eigenvalues))
+        coordinates = [f"q{row}" for row in range(1, system.n + 1)] if modes else []
+        shapes = shape_rows(modes, coordinates, "largest entry 1")
+    return Eigenvalues(
+        name=system.name,
+        parameter=parameter,
+        value=system.parameters[parameter],
+        eigenvalues=roots.eigenvalues,
+        verdict=roots.verdict,
+        criterion=criterion,
+        unstable=_unstable_modes(system, roots),
+        certified=roots.certified and not doubts,
+        count=roots.count,
+        extent=extent,
+        shapes=shapes,
+        details=_details(analysis, roots, outside, doubts),
+        notes=tuple(notes),
+        beside=_growth_outside(analysis, outside),
+        source=SystemSource(file, analysis.selection),
+        proof=statement.to_dict(),
+        proof_line=proof_line,
+    )
+
+
+def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> SystemRoots:
+    """The selected roots, of a large system with a first look as that has them."""
+    file = analysis.file
+    system = analysis.system
+    if look is not None and isinstance(look.source, SystemSource) and not is_small(system):
+        reduction = look.source.reduction
+        if isinstance(reduction, FirstLook):
+            changes = {system.parameter: system.parameters[system.parameter]}
+            return roots_of_first_look(reduction, analysis.selection, changes)
+    data = None if prove is False else data_of(file, system)
+    bounded = error_bounds(file, system)
+    roots = system_roots(system, analysis.selection, bounded=bounded, data=data)
+    if prove and not is_small(system):
+        return with_band_proof(file, analysis.selection, roots)
+    return roots
+
+
+def _outside(analysis: SystemAnalysis, roots: SystemRoots) -> tuple[complex, ...] | None:
+    """What grows outside of the region, the fastest first, None if nothing is known of it."""
+    if not roots.outside or not analysis.joined:
+        return roots.outside
+    # roots above the cutoff decide nothing
+    cutoff = math.tau * analysis.file.assembly.cutoff
+    return tuple(root for root in roots.outside if abs(root) < cutoff)
+
+
+def _region_entry(region: Rectangle | Disc | None) -> dict[str, Any] | None:
+    if region is None:
+        return None
+    return {"radius": region.radius} if isinstance(region, Disc) else dict(vars(region))
+
+
+def _details(
+    analysis: SystemAnalysis,
+    roots: SystemRoots,
+    outside: tuple[complex, ...] | None,
+    doubts: list[str],
+) -> dict[str, Any]:
+    """What the JSON object says of the system and of how its roots were found."""
+    file = analysis.file
+    system = analysis.system
+    details: dict[str, Any] = {
+        "rows": system.n,
+        "parameters": system.given,
+        "matrices": matrix_list(file),
+        "checks": system_checks(system),
+        "region": _region_entry(roots.region),
+        "basis": analysis.joined,
+        "damped": [damped._asdict() for damped in file.damped],
+        "fastest_outside": None,
+        "growing_outside": None if outside is None else len(outside),
+        "growth_limit": roots.growth_limit,
+        "doubts": doubts,
+        "known_by": digits_of_files(file) if has_digits(system) else None,
+    }
+    if outside:
+        hertz = abs(outside[0].imag) / math.tau
+        details["fastest_outside"] = {"frequency_hz": hertz, "growth_rate": outside[0].real}
+    if system.n <= SHOWN_ROWS and system.real:
+        for name, matrix in zip("MCK", system.at(), strict=True):
+            shown = np.zeros((system.n, system.n)) if matrix is None else dense(matrix)
+            details[name] = shown.tolist()
+    if file.assembly is not None:
+        details["contact"] = [seat.summary() for seat in file.assembly.seats]
+    return details
+
+
+def _description(analysis: SystemAnalysis, roots: SystemRoots) -> str:
+    """The system, its matrices and its contact in lines for people."""
+    file = analysis.file
+    system = analysis.system
+    values = []
+    for name, value in system.parameters.items():
+        text = "that of each root" if name in system.follows else f"{value:g}"
+        values.append(f"{name} = {text}")
+    freedom = "degree" if system.n == 1 else "degrees"
+    lines = [f"{system.n} {freedom} of freedom, {', '.join(values)}"]
+    if analysis.joined:
+        errors_are_known = any(root.error is not None for root in roots.eigenvalues)
+        lines.append(f"  {basis_text(analysis.joined, errors_are_known)}")
+    for matrix in matrix_list(file):
+        read = matrix["file"] or "rows"
+        lines.append(
+            f"  {matrix['part']}: {read}, factor {matrix['factor']}, {matrix['nonzeros']} non-zeros"
+        )
+    if file.damped:
+        damped = [f"{term.of} by {term.by} {term.value!s:.60}" for term in file.damped]
+        lines.append(f"  damped terms: {', '.join(damped)}")
+    for name, text in system_checks(system).items():
+        lines.append(f"  {name}: {text}")
+    if file.assembly is not None:
+        lines += [f"  {seat}" for seat in file.assembly.seats]
+    return "\n".join(lines)
+
+
+def _growth_outside(analysis: SystemAnalysis, outside: tuple[complex, ...] | None) -> str:
+    """What grows outside of the region in a line; empty where nothing is known to."""
+    if not outside:
+        return ""
+    hertz = number(abs(outside[0].imag) / math.tau, 5)
+    if analysis.joined or not is_small(analysis.system):  # only those that the search came upon
+        growth = f"growth was seen too, the fastest at about {hertz} Hz"
+    else:
+        count = "1 mode grows" if len(outside) == 1 else f"{len(outside)} modes grow"
+        growth = f"{count}, the fastest at {hertz} Hz"
+    region = "band" if analysis.selection.band else "region"
+    return f"Outside of the {region} {growth} by {number(outside[0].real, 3)} 1/s"
+
+
+def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, ...]:
+    """What grows among the roots; of a small system with the onset of each."""
+    value = system.parameters[system.parameter]
+    unstable = growing(roots.every)
+    if not (unstable and system.real and value > 0.0 and system.n <= ONSET_ROWS):
+        return unstable
+    try:
+        known = unstable_modes(system, value, linear_thresholds(system, value))
+    except InputError:  # no way from zero: a factor divides by the parameter, M has no factor
+        return unstable
+    with_onsets = []
+    for mode in unstable:
+        nearest = min(known, key=lambda other: abs(other.root - mode.root), default=mode)
+        is_same = abs(nearest.root - mode.root) <= SAME * abs(mode.root)
+        with_onsets.append(replace(mode, onset=nearest.onset if is_same else None))
+    return tuple(with_onsets)

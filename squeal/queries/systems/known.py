@@ -1,0 +1,121 @@
+"""What files and components leave open of the roots of a system, and of what proves them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from functools import partial
+
+from squeal.io.system import SystemFile
+from squeal.io.writing import number
+from squeal.linear.digits import data_errors, has_digits, known_to_digits
+from squeal.linear.system import TermSystem
+from squeal.queries.systems.all_roots import is_small
+from squeal.queries.systems.proofs import Data
+from squeal.queries.systems.roots import Known, system_roots
+from squeal.results.columns import OPEN
+from squeal.results.sources import EigenvalueSelection
+from squeal.results.sweep import Sweep
+from squeal.results.thresholds import Thresholds
+
+
+def error_bounds(file: SystemFile, system: TermSystem) -> Callable[[Known], Known] | None:
+    """What gives roots of a system the error of the reduction of its components, or of the digits
+    of its files; None where nothing but rounding moves them."""
+    if file.assembly is not None and file.assembly.reduction:
+        return partial(file.assembly.bounded, system)
+    if has_digits(system) and not system.follows:
+        return partial(known_to_digits, system)
+    return None
+
+
+def data_of(file: SystemFile, system: TermSystem) -> Data | None:
+    """What the referee assumes of the entries of a system at its parameters; None of the roots of
+    joined components, which it is not asked of, since nobody gave their matrices."""
+    if file.assembly is not None and file.assembly.reduction:
+        return None
+    if not has_digits(system) or system.follows:
+        return Data()
+    fewest = min(term.digits for term in system.terms if term.digits is not None)
+    errors = (X.toarray() for X in data_errors(system))
+    return Data(f"{fewest} digits", tuple(errors))
+
+
+def digits_of_files(file: SystemFile) -> str:
+    """The digits of the files of a system in words."""
+    known = {one.file: one.digits for one in file.origins if one.digits is not None}
+    each = [f"the {digits} digits of {name}" for name, digits in known.items()]
+    return " and ".join(each) or "the digits of the matrices"
+
+
+def open_by_digits(file: SystemFile, roots: Known) -> str:
+    """Why the verdict is open where it hangs on the digits of files; empty if it does not."""
+    unsure = [root for root in roots if root.open]
+    if not unsure or not has_digits(file.system):
+        return ""
+    farthest = max(root.error or 0.0 for root in unsure)
+    count = "1 root is" if len(unsure) == 1 else f"{len(unsure)} roots are"
+    return (
+        f"{OPEN}{count} known to {number(farthest, 2)} 1/s by {digits_of_files(file)}, and neither "
+        "grow nor decay as far as these say"
+    )
+
+
+def accuracy_by_digits(file: SystemFile, roots: Known) -> str:
+    """To what share of their size the digits of files give the roots that are not open."""
+    known = [root for root in roots if root.error is not None and not root.open]
+    if not known or not has_digits(file.system):
+        return ""
+    share = max((root.error or 0.0) / abs(root.value) for root in known if root.value)
+    return f"roots that are not open are known to {number(share, 2)} by {digits_of_files(file)}"
+
+
+def _open_at(file: SystemFile, selection: EigenvalueSelection, value: float) -> str:
+    """Why the verdict at a value of the parameter is open by the digits of files; empty if not."""
+    system = file.system.replace({file.system.parameter: value})
+    bounded = error_bounds(file, system)
+    if bounded is None or not has_digits(system) or not is_small(system):
+        return ""
+    roots = system_roots(system, selection, bounded=bounded)
+    reason = open_by_digits(file, roots.every) if roots.verdict is None else ""
+    return reason.removeprefix(OPEN)
+
+
+def thresholds_as_known(
+    file: SystemFile, selection: EigenvalueSelection, answer: Thresholds
+) -> Thresholds:
+    """Thresholds that are not certified where something was assumed or the digits of files leave
+    growth open at the lower end, where there is then no verdict."""
+    reason = _open_at(file, selection, answer.low)
+    doubts = list(file.assumptions)
+    if reason:
+        doubts.append(reason)
+    if not doubts:
+        return answer
+    known_doubts = answer.details.get("doubts") or []
+    open_because = "; ".join(doubts)
+    proof = None
+    if answer.proof is not None:
+        opened = {"status": "open", "growth_below": None, "reason": open_because}
+        proof = {**answer.proof, **opened}
+    return replace(
+        answer,
+        certified=False,
+        verdict=None if reason else answer.verdict,
+        details={**answer.details, "doubts": [*known_doubts, *doubts]},
+        proof=proof,
+        proof_line=f"{OPEN}{open_because}" if proof else "",
+    )
+
+
+def sweep_as_known(file: SystemFile, selection: EigenvalueSelection, answer: Sweep) -> Sweep:
+    """A sweep none of whose values is certified where something was assumed, and without a verdict
+    where the digits of files leave growth open."""
+    rows = []
+    for step in answer.steps:
+        certified = step.certified
+        if file.assumptions and certified is not None:
+            certified = False
+        verdict = None if _open_at(file, selection, step.value) else step.verdict
+        rows.append(replace(step, certified=certified, verdict=verdict))
+    return replace(answer, steps=tuple(rows))

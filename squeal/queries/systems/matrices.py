@@ -1,0 +1,188 @@
+"""Matrices of a system before anything is solved: what they are and their files."""
+
+from collections.abc import Sequence
+from copy import deepcopy
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.io.matrices import fingerprint, write_matrix
+from squeal.io.system import SystemFile
+from squeal.io.writing import whole_folder, write_csv, write_text
+from squeal.linear.matrices import EPS, dense, norm_of, unit_diagonal
+from squeal.linear.moduli import Modulus, Tabulated
+from squeal.linear.system import Matrix, Term, TermSystem
+from squeal.numerics.differentiation import Formula
+from squeal.schema import document_text
+from squeal.sparse.components import Component
+
+ALL_ROWS = 400  # up to so many rows all roots are computed
+
+
+def is_symmetric(matrix: Matrix) -> bool:
+    """True if A and A' differ by rounding only."""
+    rest = abs(matrix - matrix.T).max() if matrix.shape[0] else 0.0
+    return bool(rest <= 1e-12 * abs(matrix).max())
+
+
+def _words(matrix: Matrix) -> str:
+    """Symmetry of M or K; of a small one whether it is definite, and its condition."""
+    if np.iscomplexobj(matrix):
+        return "complex"
+    parts = ["symmetric" if is_symmetric(matrix) else "not symmetric"]
+    if matrix.shape[0] <= ALL_ROWS:
+        X = unit_diagonal(dense(matrix))
+        reciprocal = float(1 / np.linalg.cond(X))
+        if reciprocal <= 4 * EPS:
+            parts.append("numerically singular")
+        elif parts[0] == "symmetric" and np.linalg.eigvalsh(X)[0] > 0.0:
+            parts.append("positive definite")
+        else:
+            parts.append("regular")
+        parts.append(f"reciprocal condition {reciprocal:.2g}")
+    return ", ".join(parts)
+
+
+def system_checks(system: TermSystem) -> dict[str, str]:
+    """What is to be said of M, C and K at the system's parameters."""
+    M, C, K = system.frozen().at()
+    checks = {"M": _words(M), "K": _words(K)}
+    if C is not None and norm_of(C):
+        checks["C"] = "symmetric" if is_symmetric(C) else "not symmetric"
+    return checks
+
+
+def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
+    """Each matrix of a system file: its part, file and how that was read, factor, size, symmetry
+    and fingerprint."""
+    rows = []
+    for origin in file.origins:
+        matrix = origin.matrix
+        row = {
+            "part": origin.part,
+            "file": origin.file or None,
+            "key": origin.key or None,
+            "format": origin.form or None,
+            "labels": origin.labelled,
+            "factor": origin.factor,
+            "digits": origin.digits,
+            "rows": int(matrix.shape[0]),
+            "nonzeros": int(matrix.nnz),
+            "symmetric": is_symmetric(matrix),
+            "fingerprint": fingerprint(matrix),
+        }
+        rows.append(row)
+    return rows
+
+
+def write_system(
+    folder: Path, system: TermSystem, suffix: str, **more: Any
+) -> list[dict[str, Any]]:
+    """Write the terms of a system and a system file into a folder; a row for each matrix.
+
+    `more` are other keys of the system file. Raises InputError for what the format does not hold;
+    nothing is written then.
+    """
+    rows = []
+    document: dict[str, Any] = {"name": system.name}
+    parameters = {}
+    for name, value in system.parameters.items():
+        is_default = name == system.parameter and name not in system.names and value == 0.0
+        if name not in system.follows and not is_default:
+            parameters[name] = value
+    if parameters:
+        document["parameters"] = parameters
+    if system.parameter in parameters:
+        document["parameter"] = system.parameter
+    with whole_folder(folder) as place:
+        for part, terms in zip("MCK", system.parts, strict=True):
+            for i, term in enumerate(terms):
+                file = f"{part}{i}.{suffix}"
+                write_matrix(place / file, term.matrix, part)
+                row = {"part": part, "file": file, "factor": term.factor.text}
+                rows.append(row | {"fingerprint": fingerprint(term.matrix)})
+                entry = {"file": file} | _write_factor(place, f"{part}{i}.csv", term)
+                if isinstance(term.factor, Modulus) and term.factor.imaginary:
+                    document.setdefault("damping", {}).setdefault("K4", []).append(entry)
+                else:
+                    document.setdefault(part, []).append(entry)
+        write_text(place / "system.yaml", document_text(document | more))
+    return rows
+
+
+def _write_factor(folder: Path, file: str, term: Term) -> dict[str, Any]:
+    """The keys of a system file that give the factor of a term; its table goes to a file."""
+    factor = term.factor
+    if isinstance(factor, Modulus):
+        keys: dict[str, Any] = {"factor": factor.factor.text}
+        if factor.loss:
+            keys["structural"] = factor.loss.text
+        table = factor.table
+        if table:
+            keys["modulus"] = {"file": file}
+            lines = zip(table.frequencies, table.storage, table.loss, strict=True)
+            write_csv(folder / file, ["frequency", "storage", "loss"], lines)
+        return keys
+    if isinstance(factor, Tabulated):
+        pairs = zip(factor.places, factor.quantities, strict=True)
+        write_csv(folder / file, [factor.over, factor.column], pairs)
+        table_keys = {"file": file, "column": factor.column, "over": factor.over}
+        return {"factor": factor.factor.text, "table": table_keys}
+    return {"factor": factor.text}
+
+
+def write_components(
+    folder: Path, components: Sequence[Component], suffix: str
+) -> list[dict[str, Any]]:
+    """Write each component into a folder of its name, with the nodes of its rows and its load.
+
+    A row for each matrix. Raises InputError as `write_system` does.
+    """
+    rows = []
+    for body in components:
+        home = folder / body.name
+        written = write_system(home, body.system, suffix, coordinates={"file": "nodes.csv"})
+        rows += [row | {"file": f"{body.name}/{row['file']}"} for row in written]
+        nodes = [node or "-" for node in body.nodes.tolist()]
+        dofs = ["xyz-"[direction] for direction in body.directions]
+        places = np.zeros((len(nodes), 3)) if body.places is None else body.places
+        table = zip(nodes, dofs, *places.T.tolist(), strict=True)
+        write_csv(home / "nodes.csv", ["node", "dof", "x", "y", "z"], table)
+        if body.lacks is not None:
+            write_matrix(home / f"lacks.{suffix}", body.lacks, "lacks")
+        if body.load is not None:
+            pressed = np.flatnonzero((body.load != 0.0) & (body.directions >= 0))
+            loads = ((nodes[i], dofs[i], float(body.load[i])) for i in pressed)
+            write_csv(home / "load.csv", ["node", "dof", "force"], loads)
+    return rows
+
+
+def write_assembly(
+    folder: Path, file: SystemFile, document: dict[str, Any], home: Path, suffix: str
+) -> list[dict[str, Any]]:
+    """Write the components of an assembly as they were joined, and a file that joins them again.
+
+    `document` is that of the file, in the folder `home`. A row for each matrix.
+    """
+    rows = write_components(folder, file.assembly.components, suffix)
+    joined = {key: deepcopy(value) for key, value in document.items() if key != "cutoff"}
+    for (name, one), body in zip(
+        joined["components"].items(), file.assembly.components, strict=True
+    ):
+        one["file"] = f"{name}/system.yaml"
+        one.pop("rotation", None)  # its terms are among the matrices
+        if body.rows:
+            known = {"rows": body.rows, "cutoff": body.cutoff}
+            one["reduced"] = known | {"lacks": f"{name}/lacks.{suffix}"}
+        if load := one.get("load"):  # it was written as it is at these parameters
+            factor = Formula(load.get("factor", "1"))
+            text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"
+            one["load"] = {"file": f"{name}/load.csv", "factor": text}
+    for i, one in enumerate(joined["contact"], 1):
+        if "pairs" in one:
+            text = (home / one["pairs"]["file"]).read_text(encoding="utf-8")
+            one["pairs"] = {"file": f"pairs{i}.csv"}
+            write_text(folder / f"pairs{i}.csv", text)
+    write_text(folder / "assembly.yaml", document_text(joined))
+    return rows

@@ -1,0 +1,102 @@
+"""Reduced systems that serve a band or region over the parameters."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from squeal.errors import InputError, InputWarning
+from squeal.io.processes import one_thread
+from squeal.io.writing import picked
+from squeal.linear.system import TermSystem
+from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
+from squeal.results.sources import EigenvalueSelection
+from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.dispersive import DispersiveReduction, frequencies
+from squeal.sparse.eigensolver import lowest_modes
+from squeal.sparse.first_look import FirstLook
+from squeal.sparse.quadratic import ScaledSystem
+from squeal.sparse.reduction import TOLERANCE, Reduction, reduce_system
+
+
+def _region_of(scaled: ScaledSystem, selection: EigenvalueSelection, changes: Changes) -> Rectangle:
+    """The region that is selected, or that of the lowest modes at one value of the parameters."""
+    if selection.rectangle is not None:
+        return selection.rectangle
+    if scaled.system.follows or selection.modes is None:
+        raise InputError(NO_BAND)
+    if is_small(scaled.system):
+        roots = roots_of_all(scaled.system, EigenvalueSelection(), changes)
+        sizes = np.sort(np.abs(roots[roots.imag >= 0.0]))
+        radius = float(sizes[: selection.modes][-1])
+    else:
+        radius = lowest_modes(scaled.at(changes), selection.modes, certify=False).region.radius
+    far = 1.2 * radius or 1.0
+    return Rectangle(-far / 4, far / 4, -1e-6 * far, far)
+
+
+def reduced_for(
+    system: TermSystem,
+    selection: EigenvalueSelection,
+    values: Sequence[Changes],
+    method: str = "reduced",
+) -> Reduction:
+    """The reduced system that serves some values of the parameters.
+
+    Warns if the full problem is not met to the tolerance, or if real modes may lose roots, so that
+    the full problem is solved at each value.
+    """
+    scaled = ScaledSystem(system)
+    region = _region_of(scaled, selection, values[len(values) // 2])
+    if method == "modal" and not system.follows:
+        with one_thread():
+            first_look = FirstLook(scaled, region, values).build()
+        if not first_look.holds:
+            warnings.warn(
+                f"real modes up to {first_look.reach / math.tau:.4g} Hz and their corrections may "
+                f"lose roots of the band (what they lack contracts by "
+                f"{first_look.contraction:.2g} only); each value is solved on the full system",
+                InputWarning,
+                stacklevel=3,
+            )
+        return first_look
+    if system.follows:  # a first look corrects the roots of constant matrices
+        at_frequencies: list[Changes] = []
+        hertz = frequencies(system, region).tolist()
+        for changes in values:
+            at_frequencies += [{**changes, **system.frequency(omega)} for omega in hertz]
+        values = at_frequencies
+    kind = DispersiveReduction if system.follows else Reduction
+    reduction = reduce_system(scaled, region, values, kind)
+    if not reduction.converged:
+        warnings.warn(
+            f"{len(reduction.samples)} full solutions do not suffice for the reduced system: a "
+            f"root has a residual of {reduction.worst:.2g} in the full problem, {TOLERANCE:g} "
+            "is wanted; a narrower band or range is required",
+            InputWarning,
+            stacklevel=3,
+        )
+    return reduction
+
+
+def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dict[str, Any] | None:
+    """A reduced system as JSON holds it."""
+    if reduction is None:
+        return None
+    entry = picked(reduction, "method size converged spurious")
+    entry |= {
+        "rows": reduction.scaled.n,
+        "samples": [dict(changes) for changes in reduction.samples],
+        "residual": reduction.worst,
+        "contraction": None,
+        "real_modes_hz": None,
+        "growth_limit": None if selection.band is None else reduction.region.high_real,
+    }
+    if isinstance(reduction, FirstLook):
+        entry["contraction"] = reduction.contraction
+        entry["real_modes_hz"] = reduction.reach / math.tau or None
+    return entry

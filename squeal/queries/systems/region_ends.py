@@ -1,0 +1,73 @@
+"""Roots near the ends of a region, which their errors may put on either side."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from squeal.linear.eigen import Eigenvalue
+from squeal.sparse.argument_principle import Rectangle
+
+LOOSE = 0.1  # of the end of a region: errors above are no estimate of where a root may lie
+ROUGH = 1e-3  # of |lambda|: what roots that were seen on the way may be off
+
+
+def widened_in_frequency(region: Rectangle) -> Rectangle:
+    """The region with what lies closely beyond its ends in frequency."""
+    low = region.low_imag
+    if low > 0.0:
+        low = low * (1 - ROUGH)
+    return replace(region, low_imag=low, high_imag=region.high_imag * (1 + ROUGH))
+
+
+def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
+    """True if a root lies in a region, or no further from it than its error.
+
+    Of a root that is known to a tenth of the region only, where it was computed decides.
+    """
+    error = root.error or 0.0
+    if error > LOOSE * region.high_imag or (region.low_imag >= 0.0 and root.value.imag < 0.0):
+        error = 0.0
+    wide = Rectangle(
+        region.low_real - error,
+        region.high_real + error,
+        region.low_imag - (error if region.low_imag > 0.0 else 0.0),  # else its mirror image does
+        region.high_imag + error,
+    )
+    return bool(wide.contains(np.array(root.value)))
+
+
+def doubts_at_ends(roots: Sequence[Eigenvalue], region: Rectangle) -> list[str]:
+    """Which roots may lie on either side of an end of a region, by their errors, in words."""
+    doubts = []
+    for root in roots:
+        error = root.error or 0.0
+        real = root.value.real
+        imag = root.value.imag
+        distances = [real - region.low_real, real - region.high_real, imag - region.high_imag]
+        if region.low_imag > 0.0:
+            distances.append(imag - region.low_imag)
+        if may_lie_in(root, region) and min(map(abs, distances)) <= error:
+            hertz = f"{root.frequency_hz:.6g} Hz, known to {error / math.tau:.2g} Hz"
+            doubts.append(f"the root at {hertz}, may lie within or not")
+    return doubts
+
+
+def growing_outside(
+    rough_values: Sequence[complex], region: Rectangle
+) -> tuple[complex, ...] | None:
+    """What grows outside a region by more than rough roots may be off, the fastest first; one root
+    may have been seen several times."""
+    wide = region.widened(ROUGH)
+    found: list[complex] = []
+    for root in sorted(rough_values, key=lambda root: -root.real):
+        tolerance = ROUGH * abs(root)
+        grows = root.real > tolerance and root.imag >= -tolerance
+        if not grows or wide.contains(np.array(root)):
+            continue
+        if all(abs(root - other) > tolerance for other in found):
+            found.append(root)
+    return tuple(found) or None

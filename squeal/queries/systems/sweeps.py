@@ -1,0 +1,183 @@
+"""The selected roots of a system over its parameter, and which of them is which mode."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from typing import NamedTuple, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.errors import InputError
+from squeal.io.processes import counted, mapped
+from squeal.linear import GROWING
+from squeal.linear.continuation import ContinuationOptions, SpectrumAtParameter
+from squeal.linear.eigen import ordered
+from squeal.linear.paths import Loss, continued
+from squeal.linear.system import TermSystem
+from squeal.queries.mode_numbers import assign_mode_numbers
+from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
+from squeal.queries.systems.roots import system_roots
+from squeal.queries.systems.verdicts import rounding_of, verdict_of
+from squeal.results.sources import EigenvalueSelection
+from squeal.results.sweep import Step
+from squeal.sparse.crossings import spectrum_with_slopes
+from squeal.sparse.dense import roots_at
+from squeal.sparse.first_look import FirstLook
+from squeal.sparse.quadratic import PROGRESS, Roots, ScaledSystem
+from squeal.sparse.reduction import Reduction
+
+
+class _Common(NamedTuple):
+    """What all values of a sweep share; scaled: a small system that no reduced one serves."""
+
+    system: TermSystem
+    selection: EigenvalueSelection
+    reduction: Reduction | None
+    scaled: ScaledSystem | None
+
+
+class _RootsAt(NamedTuple):
+    """Roots (m,) at one value, their backward errors, how far rounding may move them; and those
+    that are followed, with vectors; the others as `Step` has them."""
+
+    values: NDArray[np.complex128]
+    residuals: NDArray[np.float64]
+    rounding: NDArray[np.float64]
+    with_vectors: Roots
+    spurious: int = 0
+    corrected: NDArray[np.bool_] | None = None
+    certified: bool | None = None
+
+
+def track_modes(
+    system: TermSystem,
+    selection: EigenvalueSelection,
+    values: Sequence[float],
+    reduction: Reduction | None,
+    workers: int = 1,
+) -> tuple[tuple[Step, ...], tuple[Loss, ...], Step]:
+    """A sweep on a reduced system or, without one, on the system itself.
+
+    Its modes are numbered as those at the system's own value where the sweep holds it, else as at
+    the lowest one; that row is returned too. Between the values as many more may be looked at, but
+    for full solutions.
+    """
+    parameter = system.parameter
+    own_value = system.parameters[parameter]
+    small = is_small(system)
+    if not small and reduction is None and selection == EigenvalueSelection():
+        raise InputError(NO_BAND)
+    expensive = reduction is None and not small
+    computed = set(values)
+    if min(values) < own_value < max(values) and not expensive:
+        computed.add(own_value)
+    rising = sorted(computed)
+    scaled = ScaledSystem(system) if small and reduction is None else None
+    common = _Common(system, selection, reduction, scaled)
+    rows = counted(mapped(_step_and_roots, rising, workers, common), len(rising), PROGRESS.get())
+    known = dict(zip(rising, rows, strict=True))
+    tracked = system if reduction is None else reduction.system
+
+    @functools.cache
+    def spectrum_at(value: float) -> SpectrumAtParameter:
+        changes = {parameter: value}
+        if value in known:
+            _, roots = known[value]
+        elif system.follows and reduction is not None:
+            roots, _, _ = reduction.modes(changes, left=True)
+        elif reduction is not None:
+            roots = reduction.roots(changes, left=True)
+        else:
+            _, roots = _step_and_roots(common, value)
+        return spectrum_with_slopes(tracked.frozen(), parameter, value, roots, lifted=True)
+
+    at = cast(Callable[[float], SpectrumAtParameter], spectrum_at)
+    all_roots = reduction is None and selection.rectangle is None
+    if scaled is not None and all_roots and system.real and system.n <= ContinuationOptions.small:
+        with suppress(InputError):  # where M is singular
+            at = continued(system, rising).at
+    steps = [known[value][0] for value in rising]
+    spare = 0 if expensive else len(rising)
+    numbered, losses, own = assign_mode_numbers(steps, at, own_value, spare)
+    step_at = dict(zip(rising, numbered, strict=True))
+    return tuple(step_at[value] for value in values), losses, own
+
+
+def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
+    """The roots at a value of the parameter, and those that are followed, with vectors."""
+    system, selection, reduction, scaled = common
+    if reduction is not None:
+        roots = _roots_of_reduced(system, reduction, value)
+    elif scaled is not None:
+        roots = _roots_of_small(scaled, selection, value)
+    else:
+        roots = _roots_of_large(system, selection, value)
+    # on all of them, however few are listed; some roots prove none but growth
+    verdict: str | None = verdict_of(roots.values, roots.rounding)
+    all_known = is_small(system) and selection.rectangle is None and reduction is None
+    if not all_known and verdict not in GROWING:
+        verdict = None
+    order = ordered(roots.values)
+    if selection.modes is not None:
+        upper = order[roots.values[order].imag >= 0.0]
+        order = upper[: selection.modes]
+    step = Step(
+        value=value,
+        roots=roots.values[order],
+        residuals=roots.residuals[order],
+        verdict=verdict,
+        spurious=roots.spurious,
+        rounding=roots.rounding[order],
+        corrected=None if roots.corrected is None else roots.corrected[order],
+        certified=roots.certified,
+    )
+    return step, roots.with_vectors
+
+
+def _roots_of_reduced(system: TermSystem, reduction: Reduction, value: float) -> _RootsAt:
+    changes = {system.parameter: value}
+    if isinstance(reduction, FirstLook):
+        look = reduction.estimate(changes)
+        return _RootsAt(
+            values=look.values,
+            residuals=look.residuals,
+            rounding=np.maximum(look.errors, rounding_of(system, look.values)),
+            with_vectors=look.projected,
+            spurious=look.spurious,
+            corrected=look.corrected,
+        )
+    found, residuals, spurious = reduction.modes(changes, left=True)
+    rounding = rounding_of(system, found.values)
+    return _RootsAt(found.values, residuals, rounding, found, spurious)
+
+
+def _roots_of_small(scaled: ScaledSystem, selection: EigenvalueSelection, value: float) -> _RootsAt:
+    system = scaled.system
+    changes = {system.parameter: value}
+    values = roots_of_all(system, selection, changes)
+    problem = scaled.at(changes)
+    M, C, K = (matrix.toarray() for matrix in (problem.M, problem.C, problem.K))
+    found = roots_at(M, C, K, values[values.imag >= 0.0], left=True)
+    scale = scaled.scale[:, None]
+    with_vectors = Roots(found.values, scale * found.right, scale * found.left)
+    no_residuals = np.full(len(values), np.nan)
+    return _RootsAt(values, no_residuals, rounding_of(system, values), with_vectors)
+
+
+def _roots_of_large(system: TermSystem, selection: EigenvalueSelection, value: float) -> _RootsAt:
+    PROGRESS.get()(f"{system.parameter} = {value:g}")
+    answer = system_roots(system, selection, {system.parameter: value})
+    values = np.array([root.value for root in answer.every], dtype=complex)
+    right = np.array([root.right for root in answer.every])
+    left = np.array([root.left for root in answer.every])
+    rows = (-1, system.n)
+    return _RootsAt(
+        values=values,
+        residuals=np.array([root.residual for root in answer.every]),
+        rounding=np.array([root.rounding for root in answer.every]),
+        with_vectors=Roots(values, np.reshape(right, rows).T, np.reshape(left, rows).T),
+        certified=answer.certified,
+    )

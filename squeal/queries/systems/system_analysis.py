@@ -1,0 +1,141 @@
+"""A system as every verb takes it: what is known of its files, and which roots are selected."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from squeal.errors import ComputationError, InputError
+from squeal.io.system import SystemFile
+from squeal.linear.system import System, TermSystem
+from squeal.queries.systems.all_roots import is_small
+from squeal.queries.systems.reduced import basis_of, reduced_for
+from squeal.results.sources import EigenvalueSelection
+from squeal.schema import Place
+from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.assembly import Assembly
+from squeal.sparse.quadratic import PROGRESS, Progress
+from squeal.sparse.reduction import Reduction
+
+SERVED = 9  # values at which a reduced system has to be good
+ABOVE_CUTOFF = 1.000001  # share of the cutoff of components from which on a region exceeds it
+
+Band = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class SystemAnalysis:
+    """A system, what is known of its files, and which of its roots are selected."""
+
+    file: SystemFile
+    selection: EigenvalueSelection
+
+    @staticmethod
+    def of(
+        subject: object,
+        band: Band | None = None,
+        region: Sequence[float] | None = None,
+        modes: int | None = None,
+        memory: float | None = None,
+        progress: Progress | None = None,
+    ) -> SystemAnalysis:
+        """Raises InputError, and ComputationError for what does not fit into the memory."""
+        file = _as_file(subject)
+        if band is None and region is None and _joined(file):
+            band = (0.0, file.assembly.cutoff)
+        rectangle = None if region is None else Rectangle(*region)
+        selection = EigenvalueSelection(band, rectangle, modes)
+        if not is_small(file.system):
+            _check_memory(file.system, memory)
+        selected = selection.rectangle
+        if selected is not None and file.assembly is not None:
+            cutoff = file.assembly.cutoff
+            if selected.high_imag > ABOVE_CUTOFF * math.tau * cutoff:
+                Place("band" if band else "region").warn(
+                    f"ends above the cutoff of the components, {cutoff:g} Hz; roots above it "
+                    "decide nothing"
+                )
+        PROGRESS.set(progress or (lambda _: None))
+        return SystemAnalysis(file, selection)
+
+    @property
+    def joined(self) -> dict[str, Any] | None:
+        """How components were reduced before they were joined, None if they were not."""
+        return _joined(self.file)
+
+    @property
+    def system(self) -> System:
+        """The system that is analysed."""
+        return self.file.system
+
+    def warn_of_unused_parameter(self) -> None:
+        """Warn where no matrix depends on the swept parameter: every value has the same answer.
+
+        What presses components may depend on it without a matrix that does.
+        """
+        parameter = self.system.parameter
+        if parameter not in self.system.names and self.file.assembly is None:
+            Place(self.system.name or "system").warn(
+                f"no matrix depends on {parameter}; the answer is the same at every value of it"
+            )
+
+    def reduced(
+        self, values: Sequence[float] | None, method: str = "reduced", most: int = SERVED
+    ) -> tuple[Reduction, dict[str, Any] | None]:
+        """The system reduced to the selected roots, for these values of its parameter (its own), of
+        which it is good at `most`; and what a JSON object says of that."""
+        parameter = self.system.parameter
+        if values is None:
+            values = [self.system.parameters[parameter]]
+        index = np.linspace(0, len(values) - 1, min(most, len(values)))
+        changes = [{parameter: values[round(k)]} for k in index.tolist()]
+        reduction = reduced_for(self.system, self.selection, changes, method)
+        return reduction, basis_of(reduction, self.selection)
+
+
+def _check_memory(system: TermSystem, limit: float | None = None) -> None:
+    """Refuse what does not fit into `limit` bytes (left out: what the machine has free).
+
+    One factorisation and one subspace, as measured on three-dimensional solids; a full matrix
+    takes what its entries need. Raises ComputationError.
+    """
+    entries = max(int(getattr(term.matrix, "nnz", term.matrix.size)) for term in system.terms)
+    factor = min(16.0 * system.n**2, 12.0 * entries * system.n ** (1 / 3))
+    needed = factor + 16 * 2 * 180 * system.n
+    free = _free_memory() if limit is None else limit
+    if needed > free:
+        raise ComputationError(
+            f"{system.n} rows need about {needed / 1e9:.2g} GB for a factorisation, and "
+            f"{free / 1e9:.2g} GB are free; --memory GB allows more, fewer rows need less"
+        )
+
+
+def _free_memory() -> float:
+    """Bytes that are free, infinite on machines other than Linux, which do not say."""
+    with suppress(OSError):
+        for line in Path("/proc/meminfo").read_text(encoding="ascii").splitlines():
+            if line.startswith("MemAvailable:"):
+                return 1e3 * float(line.split()[1])
+    return math.inf
+
+
+def _as_file(subject: object) -> SystemFile:
+    """A system, an assembly or a file as a file. Raises InputError for other subjects."""
+    if isinstance(subject, SystemFile):
+        return subject
+    if isinstance(subject, System):
+        return SystemFile(subject, assumptions=subject.assumptions)
+    if isinstance(subject, Assembly):
+        return SystemFile(subject.system, assembly=subject)
+    allowed = "it must be a System, an Assembly or what read_system gives"
+    raise InputError(f"{type(subject).__name__} is not allowed; {allowed}")
+
+
+def _joined(file: SystemFile) -> dict[str, Any] | None:
+    return None if file.assembly is None else file.assembly.reduction

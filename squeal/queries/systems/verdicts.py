@@ -1,0 +1,50 @@
+"""Verdicts on roots of systems, of which some only may be known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.linear import GROWING
+from squeal.linear.eigen import ACCEPTED, Eigenvalue, assumed_rounding, decide
+from squeal.linear.system import TermSystem
+from squeal.results.columns import OPEN
+
+NO_ROOT = "no root"  # the verdict on a band or region without one
+
+
+def verdict_of(roots: NDArray[np.complex128], rounding: NDArray[np.float64]) -> str:
+    """Verdict on roots that rounding may move so far."""
+    return decide(roots, rounding).verdict if rounding.size else NO_ROOT
+
+
+def rounding_of(system: TermSystem, roots: NDArray[np.complex128]) -> NDArray[np.float64]:
+    """How far rounding may move roots of a system that were computed without vectors."""
+    return assumed_rounding(roots, undamped=system.real and not system.C)
+
+
+def judge_roots(
+    roots: Sequence[Eigenvalue], complete: bool = True, conservative: bool = False
+) -> tuple[str | None, str]:
+    """Verdict on roots and what decided it; unless they are `complete` only growth is proven.
+
+    It is open where rounding leaves a root on either side of the axis. A conservative system has
+    roots on it, and others in fours, so that what rounding leaves there is marginal.
+    """
+    solved = [root for root in roots if root.residual <= ACCEPTED and root.rounding < np.inf]
+    if not solved:
+        return None, f"{NO_ROOT} was found that solves the equations"
+    judgement = decide([root.value for root in solved], [root.rounding for root in solved])
+    if judgement.verdict in GROWING:
+        return judgement.verdict, str(judgement)
+    if not complete or len(solved) < len(roots):
+        rate = f"largest Re lambda = {judgement.value:.6g}"
+        return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
+    undecided = [root for root in solved if 0.0 < abs(root.value.real) <= root.rounding]
+    if not undecided or conservative:
+        return judgement.verdict, str(judgement)
+    worst = max(undecided, key=lambda root: root.rounding)
+    side = f"a root at {worst.frequency_hz:.6g} Hz on either side of the axis"
+    return None, f"{OPEN}rounding ({worst.rounding:.2g} 1/s) leaves {side}"

@@ -1,0 +1,317 @@
+"""The verb `thresholds`: every change of stability of a pad or of a system over its parameter."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar
+
+import numpy as np
+
+from squeal.equilibrium import Path
+from squeal.equilibrium.damping import damped_model
+from squeal.equilibrium.statics import excursion
+from squeal.errors import ComputationError, InputError
+from squeal.io.scene import Scene
+from squeal.linear import GROWING, CriticalPoint, Crossing, SystemFunction
+from squeal.linear import thresholds as located_thresholds
+from squeal.linear.continuation import ContinuationOptions
+from squeal.linear.eigen import STIFF, hidden
+from squeal.linear.matrices import checked, reduce
+from squeal.queries.options import (
+    Band,
+    Progress,
+    Region,
+    Subject,
+    Workers,
+    refuse_options,
+)
+from squeal.queries.pads.equilibrium import branch_system, roots_and_verdict
+from squeal.results.sources import EigenvalueSelection, PadSource
+from squeal.results.thresholds import Thresholds
+from squeal.schema import Number, Place, Positive, public
+
+if TYPE_CHECKING:  # pads start without the referee and the solvers of systems
+    from squeal.queries.ranges import RangeStatement
+    from squeal.queries.systems.system_analysis import SystemAnalysis
+
+MU_MAX = Number(low=0.0, high=1000.0)
+ADMISSIBLE_TO = 1e-9  # relative: to which the end of the admissible range is located
+NEAR_FOLD = 1e-9  # relative: so close to a fold rounding makes thresholds
+
+Located = TypeVar("Located", CriticalPoint, Crossing)
+
+
+@public
+def thresholds(
+    subject: Subject,
+    high: float = 2.0,
+    low: float | None = None,
+    band: Band | None = None,
+    region: Region | None = None,
+    memory: Positive | None = None,
+    progress: Progress | None = None,
+    workers: Workers | None = None,
+    prove: bool | None = None,
+) -> Thresholds:
+    """Find every change of stability over a range of the friction or of the free parameter.
+
+    Parameters
+    ----------
+    subject, band, region, memory, progress, workers
+        As `sweep` takes them. A system of more than 400 rows needs a band or a region.
+    high : float
+        Upper end of the range.
+    low : float, optional
+        Lower end, of systems; left out, 0, or a little above where a factor divides by the
+        parameter.
+    prove : bool, optional
+        Whether the referee judges the list: of a pad, which it does if this is left out, or of a
+        system of up to 20 rows. `proof` of the answer says what is proved, and of which extent.
+
+    Returns
+    -------
+    Thresholds
+        Changes of the verdict, and all crossings of the imaginary axis, by rising value.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> loss = squeal.thresholds(squeal.System([[1, 0], [0, 1]], K=K)).first
+    >>> loss.kind, round(loss.mu, 9)
+    ('flutter', 0.75)
+    """
+    if isinstance(subject, Scene):
+        refuse_options("a scene", band=band, region=region, memory=memory, low=low, workers=workers)
+        return critical_friction(subject, high, prove)
+    from squeal.queries.systems.system_analysis import SystemAnalysis
+
+    analysis = SystemAnalysis.of(subject, band, region, None, memory, progress)
+    return system_thresholds_with_proof(analysis, high, low, workers or 1, prove)
+
+
+def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = False) -> Thresholds:
+    """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
+
+    The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
+    the last entry. With `prove`, or None, the referee judges the list; `proof` says up to where,
+    and thresholds there get the intervals in which they are proved. What it refutes is searched
+    again, with the place in question as one that is looked at.
+
+    Raises InputError for a friction that is not `MU_MAX`, ComputationError if there is no
+    equilibrium without friction.
+    """
+    high = MU_MAX.read(high, Place("thresholds", "high"))
+    system, path = branch_system(scene, high)
+    if path is not None and path.mu_end <= 0.0:
+        raise ComputationError(f"no threshold can be given: {path.end}")
+    M, C, K = checked(*system(0.0))
+    if path is not None and hidden(reduce(M, C, K), C, K):
+        raise ComputationError(f"no threshold can be given: {STIFF}")
+    answer = _without_proof(scene, high, system, path)
+    if prove is False:
+        return answer
+    fastest = math.sqrt(float(np.linalg.norm(np.linalg.solve(M, K), 2)))
+    proved, refuted_at = _proved(scene, path, answer, fastest)
+    if refuted_at is None:
+        return proved
+    again = _without_proof(scene, high, system, path, [refuted_at])
+    proved_again, refuted_again_at = _proved(scene, path, again, fastest)
+    return proved if refuted_again_at is not None else proved_again
+
+
+def _without_proof(
+    scene: Scene,
+    high: float,
+    system: SystemFunction,
+    path: Path | None,
+    looked_at: Sequence[float] = (),
+) -> Thresholds:
+    """The thresholds without a proof; `looked_at` are values of friction at which steps end."""
+    _, at_zero = roots_and_verdict(*checked(*system(0.0)))
+    if path is None:
+        located = located_thresholds(system, high, [*looked_at])
+        return Thresholds(
+            name=scene.model,
+            parameter="mu",
+            low=0.0,
+            high=high,
+            verdict=at_zero.verdict,
+            points=tuple(located.points),
+            crossings=tuple(located.crossings),
+            end=f"mu = {high:g} is reached",
+            certified=located.certified,
+            details={"admissible_to": high},
+            source=PadSource(scene),
+        )
+    reach = path.mu_end
+    if path.fold is not None:
+        # nearer to it rounding makes thresholds, and at it the contact may have changed
+        reach = max(path.fold * (1 - NEAR_FOLD) - path.error(path.fold), path.fold / 2)
+    located = located_thresholds(system, reach, [*path.breakpoints, *looked_at])
+    points = located.points
+    admissible_to, warnings = _admissible(path)
+    if path.fold is not None:
+        interval = (path.fold, path.fold)
+        points.append(CriticalPoint(path.fold, "fold", 0.0, interval, True))
+        if path.fold < scene.pad.mu <= high:
+            warnings.append(
+                f"the scene's mu = {scene.pad.mu:g} lies beyond a fold: the branch from mu = 0 "
+                f"turns back at mu = {path.fold:.9g}"
+            )
+    return Thresholds(
+        name=scene.model,
+        parameter="mu",
+        low=0.0,
+        high=path.mu_end,
+        verdict=at_zero.verdict,
+        points=tuple(_widened_by_rounding(point, path) for point in points),
+        crossings=tuple(_widened_by_rounding(crossing, path) for crossing in located.crossings),
+        end=path.end,
+        certified=located.certified,
+        warnings=tuple(warnings),
+        details={"admissible_to": min(admissible_to, path.mu_end)},
+        source=PadSource(scene, branch=path),
+    )
+
+
+def _proved(
+    scene: Scene, path: Path | None, answer: Thresholds, fastest: float
+) -> tuple[Thresholds, float | None]:
+    """The answer with what the referee says of it, and the friction at which it is refuted.
+
+    fastest: the fastest root without friction, rad/s.
+    """
+    from squeal.queries.ranges import pad_statement  # here, since few answers need it
+
+    start = np.zeros(3)
+    if path is not None:
+        at_rest = path.equilibrium(0.0)
+        assert at_rest is not None
+        start = np.array(at_rest.q)
+    losses = [point.mu for point in answer.points if point.kind in GROWING]
+    statement, places = pad_statement(
+        damped_model(scene),
+        start,
+        answer.crossings,
+        answer.high,
+        losses[0] if losses else None,
+        fastest,
+        None if path is None else path.fold,
+    )
+    refuted_at = None
+    if statement.is_refuted and statement.where is not None:
+        refuted_at = float(statement.where.real)
+    return with_statement(answer, statement, places), refuted_at
+
+
+def with_statement(
+    answer: Thresholds, statement: RangeStatement, intervals: Sequence[tuple[float, float]]
+) -> Thresholds:
+    """The answer with what the referee says of it, and the intervals in which it is proved."""
+
+    def widened(located: Located) -> Located:
+        for low, high in intervals:
+            if low <= located.mu <= high:
+                return replace(located, interval=(low, high))
+        return located
+
+    proved = statement.status == "proved"
+    notes = answer.notes
+    details = {**answer.details}
+    if proved:
+        notes = tuple(note for note in notes if not note.startswith("windows"))
+    if "doubts" in details:
+        details["doubts"] = [] if proved else [statement.reason]
+    return replace(
+        answer,
+        notes=notes,
+        details=details,
+        points=tuple(map(widened, answer.points)),
+        crossings=tuple(map(widened, answer.crossings)),
+        certified=proved,
+        proof=statement.to_dict(),
+        proof_line=statement.words,
+    )
+
+
+def _widened_by_rounding(located: Located, path: Path) -> Located:
+    """A fold or a change of contact with the interval in which rounding leaves it."""
+    error = path.error(located.mu)
+    if not error:
+        return located
+    interval = (located.mu - error, located.mu + error)
+    if isinstance(located, Crossing):
+        return replace(located, interval=interval)
+    converged = 2 * error <= ContinuationOptions.same * located.mu
+    return replace(located, interval=interval, converged=converged)
+
+
+def _admissible(path: Path) -> tuple[float, list[str]]:
+    """The mu from which on equilibria exceed a limit, to nine digits, and which limit that is."""
+
+    def beyond_limit(z: np.ndarray, touching: np.ndarray) -> np.ndarray:
+        at = excursion(path.statics, z, touching)
+        return np.flatnonzero(at.beyond().any(axis=0) & (at.reaction > 0.0))
+
+    outside = beyond_limit(path.branch.z, path.branch.touching)
+    if not outside.size:
+        return path.mu_end, []
+    low, high = path.branch.z[3, [max(outside[0] - 1, 0), outside[0]]].tolist()
+    while high - low > ADMISSIBLE_TO * high:
+        middle = (low + high) / 2
+        if beyond_limit(*path.places([middle])).size:
+            high = middle
+        else:
+            low = middle
+    at = path.equilibrium(high)
+    assert at is not None
+    return low, [f"from mu = {high:.6g} on {words}" for words in at.excesses]
+
+
+def system_thresholds_with_proof(
+    analysis: SystemAnalysis,
+    high: float,
+    low: float | None = None,
+    workers: int = 1,
+    prove: bool | None = None,
+) -> Thresholds:
+    """Every threshold of the selected roots from low to high, and what the referee says of them.
+
+    Only `prove` asks the referee.
+    """
+    from squeal.queries.ranges import PROVED_ROWS, system_statement
+    from squeal.queries.systems.all_roots import roots_of_all
+    from squeal.queries.systems.known import thresholds_as_known
+    from squeal.queries.systems.sensitivity import widened_by_reduction
+    from squeal.queries.systems.thresholds import system_thresholds
+
+    system = analysis.system
+    selection = analysis.selection
+    assembly = analysis.file.assembly
+    can_be_proved = (
+        system.n <= PROVED_ROWS
+        and system.real
+        and selection == EigenvalueSelection()
+        and assembly is None
+        and not analysis.file.assumptions
+    )
+    if prove and not can_be_proved:
+        raise InputError(
+            f"prove: all thresholds of real systems of up to {PROVED_ROWS} rows can be proved, "
+            "without a band or a region"
+        )
+    analysis.warn_of_unused_parameter()
+    answer = system_thresholds(system, high, low, selection, workers)
+    if prove:
+        roots = roots_of_all(system, selection, {system.parameter: answer.low})
+        fastest = float(np.max(np.abs(roots), initial=0.0))
+        statement, intervals = system_statement(
+            system, answer.crossings, answer.low, answer.high, fastest
+        )
+        answer = with_statement(answer, statement, intervals)
+    if analysis.joined:
+        answer = widened_by_reduction(system, assembly, answer)
+    return thresholds_as_known(analysis.file, selection, answer)

@@ -1,0 +1,80 @@
+"""Columns and entries that several answers share, and what is said of a reduced system."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from squeal.io.writing import Column, columns, number
+
+OPEN = "open: "  # how a criterion begins where what is known decides nothing
+UNSURE = "not certified: others may be missing"
+MOVED = "how far the reduction of components moves this is not known, a higher cutoff tells"
+
+ROOT = (
+    Column("real", "1/s", lambda root: root.value.real),
+    Column("imag", "rad/s", lambda root: root.value.imag),
+    *columns("frequency_hz damping_ratio%"),
+    Column("residual", shown=lambda root: number(root.residual, 2)),
+    # infinite where roots coalesce, which JSON cannot say
+    Column(
+        "condition", value=lambda e: e.condition if e.condition < math.inf else None, hidden=True
+    ),
+)
+"""Columns of an eigenvalue, and its keys in JSON."""
+ERROR = Column("error", "1/s", shown=lambda e: "-" if e.error is None else number(e.error, 2))
+
+
+def rounded_growth(row: Any) -> float:
+    """The growth rate in three digits, by which long tables show rows."""
+    return float(number(row.growth_rate, 3))
+
+
+def parameter_entry(parameter: str, value: float | None) -> dict[str, Any]:
+    """The value of the parameter as answers hold it; `mu` is its key for scripts."""
+    return {"parameter": parameter, "value": value, "mu": value}
+
+
+def parameter_heading(name: str, others: Collection[str]) -> str:
+    """The head of a parameter's column: parameter.NAME if another column has its name."""
+    return f"parameter.{name}" if name in others else name
+
+
+def onset_column(parameter: str) -> Column:
+    """The column of where modes begin to grow: at a value, or between two of them."""
+
+    def shown(mode: Any) -> str:
+        if mode.onset is None:
+            return "-"
+        if mode.interval is None:
+            return number(mode.onset)
+        low, high = map(number, mode.interval)
+        return low if low == high else f"{low} to {high}"
+
+    return Column("onset", shown=shown, words=f"grows from {parameter}")
+
+
+def basis_text(basis: Mapping[str, Any], errors: bool = False) -> str:
+    """A reduced system for people; `errors`: whether those of components are given beside it."""
+    if basis["method"] == "components":
+        text = (
+            f"{basis['size']} rows reduced from {basis['rows']}, modes of components up to "
+            f"{basis['cutoff_hz']:g} Hz; counts are of the reduced system"
+        )
+        return text if errors else f"{text}\n{MOVED}"
+    if basis["method"] == "modal":
+        text = (
+            f"first look: real modes up to {basis['real_modes_hz']:.4g} Hz and their corrections, "
+            f"{basis['size']} vectors; not certified: nothing was counted"
+        )
+    else:
+        text = (
+            f"basis of {basis['size']} vectors ({basis['method']}), {len(basis['samples'])} "
+            f"solutions of all {basis['rows']} rows; worst residual there {basis['residual']:.2g}"
+        )
+    if basis["spurious"]:
+        text += f"; {basis['spurious']} roots that the full problem has not are left out"
+    if basis["growth_limit"] is not None:
+        text += f"\nroots that grow by more than {basis['growth_limit']:.4g} 1/s are left out"
+    return text

@@ -1,0 +1,269 @@
+"""Eigenvalues of a pad or a system at one value of its parameter, and the modes that grow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from squeal.errors import InputError
+from squeal.io.writing import Answer, Column, Panel, Table, columns, number, picked
+from squeal.linear import Spectrum, UnstableMode
+from squeal.linear.eigen import Eigenvalue
+from squeal.linear.paths import mode_numbers
+from squeal.results.columns import (
+    ERROR,
+    OPEN,
+    ROOT,
+    UNSURE,
+    onset_column,
+    parameter_entry,
+    rounded_growth,
+)
+from squeal.results.sources import Source, SystemSource
+
+SAME = 1e-9  # of |lambda|: a mode that grows is this listed one
+
+
+@dataclass(frozen=True, eq=False)
+class ModeShape:
+    """The shape (n,) of one mode: complex, its largest entry 1 once each is times its lever.
+
+    number: by rising frequency, from 1; a pair of eigenvalues is one mode.
+    """
+
+    number: int
+    frequency_hz: float
+    growth_rate: float
+    shape: np.ndarray = field(repr=False)
+
+
+def mode_shapes(spectrum: Spectrum, levers: ArrayLike = 1.0) -> tuple[ModeShape, ...]:
+    """The shape of each mode: of a pair of eigenvalues, and of half of the real ones.
+
+    levers (n,): lengths that make the coordinates comparable, (1, 1, w) of a pad; 1 if left out.
+    Of the real eigenvalues those that grow faster are taken.
+    """
+    real = [root for root in spectrum.eigenvalues if root.value.imag == 0.0]
+    real.sort(key=lambda root: -root.growth_rate)
+    faster = real[: (len(real) + 1) // 2]
+    upper = [root for root in spectrum.eigenvalues if root.value.imag > 0.0]
+    shapes = []
+    for mode, root in enumerate([*faster, *upper], 1):
+        scaled = np.asarray(levers) * root.right
+        shape = root.right / scaled[int(np.argmax(np.abs(scaled)))]
+        shapes.append(ModeShape(mode, root.frequency_hz, root.growth_rate, shape))
+    return tuple(shapes)
+
+
+def shape_rows(shapes: Sequence[ModeShape], names: Sequence[str], rule: str) -> dict[str, Any]:
+    """Mode shapes as a JSON object."""
+    rows = []
+    for mode in shapes:
+        row = {"mode": mode.number} | picked(mode, "frequency_hz growth_rate")
+        row |= {"real": mode.shape.real.tolist(), "imag": mode.shape.imag.tolist()}
+        rows.append(row)
+    return {"coordinates": list(names), "normalisation": rule, "shapes": rows}
+
+
+class KnowsOnsets(Protocol):
+    """A sweep or thresholds: answers that say from which value on a mode grows."""
+
+    def onsets(self, found: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
+        """`onset` and `interval` of those of its unstable modes for which they are known."""
+        ...
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Eigenvalues(Answer):
+    """Eigenvalues of a pad or a system at one value of its parameter.
+
+    eigenvalues: by rising frequency, of a region that `extent` names in words ("" for all);
+    verdict: of these, None where they decide nothing; certified: whether it is proved, or of more
+    than 400 rows counted, that none of the extent is missing; proof: what is known of that, as JSON
+    holds it, and proof_line in words; unstable: the modes that grow, the fastest first; shapes:
+    mode shapes as JSON holds them; details: what else the JSON object says, M, C and K among it;
+    notes: lines for people; beside: what grows outside of the extent, in words.
+    """
+
+    panel = Panel("real", "frequency_hz")
+
+    name: str
+    parameter: str
+    value: float
+    eigenvalues: tuple[Eigenvalue, ...]
+    verdict: str | None
+    criterion: str
+    unstable: tuple[UnstableMode, ...]
+    certified: bool
+    count: int | None
+    extent: str = ""
+    shapes: Mapping[str, Any] | None = None
+    details: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    beside: str = ""
+    warnings: tuple[str, ...] = ()
+    source: Source | None = None
+    proof: Mapping[str, Any] | None = None
+    proof_line: str = ""
+
+    @property
+    def values(self) -> NDArray[np.complex128]:
+        """The eigenvalues (m,) in rad/s."""
+        return np.array([root.value for root in self.eigenvalues], dtype=complex)
+
+    @property
+    def modes(self) -> NDArray[np.intp]:
+        """The number (m,) of each one's mode by rising frequency; of a pair both have the same."""
+        return mode_numbers(self.values)
+
+    @property
+    def of_modes(self) -> list[tuple[int, Eigenvalue]]:
+        """Each with the number of its mode."""
+        return list(zip(self.modes.tolist(), self.eigenvalues, strict=True))
+
+    @property
+    def open(self) -> str:
+        """Which modes the error of a reduction, or the digits of files, leave open, in words; empty
+        if none."""
+        numbers = sorted({number for number, root in self.of_modes if root.open})
+        if not numbers:
+            return ""
+        mode = "mode" if len(numbers) == 1 else "modes"
+        known_by = self.details.get("known_by")
+        within = f"what {known_by} leave open" if known_by else "the error of the reduction"
+        return f"growth of {mode} {', '.join(map(str, numbers))} is within {within}"
+
+    def mode_of(self, mode: UnstableMode) -> int | None:
+        """The number of a mode that grows, None if it is not listed."""
+        near = np.abs(self.values - mode.root) <= SAME * abs(mode.root)
+        return int(self.modes[near][0]) if near.any() else None
+
+    def save_shapes(self, path: Path | str) -> None:
+        """Write the shapes of the modes on the nodes of a system with coordinates, as VTK (.vtk)
+        or a universal file (.unv), by the end of the name. Raises InputError."""
+        coordinates = None
+        if isinstance(self.source, SystemSource):
+            coordinates = self.source.file.coordinates
+        if coordinates is None:
+            words = "save_shapes: needs `coordinates: {file: nodes.csv}` in the system file"
+            raise InputError(words)
+        first_of_mode: dict[int, Eigenvalue] = {}
+        for number_of_mode, root in self.of_modes:
+            first_of_mode.setdefault(number_of_mode, root)
+        from squeal.io.shapes import write_shapes  # here, since it reads no system and few ask
+
+        write_shapes(Path(path), coordinates, sorted(first_of_mode.items()))
+
+    def with_onsets(self, others: KnowsOnsets) -> Eigenvalues:
+        """The same with the onset of each mode that grows, where it is not known, as a sweep or the
+        thresholds tell it."""
+        known = others.onsets(self)
+        unstable = []
+        for mode in self.unstable:
+            if mode.onset is None and mode in known:
+                mode = replace(mode, **known[mode])
+            unstable.append(mode)
+        return replace(self, unstable=tuple(unstable))
+
+    @property
+    def conclusion(self) -> str:
+        """The verdict in a line."""
+        at = f"{self.parameter} = {number(self.value, 4)}"
+        if self.extent:
+            at = f"{self.extent}, {at}"
+        if self.unstable:
+            return self._growth_at(at)
+        if self.verdict == "stable":
+            return f"Stable, {at}"
+        if self.verdict == "marginal":
+            return f"Marginal, {at}: nothing grows, not all decays"
+        if self.open or self.criterion.startswith(OPEN):
+            reason = self.open or self.criterion.removeprefix(OPEN)
+            return f"Open, {at}: {reason}"
+        what = "growing mode" if self.eigenvalues else "root"
+        return f"No {what} was found, {at}; {self.completeness}"
+
+    def _growth_at(self, at: str) -> str:
+        """How many modes grow at a value, and the fastest of them, in a line."""
+        fastest = self.unstable[0]
+        if fastest.frequency_hz:
+            damping = 100 * fastest.damping_ratio
+            size = f"{fastest.frequency_hz:.4g} Hz, damping {damping:.2g} %"
+        else:
+            size = f"{fastest.kind}, growth {fastest.growth_rate:.4g} 1/s"
+        if len(self.unstable) == 1:
+            return f"1 unstable mode, {at}: {size}"
+        return f"{len(self.unstable)} unstable modes, {at}: the fastest {size}"
+
+    @property
+    def completeness(self) -> str:
+        """How sure it is that no root is missing, in words."""
+        if self.proof_line:
+            return self.proof_line
+        if self.certified and self.details.get("basis"):
+            return "certified by a count of the reduced system"
+        if self.certified:
+            return "certified by a count"
+        doubts = self.details.get("doubts")
+        return f"not certified: {'; '.join(doubts)}" if doubts else UNSURE
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Those of its roots, with the error of a reduction if it is known."""
+        if any(root.error is not None for root in self.eigenvalues):
+            return (*ROOT, ERROR)
+        return ROOT
+
+    def table(self) -> Table:
+        numbers = {id(root): number for number, root in self.of_modes}
+        mode = Column("mode", value=lambda root: numbers[id(root)])
+        return Table((mode, *self.columns), self.eigenvalues, "", "no root", rounded_growth)
+
+    @property
+    def growing(self) -> Table:
+        """The modes that grow, with the error of a reduction if it is known."""
+        table = [
+            Column("mode", value=self.mode_of),
+            *columns("kind frequency_hz"),
+            Column("growth_rate", "1/s"),
+        ]
+        if ERROR in self.columns:
+            cells: dict[int | None, str] = {
+                number: ERROR.cell(root) for number, root in self.of_modes
+            }
+            table.append(replace(ERROR, shown=lambda mode: cells.get(self.mode_of(mode), "-")))
+        table += [*columns("damping_ratio%"), onset_column(self.parameter)]
+        nothing = "no unstable mode is listed"
+        return Table(tuple(table), self.unstable, "unstable modes", nothing, rounded_growth)
+
+    def parts(self) -> Sequence[str | Table]:
+        count = f"{len(self.eigenvalues)} roots, {self.completeness}"
+        limit = self.details.get("growth_limit")
+        if limit is not None:
+            count += f"; roots that grow by more than {number(limit, 4)} 1/s are not among them"
+        head = f"{self.name}\n{self.conclusion}\n{self.beside}".rstrip()
+        notes = []
+        if self.open and self.unstable:
+            notes.append(self.open)
+        notes += self.notes[1:]
+        if self.unstable and all(mode.onset is None for mode in self.unstable):
+            notes.append(f"from which {self.parameter} on: --sweep and `squeal thresholds` tell")
+        return [head, *self.notes[:1], self.table(), count, self.growing, *notes]
+
+    def to_dict(self) -> dict[str, Any]:
+        document = {"name": self.name} | parameter_entry(self.parameter, self.value)
+        document |= picked(self, "details")["details"]
+        document["eigenvalues"] = Table(self.columns, self.eigenvalues).records()
+        document |= picked(self, "verdict criterion certified count")
+        if self.proof is not None:
+            document["proof"] = dict(self.proof)
+        document["unstable"] = [
+            {"mode": self.mode_of(mode)} | asdict(mode) for mode in self.unstable
+        ]
+        document["mode_shapes"] = picked(self, "shapes")["shapes"]
+        return document

@@ -1,0 +1,132 @@
+"""The verdict over two parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.io.writing import Answer, Column, Panel, Table, in_order, picked, plain
+from squeal.results.columns import parameter_heading
+from squeal.results.sources import Source
+from squeal.schema import Number, Place, Whole
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One parameter of a map: n values at the middles of n equal cells between low and high.
+
+    log: the cells are equal in the logarithm. Raises InputError for an empty range.
+    """
+
+    name: str
+    low: float
+    high: float
+    n: int
+    log: bool = False
+
+    def __post_init__(self) -> None:
+        at = Place("Axis", self.name)
+        Whole(1, 100_000).read(self.n, at / "n")
+        Number().check(self.low, at, "low")
+        Number().check(self.high, at, "high")
+        if not self.low < self.high or (self.log and not self.low > 0.0):
+            allowed = "a range with low < high"
+            if self.log:
+                allowed += ", above 0 on a logarithmic axis"
+            raise at.must_be(f"{self.low:g} to {self.high:g}", allowed)
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """The n values."""
+        return np.asarray(self.at((np.arange(self.n) + 0.5) / self.n))
+
+    def at(self, share: Any) -> Any:
+        """Values at shares of the way from low to high."""
+        if self.log:
+            low, high = np.log10(self.low), np.log10(self.high)
+            return 10.0 ** (low + (high - low) * share)
+        return self.low + (self.high - self.low) * share
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Map(Answer):
+    """The verdict over two parameters.
+
+    codes (n1, n2): indices into `verdicts`; quantity: name, unit and values (n1, n2) of a number
+    beside them; admissible (n1, n2): where a pad has an equilibrium that the model means.
+    """
+
+    panel = Panel(0, 1)
+    grid = (0, 1)
+
+    name: str
+    axes: tuple[Axis, Axis]
+    units: tuple[str, str]
+    verdicts: tuple[str, ...]
+    codes: NDArray[np.int8]
+    quantity: tuple[str, str, NDArray[np.float64]] | None = None
+    admissible: NDArray[np.bool_] | None = None
+    warnings: tuple[str, ...] = ()
+    details: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+    source: Source | None = None
+
+    @property
+    def share(self) -> dict[str, float]:
+        """Share of the area for each verdict."""
+        counts = np.bincount(self.codes.ravel(), minlength=len(self.verdicts))
+        pairs = zip(self.verdicts, counts.tolist(), strict=True)
+        return {name: count / self.codes.size for name, count in pairs}
+
+    def table(self) -> Table:
+        columns = [("verdict", "", np.array(self.verdicts)[self.codes])]
+        if self.quantity is not None:
+            columns.append(self.quantity)
+        if self.admissible is not None:
+            columns.append(("admissible", "", 1 * self.admissible))
+        names = [name for name, _, _ in columns]
+        grid = np.meshgrid(*(axis.values for axis in self.axes), indexing="ij")
+        parameters = [
+            (parameter_heading(axis.name, names), unit, values)
+            for axis, unit, values in zip(self.axes, self.units, grid, strict=True)
+        ]
+        columns = parameters + columns
+        rows = zip(*(values.ravel().tolist() for _, _, values in columns), strict=True)
+        return Table(in_order((name, unit) for name, unit, _ in columns), list(rows))
+
+    def parts(self) -> Sequence[str | Table]:
+        a, b = self.axes
+        rows, columns = self.codes.shape
+        title = f"share of the area: {a.name} x {b.name}, {rows} x {columns} points"
+        share = Column("share, %", value=lambda pair: f"{100 * pair[1]:.3f}")
+        shares = (Column("verdict", value=itemgetter(0)), share)
+        return [Table(shares, list(self.share.items()), title), *self.notes]
+
+    def curves(self) -> Table:
+        """A row for each point of each curve on which stability is lost."""
+        rows = []
+        for number, curve in enumerate(self.details["threshold_curve"], 1):
+            for point, hertz in zip(curve["points"], curve["frequency_hz"], strict=True):
+                rows.append((number, *point, curve["kind"], hertz))
+        names = ["curve", *(axis.name for axis in self.axes), "kind", "frequency_hz"]
+        return Table(in_order(zip(names, ["", *self.units, "", ""], strict=True)), rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        axes = []
+        for axis in self.axes:
+            scale = "log" if axis.log else "linear"
+            axes.append(picked(axis, "name low high") | {"scale": scale})
+        answer = {"share": self.share, "n": int(self.codes.shape[0]), "axes": axes}
+        if self.admissible is not None:
+            answer["admissible_share"] = float(self.admissible.mean())
+        if self.quantity is not None:
+            name, unit, numbers = self.quantity
+            rows = [[plain(value) for value in row] for row in numbers.tolist()]
+            answer |= {"quantity": name, "unit": unit, "values": rows}
+        return answer | deepcopy(dict(self.details))

@@ -1,0 +1,143 @@
+"""What moves the eigenvalues, or the first loss of stability: derivatives by each parameter."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from operator import itemgetter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, plain
+from squeal.linear.paths import mode_numbers
+
+DEGREE = math.pi / 180
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sensitivity(Answer):
+    """Derivatives by each parameter, per unit of it, all others held.
+
+    what: the eigenvalues `at`, or the first loss of stability in `parameter` at a value of it;
+    slopes: (m,) of the eigenvalues, not finite at a coalescence, or (2,) of the loss and of its
+    frequency in Hz, empty where stability is not lost; values, units: of the parameters;
+    condition (m,): of the eigenvalues, 1 of real modes, infinite where two of them coalesce.
+    """
+
+    @property
+    def panel(self) -> Panel:  # type: ignore[override]
+        """Bars of the first loss, or of the mode that grows fastest."""
+        if self.what == "threshold":
+            return Panel("parameter", 2, Mark.BARS)
+        return Panel("parameter", "dRe", Mark.BARS, "mode")
+
+    what: str
+    parameter: str
+    at: Any
+    kind: str
+    slopes: Mapping[str, np.ndarray]
+    values: Mapping[str, float]
+    units: Mapping[str, str]
+    condition: NDArray[np.float64] | None = None
+
+    def table(self) -> Table:
+        """What a small step of each parameter moves, the strongest first: the loss, or each mode
+        of a pair's two, the fastest growing first. A step is 1 per cent, of an angle a degree, and
+        1 of what is 0 and has no unit."""
+        if self.what == "threshold":
+            return self._table_of_loss()
+        roots = np.asarray(self.at, complex)
+        numbers = mode_numbers(roots)
+        rows = []
+        for i in sorted(np.flatnonzero(roots.imag >= 0.0).tolist(), key=lambda i: -roots[i].real):
+            rate = roots[i].real
+            mode = (int(numbers[i]), roots[i].imag / math.tau, rate)
+            of_mode = []
+            for name, slopes in self.slopes.items():
+                step, words = self.step(name)
+                pair = np.array([slopes[i].real, slopes[i].imag / math.tau])
+                moved = step * (pair if np.isfinite(pair).all() else np.full(2, np.nan))
+                if step:
+                    of_mode.append((*mode, name, words, *moved.tolist()))
+            of_mode.sort(key=_effect)
+            # first in rank is the strongest of each mode that grows
+            for k, row in enumerate(of_mode):
+                rank = (True, -k) if rate > 0.0 else (False, rate)
+                rows.append((*row, rank))
+        heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s")]
+        heads += [("parameter", ""), ("change", ""), ("dRe", "1/s"), ("df", "Hz")]
+        title = "what a small change of a parameter does to each mode"
+        nothing = "no root" if self.values else "no parameter is named"
+        return Table(in_order(heads), rows, title, nothing, itemgetter(-1))
+
+    def _table_of_loss(self) -> Table:
+        """How far a small step of each parameter moves the first loss, the strongest first.
+
+        Where nothing is lost `slopes` is empty, and so is the table.
+        """
+        rows = []
+        for name, slopes in self.slopes.items():
+            step, words = self.step(name)
+            if step:
+                rows.append((name, words, *(step * slopes).tolist()))
+        rows.sort(key=_effect)
+        # a long table is cut by the last cell; where all are alike it keeps the order of above
+        same_rank = (False, 0.0)
+        ranked = [(*row, same_rank) for row in rows]
+        if self.at is None:
+            moved = ("dRe", "1/s")
+            title = "stability is not lost: nothing moves its loss"
+            if_empty = title
+        else:
+            moved = (f"d {self.parameter}", "")
+            title = f"what moves the first loss ({self.kind} at {self.parameter} = {self.at:.6g})"
+            if_empty = "no other parameter"
+        heads = [("parameter", ""), ("change", ""), moved, ("df", "Hz")]
+        return Table(in_order(heads), ranked, title, if_empty, itemgetter(-1))
+
+    def step(self, name: str) -> tuple[float, str]:
+        """A small step of a parameter in its unit, and in words."""
+        if self.units[name] == "rad":
+            return DEGREE, "1 degree"
+        step = 0.01 * self.values[name]
+        if not step and not self.units[name]:
+            return 1.0, "1"
+        return step, "1 %"
+
+    def parts(self) -> Sequence[str | Table]:
+        """The table, and which modes leave it in doubt."""
+        if self.condition is None:
+            return [self.table()]
+        numbers = mode_numbers(np.asarray(self.at))
+        near = np.flatnonzero((0.01 * self.condition**2 >= 1.0) & (np.imag(self.at) >= 0.0))
+        lines = [
+            f"mode {numbers[i]} nearly coalesces with another one: its derivatives hold for "
+            f"changes far below {number(100 * self.condition[i] ** -2, 2)} %"
+            for i in near.tolist()
+        ]
+        return [self.table(), "\n".join(lines)]
+
+    def to_dict(self) -> dict[str, Any]:
+        if self.what == "threshold":
+            loss: dict[str, Any] = {"mu": self.at, "value": self.at, "kind": self.kind}
+            for key, k in (("parameters", 0), ("frequency_hz", 1)):
+                loss[key] = {name: plain(float(pair[k])) for name, pair in self.slopes.items()}
+            return {"sensitivity": loss if self.slopes else None}
+        rows = []
+        for name, slopes in self.slopes.items():
+            moved = [
+                {"real": d.real, "imag": d.imag} if cmath.isfinite(d) else None
+                for d in slopes.astype(complex).tolist()
+            ]
+            rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": moved})
+        condition = [None if c == math.inf else c for c in np.asarray(self.condition).tolist()]
+        return {"sensitivity": rows, "sensitivity_condition": condition}
+
+
+def _effect(row: tuple[Any, ...]) -> float:
+    """What sorts rows whose last but one entry is what moves: the largest first, NaN before."""
+    return -float(np.nan_to_num(abs(row[-2]), nan=np.inf))

@@ -1,0 +1,125 @@
+"""What an answer was computed from: a pad and its equilibrium, or a system and a selection."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, TypeAlias
+
+from squeal.errors import InputError
+from squeal.io.scene import Scene
+from squeal.linear import Judgement, Spectrum
+from squeal.model.contact import State, contact_law
+from squeal.model.equations import Linearisation
+from squeal.schema import Place, row
+
+if TYPE_CHECKING:  # pads start without the solvers of large systems
+    from squeal.equilibrium import Path
+    from squeal.io.system import SystemFile
+    from squeal.sparse.argument_principle import Rectangle
+    from squeal.sparse.reduction import Reduction
+
+LOWEST = 20  # modes of a larger system where nothing else is selected
+
+
+@dataclass(frozen=True)
+class PadAnalysis:
+    """One equilibrium, the linearisation about it, its six eigenvalues and the verdict.
+
+    q = (x, y, theta) in SI units; R_n is None for B3, which is linearised about the origin.
+    on_branch: the equilibrium is reached from the one without friction; warnings: a sentence for
+    each reason why it is none that the model means.
+    """
+
+    model: str
+    q: tuple[float, float, float]
+    R_n: float | None
+    state: State
+    how: str
+    matrices: Linearisation = field(repr=False)
+    spectrum: Spectrum = field(repr=False)
+    judgement: Judgement
+    on_branch: bool = True
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def admissible(self) -> bool:
+        """True if nothing speaks against the equilibrium."""
+        return not self.warnings
+
+    @property
+    def contact(self) -> str:
+        """Name of the contact state."""
+        return contact_law(self.model).state_name(self.state)
+
+
+@dataclass(frozen=True)
+class EigenvalueSelection:
+    """Roots of a band (Hz) or of a region, or the lowest ones; of a band the lowest `modes`.
+
+    Raises InputError when made with a band and a region, or with what is none.
+    """
+
+    band: tuple[float, float] | None = None
+    region: Rectangle | None = None
+    modes: int | None = None
+
+    def __post_init__(self) -> None:
+        if self.band is None:
+            return
+        if self.region is not None:
+            raise InputError("band, region: one of them is allowed")
+        from squeal.sparse.argument_principle import band
+
+        band(*row(2).read(self.band, Place("band")))
+
+    @property
+    def rectangle(self) -> Rectangle | None:
+        """The region, or that of the band; None if neither is given.
+
+        What begins or ends on the real axis holds it.
+        """
+        region = self.region
+        if self.band is not None:
+            from squeal.sparse.argument_principle import band
+
+            region = band(*self.band)
+        if region is None or (region.low_imag and region.high_imag):
+            return region
+        edge = 1e-6 * max(region.high_imag, -region.low_imag)
+        return replace(
+            region, low_imag=region.low_imag or -edge, high_imag=region.high_imag or edge
+        )
+
+    def words(self, count: int | None = None) -> str:
+        """The same in words, for people; of the lowest modes the `count` that were found."""
+        if self.band is not None:
+            return f"{self.band[0]:g} to {self.band[1]:g} Hz"
+        if self.region is not None:
+            r = self.region
+            return f"{r.low_real:g} < Re < {r.high_real:g}, {r.low_imag:g} < Im < {r.high_imag:g}"
+        modes = self.modes or LOWEST
+        if count is not None:
+            modes = min(count, modes)
+        return f"the lowest {modes} modes"
+
+
+@dataclass(frozen=True, eq=False)
+class PadSource:
+    """A pad; of eigenvalues with the `analysis` about its equilibrium, of thresholds with the
+    branch of equilibria, which a model that is linearised about the origin has not."""
+
+    scene: Scene
+    analysis: PadAnalysis | None = None
+    branch: Path | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SystemSource:
+    """A system, which of its roots were selected, and the reduced system that served."""
+
+    file: SystemFile
+    selection: EigenvalueSelection
+    reduction: Reduction | None = None
+
+
+Source: TypeAlias = PadSource | SystemSource

@@ -1,0 +1,357 @@
+"""Eigenvalues at values of the parameter, and each mode over them."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field, replace
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, number, picked
+from squeal.linear import GROWING, UnstableMode
+from squeal.linear.eigen import Eigenvalue
+from squeal.linear.paths import Loss
+from squeal.results.columns import (
+    ROOT,
+    UNSURE,
+    basis_text,
+    onset_column,
+    parameter_entry,
+    parameter_heading,
+    rounded_growth,
+)
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import Source
+
+LISTED = 8  # frequencies in a line of a table
+LOST = {
+    "meet": "meet, as at an onset of flutter; from there on their numbers are a convention",
+    "end": "leave the band, or are not recognised further on",
+    "begin": "enter the band, or were not recognised before",
+}
+"""What happens where it is not known which mode is which, by `Loss.kind`."""
+
+
+@dataclass(frozen=True, eq=False)
+class Step:
+    """Roots (m,) at one value of the parameter, the verdict on them, their backward errors and how
+    far rounding, and what a first look leaves out, may move them (rad/s).
+
+    `modes` (m,) numbers the mode of each root, 0 where it is not known; `corrected` (m,) tells of a
+    first look which roots solve the full problem, the others are estimated; `certified` whether a
+    count proves that none is missing, None where none was made. Of a pad
+    `contact` names the contact state; roots are None where its branch does not reach.
+    """
+
+    value: float
+    roots: NDArray[np.complex128] | None = field(repr=False)
+    residuals: NDArray[np.float64] | None = field(repr=False)
+    verdict: str | None
+    contact: str | None = None
+    admissible: bool | None = None
+    spurious: int = 0
+    rounding: NDArray[np.float64] | None = field(default=None, repr=False)
+    modes: NDArray[np.intp] | None = field(default=None, repr=False)
+    corrected: NDArray[np.bool_] | None = field(default=None, repr=False)
+    certified: bool | None = None
+
+    @property
+    def numbers(self) -> list[int | None]:
+        """The numbers of the modes as a table has them, None where one is not known."""
+        if self.roots is None:
+            return []
+        if self.modes is None:
+            return [None] * len(self.roots)
+        return [mode or None for mode in self.modes.tolist()]
+
+    @property
+    def eigenvalues(self) -> tuple[Eigenvalue, ...]:
+        """The roots without their vectors; none where the branch does not reach."""
+        if self.roots is None or self.residuals is None:
+            return ()
+        no_vector = np.empty(0, dtype=complex)
+        rounding = np.zeros_like(self.residuals) if self.rounding is None else self.rounding
+        found = []
+        for k, root in enumerate(self.roots.tolist()):
+            residual = float(self.residuals[k])
+            found.append(
+                Eigenvalue(root, no_vector, no_vector, residual, math.nan, float(rounding[k]))
+            )
+        return tuple(found)
+
+    @property
+    def fastest(self) -> tuple[float, float] | None:
+        """The largest growth rate and what rounding leaves of it, 1/s; None without a root."""
+        rates = [(root.growth_rate, root.rounding) for root in self.eigenvalues]
+        return max(rates, default=None)
+
+    def how(self, root: Eigenvalue) -> str:
+        """Whether a root of a first look is corrected or estimated."""
+        if self.corrected is not None and self.corrected[self.roots == root.value].any():
+            return "corrected"
+        return "estimated"
+
+    def frequencies(self, only_growing: bool) -> str:
+        """Frequencies of the upper roots that vibrate, or of those that grow, in a line."""
+        hertz = []
+        for root in self.eigenvalues:
+            listed = root.kind in GROWING if only_growing else root.value.imag > 0.0
+            if root.value.imag >= 0.0 and listed:
+                hertz.append(root.frequency_hz)
+        hertz.sort()
+        text = ", ".join(map(number, hertz[:LISTED])) or "-"
+        if len(hertz) > LISTED:
+            text += f", {len(hertz) - LISTED} more"
+        return text
+
+    def to_dict(self, parameter: str) -> dict[str, Any]:
+        rows = Table(ROOT, self.eigenvalues).records()
+        for k, (row, root) in enumerate(zip(rows, self.eigenvalues, strict=True)):
+            row = {"mode": self.numbers[k]} | row
+            rows[k] = {key: value for key, value in row.items() if value is not None}
+            if self.corrected is not None:
+                rows[k] |= {"error": root.rounding, "corrected": bool(self.corrected[k])}
+        document = parameter_entry(parameter, self.value)
+        document["eigenvalues"] = None if self.roots is None else rows
+        document |= picked(self, "verdict spurious")
+        if self.certified is not None:
+            document["certified"] = self.certified
+        if self.admissible is not None:
+            document |= picked(self, "contact admissible")
+        return document
+
+
+@dataclass(frozen=True)
+class SweptMode:
+    """A mode over a sweep: frequencies (Hz) at the first and last value that have it, its fastest
+    growth (1/s) and the value of that; where its growth begins, between which values (None where it
+    never grows, or from the first value on)."""
+
+    mode: int
+    first_hz: float
+    last_hz: float
+    growth_rate: float
+    at: float
+    onset: float | None = None
+    interval: tuple[float, float] | None = None
+
+    @staticmethod
+    def of(mode: int, path: Sequence[tuple[float, Eigenvalue]]) -> SweptMode:
+        """A mode from its roots by rising value; growth begins between two values."""
+        at, fastest = max(path, key=lambda pair: pair[1].growth_rate)
+        onset = None
+        interval = None
+        for (low, before), (high, after) in itertools.pairwise(path):
+            if after.kind in GROWING and before.kind not in GROWING:
+                decay = min(before.growth_rate, 0.0)
+                onset = low + (high - low) * decay / (decay - after.growth_rate)
+                interval = (low, high)
+                break
+        return SweptMode(
+            mode=mode,
+            first_hz=path[0][1].frequency_hz,
+            last_hz=path[-1][1].frequency_hz,
+            growth_rate=fastest.growth_rate,
+            at=at,
+            onset=onset,
+            interval=interval,
+        )
+
+
+class _Row(NamedTuple):
+    """A line of the table: a root, or a value at which there is none."""
+
+    step: Step
+    root: Eigenvalue | None
+    mode: int | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Sweep(Answer):
+    """Eigenvalues at values of the parameter.
+
+    A mode keeps its number, which it has by frequency at the row `own`, that of the subject's own
+    value if this lies between the others, else the first one; losses: where that is in doubt;
+    names: of modes by number; basis tells of a reduced system that served.
+    """
+
+    panel = Panel(0, "frequency_hz", Mark.LINES, "mode")
+    grid = (0, "mode")
+
+    name: str
+    parameter: str
+    steps: tuple[Step, ...]
+    losses: tuple[Loss, ...] = ()
+    own: Step | None = None
+    names: Mapping[int, str] = field(default_factory=dict)
+    basis: Mapping[str, Any] | None = None
+    source: Source | None = None
+
+    @property
+    def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
+        """How many of the values have no equilibrium that the model means, or may lack roots."""
+        inadmissible = [step.value for step in self.steps if step.admissible is False]
+        uncertified = [step.value for step in self.steps if step.certified is False]
+        lines = []
+        for values, words in (
+            (inadmissible, "have no equilibrium that the model means"),
+            (uncertified, f"are {UNSURE}"),
+        ):
+            if values:
+                count = f"{len(values)} of {len(self.steps)} values of {self.parameter}"
+                lines.append(f"sweep: {count}, the first of them {values[0]:.6g}, {words}")
+        return tuple(lines)
+
+    def named(self, names: Mapping[int, str]) -> Sweep:
+        """The same with names of modes by their numbers."""
+        return replace(self, names={**self.names, **names})
+
+    @property
+    def modes(self) -> tuple[SweptMode, ...]:
+        """Each mode by its number."""
+        steps = {step.value: step for step in (*self.steps, self.own) if step is not None}
+        paths: dict[int, list[tuple[float, Eigenvalue]]] = {}
+        for value, step in sorted(steps.items()):
+            roots: dict[int, Eigenvalue] = {}
+            for root, mode in zip(step.eigenvalues, step.numbers, strict=True):
+                if not mode or root.value.imag < 0.0:
+                    continue
+                # of two real ones that which grows faster
+                if mode not in roots or root.growth_rate > roots[mode].growth_rate:
+                    roots[mode] = root
+            for mode, root in roots.items():
+                paths.setdefault(mode, []).append((value, root))
+        return tuple(SweptMode.of(mode, path) for mode, path in sorted(paths.items()))
+
+    def onsets(self, found: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
+        """Where modes that grow at the own value began to."""
+        if self.own is None or found.value != self.own.value:
+            return {}
+        known = {mode.mode: picked(mode, "onset interval") for mode in self.modes}
+        onsets = {}
+        for unstable in found.unstable:
+            number_of_mode = found.mode_of(unstable)
+            if number_of_mode in known:
+                onsets[unstable] = known[number_of_mode]
+        return onsets
+
+    @property
+    def is_first_look(self) -> bool:
+        """True of a first look, whose roots are estimated or corrected."""
+        return any(step.corrected is not None for step in self.steps)
+
+    def table(self) -> Table:
+        """A row for each root at each value; one without numbers where there is none."""
+
+        def of_root(column: Column) -> Column:
+            """The column of an eigenvalue, empty in a line without one."""
+            return Column(
+                column.name,
+                column.unit,
+                lambda row: None if row.root is None else column.of(row.root),
+            )
+
+        others = [Column("contact", value=lambda row: row.step.contact)]
+        others.append(Column("mode", value=attrgetter("mode")))
+        if self.names:
+            others.append(Column("name", value=lambda row: self.names.get(row.mode)))
+        for column in ROOT:
+            if column.name not in ("damping_ratio", "condition"):
+                others.append(of_root(column))
+        if self.is_first_look:
+            others.append(of_root(Column("error", "1/s", attrgetter("rounding"))))
+            others.append(
+                Column(
+                    "how", value=lambda row: None if row.root is None else row.step.how(row.root)
+                )
+            )
+        others.append(Column("verdict", value=lambda row: row.step.verdict))
+        rows = []
+        for step in self.steps:
+            if not step.eigenvalues:
+                rows.append(_Row(step, None, None))
+            for root, mode in zip(step.eigenvalues, step.numbers, strict=True):
+                rows.append(_Row(step, root, mode))
+        name = parameter_heading(self.parameter, [column.name for column in others])
+        return Table([Column(name, value=lambda row: row.step.value), *others], rows)
+
+    def _table_of_values(self) -> Table:
+        """A row for each value; a long table shows those beside a change of the unstable count."""
+
+        def verdict(step: Step) -> str:
+            return step.verdict or ("no equilibrium on the branch" if step.roots is None else "-")
+
+        table = [Column(self.parameter, value=attrgetter("value"))]
+        if any(step.contact is not None for step in self.steps):
+            table.append(Column("contact"))
+        table += [
+            Column("frequencies, Hz", value=lambda step: step.frequencies(only_growing=False)),
+            Column("growing, Hz", value=lambda step: step.frequencies(only_growing=True)),
+            Column("largest real, 1/s", value=lambda step: step.fastest and step.fastest[0]),
+        ]
+        if self.is_first_look:
+            error = Column(
+                "error, 1/s", shown=lambda step: number(step.fastest[1] if step.fastest else 0.0, 2)
+            )
+            table += [error, Column("corrected", value=lambda step: int(np.sum(step.corrected)))]
+        table.append(Column("verdict", value=verdict))
+        beside_change: set[int] = set()
+        for before, after in itertools.pairwise(self.steps):
+            counts = [
+                sum(root.kind in GROWING for root in step.eigenvalues) for step in (before, after)
+            ]
+            if counts[0] != counts[1]:
+                beside_change |= {id(before), id(after)}
+        return Table(
+            tuple(table),
+            self.steps,
+            f"sweep of {self.parameter}",
+            rank=lambda step: id(step) in beside_change,
+        )
+
+    def _table_of_modes(self) -> Table:
+        table = [Column("mode")]
+        if self.names:
+            table.append(Column("name", value=lambda mode: self.names.get(mode.mode)))
+        table += [
+            Column("first_hz"),
+            Column("last_hz"),
+            Column("growth_rate", "1/s", words="largest real, 1/s"),
+            Column("at", words=f"at {self.parameter}"),
+            onset_column(self.parameter),
+        ]
+        title = "modes"
+        if self.own is not None:
+            title += f", numbered as at {self.parameter} = {number(self.own.value)}"
+        return Table(tuple(table), self.modes, title, rank=rounded_growth)
+
+    def parts(self) -> Sequence[str | Table]:
+        parts: list[str | Table] = [self._table_of_values(), self._table_of_modes()]
+        parts.append("\n".join(self.lost()))
+        if self.basis is not None:
+            parts.append(basis_text(self.basis))
+        return parts
+
+    def lost(self) -> list[str]:
+        """A sentence for each place where it is not known which mode is which."""
+        lines = []
+        for loss in self.losses:
+            between = f"{self.parameter} = {number(loss.low)} and {number(loss.high)}"
+            modes = ", ".join(map(str, loss.modes))
+            lines.append(f"between {between} modes {modes} {LOST[loss.kind]}")
+        return lines
+
+    def to_dict(self) -> dict[str, Any]:
+        modes = [asdict(mode) | {"name": self.names.get(mode.mode)} for mode in self.modes]
+        return {
+            "parameter": self.parameter,
+            "sweep": [step.to_dict(self.parameter) for step in self.steps],
+            "modes": modes,
+            "lost": [loss._asdict() for loss in self.losses],
+            **picked(self, "basis"),
+        }

@@ -1,0 +1,121 @@
+"""Every change of the verdict, and every crossing of the imaginary axis, in a range."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+
+from squeal.io.writing import Answer, Column, Panel, Table, located, number, picked
+from squeal.linear import CriticalPoint, Crossing, UnstableMode
+from squeal.linear.eigen import assigned
+from squeal.results.columns import parameter_entry
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import Source
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Thresholds(Answer):
+    """Every change of the verdict, and every crossing of the imaginary axis, in a range.
+
+    parameter: what is varied, from low to high; verdict: at the lower end, None if it is open;
+    points: changes of the verdict; end: why the search ends at `high`; certified: whether counts of
+    what grows agree with the list, None where nothing is counted. notes: lines for people; details:
+    what else the JSON object says, `admissible_to` among it: how far the equilibria of a pad are
+    those that the model means; warnings: why not farther, or why a scene's own mu is not on the
+    branch. proof: what the referee says, as JSON holds it, None where it is not asked; proof_line
+    in words.
+    """
+
+    panel = Panel("mu", "frequency_hz")
+
+    name: str
+    parameter: str
+    low: float
+    high: float
+    verdict: str | None
+    points: tuple[CriticalPoint, ...]
+    crossings: tuple[Crossing, ...]
+    end: str
+    certified: bool | None
+    warnings: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+    details: Mapping[str, Any] = field(default_factory=dict)
+    source: Source | None = None
+    proof: Mapping[str, Any] | None = None
+    proof_line: str = ""
+
+    @property
+    def first(self) -> CriticalPoint | None:
+        """The first threshold at which stability or the equilibrium is lost."""
+        return next((point for point in self.points if point.kind != "restabilised"), None)
+
+    def onsets(self, found: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
+        """Where modes that grow began to: the crossings nearest in frequency, if as many lead up to
+        there as modes grow; none where that is not so."""
+        modes = found.unstable
+        begun = [crossing for crossing in self.crossings if crossing.mu <= found.value]
+        if not modes or len(begun) != len(modes) or any(c.direction != "up" for c in begun):
+            return {}
+        of_modes = np.array([mode.frequency_hz or 0 for mode in modes])
+        of_crossings = np.array([crossing.frequency_hz or 0 for crossing in begun])
+        onsets = {}
+        nearest = assigned(np.abs(of_modes[:, None] - of_crossings))
+        for mode, k in zip(modes, nearest, strict=True):
+            onsets[mode] = {"onset": begun[k].mu, "interval": begun[k].interval}
+        return onsets
+
+    def table(self) -> Table:
+        changes = {point.mu: point.kind for point in self.points}
+        crossed = {c.mu for c in self.crossings if c.changes_verdict}
+        rows: list[CriticalPoint | Crossing] = list(self.crossings)
+        rows += [point for point in self.points if point.mu not in crossed]
+        rows.sort(key=attrgetter("mu"))
+
+        def change(row: CriticalPoint | Crossing) -> str | None:
+            if isinstance(row, Crossing) and not row.changes_verdict:
+                return None
+            return changes.get(row.mu)
+
+        table = (
+            Column("mu", shown=lambda row: located(row.mu, *row.interval), words=self.parameter),
+            Column("kind"),
+            Column("direction", value=lambda row: getattr(row, "direction", None)),
+            Column("frequency_hz"),
+            Column("verdict", value=change),
+            Column("low", value=lambda row: row.interval[0], hidden=True),
+            Column("high", value=lambda row: row.interval[1], hidden=True),
+            Column("error", value=lambda row: number((row.interval[1] - row.interval[0]) / 2, 2)),
+        )
+        return Table(table, rows, nothing="no change of stability")
+
+    def parts(self) -> Sequence[str | Table]:
+        if self.proof_line:
+            proof = self.proof_line
+        elif self.certified:
+            proof = "certified: a count of growing roots between the crossings agrees"
+        else:
+            doubts = self.details.get("doubts") or ["nothing was counted"]
+            proof = f"not certified: {'; '.join(doubts)}"
+        end = f"followed up to {self.parameter} = {self.high:.9g}: {self.end}"
+        head = f"{self.name}: at {self.parameter} = {number(self.low)}: {self.verdict or 'open'}"
+        return [head, self.table(), "\n".join([*self.notes, proof, end])]
+
+    def _rows(self, located: Sequence[CriticalPoint | Crossing]) -> list[dict[str, Any]]:
+        return [parameter_entry(self.parameter, one.mu) | asdict(one) for one in located]
+
+    def to_dict(self) -> dict[str, Any]:
+        document = picked(self, "name parameter end certified") | {
+            "critical": self._rows(self.points),
+            "crossings": self._rows(self.crossings),
+            "verdict_at_start": self.verdict,
+            "verdict_at_zero": self.verdict if self.low == 0.0 else None,
+            "mu_start": self.low,
+            "mu_end": self.high,
+        }
+        if self.proof is not None:
+            document["proof"] = dict(self.proof)
+        return document | picked(self, "details")["details"]

@@ -1,0 +1,76 @@
+"""Modes of a band of more than 400 rows, proved on request; SciPy's dense roots are the truth."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import eigvals
+
+import squeal
+from squeal.cli.main import main
+from squeal.errors import InputError
+from squeal.examples.brake import solid_brake
+from squeal.examples.files import Size, write_example
+from squeal.queries.systems.roots import system_roots
+
+BAND = (500.0, 8000.0)
+
+
+@pytest.fixture(scope="module")
+def system():
+    return solid_brake(500, around=42).system
+
+
+def test_the_list_of_a_brake_is_proved(system):
+    M, C, K = (matrix.toarray() for matrix in system.at({"mu": 0.4}))
+    n = len(M)
+    lower = np.hstack([-np.linalg.solve(M, K), -np.linalg.solve(M, C)])
+    roots = eigvals(np.vstack([np.hstack([np.zeros((n, n)), np.eye(n)]), lower]))
+    hertz = roots.imag / (2 * np.pi)
+    wanted = roots[(hertz > BAND[0]) & (hertz < BAND[1])]
+    answer = squeal.eigenvalues(system, 0.4, band=BAND, prove=True)
+    assert answer.proof["status"] == "proved"
+    assert answer.certified
+    assert len(answer.values) == len(wanted)
+    for root in answer.eigenvalues:
+        assert np.abs(wanted - root.value).min() <= root.rounding + 1e-7
+    assert answer.proof["growth_below"] >= 0.0
+    counted = squeal.eigenvalues(system, 0.4, band=BAND)
+    assert counted.proof["status"] == "counted"
+    assert np.array_equal(counted.values, answer.values)
+
+
+def test_where_it_is_open_the_count_holds(system):
+    answer = squeal.eigenvalues(system, 0.4, band=(500.0, 25000.0), prove=True)
+    assert answer.certified
+    assert answer.proof["status"] == "counted"
+    assert any(note.startswith("not proved: ") for note in answer.notes)
+
+
+def test_a_wrong_list_is_not_certified(system, monkeypatch):
+    def without_one(*given, **more):
+        roots = system_roots(*given, **more)
+        return replace(roots, eigenvalues=roots.eigenvalues[:-1])
+
+    monkeypatch.setattr("squeal.queries.systems.eigenvalues.system_roots", without_one)
+    answer = squeal.eigenvalues(system, 0.4, band=BAND, prove=True)
+    assert not answer.certified
+    assert answer.proof["status"] == "open"
+    assert answer.proof["reason"] == "the referee disagrees: a root is missing"
+
+
+def test_what_has_no_proof_is_refused(system):
+    with pytest.raises(InputError, match="above 400 rows the modes of a band"):
+        squeal.eigenvalues(system, 0.4, prove=True)
+    with pytest.raises(InputError, match="above 400 rows the modes of a band"):
+        squeal.eigenvalues(system, 0.4, region=(-1e3, 1e3, 0.0, 1e4), prove=True)
+
+
+def test_the_command_says_so(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_example("brake", tmp_path, Size(rows=500))
+    words = ["eigenvalues", "brake/system.yaml", "--band", "500:4000", "--prove", "--json"]
+    assert main(words) == 0
+    proof = json.loads(capsys.readouterr().out)["proof"]
+    assert (proof["status"], proof["by"], proof["data"]) == ("proved", "enclosure", "as given")

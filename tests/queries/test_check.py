@@ -1,0 +1,110 @@
+"""What `squeal check` says of files, against what was put into them."""
+
+import re
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.sparse import block_diag, csc_array
+
+import squeal
+from squeal.errors import ComputationError, InputError, InputWarning
+from squeal.examples.brake import solid_brake, write_brake
+from squeal.io.coordinates import Coordinates
+from squeal.io.system import SystemFile
+from squeal.linear.system import Term, TermSystem
+from tests.conftest import SCENES
+
+
+@pytest.fixture(scope="module")
+def brake():
+    return solid_brake(500)
+
+
+def file_of(brake, stiffness=1.0, mass=1.0, length=1.0):
+    """The brake in other units."""
+    own = brake.system
+    K = tuple(Term(stiffness * t.matrix, t.factor) for t in own.K)
+    M = tuple(Term(mass * t.matrix, t.factor) for t in own.M)
+    at = Coordinates(brake.nodes, brake.directions, length * brake.places)
+    return SystemFile(TermSystem(M, (), K, own.parameters), coordinates=at)
+
+
+def test_mass_and_modes_of_a_brake(brake):
+    found = squeal.check(file_of(brake), modes=4)
+    M, _, K = brake.system.arrays({"mu": 0.0})
+    exact = np.sqrt(eigh((K + K.T) / 2, M, eigvals_only=True, subset_by_index=(0, 3)))
+    assert found.frequencies_hz == pytest.approx(exact / (2 * np.pi), rel=1e-9)
+    along = [np.where(brake.directions == way, 1.0, 0.0) for way in range(3)]
+    masses = [r @ M @ r for r in along]
+    assert found.mass == pytest.approx(np.mean(masses))
+    x = brake.places[brake.nodes, 0]
+    assert found.centre[0] == pytest.approx(sum(r @ M @ (r * x) for r in along) / sum(masses))
+    assert (found.free, found.negative, found.hints) == (0, 0, ())
+
+
+@pytest.mark.parametrize("copies", [1, 40])  # dense and sparse
+def test_free_motions_and_negative_stiffness_are_counted(copies):
+    chain = np.diag([1.0, 2.0, 1.0]) - np.eye(3, k=1) - np.eye(3, k=-1)
+    K = block_diag([chain] * 6 + [np.diag(np.arange(2.0, 14.0))] * copies + [[[-0.5]]])
+    found = squeal.check(squeal.System(csc_array(np.eye(K.shape[0])), K=csc_array(K)), modes=2)
+    assert (found.free, found.negative, found.mass) == (6, 1, None)
+    assert 2 * np.pi * np.array(found.frequencies_hz) == pytest.approx([1.0, 1.0])
+
+
+@pytest.mark.parametrize(
+    ("units", "words"),
+    [
+        ({"stiffness": 1e-3, "mass": 1e-3, "length": 1e3}, ["mm", "t, which goes"]),
+        ({"length": 1e3}, ["mm"]),  # kg, mm, s: the numbers of SI
+        ({"stiffness": 1e-3}, ["N/mm beside kg"]),
+        ({"stiffness": 1e-6, "length": 1e3}, ["mm", "ms"]),
+        ({"mass": 1e-3}, ["t, which goes", "N/m beside t"]),
+    ],
+)
+def test_what_looks_like_an_error_of_units(brake, units, words):
+    hints = squeal.check(file_of(brake, **units)).hints
+    assert len(hints) == len(words)
+    assert all(word in hint for word, hint in zip(words, hints, strict=True))
+
+
+def test_what_cannot_be_checked_is_refused(brake):
+    scene = squeal.read_scene(SCENES / "b1-c.yaml")
+    wrong: list = [(scene, 1), (brake.system, 0), ("s.yaml", 1)]
+    for subject, modes in wrong:
+        with pytest.raises(InputError, match="not allowed"):
+            squeal.check(subject, modes)
+
+
+def test_nodes_are_found_by_the_labels_of_rows(tmp_path, brake):
+    write_brake(tmp_path, brake, "abaqus")
+    system = tmp_path / "system.yaml"
+    whole = squeal.check(squeal.read_system(system))  # by the input file
+    assert whole.elements == len(brake.cells)
+    system.write_text(re.sub(r"(?s)file: brake.inp\n.*", "file: nodes.csv\n", system.read_text()))
+    held = np.setdiff1d(np.arange(len(brake.places)), brake.nodes)  # corners of elements
+    each = np.concatenate([held, np.unique(brake.nodes)[::-1]])
+    lines = (f"{node + 1},{','.join(map(repr, brake.places[node].tolist()))}" for node in each)
+    (tmp_path / "nodes.csv").write_text("\n".join(["node,x,y,z", *lines]))
+    again = squeal.check(squeal.read_system(system))
+    assert (again.mass, again.centre, again.size) == (whole.mass, whole.centre, whole.size)
+    text = (tmp_path / "nodes.csv").read_text().splitlines()
+    (tmp_path / "nodes.csv").write_text("\n".join(text[:-1]))
+    with pytest.warns(InputWarning, match=f"no line for 1 nodes.* {each[-1] + 1}"):
+        squeal.read_system(system)
+
+
+def test_a_stiffness_for_the_mass_is_refused_in_time(brake):
+    """All modes are one then, which no restart of ARPACK tells apart: it went on for 9 minutes."""
+    own = brake.system
+    stiffness = own.K[:1]
+    file = SystemFile(TermSystem(stiffness, (), own.K, own.parameters))
+    with pytest.raises(ComputationError, match="mass"):
+        squeal.check(file)
+
+
+def test_a_slow_part_of_unknown_size_is_no_error_of_units():
+    """A cantilever of a metre has its lowest mode at 17 Hz."""
+    square = (2.0 * np.pi * 17.0) ** 2
+    part = squeal.System(np.eye(2), K=np.diag([square, 6.0 * square]))
+    assert squeal.check(part).hints == ()

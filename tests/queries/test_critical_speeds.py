@@ -1,0 +1,110 @@
+"""Critical speeds against closed forms: Jeffcott, an overhung disc, higher orders, damping."""
+
+import json
+
+import numpy as np
+import pytest
+import scipy.linalg
+from scipy.sparse import csc_array, diags_array
+
+import squeal
+from squeal.cli.main import main
+from squeal.errors import InputError
+from tests.queries.test_energy import rotor
+
+EYE, SPIN = np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]])
+
+
+def speeds(answer, direction):
+    return [one.speed for one in answer.critical if one.direction == direction]
+
+
+def test_bounce_and_backward_tilt_of_a_disc_and_no_forward_one():
+    """Bounce (k/m)^(1/2) twice, tilt (kt / (Jd + Jp))^(1/2) backward, and none where Jp > Jd."""
+    m, k, Jd, Jp, kt = 10.0, 1e6, 0.5, 0.8, 4e4
+    M = np.diag([m, m, Jd, Jd])
+    G = np.zeros((4, 4))
+    G[2:, 2:] = Jp * SPIN
+    system = squeal.System(M, {"speed": G}, np.diag([k, k, kt, kt]), parameter="speed")
+    answer = squeal.critical_speeds(system, 2000.0)
+    assert speeds(answer, None) == pytest.approx([np.sqrt(k / m)] * 2, rel=1e-12)
+    assert speeds(answer, "backward") == pytest.approx([np.sqrt(kt / (Jd + Jp))], rel=1e-12)
+    assert not speeds(answer, "forward")
+
+
+@pytest.mark.parametrize("order", [0.5, 1.0, 2.0, 3.0])
+def test_tilt_of_a_thin_rotor_at_any_order(order):
+    """n^2 Jd W^2 -+ n Jp W^2 = kt: forward and backward, for Jp < n Jd."""
+    Jd, Jp, kt = 0.8, 0.3, 500.0
+    system = squeal.System(Jd * EYE, {"speed": Jp * SPIN}, kt * EYE, parameter="speed")
+    answer = squeal.critical_speeds(system, 200.0, orders=(order,))
+    exact = {way: np.sqrt(kt / (order**2 * Jd - s * order * Jp)) for way, s in
+             (("forward", 1), ("backward", -1))}  # fmt: skip
+    for way, speed in exact.items():
+        assert speeds(answer, way) == pytest.approx([speed], rel=1e-12)
+
+
+def test_an_overhung_disc_of_stodola_and_green():
+    """Bending of a cantilever couples translation and tilt of the disc: the determinant in W^2."""
+    EI, length, m, Jd, Jp = 5e4, 0.6, 20.0, 0.3, 0.55
+    own = EI / length**3 * np.array([[12, -6 * length], [-6 * length, 4 * length**2]])
+    K = scipy.linalg.block_diag(own, own)
+    G = np.zeros((4, 4))
+    G[1, 3], G[3, 1] = Jp, -Jp
+    M = np.diag([m, Jd, m, Jd])
+    answer = squeal.critical_speeds(squeal.System(M, {"speed": G}, K, parameter="speed"), 2000.0)
+    for way, sign in (("forward", 1.0), ("backward", -1.0)):
+        # in the turning coordinate q1 + i q2 whirl at the speed sees the inertia Jd - s Jp
+        squares = scipy.linalg.eigvals(own, np.diag([m, Jd - sign * Jp])).real
+        exact = np.sort(np.sqrt(squares[(squares > 0.0) & np.isfinite(squares)]))
+        assert speeds(answer, way) == pytest.approx(exact[exact < 2000.0], rel=1e-10), way
+
+
+def test_damping_meets_the_speed_at_the_damped_frequency():
+    """Im lambda = W: (k/m - (c/2m)^2)^(1/2), with its damping ratio."""
+    k, c = 900.0, 6.0
+    system = squeal.System([[1.0]], [[c]], {"1": [[k]], "0 * speed": [[0.0]]}, parameter="speed")
+    (one,) = squeal.critical_speeds(system, 100.0).critical
+    assert one.speed == pytest.approx(np.sqrt(k - c * c / 4), rel=1e-12)
+    assert one.damping_ratio == pytest.approx(c / 2 / np.sqrt(k), rel=1e-12)
+    assert one.growth_rate == pytest.approx(-c / 2, rel=1e-12)
+
+
+def test_a_rotor_of_ross_meets_its_own_roots():
+    """At each critical speed i n W is a root, to rounding but for the damping, by a determinant."""
+    system = rotor()
+    answer = squeal.critical_speeds(system, 900.0, orders=(1.0, 2.0))
+    assert answer.critical
+    for one in answer.critical:
+        M, C, K = system.arrays({"speed": one.speed})
+        z = one.growth_rate + 1j * one.order * one.speed
+        sizes = np.linalg.svd(z * z * M + z * C + K, compute_uv=False)
+        assert sizes[-1] < 1e-9 * np.linalg.norm(K, 2)
+
+
+def test_a_large_rotor_is_reduced():
+    n = 450
+    M = diags_array([1.0] * n).tocsc()
+    K = diags_array(np.arange(1.0, n + 1.0) ** 2).tocsc()
+    G = csc_array((n, n))
+    system = squeal.System(M, {"speed": G}, K, parameter="speed")
+    answer = squeal.critical_speeds(system, 5.5, band=(0.1, 1.0))
+    assert [one.speed for one in answer.critical] == pytest.approx([1, 2, 3, 4, 5], rel=1e-9)
+
+
+def test_the_command_prints_and_draws_and_refuses(tmp_path, capsys):
+    text = (
+        "parameter: speed\nM: [[1, 0], [0, 1]]\nC: [{matrix: [[0, 2], [-2, 0]], factor: speed}]\n"
+    )
+    (tmp_path / "tilt.yaml").write_text(text + "K: [[12, 0], [0, 12]]\n")
+    file, figure = str(tmp_path / "tilt.yaml"), tmp_path / "campbell.svg"
+    command = ["critical-speeds", file, "--max", "20", "--orders", "1:2", "--json"]
+    assert main([*command, "--figure", str(figure)]) == 0
+    rows = json.loads(capsys.readouterr().out)["critical_speeds"]
+    # n^2 W^2 + 2 n W^2 = 12, and forward whirl at order 2 is met where 4 - 4 = 0: never
+    assert [row["speed"] for row in rows] == pytest.approx([np.sqrt(1.5), 2.0])
+    assert "<svg" in figure.read_text()
+    for wrong in (["--max", "0"], ["--max", "5", "--orders", "0"], []):
+        assert main(["critical-speeds", file, *wrong]) == 2
+    with pytest.raises(InputError, match="real matrices"):
+        squeal.critical_speeds(squeal.System([[1.0]], K=[[1.0 + 1j]]), 2.0)

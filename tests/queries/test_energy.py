@@ -1,0 +1,210 @@
+"""What feeds a mode: closed forms, work integrated over a cycle, differences of each factor."""
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.linalg
+from scipy.sparse import csc_array
+
+import squeal
+from squeal.errors import InputError
+from squeal.io.system import SystemFile
+from squeal.queries.energy import named_terms, pad_terms
+from squeal.results.sources import PadSource
+from tests.conftest import ROOT
+from tests.known import system_of
+
+ROTOR = json.loads((ROOT / "squeal" / "examples" / "rotor.json").read_text("utf-8"))
+EYE, TURN = np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]])
+STIFF = np.diag([100.0, 120.0])
+
+
+def roots_by_companion(M: Any, C: Any, K: Any) -> np.ndarray:
+    """All eigenvalues, by another form than the package's, in a unit of time that balances it."""
+    n = len(M)
+    rate = np.sqrt(np.linalg.norm(K, 2) / np.linalg.norm(M, 2))
+    zero, eye = np.zeros((n, n)), np.eye(n)
+    A = np.block([[zero, eye], [-K / rate**2, -C / rate]])
+    B = np.block([[eye, zero], [zero, M]])
+    return rate * scipy.linalg.eigvals(A, B)
+
+
+def brake(sparse=False):
+    """Friction, friction damping, damping of one block, and a gyroscopic term."""
+    K1 = np.array([[0.0, 40.0], [-30.0, 5.0]])
+    matrices = {"1": np.diag([0.5, 0.2]), "0.3 * mu": np.array([[0.2, 0.1], [0.0, 0.4]])}
+    matrices["speed"] = TURN
+    K = {"1": STIFF, "mu": K1}
+    if sparse:
+        matrices = {key: csc_array(X) for key, X in matrices.items()}
+        K = {key: csc_array(X) for key, X in K.items()}
+    given = {"mu": 0.8, "speed": 0.3}
+    return squeal.System(EYE, matrices, K, parameters=given, name="brake")
+
+
+def rotor():
+    whole = {}
+    for name, entries in ROTOR["matrices"].items():
+        rows, columns, values = zip(*entries, strict=True)
+        shape = (ROTOR["rows"],) * 2
+        whole[name] = csc_array((values, (rows, columns)), shape=shape).toarray()
+    cross = (whole["K"] - whole["K"].T) / 2
+    C = {"1": whole["C"], "speed": whole["G"]}
+    K = {"1": whole["K"] - cross, "cross": cross}
+    at = {"speed": 300.0, "cross": 0.4}
+    return squeal.System(whole["M"], C, K, parameters=at, parameter="speed")
+
+
+def joined():
+    """Two blocks of two coordinates each, one pressed on the other and dragged by friction."""
+    nodes, ways = [1, 1], [0, 2]
+    M, K = EYE, np.diag([90.0, 110.0])
+    C = np.diag([0.1, 0.3])
+    one = squeal.Component(squeal.System(M, C, K, name="disc"), nodes, ways)
+    own = squeal.System(M, C, K + [[0, 3], [3, 0]], name="pad")
+    other = squeal.Component(own, nodes, ways, load=[0.0, -6.0])
+    touch = squeal.Contact(("disc", "pad"), [(1, 1)], (0, 0, 1), stiffness=60.0, sliding=(1, 0, 0))
+    return squeal.assemble([one, other], [touch], {"mu": 0.9})
+
+
+@pytest.mark.parametrize("subject", [brake(), brake(sparse=True), rotor(), joined()])
+def test_terms_sum_to_each_root_and_agree_with_differences_of_their_factors(subject):
+    found = squeal.eigenvalues(subject)
+    answer = squeal.energy(found)
+    file = subject if not isinstance(subject, squeal.Assembly) else None
+    system = subject.system if file is None else subject
+    terms = named_terms(system, SystemFile(system))
+    base = {part: np.zeros((system.n, system.n)) for part in "MCK"}
+    dense = []
+    for term in terms:
+        X = np.asarray(term.matrix.todense() if hasattr(term.matrix, "todense") else term.matrix)
+        dense.append(term.factor * X)
+        base[term.part] = base[term.part] + dense[-1]
+    size = np.abs(found.values).max()
+    for mode in answer.modes:
+        rows = [row for row in answer.contributions if row.mode == mode]
+        if rows[0].growth is None:
+            continue
+        assert sum(row.growth for row in rows) == pytest.approx(
+            rows[0].growth_rate, abs=1e-10 * size
+        )
+        frequencies = sum(row.frequency for row in rows)
+        assert frequencies == pytest.approx(rows[0].frequency_hz, rel=1e-8)
+        root = rows[0].growth_rate + 2j * np.pi * rows[0].frequency_hz
+        step = 1e-5
+        for row, term, X in zip(rows, terms, dense, strict=True):
+            moved = []
+            for sign in (1, -1):
+                changed = base | {term.part: base[term.part] + sign * step * X}
+                roots = roots_by_companion(*(changed[part] for part in "MCK"))
+                moved.append(roots[np.argmin(abs(roots - root))])
+            slope = (moved[0] - moved[1]) / (2 * step)
+            near = 1e-7 * abs(root)
+            assert 100 * row.d_real == pytest.approx(slope.real, rel=1e-4, abs=near), row
+            turned = 100 * row.d_hz * 2 * np.pi
+            assert turned == pytest.approx(slope.imag, rel=1e-4, abs=near), row
+
+
+def test_growth_is_the_work_of_a_cycle_over_twice_the_stored_energy():
+    """Integrated over one period of the motion itself, freed of its growth."""
+    found = squeal.eigenvalues(brake())
+    rows = squeal.energy(found).contributions
+    root = next(e for e in found.eigenvalues if e.value.imag > 0 and e.value.real > 0)
+    mode = next(k for k, e in found.of_modes if e is root)
+    period = 2 * np.pi / root.value.imag
+    t = np.arange(400) * period / 400
+    # x exp(lambda t) at sigma = 0 of the envelope: what grows multiplies all energies alike
+    q = (root.right[:, None] * np.exp(1j * root.value.imag * t)).real
+    v = (root.value * root.right[:, None] * np.exp(1j * root.value.imag * t)).real
+
+    def mean(X, left, right):
+        return float(np.mean(np.sum(left * (X @ right), axis=0)))
+
+    K1, C1 = np.array([[0.0, 40.0], [-30.0, 5.0]]), np.array([[0.2, 0.1], [0.0, 0.4]])
+    friction, damping = 0.8 * K1, np.diag([0.5, 0.2])
+    symmetric = STIFF + (friction + friction.T) / 2
+    twice = mean(EYE, v, v) + mean(symmetric, q, q)
+    skew = (friction - friction.T) / 2
+    works = {
+        "mu": -mean(skew, v, q),
+        "1": -mean(damping, v, v),
+        "0.3 * mu": -mean(0.24 * C1, v, v),
+        "speed": 0.0,
+    }
+    own = {row.term: row.growth for row in rows if row.mode == mode and row.growth}
+    for name, work in works.items():
+        assert own.get(name, 0.0) == pytest.approx(work / twice, abs=1e-12), name
+    roles = {row.term: row.role for row in rows if row.part in "CK"}
+    assert roles["mu"] == "friction"
+    assert roles["0.3 * mu"] == "friction damping"
+    assert roles["speed"] == "gyroscopic"
+
+
+def test_two_degrees_of_freedom_in_closed_form():
+    """M = I, K = w I + mu TURN, C = c I: x = (1, -+ i), lambda^2 + c lambda + w -+ i mu = 0."""
+    c, w, mu = 0.3, 50.0, 4.0
+    system = system_of(EYE, ((EYE, "c"),), ((EYE, "w"), (TURN, "mu")), {"c": c, "w": w, "mu": mu})
+    found = squeal.eigenvalues(system)
+    answer = squeal.energy(found)
+    for mode in answer.modes:
+        rows = {row.term: row for row in answer.contributions if row.mode == mode}
+        sigma, omega = rows["c"].growth_rate, 2 * np.pi * rows["c"].frequency_hz
+        square = sigma**2 + omega**2
+        stored = 1 + w / square
+        turn = 1.0 if sigma > -c / 2 else -1.0
+        assert rows["c"].growth == pytest.approx(-c / stored, rel=1e-12)
+        assert rows["mu"].growth == pytest.approx(turn * omega * mu / square / stored, rel=1e-9)
+    growing = answer.sentence(answer.modes[0])
+    assert "friction puts in 0.28" in growing
+    assert "damping takes 0.15" in growing
+
+
+def test_a_pad_is_fed_by_friction_alone_and_a_divergence_by_no_cycle():
+    scene = squeal.read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml")
+    found = squeal.eigenvalues(scene, at=0.4)
+    rows = [row for row in squeal.energy(found).contributions if row.mode == 2]
+    fed = {row.term: row.growth for row in rows}
+    assert fed["friction"] == pytest.approx(found.unstable[0].growth_rate, rel=1e-9)
+    assert fed["springs and contact"] == pytest.approx(0.0, abs=1e-8)
+    assert isinstance(found.source, PadSource)
+    whole = {part: np.zeros((3, 3)) for part in "MCK"}
+    for term in pad_terms(scene.replace(mu=0.4), found.source.analysis):
+        whole[term.part] = whole[term.part] + term.matrix
+    given = zip("MCK", found.source.analysis.matrices, strict=True)
+    assert all(np.allclose(whole[part], X, rtol=1e-14) for part, X in given)
+    column = squeal.System(EYE, K={"1": STIFF, "mu": -STIFF}, parameters={"mu": 1.5})
+    answer = squeal.energy(squeal.eigenvalues(column))
+    assert all(row.growth is None for row in answer.contributions)
+    assert "does not oscillate" in answer.sentence(1)
+
+
+def test_parts_share_what_the_terms_do():
+    """By component of an assembly, and by given rows."""
+    answer = squeal.energy(squeal.eigenvalues(joined()))
+    for mode in answer.modes:
+        shares = [row for row in answer.part_shares if row.mode == mode]
+        assert [row.part for row in shares] == ["disc", "pad"]
+        assert sum(row.energy for row in shares) == pytest.approx(1.0)
+        rate = next(row.growth_rate for row in answer.contributions if row.mode == mode)
+        assert sum(row.growth for row in shares) == pytest.approx(rate, abs=1e-9)
+    apart = squeal.System(EYE, np.diag([0.2, 0.0]), STIFF)  # two blocks that know nothing of it
+    answer = squeal.energy(squeal.eigenvalues(apart), parts={"one": [0], "other": [1]})
+    known = {(row.mode, row.part): (row.energy, row.growth) for row in answer.part_shares}
+    assert known[1, "one"] == pytest.approx((1.0, -0.1))
+    assert known[2, "other"] == pytest.approx((1.0, 0.0))
+    with pytest.raises(InputError, match="one: is not allowed; it must be rows from 0 to 1"):
+        squeal.energy(squeal.eigenvalues(apart), parts={"one": [2]})
+
+
+def test_a_loss_factor_takes_half_of_itself_per_radian():
+    """K (1 + i eta): lambda = i w (1 + i eta)^(1/2), and all of its decay is damping's."""
+    eta, w2 = 0.02, 100.0
+    K = np.array([[w2 * (1 + 1j * eta)]])
+    found = squeal.eigenvalues(squeal.System([[1.0]], K=K))
+    (row,) = [row for row in squeal.energy(found).contributions if row.part == "K"]
+    root = 1j * np.sqrt(w2 * (1 + 1j * eta))
+    assert row.role == "damping"
+    assert row.growth == pytest.approx(root.real, rel=1e-12)
+    assert row.frequency == pytest.approx(root.imag / (2 * np.pi), rel=1e-12)

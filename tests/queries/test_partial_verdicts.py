@@ -1,0 +1,141 @@
+"""A verdict is of what was proven: some of a system's roots cannot make it stable."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy import sparse
+from scipy.sparse import coo_array
+
+import squeal
+from squeal.errors import ComputationError, MatrixError
+from squeal.linear.eigen import spectrum_of
+from squeal.linear.system import Term
+from squeal.queries.systems import roots
+from squeal.queries.systems.roots import system_roots
+from squeal.results.sources import EigenvalueSelection
+from tests.conftest import ROOT
+from tests.known import system_of
+
+HIGH = 6400.0  # Hz, of the pair that grows
+
+
+def brake(n, growth):
+    """n rows of 10 Hz and more, damped, and above all of them a pair at HIGH that grows (1/s)."""
+    omega = 2 * np.pi * np.concatenate([10.0 * np.arange(1, n), [HIGH]])
+    C = np.full(n, 0.5)
+    C[-1] = -2 * growth
+    return system_of(*(sparse.csr_array(sparse.diags(d)) for d in (np.ones(n), C, omega**2)))
+
+
+@pytest.mark.parametrize("n", [100, 420])
+@pytest.mark.parametrize("growth", [-20.0, 20.0])
+def test_some_roots_alone_never_say_stable(n, growth):
+    system, whole = brake(n, growth), "flutter" if growth > 0 else "stable"
+    lowest = system_roots(system)
+    assert lowest.verdict == (whole if n == 100 else None)
+    assert lowest.certified  # of the disc that is named
+    above = system_roots(system, EigenvalueSelection(band=(HIGH - 100, HIGH + 100)))
+    below = system_roots(system, EigenvalueSelection(band=(5.0, 205.0)))
+    assert above.verdict == (whole if n == 100 or growth > 0 else None)
+    assert below.verdict == ("stable" if n == 100 and growth < 0 else None)
+    assert len(below.eigenvalues) == 20
+
+
+def test_an_answer_names_the_modes_that_it_is_about():
+    """The one that grows lies above the 20 that are listed."""
+    found = squeal.eigenvalues(brake(420, 20.0))
+    assert not found.unstable
+    assert "20" in found.extent
+    assert squeal.eigenvalues(brake(100, 20.0)).extent == ""
+
+
+def test_a_root_that_does_not_solve_the_equations_decides_nothing():
+    """A penalty of 1e30 leaves the other roots no digit."""
+    K = np.array([[1e30, 0.0, 0.0], [0.0, 4e6, 1e6], [0.0, 0.0, 9e6]])
+    found = system_roots(system_of(np.eye(3), None, K))
+    solved = [e for e in found.eigenvalues if e.residual <= 1e-6]
+    assert found.verdict not in ("flutter", "divergence")
+    assert all(e.value.real <= 1e-6 * abs(e.value) for e in solved)
+
+
+@pytest.mark.parametrize("wanted", [EigenvalueSelection(), EigenvalueSelection(modes=3)])
+def test_a_list_that_lacks_a_root_is_not_certified(wanted, monkeypatch):
+    whole, system = spectrum_of, brake(10, -20.0)
+    assert system_roots(system, wanted).certified
+
+    def lacking(*known):
+        spectrum = whole(*known)
+        return replace(spectrum, eigenvalues=spectrum.eigenvalues[2:])
+
+    monkeypatch.setattr(roots, "spectrum_of", lacking)
+    found = system_roots(system, wanted)
+    assert found.count is not None
+    assert not found.certified
+
+
+ROWS = 2100
+
+
+def chain(held=(), mass=None):
+    """Equal masses and springs between walls, some rows held by penalties."""
+    side = np.full(ROWS - 1, -1e6)
+    K = sparse.lil_array(sparse.diags([side, np.full(ROWS, 2e6), side], [-1, 0, 1]))
+    for row, penalty in held:
+        K[row, row] = penalty
+    mass = sparse.eye_array(ROWS) if mass is None else mass
+    damping = 0.4 * sparse.eye_array(ROWS)
+    return system_of(*(sparse.csc_array(X) for X in (mass, damping, K)))
+
+
+@pytest.mark.parametrize("penalty", [1e22, 1e36])
+def test_a_penalty_of_a_large_system_is_a_support(penalty):
+    found = system_roots(chain([(0, penalty), (700, penalty)]), EigenvalueSelection(modes=6))
+    lengths = 700, ROWS - 700  # springs between supports
+    free = [2e3 * np.sin(np.pi * k / (2 * n)) for n in lengths for k in range(1, 7)]
+    exact = np.sqrt(np.sort(free)[:6] ** 2 - 0.2**2)
+    assert [e.value.imag for e in found.eigenvalues] == pytest.approx(exact, rel=1e-9)
+    assert (found.verdict, found.certified) == (None, True)
+
+
+def test_a_large_pencil_that_is_singular_everywhere_is_refused():
+    empty = chain(mass=sparse.diags(np.r_[0.0, np.ones(ROWS - 1)]))
+    K = sparse.lil_array(empty.K[0].matrix)
+    K[0, :] = K[:, 0] = 0.0
+    alone = replace(empty, C=(), K=(Term(sparse.csc_array(K)),))
+    with pytest.raises(MatrixError, match="row 1 of M, C and K is empty"):
+        system_roots(alone, EigenvalueSelection(band=(1.0, 9.0)))
+    turned = np.array([[1.0, -1.0], [-1.0, 1.0]])
+    M, K = (sparse.block_diag([turned, X.matrix]) for X in (*chain().M, *chain().K))
+    hidden = system_of(sparse.csc_array(M), None, sparse.csc_array(K))
+    with pytest.raises(ComputationError, match="share a null vector"):
+        system_roots(hidden, EigenvalueSelection(band=(1.0, 9.0)))
+
+
+# A small rotor against ROSS: `tests/data/rotor.py` says how its numbers were made
+
+DATA = json.loads((ROOT / "squeal" / "examples" / "rotor.json").read_text("utf-8"))
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    parts = {}
+    for name, entries in DATA["matrices"].items():
+        rows, columns, values = zip(*entries, strict=True)
+        parts[name] = coo_array((values, (rows, columns)), shape=(DATA["rows"],) * 2).toarray()
+    C = parts["C"], (parts["G"], "speed")
+    return system_of(parts["M"], C, parts["K"], {"speed": 0.0}, "speed")
+
+
+@pytest.mark.parametrize("speed", DATA["eigenvalues"])
+def test_eigenvalues_are_those_of_ross(rotor, speed):
+    theirs = np.array([complex(*v) for v in DATA["eigenvalues"][speed]])
+    found = system_roots(rotor, changes={"speed": float(speed)})
+    ours = np.array([e.value for e in found.eigenvalues if abs(e.value) > 1.0])
+    assert len(ours) == len(theirs) == 32
+    nearest = np.argmin(np.abs(theirs[:, None] - ours), axis=1)
+    assert len(set(nearest)) == len(theirs)
+    assert np.allclose(ours[nearest], theirs, rtol=1e-9)
+    assert found.verdict == "flutter"  # the bearings drive a whirl
+    assert np.max(ours.real) == pytest.approx(np.max(theirs.real), rel=1e-7)

@@ -1,0 +1,124 @@
+"""What the referee makes of answers at a value, of systems whose roots are known."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.errors import InputWarning
+from squeal.linear.eigen import Spectrum
+
+roots_module = importlib.import_module("squeal.queries.systems.roots")
+
+
+def proof(answer):
+    return answer.to_dict()["proof"]
+
+
+def test_a_flutter_pair_is_proved():
+    """s = 2 +- sqrt(1 - 4/3), with s = -lambda^2."""
+    found = squeal.eigenvalues(squeal.System(np.eye(2), K=[[2, 1 / 3], [-1, 2]]), prove=True)
+    assert (found.verdict, found.certified) == ("flutter", True)
+    known = {"status": "proved", "by": "enclosure", "growth_below": 0.0, "data": "half an ulp"}
+    assert proof(found) == known | {"reason": None, "where": None}
+    assert "4 roots, proved: no other mode grows\n" in str(found)
+
+
+def test_a_defective_pair_that_rounding_parts_is_open():
+    """A rotation by 1 rad cannot be written in doubles: half an ulp gives flutter or none."""
+    c, s = np.cos(1.0), np.sin(1.0)
+    Q = np.array([[c, -s], [s, c]])
+    found = squeal.eigenvalues(
+        squeal.System(np.eye(2), K=Q @ [[4.0, 1.0], [0.0, 4.0]] @ Q.T), prove=True
+    )
+    assert (found.verdict, found.certified) == (None, False)
+    assert proof(found)["status"] == "open"
+    assert "last digits" in proof(found)["reason"]
+    assert "4 roots, open: " in str(found)
+    assert found.conclusion.startswith("Open, ")
+
+
+def test_a_defective_pair_of_integers_is_proved_as_given():
+    """An integer matrix of determinant one hides the Jordan block exactly."""
+    R, inverse = np.array([[2.0, 1.0], [1.0, 1.0]]), np.array([[1.0, -1.0], [-1.0, 2.0]])
+    K = R @ [[4.0, 1.0], [0.0, 4.0]] @ inverse
+    found = squeal.eigenvalues(squeal.System(np.eye(2), K=K), prove=True)
+    assert (found.verdict, found.certified) == ("marginal", True)
+    assert (proof(found)["by"], proof(found)["data"]) == ("exact", "as given")
+    assert "proved: no other mode grows (entries as given)" in str(found)
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+def test_a_free_body_is_proved_marginal(damping):
+    chain = np.array([[1.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    found = squeal.eigenvalues(squeal.System(np.eye(3), C=damping * chain, K=chain), prove=True)
+    assert (found.verdict, found.certified, found.count) == ("marginal", True, 6)
+
+
+def test_a_shuffled_triangle_is_proved():
+    order = [2, 0, 3, 1]
+    T = np.diag([1.0, 4.0, 9.0, 16.0]) + 1e6 * np.triu(np.ones((4, 4)), 1)
+    found = squeal.eigenvalues(squeal.System(np.eye(4), K=T[np.ix_(order, order)]), prove=True)
+    assert (found.verdict, found.certified) == ("marginal", True)
+    upper = sorted(z.imag for z in found.values if z.imag > 0.0)
+    assert upper == pytest.approx([1.0, 2.0, 3.0, 4.0], rel=1e-9)
+
+
+@pytest.mark.parametrize("asked", [{}, {"modes": 5}, {"band": (0.1, 0.6)}])
+def test_a_chain_of_sixty_is_proved(asked):
+    """s = 2 - 2 cos(j pi / 61), damped in proportion; a band and the lowest are parts of it."""
+    K = 2.0 * np.eye(60) - np.eye(60, k=1) - np.eye(60, k=-1)
+    found = squeal.eigenvalues(squeal.System(np.eye(60), C=0.01 * K, K=K), prove=True, **asked)
+    s = 2.0 - 2.0 * np.cos(np.arange(1, 61) * np.pi / 61)
+    exact = -0.005 * s + 1j * np.sqrt(s - (0.005 * s) ** 2)
+    assert (found.verdict, found.certified) == ("stable", True)
+    assert proof(found)["status"] == "proved"
+    for value in found.values[found.values.imag > 0.0]:
+        assert np.abs(exact - value).min() < 1e-10
+    low, high = (2.0 * np.pi * f for f in asked.get("band", (0.0, 1.0)))
+    expected = asked.get("modes") or np.sum((exact.imag > low) & (exact.imag < high))
+    assert np.sum(found.values.imag > 0.0) == expected
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.1])
+def test_a_refuted_answer_never_reaches_the_user(damping, monkeypatch):
+    """The solver moves a pair to growth; the listed roots are those of the system all the same."""
+    solve = roots_module.spectrum_of
+
+    def wrong(*known):
+        each = list(solve(*known).eigenvalues)
+        for k in (0, 1):
+            moved = each[k].value + 0.3
+            each[k] = type(each[k])(moved, each[k].right, each[k].left, 1e-16, 1.0, 1e-15)
+        return Spectrum(tuple(each))
+
+    monkeypatch.setattr(roots_module, "spectrum_of", wrong)
+    K, C = np.array([[2.0, -1.0], [-1.0, 2.0]]), damping * np.eye(2)
+    system = squeal.System(np.eye(2), C=C, K=K) if damping else squeal.System(np.eye(2), K=K)
+    with pytest.warns(InputWarning, match="referee"):
+        found = squeal.eigenvalues(system, prove=True)
+    exact = [complex(-damping / 2, np.sqrt(s - damping**2 / 4)) for s in (1.0, 3.0)]
+    assert [z for z in found.values if z.imag > 0.0] == pytest.approx(exact, rel=1e-12)
+    assert (found.verdict, found.certified) == ("stable" if damping else "marginal", True)
+    assert not found.unstable
+
+
+def test_without_flint_the_enclosure_judges_alone(monkeypatch):
+    monkeypatch.setattr(importlib.import_module("squeal.proof.exact"), "flint", None)
+    found = squeal.eigenvalues(squeal.System(np.eye(2), K=[[2, 1 / 3], [-1, 2]]), prove=True)
+    assert found.certified
+    twin = squeal.eigenvalues(squeal.System(np.eye(2), K=[[4, 1], [0, 4]]), prove=True)
+    integers = squeal.System(np.eye(2), K=[[2.0, 4.0], [-1.0, 6.0]])  # a Jordan block at 4
+    defective = squeal.eigenvalues(integers, prove=True)
+    assert twin.certified  # its rows are two components
+    assert (defective.certified, proof(defective)["status"]) == (False, "open")
+
+
+def test_complex_matrices_are_proved_by_what_lies_above_the_real_axis():
+    K = np.diag([1.0 + 0.1j, 4.0 - 0.4j])  # a loss factor of each sign: the second mode grows
+    found = squeal.eigenvalues(squeal.System(np.eye(2), K=K))
+    assert (proof(found)["status"], proof(found)["by"]) == ("proved", "enclosure")
+    assert (found.certified, found.verdict) == (True, "flutter")
+    grows = np.sqrt(-K[1, 1]) if np.sqrt(-K[1, 1]).imag > 0 else -np.sqrt(-K[1, 1])
+    assert np.isclose(found.unstable[0].growth_rate, grows.real)

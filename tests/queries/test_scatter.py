@@ -1,0 +1,231 @@
+"""Scattered parameters against pads made by hand, closed forms of growth and of Sobol indices."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import block_diag, csc_array, diags_array
+from scipy.special import ndtri
+
+import squeal
+from squeal import Term
+from squeal.errors import ComputationError, InputError, InputWarning
+from squeal.numerics.differentiation import Formula
+from squeal.queries.advise import Outcome, ParameterSpace
+from squeal.queries.scatter import scatter
+from tests.queries.test_advise import SCENE, first
+
+COUNT, MU_MAX = 24, 0.6  # twice the threshold
+DRAWN: dict = {"spreads": {"h": {"relative": 0.03}}, "samples": COUNT, "seed": 3, "mu_max": MU_MAX}
+
+
+@pytest.fixture(scope="module")
+def scattered():
+    return scatter(SCENE, **DRAWN)
+
+
+def damped(factor, **parameters):
+    """One mass on a spring of 100 N/m: the real part of its roots is half of what is negative
+    damping."""
+    return squeal.System([[1.0]], {f"-({factor})": [[1.0]]}, [[100.0]], parameters, "x")
+
+
+def pair(rows=500):
+    """Two coupled modes among others far above: flutter where 2 mu > |a - b|."""
+    others = (2 * np.pi * np.linspace(40.0, 60.0, rows - 2)) ** 2
+
+    def top(X):
+        return csc_array(block_diag([np.array(X, dtype=float), csc_array((rows - 2, rows - 2))]))
+
+    K = {"1": csc_array(diags_array(np.append([0.0, 0.0], others)))}
+    K |= {"100*a": top([[1, 0], [0, 0]]), "100*b": top([[0, 0], [0, 1]])}
+    K |= {"100*mu": top([[0, 1], [-1, 0]])}
+    M = csc_array(diags_array(np.ones(rows)))
+    return squeal.System(M, None, K, {"a": 3.0, "b": 2.0, "mu": 0.6})
+
+
+def growth(a, b, mu):
+    """The largest real part of the pair, and its negative damping ratio if it grows."""
+    squares = 100 * ((a + b) / 2 + np.sqrt(complex((a - b) ** 2 / 4 - mu**2)) * np.array([1, -1]))
+    roots = 1j * np.sqrt(squares)
+    root = roots[np.argmax(np.abs(roots.real))]
+    return abs(root.real), abs(root.real) / abs(root)
+
+
+def test_every_sample_is_the_threshold_of_its_own_pad():
+    answer = scatter(SCENE, {"w": {"within": 0.004}, "m": {"relative": 0.1}}, 10, 3)
+    u = np.random.default_rng(3).random((10, 2))
+    w, m = 0.04 + 0.004 * (2 * u[:, 0] - 1), 0.2 + 0.02 * ndtri(u[:, 1])
+    exact = [first(w=a, m=b) for a, b in zip(w.tolist(), m.tolist(), strict=True)]
+    assert answer.values == pytest.approx(sorted(exact), rel=1e-9)
+
+
+def test_half_of_the_pads_are_stable_at_the_median(scattered):
+    half = scatter(SCENE.replace(mu=float(np.median(scattered.values))), **DRAWN)
+    assert half.stable == pytest.approx(0.5, abs=0.01)
+    assert half.interval[0] < 0.5 < half.interval[1]
+
+
+def test_samples_that_are_no_pads_are_counted_and_left_out():
+    answer = scatter(SCENE, {"h": {"relative": 1.0}}, 20, mu_max=MU_MAX)
+    assert 0 < answer.no_pad < 20
+    assert len(answer.values) == 20 - answer.no_pad - answer.failed
+
+
+@pytest.mark.parametrize("changes", [{"k1": 0.0, "k2": 0.0}, {"k3": 8.7e20, "k4": 8.7e20}])
+def test_where_no_sample_can_be_computed_nothing_is_said(changes):
+    """Pads that rest nowhere; stiffnesses 14 decades apart."""
+    with pytest.raises(ComputationError, match="no sample can be computed"):
+        scatter(SCENE.replace(**changes), {"F_n": {"relative": 0.01}}, 10)
+
+
+def test_samples_that_cannot_be_computed_are_counted_apart(scattered, monkeypatch):
+    """They were dropped as "no such pads", and the quantiles were those of the survivors."""
+    outcomes = ParameterSpace.outcomes
+
+    def failing(varied, changes, high, band):
+        known = outcomes(varied, changes, high, band)
+        return [Outcome(reason="hidden") if i % 4 == 3 else one for i, one in enumerate(known)]
+
+    monkeypatch.setattr(ParameterSpace, "outcomes", failing)
+    some = scatter(SCENE, **DRAWN)
+    assert (some.failed, some.no_pad, len(some.values)) == (COUNT // 4, 0, COUNT - COUNT // 4)
+    assert some.warnings
+    # all that holds for the whole holds within the wider intervals
+    for one, whole in zip(some.quantiles, scattered.quantiles, strict=True):
+        assert (one.low or 0.0) <= whole.value <= (one.high or np.inf)
+    assert some.interval[0] <= scattered.stable <= some.interval[1]
+
+
+@pytest.mark.parametrize("rows", [2, 500])
+def test_growth_and_propensity_of_each_sample_are_those_of_the_closed_form(rows):
+    """The same of a small system and of a large one, which is reduced."""
+    spreads: dict = {"a": {"within": 0.5}, "mu": {"between": [0.2, 0.9]}}
+    answer = scatter(pair(rows), spreads, 32, of="growth", band=(1.0, 4.0), design="latin")
+    assert (answer.basis is None) == (rows == 2)
+    for row in answer.rows:
+        a, mu = row.parameters["a"], row.parameters["mu"]
+        rate, ratio = growth(a, 2.0, mu)
+        grows = 2 * mu > abs(a - 2.0)
+        assert row.unstable == grows
+        assert row.value == pytest.approx(rate if grows else 0.0, abs=1e-7)
+        assert row.propensity == pytest.approx(ratio if grows else 0.0, abs=1e-8)
+        assert rows == 2 or row.residual < 1e-7
+    shares = [growth(r.parameters["a"], 2.0, r.parameters["mu"])[1] for r in answer.rows]
+    unstable = [r.unstable for r in answer.rows]
+    assert answer.propensity == pytest.approx(np.mean(np.array(shares) * unstable), abs=1e-8)
+    assert answer.stable == pytest.approx(1 - np.mean(unstable))
+    assert list(answer.values) == sorted(answer.values)
+
+
+@pytest.mark.parametrize("rows", [2, 500])
+@pytest.mark.parametrize("c", [0.0, 0.05])
+def test_each_threshold_is_that_of_the_closed_form(rows, c):
+    """Flutter from mu^2 = (a - b)^2 / 4 + c^2 (a + b) / 200 on."""
+    system = pair(rows)
+    C = (Term(csc_array(c * np.eye(rows)), Formula("1")),) * (c > 0.0)
+    system = replace(system, C=C)
+    spreads = {"a": {"within": 0.5}}
+    answer = scatter(system, spreads, 8, mu_max=1.0, band=(1.0, 4.0))
+    assert (answer.basis is None) == (rows == 2)
+    for row in answer.rows:
+        a, b = row.parameters["a"], 2.0
+        exact = np.sqrt((a - b) ** 2 / 4 + c**2 * (a + b) / 200)
+        assert row.value == pytest.approx(exact, rel=1e-8)
+
+
+def test_a_scene_grows_as_its_eigenvalues_say():
+    answer = scatter(SCENE, {"mu": {"between": [0.2, 0.5]}}, 8, of="growth", design="sobol")
+    for row in answer.rows:
+        roots = squeal.eigenvalues(SCENE.replace(**row.parameters)).values
+        assert row.value == roots.real.max()
+
+
+@pytest.mark.parametrize("design", ["latin", "sobol"])
+def test_each_parameter_is_spread_evenly(design):
+    answer = scatter(damped("x + y", x=0.0, y=0.0), EVEN, 16, of="growth", design=design)
+    for name in "xy":
+        places = sorted(row.parameters[name] for row in answer.rows)
+        assert [int(8 * (place + 1)) for place in places] == list(range(16))
+
+
+EVEN: dict = {"x": {"within": 1.0}, "y": {"within": 1.0}}
+
+
+@pytest.mark.parametrize(
+    ("factor", "single", "total"),
+    [("4*x + 3*y", (0.64, 0.36), (0.64, 0.36)), ("x*y", (0.0, 0.0), (1.0, 1.0))],
+)
+def test_sobol_indices_are_those_of_a_sum_and_of_a_product(factor, single, total):
+    asked: dict = {"of": "growth", "design": "sobol", "indices": True}
+    answer = scatter(damped(factor, x=0.0, y=0.0), EVEN, 512, 2, **asked)
+    assert len(answer.rows) == 1024
+    again = scatter(damped(factor, x=0.0, y=0.0), EVEN, 512, 2, **asked)
+    assert again.indices == answer.indices
+    found = {one.parameter: one for one in answer.indices}
+    for name, alone, whole in zip("xy", single, total, strict=True):
+        one = found[name]
+        assert (one.first, one.total) == pytest.approx((alone, whole), abs=0.08)
+        assert one.first_interval[0] <= alone <= one.first_interval[1]
+        assert 0.0 <= one.total_interval[0] <= whole <= one.total_interval[1] <= 1.0
+
+
+def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
+    system, journal = damped("x + y", x=0.0, y=0.0), tmp_path / "samples"
+    asked: dict = {"samples": 200, "of": "growth"}
+
+    def stop(done, count):
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        scatter(system, EVEN, **asked, journal=journal, progress=stop)
+    with journal.open("a") as stream:
+        stream.write("0123456789abcdef [1, [[")  # and was killed while it wrote
+    steps = []
+    again = scatter(system, EVEN, **asked, journal=journal, progress=lambda *one: steps.append(one))
+    assert steps[0] == (2, 200)
+    whole = scatter(system, EVEN, **asked, workers=2)
+    assert again.to_records() == whole.to_records()
+    assert scatter(system, EVEN, **asked, journal=journal).to_records() == whole.to_records()
+    with pytest.raises(InputError, match="no samples of this question"):
+        scatter(system, EVEN, **asked, seed=2, journal=journal)
+    broken = journal.read_text().splitlines()
+    broken[-1] = broken[-1][: len(broken[-1]) // 2]
+    journal.write_text("\n".join(broken) + "\n")
+    with pytest.warns(InputWarning, match="last line is broken"):
+        mended = scatter(system, EVEN, **asked, journal=journal)
+    assert mended.to_records() == whole.to_records()
+    journal.write_text(journal.read_text().replace("0.", "1.", 1))
+    with pytest.raises(InputError, match="no samples of this question"):
+        scatter(system, EVEN, **asked, journal=journal)
+
+
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        *(
+            ({"spreads": {"k2": one}}, r"spreads\.k2")
+            for one in ({"about": 0.1}, {"relative": 0.0}, {"within": np.nan}, {"between": [1, 0]})
+        ),
+        ({"spreads": {"k_c": {"relative": 0.1}}}, "k_c is no parameter here"),
+        ({"spreads": {"mu": {"relative": 0.1}}}, "mu is varied to find its threshold"),
+        ({"samples": 100, "design": "sobol"}, "a power of 2 for the design sobol, such as 128"),
+        ({"band": (1.0, 2.0)}, "band: is not allowed with a scene"),
+        ({"of": "noise"}, "one of threshold, growth"),
+    ],
+)
+def test_refusals(given, words):
+    with pytest.raises(InputError, match=words):
+        scatter(SCENE, **{"spreads": {"k1": {"relative": 0.1}}, "samples": 10} | given)
+
+
+@pytest.mark.parametrize("factor", ["p", "(p + (p*p)**0.5)"])  # decays, or is exactly zero
+@pytest.mark.parametrize("spread", [{"between": [-1.0, 0.3]}, {"between": [0.2, 0.3]}])
+def test_bars_of_the_histogram_lie_on_one_side_of_the_limit(spread, factor):
+    answer = scatter(damped(factor, p=0.2), {"p": spread}, samples=100, of="growth")
+    bars = answer.plot().patches
+    ends = [(one.get_x(), one.get_x() + one.get_width(), one.get_height()) for one in bars]
+    assert all(high < 1e-6 or low > 0.0 for low, high, _ in ends)
+    assert sum(count for *_, count in ends) == 100
+    grow = sum(count for low, _, count in ends if low > 0.0)
+    assert grow == np.sum(answer.values > 0.0) == 100 * (1.0 - answer.stable)

@@ -1,0 +1,123 @@
+"""What moves roots and thresholds of systems: closed forms, and differences in more digits."""
+
+import mpmath
+import numpy as np
+import pytest
+from scipy.sparse import csc_array
+
+import squeal
+from squeal.errors import ComputationError, InputError
+from squeal.io.matrices import write_matrix
+from tests.known import system_of
+from tests.large import disc_and_pad
+
+TAU = 2 * np.pi
+TURN = np.array([[0.0, 1.0], [-1.0, 0.0]])
+
+
+def pair(gap, c, w):
+    """Flutter from mu^2 = c^2 (w + gap / 2) + gap^2 / 4 on, at omega^2 = w + gap / 2."""
+    first, eye = np.diag([1.0, 0.0]), np.eye(2)
+    values = {"gap": gap, "c": c, "w": w}
+    C = ((eye, "c"),) if c else ()
+    return system_of(eye, C, ((eye, "w"), (first, "gap"), (TURN, "mu")), values)
+
+
+@pytest.mark.parametrize("c", [0.0, 0.2])
+@pytest.mark.parametrize("rows", [400, 1])
+def test_thresholds_move_as_their_closed_form(monkeypatch, rows, c):
+    for module in ("systems.all_roots", "systems.matrices"):
+        monkeypatch.setattr(f"squeal.queries.{module}.ALL_ROWS", rows)
+    gap, w = 3.0, 20.0
+    mu, omega = np.hypot(c * np.sqrt(w + gap / 2), gap / 2), np.sqrt(w + gap / 2)
+    stiffer = {"stiffer": {"K": csc_array(np.eye(2))}}
+    found = squeal.sensitivity(pair(gap, c, w), "threshold", band=(0.1, 2.0), matrices=stiffer)
+    assert found.at == pytest.approx(mu, rel=1e-9)
+    by_w = [c * c / (2 * mu), 1 / (2 * omega * TAU)]
+    exact = {
+        "gap": [(c * c / 2 + gap / 2) / (2 * mu), 1 / (4 * omega * TAU)],
+        "w": by_w, "stiffer": by_w, "c": [c * omega**2 / mu, 0.0],
+    }  # fmt: skip
+    for name, slopes in exact.items():
+        # a pair that coalesces in a subspace is known to the square root of rounding
+        near = 1e-6 if c == 0.0 and rows == 1 else 1e-8
+        assert found.slopes[name] == pytest.approx(slopes, abs=near), name
+
+
+def test_a_divergence_and_what_has_no_derivative():
+    """A stiffness k - mu is lost at mu = k beside another one; two pairs flutter at once."""
+    eye, first = np.eye(2), np.diag([1.0, 0.0])
+    for C in (None, eye):
+        column = system_of(eye, C, (9 * eye - 9 * first, (first, "k"), (-first, "mu")), {"k": 1.5})
+        found = squeal.sensitivity(column, "threshold")
+        assert found.kind == "divergence"
+        assert found.slopes["k"] == pytest.approx([1.0, 0.0], abs=1e-12)
+    twice = np.kron(np.eye(2), TURN)
+    system = system_of(np.eye(4), (), (np.diag([2.0, 1.0, 2.0, 1.0]), (twice, "mu")), {"k": 0.0})
+    with pytest.raises(ComputationError, match="several modes cross"):
+        squeal.sensitivity(system, "threshold")
+
+
+def test_roots_of_complex_matrices_against_differences_of_more_digits(tmp_path):
+    """Of a system with a structural loss factor, by matrices in files and in memory."""
+    n, step, rng = 4, mpmath.mpf("1e-12"), np.random.default_rng(2)
+    root = rng.normal(size=(n, n))
+    own = np.eye(n), 0.1 * root @ root.T, (1 + 0.05j) * (root @ root.T + 5 * np.eye(n))
+    changes = rng.normal(size=(3, n, n))
+    given: dict = dict(zip("MCK", changes, strict=True))
+    write_matrix(tmp_path / "K.mtx", given["K"])
+    given["K"] = str(tmp_path / "K.mtx")
+    found = squeal.sensitivity(system_of(*own), matrices={"q": given})
+
+    def roots(e):
+        pairs = zip(own, changes, strict=True)
+        M, C, K = (mpmath.matrix(A) + e * mpmath.matrix(dA) for A, dA in pairs)
+        below = mpmath.inverse(M)
+        state = mpmath.zeros(2 * n)
+        state[:n, n:], state[n:, :n], state[n:, n:] = mpmath.eye(n), -below * K, -below * C
+        return mpmath.eig(state, left=False, right=False)
+
+    with mpmath.workdps(40):
+        up, down = roots(step), roots(-step)
+        for value, slope in zip(found.at, found.slopes["q"], strict=True):
+            a, b = (each[int(np.argmin([abs(z - value) for z in each]))] for each in (up, down))
+            assert complex((a - b) / (2 * step)) == pytest.approx(slope, rel=1e-8)
+
+
+def test_the_roots_of_a_band_of_a_sparse_system_against_differences():
+    system, band, h = disc_and_pad(3), (1000.0, 3500.0), 1e-5
+    assert system.n > 400
+    found = squeal.sensitivity(system.replace({"mu": 0.3}), band=band)
+    up, down = (squeal.eigenvalues(system, 0.3 + e, band=band).values for e in (h, -h))
+    assert len(up) == len(found.at) > 3
+    error = (up - down) / (2 * h) - found.slopes["mu"]
+    assert np.abs(error).max() < 1e-4 * np.abs(found.slopes["mu"]).max()
+    assert (found.condition >= 0.99).all()
+
+
+def test_modes_near_a_coalescence_are_named():
+    """omega^2 = w + gap / 2 +- sqrt(gap^2 / 4 - mu^2): mass-normalised, 1 / condition is the root
+    over gap / 2."""
+    for share, words in ((0.5, ""), (0.9999, "nearly coalesces")):
+        found = squeal.sensitivity(pair(3.0, 0.0, 20.0).replace({"mu": 1.5 * share}))
+        assert found.condition == pytest.approx([1 / np.sqrt(1 - share**2)] * 4, rel=1e-6)
+        assert words in str(found)
+        assert bool(words) == ("nearly" in str(found))
+
+
+def test_a_change_whose_file_names_fewer_rows_stands_where_the_system_has_them(tmp_path):
+    texts = {
+        "M": "3,1, 3,1, 1\n7,1, 7,1, 1\n",
+        "K": "3,1, 3,1, 4\n7,1, 7,1, 9\n3,1, 7,1, 1\n7,1, 3,1, 1\n",
+    }
+    texts |= {"dK": "7,1, 7,1, 1\n", "far": "8,1, 8,1, 1\n"}
+    for name, text in texts.items():
+        (tmp_path / f"{name}.mtx").write_text(text)
+    (tmp_path / "system.yaml").write_text("M: {file: M.mtx}\nK: {file: K.mtx}\n")
+    system = squeal.read_system(tmp_path / "system.yaml")
+    given = str(tmp_path / "dK.mtx"), np.diag([0.0, 1.0])
+    one, other = (squeal.sensitivity(system, matrices={"q": {"K": dK}}) for dK in given)
+    assert np.abs(other.slopes["q"]).min() > 0.0
+    assert one.slopes["q"].tolist() == other.slopes["q"].tolist()
+    with pytest.raises(InputError, match="node 8"):
+        squeal.sensitivity(system, matrices={"q": {"K": str(tmp_path / "far.mtx")}})

@@ -1,0 +1,240 @@
+"""Thresholds of systems, reduced and in full, in bands and at ends of a range: closed forms."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.sparse import block_diag, csc_array, diags_array, eye_array
+
+import squeal
+from squeal.errors import InputError
+from squeal.linear.continuation import ContinuationOptions
+from squeal.linear.system import Term, TermSystem
+from squeal.numerics.differentiation import Formula
+from squeal.queries.systems import all_roots
+from squeal.queries.systems import thresholds as critical
+from squeal.queries.systems.thresholds import system_thresholds
+from squeal.results.map import Axis
+from squeal.results.sources import EigenvalueSelection
+from squeal.sparse import eigensolver
+from squeal.sparse.argument_principle import Rectangle
+from tests import large
+from tests.known import affine, coupled, known_system
+
+ROWS = 420
+MU = Formula("mu")
+
+
+def beside(block, moved, damping):
+    """Two modes, stiffness `block` + mu `moved`, among others far above, all damped alike."""
+    others = np.linspace(1e4, 2e4, ROWS - 2) ** 2
+    stiffness = block_diag([block, diags_array(others)], format="csc")
+    change = block_diag([moved, csc_array((ROWS - 2, ROWS - 2))], format="csc")
+    M = eye_array(ROWS, format="csc")
+    return affine(M, stiffness, csc_array(change), damping * M)
+
+
+def assert_threshold(found, kind, mu):
+    assert found.verdict == "stable"
+    assert [p.kind for p in found.points] == [kind]
+    assert found.points[0].mu == pytest.approx(mu, rel=1e-9)
+    assert not found.details["unconfirmed"]
+    assert found.certified
+
+
+@pytest.mark.parametrize(("place", "c"), [(0.25, 1e-4), (0.7, 0.01), (0.5, 0.1), (0.7, 10.0)])
+def test_equally_damped_modes_flutter_where_they_have_parted_by_their_damping(place, c):
+    """-omega^2 + i c omega = -(mean + i d) at d^2 = (g mu)^2 - (difference / 2)^2."""
+    s = np.array([1e6, 1.1e6])
+    half, mean = (s[1] - s[0]) / 2, s.mean()
+    g = half / place
+    system = beside(np.diag(s), np.array([[0.0, g], [-g, 0.0]]), c)
+    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(100.0, 200.0)))
+    assert_threshold(found, "flutter", math.sqrt(half**2 + c**2 * mean) / g)
+    assert found.crossings[0].frequency_hz == pytest.approx(math.sqrt(mean) / (2 * math.pi))
+
+
+@pytest.mark.parametrize(("place", "c"), [(0.25, 0.1), (0.7, 5.0)])
+def test_a_damped_root_diverges_where_its_stiffness_ends(place, c):
+    system = beside(np.diag([4.0, 900.0]), np.diag([-4.0 / place, 0.0]), c)
+    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.0, 20.0)))
+    assert_threshold(found, "divergence", place)
+
+
+@pytest.mark.parametrize("seed", [302, 304, 305, 312])
+def test_real_roots_that_pass_a_narrow_band_within_a_step_are_found(seed):
+    """Growing by some 100 1/s over the range, through 1 1/s and less; several within a step."""
+    rng = np.random.default_rng([seed, 77])
+    system, expected = known_system(int(rng.integers(41, 50)), rng, True)
+    found = squeal.thresholds(system, high=2.0, band=(0.0, rng.uniform(1.0, 2.5) / math.tau))
+    exact = sorted(mu for mu, kind, _, _ in expected if kind == "divergence")
+    assert [c.mu for c in found.crossings if c.kind == "divergence"] == pytest.approx(exact)
+    assert not found.details["unconfirmed"]
+
+
+def test_a_root_that_leaves_the_band_crosses_the_axis_before():
+    """Both between two values that a first look takes, 0.253 and 0.340."""
+    exact, leaves, rise = 0.3, 0.32, 6e5
+    system = beside(np.diag([1e6, 3e6]), np.diag([rise, 0.0]), 1.0)
+    less = csc_array(([-1.0 / exact], ([0], [0])), shape=(ROWS, ROWS))
+    system = TermSystem(system.M, (*system.C, Term(less, MU)), system.K)
+    edge = math.sqrt(1e6 + rise * leaves) / (2 * math.pi)
+    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(100.0, edge)))
+    assert [c.direction for c in found.crossings] == ["up"]
+    assert found.crossings[0].mu == pytest.approx(exact)
+
+
+@pytest.mark.parametrize(("band", "verdict"), [((500.0, 600.0), "no root"), ((100, 200), "stable")])
+def test_a_band_without_a_root_has_no_threshold(band, verdict):
+    system = beside(np.diag([1e6, 1.2e6]), np.diag([1e3, 0.0]), 1.0)
+    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=band))
+    assert (found.verdict, found.crossings, found.certified) == (verdict, (), True)
+
+
+def test_a_structural_loss_factor(monkeypatch):
+    system, mu, omega = large.with_loss_factor(np.random.default_rng(4))
+    region = EigenvalueSelection(region=Rectangle(-60.0, 60.0, 350.0, 600.0))
+    found = system_thresholds(system, 1.4, wanted=region)
+    assert_threshold(found, "flutter", mu)
+    assert found.points[0].frequency_hz == pytest.approx(omega / (2 * np.pi), rel=1e-10)
+    with pytest.raises(InputError, match="band: is missing"):
+        system_thresholds(system, 1.4)
+    # a count that could not be settled certifies nothing
+    whole = eigensolver.modes_in
+    monkeypatch.setattr(
+        critical, "modes_in", lambda *given, **more: replace(whole(*given, **more), count=None)
+    )
+    found = system_thresholds(system, 1.4, wanted=region)
+    assert found.certified is False
+    assert found.points[0].mu == pytest.approx(mu, rel=1e-10)
+
+
+@pytest.mark.parametrize("seed", [3, 6, 15])
+def test_a_band_of_a_dense_system_has_its_known_thresholds(seed):
+    """Roots dense in the band; real ones that come from above it and leave it within a step."""
+    rng, band = np.random.default_rng([seed, 70]), (0.0, 0.8)
+    system, known = known_system(int(rng.integers(41, 71)), rng, damped=bool(seed % 2))
+    found = system_thresholds(system, 2.0, wanted=EigenvalueSelection(band=band))
+    known = [row for row in known if row[3] <= 2 * math.pi * band[1]]
+    assert [c.mu for c in found.crossings] == pytest.approx([row[0] for row in known], rel=1e-8)
+    ways = [(c.kind, c.direction) for c in found.crossings]
+    assert ways == [row[1:3] for row in known]
+
+
+def test_a_gyroscopic_band_flutters_where_two_frequencies_meet():
+    """q'' + 2 J q' = s q, s = 0.1 + mu: lambda^4 + (4 - 2 s) lambda^2 + s^2 = 0, square at 1."""
+    turn = csc_array(([2.0, -2.0], ([0, 1], [1, 0])), shape=(ROWS, ROWS))
+    system = replace(beside(-0.1 * np.eye(2), -np.eye(2), 0.0), C=(Term(turn),))
+    found = system_thresholds(system, 2.0, wanted=EigenvalueSelection(band=(0.03, 0.5)))
+    assert found.points[0].mu == pytest.approx(0.9, rel=1e-9)
+    assert [c.frequency_hz for c in found.crossings] == pytest.approx([1 / (2 * math.pi)])
+    assert found.certified
+
+
+def test_growth_of_a_billionth_of_the_frequency_is_counted():
+    """A chain whose dashpots change their sign at 0.5: w = 2 sin(k pi / (2 n + 2)) there."""
+    n, rate = 500, 1e-9
+    K = diags_array([[2.0] * n, [-1.0] * n, [-1.0] * n], offsets=[0, 1, -1], shape=(n, n))
+    D = csc_array(diags_array(rate * np.random.default_rng(0).uniform(0.5, 1.5, n)))
+    system = affine(eye_array(n, format="csc"), csc_array(K), C0=0.5 * D, C1=-D)
+    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.016, 0.032)))
+    hertz = np.sin(np.arange(1, n + 1) * np.pi / (2 * n + 2)) / np.pi
+    hertz = hertz[(hertz > 0.016) & (hertz < 0.032)]
+    assert sorted(c.frequency_hz for c in found.crossings) == pytest.approx(hertz)
+    assert [c.mu for c in found.crossings] == pytest.approx([0.5] * len(hertz))
+    assert found.certified
+
+
+HERTZ = np.array([1.0, 2.0, 3.0, 10.0, 20.0, 30.0, 40.0, 50.0, 60.0])
+
+
+@pytest.mark.parametrize(
+    ("rates", "at", "hertz", "points"),
+    [
+        ((0.5, 1.0, -0.5), 0.0, [2.0, 1.0], [("flutter", 2.0)]),
+        ((-0.5, -1.0, -0.2), 0.0, [], []),
+        ((0.5, 1.0, 0.2), 1.0, [2.0, 1.0, 3.0], [("flutter", 2.0)]),
+        ((-0.5, -1.0, -0.2), 1.0, [2.0, 1.0, 3.0], [("restabilised", 2.0)]),
+        ((-0.5, 1.0, 0.2), 1.0, [2.0, 1.0, 3.0], []),
+    ],
+)
+@pytest.mark.parametrize("rows", [400, 8], ids=["full", "reduced"])
+def test_of_a_band_what_happens_at_an_end_is_listed_once_and_the_fastest_named(
+    rates, at, hertz, points, rows, monkeypatch
+):
+    """Three modes in the band 0.5 to 5 Hz that grow by rate (p - at), others above."""
+    monkeypatch.setattr(all_roots, "ALL_ROWS", rows)
+    D = np.diag(np.r_[-2.0 * np.array(rates), np.zeros(6)])
+    others, K = np.diag(np.r_[np.zeros(3), np.full(6, 0.3)]), np.diag((2 * np.pi * HERTZ) ** 2)
+    system = affine(np.eye(9), K, C0=others - at * D, C1=D)
+    found = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.5, 5.0)))
+    assert [c.mu for c in found.crossings] == pytest.approx([at] * len(hertz), rel=1e-12)
+    assert sorted(c.frequency_hz for c in found.crossings) == pytest.approx(sorted(hertz))
+    ways = {round(c.frequency_hz): c.direction for c in found.crossings}
+    assert ways == {round(h): "up" if rates[round(h) - 1] > 0 else "down" for h in hertz}
+    assert [p.kind for p in found.points] == [kind for kind, _ in points]
+    assert [p.frequency_hz for p in found.points] == pytest.approx([f for _, f in points])
+    assert sum(c.changes_verdict for c in found.crossings) == len(points)
+    assert found.certified
+    assert not found.details["unconfirmed"]
+    assert not found.details["left_out"]
+
+
+# Real modes are of the structure as it stands, whatever formula its stiffness has
+
+N = 300
+
+
+def disc_and_pad(kc):
+    """A chain held by a contact at its first row alone, whose friction acts on the second."""
+    chain = diags_array([[2.0] * (N - 1) + [1.0], [-1.0] * N, [-1.0] * N], offsets=[0, 1, -1])
+    contact, friction = (csc_array(([1.0], ([i], [0])), shape=(N, N)) for i in (0, 1))
+    free = csc_array(1e6 * (chain - contact))
+    held = Term(contact, Formula("kc")) if kc == "named" else Term(contact * 4e6)
+    K = Term(free), held, Term(friction * 4e6, MU)
+    return TermSystem((Term(eye_array(N, format="csc")),), (), K, {"kc": 4e6, "mu": 0.2})
+
+
+def test_a_contact_with_a_factor_keeps_its_stiffness_in_a_modal_sweep():
+    plain, named = (
+        squeal.sweep(disc_and_pad(kc), [0.0, 0.2], band=(1.0, 40.0), method="modal").steps
+        for kc in ("plain", "named")
+    )
+    assert len(plain[0].roots) > 5
+    for one, other in zip(plain, named, strict=True):
+        assert np.allclose(one.roots, other.roots, rtol=1e-9, atol=1e-6)
+    K = disc_and_pad("named").at({"mu": 0.0})[2]
+    full = np.sqrt(np.linalg.eigvalsh(K.toarray()))
+    inside = full[(full > 2 * np.pi) & (full < 80 * np.pi)]
+    assert named[0].roots.imag == pytest.approx(inside, rel=1e-6)
+
+
+def test_a_chart_over_a_parameter_that_no_matrix_uses_is_refused():
+    with pytest.raises(InputError, match="kc"):
+        squeal.map(disc_and_pad("plain"), (Axis("mu", 0.0, 1.0, 2), Axis("kc", 1e6, 2e6, 2)))
+
+
+def test_growth_that_no_crossing_explains_is_not_certified(monkeypatch):
+    monkeypatch.setattr(critical, "crossings_along", lambda *_: ((), ()))
+    block, pushed = (coupled(mu)[2] for mu in (0.0, 1.0))  # flutters from mu = 3/4 on
+    system = beside(block, pushed - block, 1e-2)
+    answer = system_thresholds(system, 1.0, wanted=EigenvalueSelection(band=(0.05, 1.0)))
+    assert not answer.certified
+    assert "flutter at mu = 0.7" in answer.details["unconfirmed"][0]
+    assert answer.details["doubts"] == answer.details["unconfirmed"]
+
+
+def test_an_answer_of_too_few_values_says_why_it_is_in_doubt(monkeypatch):
+    A = np.random.default_rng(1).normal(size=(6, 6)) / 2
+    K = {"1": np.diag(np.arange(1.0, 7.0)), "mu": A}
+    system = squeal.System(np.eye(6), 0.01 * np.eye(6), K, {"mu": 1.0})
+    full, options = squeal.thresholds(system), ContinuationOptions(steps=2, budget=3)
+    monkeypatch.setattr("squeal.linear.search.ContinuationOptions", lambda: options)
+    few = squeal.thresholds(system)
+    assert (full.certified, full.details["doubts"]) == (True, [])
+    assert few.certified is False
+    assert few.details["doubts"]
+    C, K = system(full.first.mu)[1:]
+    grows = np.block([[np.zeros((6, 6)), np.eye(6)], [-K, -C]])
+    assert np.linalg.eigvals(grows).real.max() == pytest.approx(0.0, abs=1e-9)

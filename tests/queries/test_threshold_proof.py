@@ -1,0 +1,83 @@
+"""What is said to be proved of thresholds, against onsets that are known in closed form."""
+
+import importlib
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.equilibrium.damping import without_friction
+from squeal.queries.ranges import pad_statement
+from squeal.queries.thresholds import critical_friction, with_statement
+from tests.conftest import scene_of
+
+pytest.importorskip("flint")
+
+
+def flutter(apart: float) -> squeal.TermSystem:
+    """Two pads that flutter from 0.75 and from 0.75 (1 + apart)."""
+    K0 = np.kron(np.eye(2), [[2.0, -1.0], [-1.0, 2.0]])
+    K1 = np.zeros((4, 4))
+    K1[0, 1] = 4.0 / 3.0
+    K1[2, 3] = 4.0 / 3.0 / (1.0 + apart)
+    return squeal.System(np.eye(4), K={"1": K0, "mu": K1})
+
+
+@pytest.mark.parametrize("apart", [0.0, 1e-7, 1e-3])
+def test_thresholds_of_a_small_system_are_proved(apart):
+    answer = squeal.thresholds(flutter(apart), prove=True)
+    assert answer.proof["status"] == "proved"
+    assert answer.certified
+    assert answer.proof["extent"] == [0.0, 2.0]
+    for onset in (0.75, 0.75 * (1.0 + apart)):
+        assert any(c.interval[0] <= onset <= c.interval[1] for c in answer.crossings)
+    assert answer.proof_line.startswith("proved: no other mode grows by more than")
+
+
+def test_factors_are_evaluated_over_balls():
+    """mu**2/4 + mu/2 - 1/16 in place of mu: the onset moves to a root of the quadratic."""
+    K = {"1": [[2, -1], [-1, 2]], "mu**2/4 + mu/2 - 1/16": [[0, 4 / 3], [0, 0]]}
+    answer = squeal.thresholds(squeal.System(np.eye(2), K=K), prove=True)
+    assert answer.proof["status"] == "proved"
+    onset = -1.0 + np.sqrt(1.0 + 4.0 * (0.75 + 1.0 / 16.0))
+    (crossing,) = answer.crossings
+    assert crossing.interval[0] <= onset <= crossing.interval[1]
+
+
+@pytest.mark.parametrize("stem", ["b1-a", "b1-d", "b2-d", "b3"])
+def test_first_loss_of_a_pad_is_proved(stem):
+    answer = squeal.thresholds(scene_of(stem), prove=True)
+    assert answer.proof["status"] == "proved", answer.proof_line
+    first = answer.first
+    assert answer.proof["extent"][1] > (first.mu if first else 1.999)
+
+
+def test_a_pad_whose_loss_is_left_out_is_open():
+    """The referee disagrees with a list without it, and with one that is moved."""
+    scene = scene_of("b1-a")
+    answer = critical_friction(scene)
+    model, start, _ = without_friction(scene)
+    for crossings in ((), tuple(_moved(one) for one in answer.crossings)):
+        said, places = pad_statement(model, start, crossings, 0.4, None, 1e4, None)
+        assert said.status == "open"
+        assert "disagrees" in said.reason
+        shown = with_statement(answer, said, places)
+        assert not shown.certified
+        assert shown.proof["growth_below"] is None
+
+
+def _moved(crossing):
+    from dataclasses import replace
+
+    low, high = (end * (1.0 + 1e-6) for end in crossing.interval)
+    return replace(crossing, mu=crossing.mu * (1.0 + 1e-6), interval=(low, high))
+
+
+def test_without_flint_it_is_open(monkeypatch):
+    for module in ("branches", "ranges"):
+        monkeypatch.setattr(importlib.import_module(f"squeal.proof.{module}"), "flint", None)
+    for subject in (scene_of("b1-a"), flutter(1e-3)):
+        answer = squeal.thresholds(subject, prove=True)
+        assert answer.proof["status"] == "open"
+        assert not answer.certified
+        assert "python-flint is not installed" in answer.proof_line
