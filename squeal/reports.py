@@ -1,16 +1,16 @@
-"""One page about a brake: what was read, what grows, since when, moved by what, and how sure.
+"""One page about a brake: what to change, what grows and since when, what feeds it, how sure it is.
 
-The page is one HTML file that needs no other, for a screen or a printer.
+The page is one HTML file that needs no other, for a screen or for two sheets of paper. It is made
+from the template `squeal/templates/report.html`, which escapes every text.
 """
 
 from __future__ import annotations
 
 import math
 from base64 import b64encode
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -18,56 +18,61 @@ from squeal import __version__
 from squeal.errors import ComputationError
 from squeal.io.provenance import provenance
 from squeal.io.scene import Scene
-from squeal.io.writing import Answer, Panel, Table, number, write_text
+from squeal.io.system import SystemFile
+from squeal.io.writing import Answer, Column, Panel, Table, number, write_text
 from squeal.queries.check import Check, check
 from squeal.queries.eigenvalues import eigenvalues
+from squeal.queries.energy import Energy, energy
 from squeal.queries.options import Subject
 from squeal.queries.sensitivity import sensitivity
+from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.thresholds import thresholds
 from squeal.results.columns import basis_text
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sensitivity import Sensitivity
+from squeal.results.sources import PadSource, SystemSource
+from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
 from squeal.schema import Positive, public
 
-SHAPES = 3  # modes whose shapes are drawn
-OPPOSED = (
-    "This table, as `squeal advise`, says where instability begins; that of growth rates says how "
-    "fast it grows at the brake's own value. A change may help the one and harm the other."
-)
-
-STYLE = """
-:root { color-scheme: light dark; --ink: #1b1b1b; --paper: #fff; --rule: #ccc; --soft: #f3f3f3; }
-@media (prefers-color-scheme: dark) {
-  :root { --ink: #e6e6e6; --paper: #161616; --rule: #444; --soft: #222; }
-  figure { background: #fff; color: #000; padding: .5em; }
+MOST_STEPS = 25  # of 1 % or a degree: a larger change is no first-order matter
+MARGIN = 1.1  # of a change over what stops the growth to first order
+COLUMNS = 3  # modes in the table of terms
+CHART = 1.5  # the chart's range over the parameter's own value
+CONFIDENCE = {
+    "proved": "No mode is missing from the list: a second program, which shares nothing with the "
+    "first, has proved it.",
+    "counted": "No mode is missing from the list: their number was counted in a second way.",
+    "open": "A mode may be missing from the list: nothing has counted them.",
 }
-body { font: 15px/1.45 system-ui, sans-serif; color: var(--ink); background: var(--paper);
-  max-width: 60em; margin: 1.5em auto; padding: 0 1em; }
-h1 { font-size: 1.5em; margin-bottom: .3em; }
-h2 { font-size: 1.15em; margin-top: 1.8em; border-bottom: 1px solid var(--rule); }
-.verdict { font-size: 1.15em; font-weight: 600; padding: .6em .8em; border-left: .5em solid #777;
-  background: var(--soft); margin: .5em 0; }
-.grows { border-color: #c8380e; }
-.stable { border-color: #2a7a3b; }
-.scroll { overflow-x: auto; }
-table { border-collapse: collapse; margin: .6em 0; }
-th, td { padding: .2em .7em; border-bottom: 1px solid var(--rule); text-align: right; }
-th:first-child, td:first-child { text-align: left; }
-figure { margin: 1em 0; }
-figure img { max-width: 100%; height: auto; }
-footer { font-size: .85em; overflow-wrap: anywhere; }
-pre { white-space: pre-wrap; font-size: .85em; }
-@media print { body { max-width: none; margin: 0; } h2 { break-after: avoid; }
-  figure, table { break-inside: avoid; } }
-"""
+
+
+@dataclass(frozen=True, eq=False)
+class Remedy:
+    """A change of one parameter that stops the fastest mode to first order; `computed` are the
+    eigenvalues with it."""
+
+    parameter: str
+    before: float
+    after: float
+    words: str
+    computed: Eigenvalues
+
+    @property
+    def sentence(self) -> str:
+        """What to change, by how much, and what that does."""
+        way = "Raise" if self.after > self.before else "Lower"
+        values = f"from {number(self.before, 4)} to {number(self.after, 4)}"
+        change = f"{way} {self.parameter} by {self.words}, {values}"
+        return f"{change}. With it: {self.computed.conclusion}."
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Report(Answer):
     """Eigenvalues at the brake's own parameter, thresholds up to `thresholds.high`, and what moves
     both, `onset` the first loss (None where several modes are lost at once); `check` says what
-    matrices are. `save` writes the page."""
+    matrices are, `energy` what feeds each mode, `remedy` what to change (None where nothing grows,
+    or no parameter but the swept one is named). `save` writes the page."""
 
     panel = Panel("frequency_hz", "growth_rate")
 
@@ -77,6 +82,8 @@ class Report(Answer):
     sensitivity: Sensitivity
     onset: Sensitivity | None
     check: Check | None
+    energy: Energy
+    remedy: Remedy | None
     subject: Any = field(repr=False)
 
     @property
@@ -88,6 +95,44 @@ class Report(Answer):
     def verdict(self) -> str:
         """The verdict in a line."""
         return self.eigenvalues.conclusion
+
+    @property
+    def advice(self) -> str:
+        """What to change, in a sentence or two."""
+        found = self.eigenvalues
+        if not found.unstable:
+            sure = found.certified and found.verdict is not None
+            return "Nothing has to change." if sure else "Nothing that grows was found."
+        ways = []
+        if self.remedy is not None:
+            ways.append(self.remedy.sentence)
+        worst = found.unstable[0]
+        if worst.frequency_hz:
+            share = number(-100.0 * worst.damping_ratio, 2)
+            hertz = number(worst.frequency_hz, 4)
+            ways.append(f"Give the modes that meet at {hertz} Hz {share} % more damping each.")
+        first = self.thresholds.first
+        if first is not None and first.mu < found.value:
+            own = f"{found.parameter} below {number(first.mu, 4)}"
+            ways.append(f"Keep {own}; it is {number(found.value, 4)}.")
+        first_way, *others = ways or ["No way out is known to this page."]
+        return " Or ".join([first_way, *(way[0].lower() + way[1:] for way in others)])
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why: what feeds the mode that grows fastest, and which parameters do not help."""
+        found = self.eigenvalues
+        if not found.unstable:
+            return []
+        lines = []
+        mode = found.mode_of(found.unstable[0])
+        if mode in self.energy.modes:
+            lines.append(f"Why: {self.energy.sentence(mode)}.")
+        if self.remedy is None:
+            others = sorted(self.sensitivity.values.keys() - {found.parameter})
+            names = ", ".join(others) or "none is named"
+            lines.append(f"No other parameter stops it within {MOST_STEPS} %: {names}.")
+        return lines
 
     @property
     def loss(self) -> str:
@@ -107,11 +152,23 @@ class Report(Answer):
 
     def parts(self) -> Sequence[str | Table]:
         lines = self.verdict, self.eigenvalues.beside, self.loss
-        return [self.name, "\n".join(filter(None, lines)), self.table()]
+        advice = "\n".join([self.advice, *self.reasons])
+        return [self.name, "\n".join(filter(None, lines)), self.table(), advice]
 
     def to_dict(self) -> dict[str, Any]:
         head = {"name": self.name, "verdict_line": self.verdict, "loss_line": self.loss}
+        remedy = None
+        if self.remedy is not None:
+            remedy = {
+                "parameter": self.remedy.parameter,
+                "before": self.remedy.before,
+                "after": self.remedy.after,
+                "verdict_line": self.remedy.computed.conclusion,
+            }
         return head | {
+            "advice": self.advice,
+            "remedy": remedy,
+            **self.energy.to_dict(),
             "eigenvalues": self.eigenvalues.to_dict(),
             "thresholds": self.thresholds.to_dict(),
             **self.sensitivity.to_dict(),
@@ -177,79 +234,174 @@ def report(
     moved, onset = sensitivity(subject, known=found), None
     with suppress(ComputationError):  # several modes are lost at once
         onset = sensitivity(subject, of="threshold", known=crossed)
-    read = None if isinstance(subject, Scene) else check(subject)
-    return Report(found.name, found.with_onsets(crossed), crossed, moved, onset, read, subject)
+    remedy = None
+    change = _change(found, moved) if found.unstable else None
+    if change is not None:
+        parameter, after, words = change
+        changed = _replaced(found.source, parameter, after)
+        computed = eigenvalues(changed, **asked)
+        remedy = Remedy(parameter, moved.values[parameter], after, words, computed)
+    return Report(
+        name=found.name,
+        eigenvalues=found.with_onsets(crossed),
+        thresholds=crossed,
+        sensitivity=moved,
+        onset=onset,
+        check=None if isinstance(subject, Scene) else check(subject),
+        energy=energy(found),
+        remedy=remedy,
+        subject=subject,
+    )
+
+
+def _change(found: Eigenvalues, moved: Sensitivity) -> tuple[str, float, str] | None:
+    """Which parameter stops the fastest mode by the smallest change, its new value, and the change
+    in words; None where none but the swept one does so within `MOST_STEPS`."""
+    worst = found.unstable[0]
+    place = int(abs(found.values - worst.root).argmin())
+    best: tuple[float, str] | None = None
+    for name, slopes in moved.slopes.items():
+        step, _ = moved.step(name)
+        effect = step * slopes[place].real
+        if name == found.parameter or not math.isfinite(effect) or effect == 0.0:
+            continue
+        steps = -worst.growth_rate / effect
+        if best is None or abs(steps) < abs(best[0]):
+            best = steps, name
+    if best is None:
+        return None
+    steps, name = best
+    count = math.ceil(MARGIN * abs(steps))
+    if count > MOST_STEPS:
+        return None
+    step, words = moved.step(name)
+    after = moved.values[name] + math.copysign(count, steps) * step
+    unit = words.removeprefix("1 ")
+    plural = "s" if unit == "degree" and count > 1 else ""
+    return name, after, f"{count} {unit}{plural}"
+
+
+def _replaced(
+    source: PadSource | SystemSource | None, parameter: str, value: float
+) -> Scene | SystemFile:
+    """The scene or the file of a system with another value of a parameter."""
+    if isinstance(source, PadSource):
+        return source.scene.replace(**{parameter: value})
+    assert source is not None
+    return replace(source.file, system=source.file.system.replace({parameter: value}))
 
 
 def page(report: Report, inputs: Sequence[Any] = ()) -> str:
     """The page as text; `inputs` are the files behind it."""
-    found, crossed = report.eigenvalues, report.thresholds
-    ends = {"high": crossed.high} if isinstance(report.subject, Scene) else {}
-    grows = "grows" if found.unstable else "stable" if found.certified else "open"
-    parts = [
-        f"<h1>{escape(report.name)}</h1>",
-        f'<p class="verdict {grows}">{escape(report.verdict)}</p>',
-        f"<p>{escape(found.beside)}</p>" * bool(found.beside),
-        f"<p>{escape(report.loss)}</p>",
-        _table(found.growing),
-        f"<h2>Frequencies and growth rates over {escape(crossed.parameter)}</h2>",
-        _figure(crossed, report.name, **ends),
-        _table(crossed.table()),
-    ]
-    if shapes := list(_shapes(report)):
-        parts += ["<h2>Mode shapes</h2>", *shapes]
-    if found.unstable:
-        parts += ["<h2>What moves the growth rates</h2>", _table(_moved(report))]
-    if report.onset is not None and report.onset.slopes:
-        parts += ["<h2>What moves the onset</h2>", _table(report.onset.table())]
-        parts.append(f"<p>{escape(OPPOSED)}</p>")
-    parts += ["<h2>What was read</h2>", *map(_part, _read(report))]
-    parts += ["<h2>How sure this is</h2>", _list(_sure(report))]
-    parts += ["<h2>What was not looked at</h2>", _list(_open(report))]
-    if report.warnings:
-        parts += ["<h2>Warnings</h2>", _list(report.warnings)]
+    from jinja2 import Environment, PackageLoader, StrictUndefined  # a page alone needs it
+
+    found = report.eigenvalues
     made = provenance(inputs, __name__)
     files = ", ".join(f"{file.name} (SHA-256 {file.sha256[:16]})" for file in made.inputs)
     used = ("python", *made.loaded)
-    versions = ", ".join(
-        f"{name} {number}" for name, number in made.versions.items() if name in used
+    versions = ", ".join(f"{name} {what}" for name, what in made.versions.items() if name in used)
+    loader = PackageLoader("squeal")
+    template = Environment(loader=loader, autoescape=True, undefined=StrictUndefined)
+    text = template.get_template("report.html").render(
+        report=report,
+        state="grows" if found.unstable else "stable" if found.certified else "open",
+        chart=_figure(_chart(report), report.name, damping=True),
+        feeds=_feeds(report),
+        moves=_moved(report),
+        onset=None if report.onset is None else number(report.onset.at or math.nan, 4),
+        shapes=list(_shapes(report)),
+        confidence=list(_confidence(report)),
+        open=list(_open(report)),
+        read=list(_read(report)),
+        sure=list(_sure(report)),
+        footer=f"squeal {__version__}; {files or 'no file'}; {versions}",
     )
-    footer = escape(f"squeal {__version__}; {files or 'no file'}; {versions}")
-    parts.append(f"<footer><p>{footer}</p></footer>")
-    head = '<meta charset="utf-8"><meta name="viewport" content="width=device-width">'
-    head += f"<title>Stability</title><style>{STYLE}</style>"
     # a name may hold anything
-    body = "".join(c for c in "\n".join(parts) if c.isprintable() or c == "\n")
-    return f'<!doctype html>\n<html lang="en"><head>{head}</head>\n<body>\n{body}\n</body></html>\n'
+    return "".join(c for c in text if c.isprintable() or c == "\n") + "\n"
 
 
-def _table(table: Table) -> str:
-    return f'<div class="scroll">{table.html(len(table.rows) or 1)}</div>'
+@dataclass(frozen=True)
+class _Figure:
+    """A picture as the page holds it, and its alternative text."""
+
+    code: str
+    alternative: str
 
 
-def _part(part: str | Table) -> str:
-    return _table(part) if isinstance(part, Table) else f"<pre>{escape(part)}</pre>"
-
-
-def _list(lines: Iterable[str]) -> str:
-    return "<ul>" + "".join(f"<li>{escape(line)}</li>" for line in lines) + "</ul>"
-
-
-def _figure(answer: Answer, name: str, **more: Any) -> str:
+def _figure(answer: Answer, name: str, **more: Any) -> _Figure:
     from squeal.plots.answers import drawing  # here, since a report without a page draws nothing
     from squeal.plots.style import rendered
 
     made = drawing(answer, name, **more)
-    code = b64encode(rendered(made, "png", 150)).decode()
-    image = f'<img alt="{escape(made.alternative)}" src="data:image/png;base64,{code}">'
-    return f"<figure>{image}</figure>"
+    return _Figure(b64encode(rendered(made, "png", 150)).decode(), made.alternative)
+
+
+def _chart(report: Report) -> Sweep:
+    """The eigenvalue paths up to a little more than the parameter's own value."""
+    found, crossed = report.eigenvalues, report.thresholds
+    high = min(CHART * found.value, crossed.high)
+    return eigenvalue_paths(crossed, crossed.low, high if high > crossed.low else crossed.high)
+
+
+def _growing(report: Report) -> list[int]:
+    """Numbers of the modes that grow, the fastest first, as many as the tables show."""
+    found = report.eigenvalues
+    numbers = [found.mode_of(mode) for mode in found.unstable]
+    return [mode for mode in numbers if mode is not None][:COLUMNS]
+
+
+def _feeds(report: Report) -> Table:
+    """A row for each term, a column for each mode that grows, and their sums."""
+    modes = _growing(report)
+    shares: dict[tuple[str, str], dict[int, float | None]] = {}
+    for one in report.energy.contributions:
+        rounding = 1e-12 * math.tau * one.frequency_hz
+        seen = one.growth is not None and abs(one.growth) > rounding
+        shares.setdefault((one.term, one.role), {})[one.mode] = one.growth if seen else None
+
+    columns = [Column("term", value=lambda row: _term(*row[0]))]
+    for mode in modes:
+        hertz = next(one.frequency_hz for one in report.energy.contributions if one.mode == mode)
+        head = f"mode {mode}, {number(hertz, 4)} Hz"
+        columns.append(Column(head, words=head, shown=_growth_of(mode)))
+    rows = [row for row in shares.items() if any(_signed(row[1].get(mode)) for mode in modes)]
+    return Table(columns, rows)
+
+
+def _term(name: str, role: str) -> str:
+    return name if name == role else f"{name} ({role})"
+
+
+def _growth_of(mode: int) -> Callable[[Any], str]:
+    """The cell of a mode in a row of `_feeds`."""
+    return lambda row: _signed(row[1].get(mode))
+
+
+def _signed(growth: float | None) -> str:
+    """A growth rate with its sign, "" where there is none."""
+    return "" if growth is None else f"{growth:+.4g}"
 
 
 def _moved(report: Report) -> Table:
     """What a small change of each parameter does to the modes that grow."""
-    found, table = report.eigenvalues, report.sensitivity.table()
-    grow = {found.mode_of(mode) for mode in found.unstable}
-    return replace(table, rows=[row for row in table.rows if row[0] in grow])
+    table = report.sensitivity.table()
+    modes = _growing(report)
+    return replace(table, rows=[row for row in table.rows if row[0] in modes])
+
+
+def _confidence(report: Report) -> Iterator[str]:
+    """How sure the page is, in words that need no mathematics."""
+    found, crossed = report.eigenvalues, report.thresholds
+    status = (found.proof or {}).get("status") or ("counted" if found.certified else "open")
+    yield CONFIDENCE[status]
+    if crossed.certified or (crossed.proof or {}).get("status") == "proved":
+        yield "No onset is missing from the list, as far as the count goes."
+    else:
+        yield "Another onset than the listed ones may exist."
+    if report.remedy is not None:
+        yield "The change above was computed anew, not extrapolated."
+    if found.open:
+        yield f"The {found.open}."
 
 
 def _read(report: Report) -> Iterator[str | Table]:
@@ -263,16 +415,15 @@ def _read(report: Report) -> Iterator[str | Table]:
     yield from (head, files, f"{lines}\n{modes}\n{hints}")
 
 
-def _shapes(report: Report) -> Iterator[str]:
-    """Shapes of the modes that grow, where the places of the rows are known."""
+def _shapes(report: Report) -> Iterator[_Figure]:
+    """The shape of the mode that grows fastest, where the places of the rows are known; a pad's
+    are all in one figure."""
     found = report.eigenvalues
     if isinstance(report.subject, Scene):
         yield _figure(found, report.name)
-        return
-    if getattr(report.subject, "coordinates", None) is None:
-        return
-    for mode in found.unstable[:SHAPES]:
-        yield _figure(found, report.name, shape=found.mode_of(mode))
+    elif getattr(report.subject, "coordinates", None) is not None:
+        for mode in _growing(report)[:1]:
+            yield _figure(found, report.name, shape=mode)
 
 
 def _sure(report: Report) -> Iterator[str]:

@@ -58,7 +58,7 @@ class Sensitivity(Answer):
             mode = (int(numbers[i]), roots[i].imag / math.tau, rate)
             of_mode = []
             for name, slopes in self.slopes.items():
-                step, words = self._step(name)
+                step, words = self.step(name)
                 pair = np.array([slopes[i].real, slopes[i].imag / math.tau])
                 moved = step * (pair if np.isfinite(pair).all() else np.full(2, np.nan))
                 if step:
@@ -81,7 +81,7 @@ class Sensitivity(Answer):
         """
         rows = []
         for name, slopes in self.slopes.items():
-            step, words = self._step(name)
+            step, words = self.step(name)
             if step:
                 rows.append((name, words, *(step * slopes).tolist()))
         rows.sort(key=_effect)
@@ -99,7 +99,7 @@ class Sensitivity(Answer):
         heads = [("parameter", ""), ("change", ""), moved, ("df", "Hz")]
         return Table(in_order(heads), ranked, title, if_empty, itemgetter(-1))
 
-    def _step(self, name: str) -> tuple[float, str]:
+    def step(self, name: str) -> tuple[float, str]:
         """A small step of a parameter in its unit, and in words."""
         if self.units[name] == "rad":
             return DEGREE, "1 degree"

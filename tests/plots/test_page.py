@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import squeal
+from squeal import reports
 from squeal.errors import InputError
 from tests.cli.calls import run
 from tests.conftest import SCENES
@@ -75,3 +76,44 @@ def test_the_page_says_what_moves_the_onset_too(tmp_path, copies):
         assert told["parameters"]["c"] == pytest.approx(-0.25, rel=1e-9)
     else:
         assert told is None
+
+
+def test_the_remedy_stops_the_growth_and_the_others_are_exact():
+    """omega^2 = 2 +- sqrt(1 - c mu): at mu = 1 and c = 1.1 the pair grows, at c = 1 no longer."""
+    K = {"1": [[2, -1], [-1, 2]], "c*mu": [[0, 1], [0, 0]]}
+    system = squeal.System(np.eye(2), K=K, parameters={"mu": 1.0, "c": 1.1}, name="pair")
+    report = squeal.report(system)
+    grows = report.eigenvalues.unstable[0]
+    assert report.remedy.parameter == "c"
+    assert report.remedy.after < 1.0
+    assert not report.remedy.computed.unstable
+    assert report.advice.startswith("Lower c by ")
+    assert "Or keep mu below 0.9091; it is 1." in report.advice
+    assert str(report.to_dict()["remedy"]["after"]) in str(report.remedy.after)
+    damped = squeal.System(
+        np.eye(2),
+        -2 * grows.damping_ratio * abs(grows.root) * 1.01 * np.eye(2),
+        K,
+        {"mu": 1, "c": 1.1},
+    )
+    assert not squeal.eigenvalues(damped).unstable  # the damping that the page tells
+
+
+def test_terms_sum_to_the_growth_rate_on_the_page():
+    K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    system = squeal.System(np.eye(2), 0.02 * np.eye(2), K, parameters={"mu": 1.0}, name="<b>pair")
+    report = squeal.report(system)
+    table = reports._feeds(report)
+    cells = [float(column.cell(row) or 0) for column in table.columns[1:] for row in table.rows]
+    rate = report.eigenvalues.unstable[0].growth_rate
+    assert sum(cells) == pytest.approx(rate, rel=1e-3)
+    text = reports.page(report)
+    assert "&lt;b&gt;pair" in text
+    assert "<b>pair" not in text
+    assert text.index("keep mu below") < text.index('class="verdict')
+
+
+def test_nothing_has_to_change_where_nothing_grows():
+    report = squeal.report(pair(0.5))
+    assert report.advice == "Nothing has to change."
+    assert report.remedy is None
