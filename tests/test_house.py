@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (270_000, 175_000),
+    "tokens": (274_500, 175_000),
     "tokens a code line": (10.3, 9.5),
     "paired assignments per 1,000 code lines": (5.6, 3),
     "comprehensions per 1,000 code lines": (40.0, 15),

@@ -93,7 +93,7 @@ def test_what_the_referee_refutes_does_not_reach_the_user(damped, monkeypatch):
     whole = module.thresholds
     for rows in (8, 24):
         system, expected = known_system(rows, np.random.default_rng(3), damped)
-        asked = []
+        asked: list[tuple[float, ...]] = []
 
         def partial(*given, asked=asked):
             found = whole(*given)
