@@ -189,7 +189,7 @@ lock: $(ENVIRONMENT)
 clean:
 	rm -rf dist logs page/built docs/_build docs/generated .snakemake .pytest_cache .mypy_cache .ruff_cache
 	find squeal page tests workflow -name __pycache__ -prune -exec rm -rf {} +
-	rm -rf $(filter-out %/README.md %/first-query.png %/hammering.png,$(wildcard results/* figures/*)) paper/generated
+	rm -rf $(filter-out %/README.md %/brake.png %/hammering.png,$(wildcard results/* figures/*)) paper/generated
 	rm -f $(filter-out %.tex,$(wildcard paper/report.*))
 
 distclean: clean

@@ -12,13 +12,6 @@ from squeal.cli.main import main
 from squeal.examples.brake import CORNERS, solid_brake
 from squeal.examples.brake import _mass_and_stiffness as assembled
 from squeal.examples.files import EXAMPLES, Size, write_example
-from tests.conftest import ROOT
-
-
-def test_the_pad_is_that_of_the_readme():
-    readme = (ROOT / "README.md").read_text(encoding="utf-8")
-    shown = readme.partition("```yaml\n")[2].partition("```")[0]
-    assert (ROOT / "examples" / "pad.yaml").read_text(encoding="utf-8") == shown
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

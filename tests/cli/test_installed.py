@@ -114,7 +114,7 @@ def test_wheel_and_sdist_hold_every_file_of_the_package(wheel, tmp_path):
     assert kept <= set(zipfile.ZipFile(wheel).namelist())
     assert kept | {"README.md", "LICENSE", "pyproject.toml"} <= packed
     read = {"benchmarks/sizes.py", "docs/theory.md", "paper/report.tex", "workflow/pad.json"}
-    assert read | {"tests/conftest.py", "figures/first-query.png"} <= packed  # by tests
+    assert read | {"tests/conftest.py", "figures/brake.png"} <= packed  # by tests
 
 
 def test_the_program_answers(program, tmp_path):

@@ -84,10 +84,6 @@ def test_persons_are_named_in_full_and_share_their_affiliation():
     assert codemeta.party(ada)["@id"] == ada["orcid"]
 
 
-def test_the_entry_in_the_readme_is_the_one_that_is_printed():
-    assert re.search(r"```bibtex\n(.*?)\n```", README, re.S)[1] == entries()["squeal"]
-
-
 def test_references_are_those_of_the_bibliography():
     doi = {field(text, "doi"): text for text in entries().values()}
     article, *libraries = CITATION["references"]
