@@ -136,7 +136,11 @@ class System:
     ) -> None:
         if K is None:
             raise InputError("System: K: missing; a matrix or a mapping of formulas to matrices is")
-        arguments: dict[str, SystemMatrix] = {"M": M, "C": () if C is None else C, "K": K}
+        arguments: dict[str, SystemMatrix] = {
+            "M": () if M is None else M,
+            "C": () if C is None else C,
+            "K": K,
+        }
         from_terms = all(map(_are_terms, arguments.values()))
         if not from_terms:  # as somebody typed it
             if parameters is not None:

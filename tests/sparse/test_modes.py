@@ -98,7 +98,7 @@ def test_rigid_body_roots_are_among_the_lowest():
 def test_a_missing_root_is_noticed(monkeypatch):
     """The count does not follow the list: with a root hidden from the search it stays right."""
     import squeal
-    from squeal.queries.systems import roots as analysed
+    from squeal.queries.systems import all_roots as analysed
 
     rng = np.random.default_rng(8)
     a, w = rng.uniform(0.01, 0.1, 40), np.linspace(1.0, 10.0, 40)
