@@ -527,7 +527,8 @@ def kind_of(hint: object) -> Kind:
 
 
 def public(function: _Function) -> _Function:
-    """A function that raises InputError for arguments not as annotated, and is `within_doubles`."""
+    """A function that raises InputError for arguments not as annotated, and ComputationError where
+    numbers leave the range of doubles."""
     parameters = signature(function)
     hints = get_type_hints(function, include_extras=True)
 
@@ -539,7 +540,7 @@ def public(function: _Function) -> _Function:
             default = parameters.parameters[name].default
             if hint not in (Any, object) and value is not default:
                 given.arguments[name] = kind_of(hint).read(value, Place(function.__name__, name))
-        with within_doubles():  # in a context of its own, which ends with what it has set
+        with within_doubles():  # changes of context variables do not outlive the call
             return copy_context().run(function, *given.args, **given.kwargs)
 
     return checked  # type: ignore[return-value]

@@ -42,4 +42,4 @@ def run(given: argparse.Namespace) -> Reply:
         subject, tolerances, given.high, band=given.band, memory=given.memory, progress=steps()
     )
     write_files(given, advice)
-    return Reply.of(advice, judged=isinstance(subject, Scene))
+    return Reply.of(advice, warnings_in_reply=isinstance(subject, Scene))

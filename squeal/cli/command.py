@@ -168,10 +168,11 @@ class Reply:
     warnings: Sequence[str] | None = None
 
     @staticmethod
-    def of(*answers: Answer, judged: bool = False, more: str = "") -> Reply:
+    def of(*answers: Answer, warnings_in_reply: bool = False, more: str = "") -> Reply:
         """One reply of several answers, whose objects and texts follow each other.
 
-        judged: their warnings speak of equilibria; more: what else stands in the text.
+        warnings_in_reply: what is to be said of the equilibria of a scene is printed with the
+        answer, and not as warnings of the program; more: what else stands in the text.
         """
 
         def data() -> dict[str, Any]:
@@ -186,7 +187,7 @@ class Reply:
             return "\n\n".join(answer.text() for answer in answers) + more
 
         reasons = [words for answer in answers for words in answer.warnings]
-        if judged:
+        if warnings_in_reply:
             return Reply(data, text, warnings=reasons)
         for words in reasons:
             warnings.warn(words, InputWarning, stacklevel=2)

@@ -104,7 +104,7 @@ def run(given: argparse.Namespace) -> Reply:
         notes += f"\n\n{POINTS}"
     return Reply.of(
         *(answer for answer in answers if answer is not None),
-        judged=isinstance(subject, Scene),
+        warnings_in_reply=isinstance(subject, Scene),
         more=notes,
     )
 

@@ -17,6 +17,9 @@ from squeal.io.scene import Scene
 from squeal.model.pad import PARAMETERS
 from squeal.schema import Place, warn_of_degrees
 
+POINTS_OF_SCENE = 200  # a side of the map, where no number is given
+POINTS_OF_SYSTEM = 41
+
 
 def options(parser: Parser) -> None:
     """Options of `squeal map`."""
@@ -34,7 +37,7 @@ def run(given: argparse.Namespace) -> Reply:
     """Read the scene or system, compute the map, write the requested files."""
     subject = given.source.subject()
     is_scene = isinstance(subject, Scene)
-    points = given.n or (200 if is_scene else 41)
+    points = given.n or (POINTS_OF_SCENE if is_scene else POINTS_OF_SYSTEM)
     axes = []
     for option in ("first", "second"):
         at = Place(as_typed(given, option))
@@ -59,4 +62,4 @@ def run(given: argparse.Namespace) -> Reply:
         if not answer.details["threshold_curve"]:
             words = "without a curve: no two neighbours differ in whether something grows"
             warnings.warn(f"{as_typed(given, 'curves')}: {words}", InputWarning, stacklevel=2)
-    return Reply.of(answer, judged=is_scene)
+    return Reply.of(answer, warnings_in_reply=is_scene)

@@ -165,7 +165,7 @@ class Once(argparse.Action):
     def __init__(self, *arguments: Any, read: Read = lambda text: text, **options: Any) -> None:
         super().__init__(*arguments, **options)
         self._read = read
-        self.names = list(self.option_strings)
+        self.spellings = list(self.option_strings)
 
     def __call__(
         self,
@@ -174,11 +174,12 @@ class Once(argparse.Action):
         text: Any,
         option: str | None = None,
     ) -> None:
+        """Set the value, under each spelling of the option. Raises InputError for a second one."""
         at = Place(f"{option} {text}")
         if self.dest in given.typed:
             before = given.typed[self.dest]
             raise at.refuse(f"{before} is given already; one of them is allowed")
-        for name in (self.dest, *self.names):
+        for name in (self.dest, *self.spellings):
             given.typed[name.lstrip("-").replace("-", "_")] = str(at)
         with at.named():
             setattr(given, self.dest, self._read(text))
@@ -189,7 +190,7 @@ def add_option(group: argparse._ActionsContainer, names: str, **settings: Any) -
     first, *others = names.split()
     action = group.add_argument(first, **settings)
     assert isinstance(action, Once)
-    action.names = [first, *others]
+    action.spellings = [first, *others]
     group._option_string_actions |= dict.fromkeys(others, action)
 
 

@@ -27,4 +27,4 @@ def run(given: argparse.Namespace) -> Reply:
     )
     if given.page is not None:
         answer.save(given.page, given.source.inputs)
-    return Reply.of(answer, judged=isinstance(subject, Scene))
+    return Reply.of(answer, warnings_in_reply=isinstance(subject, Scene))

@@ -48,4 +48,4 @@ def run(given: argparse.Namespace) -> Reply:
             squeal.sensitivity(subject, of="threshold", known=thresholds, matrices=matrices)
         )
     write_files(given, thresholds, high=given.high)
-    return Reply.of(*answers, judged=isinstance(subject, Scene))
+    return Reply.of(*answers, warnings_in_reply=isinstance(subject, Scene))

@@ -431,7 +431,9 @@ class _Front(NamedTuple):
         between = (forwards >= -1e-6) & (forwards <= step_forwards + 1e-6)
         return np.asarray(between & (distance <= forwards / options.cosine + 1e-6))
 
-    def rises(self, z: np.ndarray, tangent: np.ndarray, options: BranchOptions) -> np.ndarray:
+    def turns_at_most_once(
+        self, z: np.ndarray, tangent: np.ndarray, options: BranchOptions
+    ) -> np.ndarray:
         """False for steps to places z with given tangents on which mu may turn back twice."""
         rate = polyder(_cubic(self.z, z, self.ahead, tangent, self.scale)[:, 3])
         at_start = rate[0]
@@ -446,21 +448,24 @@ class _Front(NamedTuple):
     def _stepped(
         self, options: BranchOptions
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-        """Places a step ahead, corrected in the plane across, tangents there, derivatives of the
-        condition, and where (k,) the step may be taken."""
-        row = self.ahead * self.scale
+        """Places a step ahead, tangents there, derivatives of the plane's condition, and where (k,)
+        the step may be taken.
+
+        In z * scale, where `ahead` has unit length, a place is corrected in the plane across it.
+        """
+        normal = self.ahead * self.scale
         guess = self.z + self.step * self.ahead / self.scale
-        plane = (row * guess).sum(axis=0)
+        plane = (normal * guess).sum(axis=0)
 
         def in_plane(_some: _Front, z: np.ndarray, i: np.ndarray) -> np.ndarray:
-            return np.asarray((row[:, None, i] * z).sum(axis=0) - plane[i])
+            return np.asarray((normal[:, None, i] * z).sum(axis=0) - plane[i])
 
         z, tangent, slope, good = self.solve(guess, in_plane)
         with np.errstate(all="ignore"):
             correction = (((z - guess) * self.scale) ** 2).sum(axis=0)
             good &= correction <= (options.correction * self.step) ** 2
         good &= (tangent * self.ahead).sum(axis=0) >= options.cosine
-        good &= self.rises(z, tangent, options)
+        good &= self.turns_at_most_once(z, tangent, options)
         return z, tangent, slope, good
 
     def moved(self, options: BranchOptions) -> tuple[_Front, _Nodes, np.ndarray]:

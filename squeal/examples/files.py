@@ -39,7 +39,10 @@ frequency,storage,loss
 2000,1.00,0.10
 8000,1.20,0.08
 """
-SHIM = {"dK.mtx": 1.0e6, "dM.mtx": 1.0e-3}  # N/m and kg that it adds to each of its nodes
+SHIM = {
+    "dK.mtx": 1.0e6,
+    "dM.mtx": 1.0e-3,
+}  # N/m and kg of stiffness and of mass that it adds to each node
 SHIM_NODES = (721, 724, 727)  # on the pad's face
 DAMPED = {  # system files of the damped brake: what follows the factor of the contact
     "damped": "  structural: 0.1\n",

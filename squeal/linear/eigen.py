@@ -656,7 +656,8 @@ def undamped_verdicts(A: Array) -> Codes:
 
 
 def _by_invariants(entries: Sequence[Array]) -> Codes:
-    """Verdict codes (N,) of the nine entries (N,) of A.
+    """Verdict codes (N,) of the nine entries (N,) of A, of roots s = -lambda^2 of
+    s^3 - a s^2 + b s - c = 0.
 
     Real and non-negative roots s are marginal; a negative one is divergence, a complex pair
     flutter. A coalescence that rounding cannot tell from real roots counts as real. Where both
@@ -665,10 +666,11 @@ def _by_invariants(entries: Sequence[Array]) -> Codes:
     cubic = invariants(entries)
     a, b, c, discriminant = cubic[:4]
     pair = discriminant.value < -discriminant.bound
-    below = c.value < -c.bound
-    negative = below | (b.value < -b.bound) | (a.value < -a.bound)
+    product_is_negative = c.value < -c.bound
+    negative = product_is_negative | (b.value < -b.bound) | (a.value < -a.bound)
     codes = np.where(pair, FLUTTER, np.where(negative, DIVERGENCE, MARGINAL)).astype(np.int8)
-    both = np.flatnonzero(pair & below)
+    # beside a pair the real root has the sign of c
+    both = np.flatnonzero(pair & product_is_negative)
     vague = np.flatnonzero(cubic.vague)
     if len(both) or len(vague):
         A = np.stack(entries, axis=-1).reshape(-1, 3, 3)

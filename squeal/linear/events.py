@@ -289,8 +289,12 @@ class LocalRoots(NamedTuple):
         return roots_near(continuation, p, root, self.right, self.left)
 
     def event_function(self, coalesces: bool) -> EventFunction:
-        """The real part m of one root; of two d where they meet on the line, and else, where one of
-        them crosses it, m^2 Re d + (Im d)^2 / 4 - m^4."""
+        """What vanishes at the event.
+
+        Of one root its real part m. Of two roots m +- sqrt(d), d = ((z1 - z2) / 2)^2: where they
+        meet on the line d, and where one of them crosses it, so that Re sqrt(d) = +-m,
+        m^2 Re d + (Im d)^2 / 4 - m^4.
+        """
         m = self.mean.real
         dm = self.mean_slope.real
         d = self.d

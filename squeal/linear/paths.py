@@ -128,14 +128,17 @@ def _sense_of_difference(step: Step, pair: list[int], order: Indices) -> bool | 
 
 
 def _pairs_with_smooth_mean(step: Step, order: Indices, rows: list[int]) -> Iterator[list[int]]:
-    """Pairs of the rows, the closest first, whose mean goes on: where two roots coalesce it is
-    smooth, and neither of them is."""
+    """Pairs of the rows, the closest first, whose mean moves by at most near * |mean|: where two
+    roots coalesce the mean is smooth, and neither of them is."""
     before = step.before.roots
     after = step.after.roots
     near = step.options.near
 
     def closest(pair: list[int]) -> float:
-        return float(min(abs(np.ptp(before[pair])), abs(np.ptp(after[order[pair]]))))
+        one, other = pair
+        distance = abs(before[one] - before[other])
+        later_distance = abs(after[order[one]] - after[order[other]])
+        return float(min(distance, later_distance))
 
     remaining = {k for k in rows if order[k] >= 0}
     for two in sorted(map(list, itertools.combinations(sorted(remaining), 2)), key=closest):

@@ -120,21 +120,22 @@ class Pad:
         own = vars(self)
         for name, key in PARAMETERS.items():
             if own[name] is None:
-                if key.default == "0" or (key.required and key.common and not key.unless):
+                needed_by_every_model = key.required and key.common and not key.unless
+                if key.default == "0" or needed_by_every_model:
                     raise key.missing(at / name, "every model")
             else:
                 key.kind.check(own[name], at, name)
         check_needs(PARAMETERS, own, at)
         own["derived"] = tuple(name for name in ("I", "mu") if own[name] is None)
         if self.I is None:
-            own["I"] = self.m * (self.w**2 + self.h**2) / 3
+            own["I"] = self.m * (self.w**2 + self.h**2) / 3  # of a block of 2 w by 2 h
         if self.mu is None:
             if self.mu_s is None or self.mu_k is None:
                 raise PARAMETERS["mu"].missing(at / "mu", "every model")
-            own["mu"] = self.mu_k + self._excess_friction
+            own["mu"] = self.mu_k + self._friction_above_mu_k
 
     @property
-    def _excess_friction(self) -> Any:
+    def _friction_above_mu_k(self) -> Any:
         """By how much friction at the speed V exceeds mu_k."""
         ratio = self.V / self.v_ref  # type: ignore[operator]
         share = dual.exp(-ratio) if isinstance(ratio, dual.Dual) else np.exp(-ratio)
@@ -149,7 +150,7 @@ class Pad:
         """
         if self.mu_s is None or self.mu_k is None:
             return None
-        return self._excess_friction / (self.mu_k + self._excess_friction), 1.0 / self.v_ref  # type: ignore[operator]
+        return self._friction_above_mu_k / (self.mu_k + self._friction_above_mu_k), 1.0 / self.v_ref  # type: ignore[operator]
 
     def given(self) -> dict[str, Any]:
         """The parameters that are not None, by name."""

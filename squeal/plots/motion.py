@@ -111,18 +111,19 @@ class Looks(NamedTuple):
         palette = colours(run.model)
         timeline = run.timeline
         partial = law.state_name(LEAD)
-        if partial == law.state_name(TRAIL):
+        has_one_partial_state = partial == law.state_name(TRAIL)
+        if has_one_partial_state:
             timeline = [_with_edge(one, partial, run.history) for one in timeline]
         states: dict[str, StateLook] = {}
         for state in run.states_met:
             label = state_label(state)
             meaning = law.meanings[state]
             states[state] = StateLook(label, meaning, palette[state])
-            for edge, of in (("leading", LEAD), ("trailing", TRAIL)):
+            for edge, edge_state in (("leading", LEAD), ("trailing", TRAIL)):
                 states[f"{state} {edge}"] = StateLook(
                     label=rf"{label}$_{edge[0]}$",
                     meaning=f"{meaning}, {edge} edge",
-                    colour=STATE_COLOURS[of],
+                    colour=STATE_COLOURS[edge_state],
                 )
         met = {one.state for one in timeline if one.stop > one.start}
         return Looks(timeline, {name: look for name, look in states.items() if name in met})

@@ -175,7 +175,8 @@ def _of_squares(polynomial: Polynomial, scale: Ball) -> list[Piece]:
 
 
 def _off_axis(polynomial: Polynomial, scale: Ball) -> list[Piece]:
-    """Pieces of the roots lambda = scale * root of a polynomial without imaginary roots."""
+    """Pieces of the roots lambda = scale * root, scale > 0, of a polynomial without imaginary
+    roots."""
     if polynomial.degree() < 1:
         return []
     precision = PRECISION
@@ -190,7 +191,8 @@ def _off_axis(polynomial: Polynomial, scale: Ball) -> list[Piece]:
     for root, multiplicity in roots:
         value = flint.acb(root) * scale
         side: Side = "grows" if root.real > 0 else "decays"
-        pieces += [_piece(value.real, value.imag, side, value.imag == 0)] * multiplicity
+        is_real = value.imag == 0  # exactly: FLINT gives a real root no imaginary part
+        pieces += [_piece(value.real, value.imag, side, is_real)] * multiplicity
     return pieces
 
 

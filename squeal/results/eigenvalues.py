@@ -236,7 +236,11 @@ class Eigenvalues(Answer):
             cells: dict[int | None, str] = {
                 number: ERROR.cell(root) for number, root in self.of_modes
             }
-            table.append(replace(ERROR, shown=lambda mode: cells.get(self.mode_of(mode), "-")))
+
+            def error_of(mode: UnstableMode) -> str:  # its eigenvalue knows it, the mode does not
+                return cells.get(self.mode_of(mode), "-")
+
+            table.append(replace(ERROR, shown=error_of))
         table += [*columns("damping_ratio%"), onset_column(self.parameter)]
         nothing = "no unstable mode is listed"
         return Table(tuple(table), self.unstable, "unstable modes", nothing, rounded_growth)
