@@ -130,8 +130,11 @@ class Report(Answer):
             lines.append(f"Why: {self.energy.sentence(mode)}.")
         if self.remedy is None:
             others = sorted(self.sensitivity.values.keys() - {found.parameter})
-            names = ", ".join(others) or "none is named"
-            lines.append(f"No other parameter stops it within {MOST_STEPS} %: {names}.")
+            if others:
+                names = " or ".join(others)
+                lines.append(f"Changing {names} by up to {MOST_STEPS} % does not stop it.")
+            else:
+                lines.append("No other parameter is named whose change could stop it.")
         return lines
 
     @property
