@@ -698,20 +698,25 @@ def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter
 
 
 def _may_exchange_partner(state: SpectrumAtParameter, span: float, direction: int) -> bool:
+    """The same as seen from one end of the step.
+
+    Between a root i off the line and a root j on it the coupling W, a distance x ahead, moves root
+    i by x^2 W_ij W_ji / (z_i - z_j); its partner is its conjugate, at twice its height.
+    """
     z = state.roots
     W = state.coupling
     slopes = direction * state.slopes
     above = z.imag > state.rounding
     if state.problem is DAMPED or not above.any():
         return False
-    u = z[:, None] - z
-    v = slopes[:, None] - slopes
+    gap = z[:, None] - z
+    gap_slope = slopes[:, None] - slopes
     with np.errstate(all="ignore"):
-        x = -(u * v.conj()).real / np.abs(v) ** 2  # where the two are closest
-        moved = x**2 * np.abs(W * W.T) / np.abs(u + x * v)
-        distance = np.abs(z.imag[:, None] + x * slopes.imag[:, None])
-        taken = (x > 0) & (x < span) & (4 * moved > distance)
-    return bool(taken[np.ix_(above, state.on_line)].any())
+        closest = -(gap * gap_slope.conj()).real / np.abs(gap_slope) ** 2
+        moved = closest**2 * np.abs(W * W.T) / np.abs(gap + closest * gap_slope)
+        height = np.abs(z.imag[:, None] + closest * slopes.imag[:, None])
+        exchanges = (closest > 0) & (closest < span) & (4 * moved > height)
+    return bool(exchanges[np.ix_(above, state.on_line)].any())
 
 
 def _passes_zero(values: Array, slack: Array) -> Bools:

@@ -479,7 +479,7 @@ def _drive_vectors(
     condition: Array,
 ) -> None:
     """Add to vectors (n, m) of single components what they drive in others, and change the
-    condition numbers (m,) accordingly."""
+    condition numbers (m,) accordingly. reach[i, j] says that row i depends on unknown j."""
     identity = np.eye(len(A))
     driven_last = sorted(components(reach), key=lambda rows: reach[rows[0]].sum())
     driving_last = sorted(components(reach), key=lambda rows: reach.T[rows[0]].sum())

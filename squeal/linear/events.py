@@ -190,7 +190,11 @@ def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
 
 
 def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
-    """Where two roots that coalesce or separate in a step cross the line or meet on it."""
+    """Where two roots that coalesce or separate in a step cross the line or meet on it.
+
+    The roots are mean +- sqrt(square). Damped roots that lie off the line at both ends of the step
+    cross it; where both lie on it at one end they meet on it, as undamped ones always do.
+    """
     before = step.before
     after = step.after
     problem = before.problem

@@ -552,8 +552,8 @@ def scatter(
         Independent samples, a Latin hypercube, or a Sobol sequence.
     indices : bool
         Whether Sobol indices are computed, by the estimators of Saltelli et al., Computer Physics
-        Communications 181 (2010) 259-270, which takes ``samples`` times the number of parameters
-        more. A threshold that lies beyond ``mu_max`` counts as ``mu_max``.
+        Communications 181 (2010) 259-270, which draws twice as many samples, and ``samples`` times
+        the number of parameters more. A threshold that lies beyond ``mu_max`` counts as ``mu_max``.
     workers : int
         Processes, which start by import: a script must guard its main part.
     journal : path, optional

@@ -331,13 +331,14 @@ class Shooting:
 
         before, turns, after: the cycles of the step in order.
         """
-        value_turns = any(cycle.turn == "fold" for cycle in turns)
+        has_fold = any(cycle.turn == "fold" for cycle in turns)
         in_order = [before, *turns, after]
         for passed in range(len(in_order) - 1):
             a = in_order[passed]
             b = in_order[passed + 1]
             if (a.value - first.value) * (b.value - first.value) < 0.0:
-                ends = (a, b) if value_turns else (before, after)
+                # without a fold the value is monotone over the whole step, whose ends serve
+                ends = (a, b) if has_fold else (before, after)
                 again = self._between(*ends, first.value)
                 if any(abs(cycle.period / first.period - 1.0) < RETURNED for cycle in again):
                     return turns[:passed] + again

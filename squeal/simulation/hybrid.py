@@ -283,6 +283,7 @@ def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT
         step = options.first_step
         k1 = state_rates(model, state)
         k2 = state_rates(model, state + step * k1)
+        # a h^2 / 2 + (da/dt) h^3 / 6, with da/dt from both accelerations
         moved = state[:3] + step * state[3:] + step**2 / 6 * (2 * k1 + k2)[3:]
         # the change of the gap, not the gap: an offset of rounding size must not decide
         change = model.gaps(model.c.place(moved)) - heights
@@ -293,11 +294,11 @@ def first_contact(model: PadModel, state: np.ndarray, options: Options = DEFAULT
 def off_level(
     model: PadModel, state: np.ndarray, contact: np.ndarray, options: Options = DEFAULT
 ) -> np.ndarray:
-    """Scaled states (6, ...) from which partial contact can go on.
+    """Scaled states (6, ...) from which partial contact can go on; contact (2, ...) is that of the
+    leading and of the trailing edge.
 
-    A level pad exactly on the surface that turns leaves the contact length 0/0: it is turned by
-    less than anything that is computed from it is rounded by, so that the point that touches lies
-    lower.
+    A level pad exactly on the surface that turns leaves the contact length 0/0. It is turned by
+    less than rounding, so that the edge that touches lies lower.
     """
     if model.law.points > 2:
         return state
@@ -306,7 +307,7 @@ def off_level(
     turn = level * options.least_turn * (contact[0] - contact[1])
     if not np.any(turn):
         return state
-    w_theta = np.eye(6)[2]
+    w_theta = np.eye(6)[2]  # the unit vector of that coordinate
     return state + np.multiply.outer(w_theta, turn)
 
 

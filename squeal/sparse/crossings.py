@@ -218,8 +218,11 @@ class CrossingSearch:
     def _division(
         self, before: SpectrumAtParameter, after: SpectrumAtParameter, match: _Match
     ) -> float | None:
-        """Where a step has to be divided, None if each root is matched or leaves the region for
-        good, and no two may meet on the way."""
+        """Where a step has to be divided, None if it has not.
+
+        It has not where each root is matched or leaves the region for good, without crossing the
+        axis, and no two may meet on the way.
+        """
         span = after.value - before.value
         middle = (before.value + after.value) / 2
         start = before.roots[match.before]
@@ -229,21 +232,22 @@ class CrossingSearch:
             return middle
         unmatched_before = np.delete(np.arange(len(before.roots)), match.before)
         unmatched_after = np.delete(np.arange(len(after.roots)), match.after)
-        if self._may_act(before, unmatched_before, span):
+        if self._may_not_be_gone(before, unmatched_before, span):
             return middle
-        if self._may_act(after, unmatched_after, -span):
+        if self._may_not_be_gone(after, unmatched_after, -span):
             return middle
         for met in near_coalescences(before, after):
             width = max(met.width, 1e-9 * abs(met.value))
-            # a window that is wider than this has been seen from its inside
+            # where a spectrum was computed within the window, it has been seen from its inside
             is_seen = min(abs(value - met.value) for value in self._spectra) <= width / 2
             is_inside = before.value < met.value < after.value
             if is_inside and width < abs(span) / 8 and not is_seen:
                 return met.value
         return None
 
-    def _may_act(self, state: SpectrumAtParameter, unmatched: Indices, span: float) -> bool:
-        """True if a root that leaves the region may cross the axis, or meet its conjugate."""
+    def _may_not_be_gone(self, state: SpectrumAtParameter, unmatched: Indices, span: float) -> bool:
+        """True if a root that leaves the region may cross the axis, meet its conjugate, or is
+        predicted to stay."""
         z = state.roots[unmatched]
         change = span * state.slopes[unmatched]
         meets_conjugate = (z.imag > 0.0) & ((z + change).imag < 0.0) & (self.region.low_imag < 0.0)

@@ -267,8 +267,9 @@ class FirstLook(Reduction):
         return self
 
     def _compress(self) -> None:
-        """Make few modes that serve the values: all of those at the first, the last and the middle
-        one, and of the others those whose errors are too large."""
+        """Make few modes that serve the training values: all of those at the first, the last and
+        the middle one, then greedily, where the largest error is, those whose errors are too
+        large, until no error is above what is allowed."""
         self._sketch_basis()
         last = len(self.trained) - 1
         for k in (last // 2, 0, last):

@@ -74,13 +74,15 @@ def roots_and_verdict(
 ) -> tuple[Spectrum, Judgement]:
     """All eigenvalues of matrices (n, n) and the verdict on them.
 
-    Raises ComputationError where rounding of a stiffness or damping hides the slow ones.
+    Raises ComputationError where rounding of a stiffness or damping hides the slow ones, which is
+    not asked where a coordinate is free.
     """
     mass, damping, stiffness = checked(M, C, K)
     reduced = reduce(mass, damping, stiffness)
     squares = np.abs(np.diag(reduced.A))  # of the frequencies of each coordinate alone
-    # upright springs hold nothing along the surface: (k cos^2) of a rounded angle is no slow mode
-    if squares.min() > EPS**2 * squares.max() and hidden(reduced, damping, stiffness):
+    # upright springs hold nothing along the surface: k cos^2 of a rounded 90 degrees is 1e-33 k
+    has_free_coordinate = squares.min() <= EPS**2 * squares.max()
+    if not has_free_coordinate and hidden(reduced, damping, stiffness):
         raise ComputationError(f"no eigenvalue can be given: {STIFF}")
     spectrum = spectrum_of(reduced)
     return spectrum, decide(spectrum.values, spectrum.rounding)

@@ -47,11 +47,11 @@ def system_eigenvalues(
     look: Sweep | None = None,
     prove: bool | None = None,
 ) -> Eigenvalues:
-    """The selected roots at a value of the parameter, with what proves them complete, or of a large
-    system from the basis of a first look.
+    """The selected roots at a value of the parameter, with what proves them complete.
 
-    The referee is asked of all roots of a small system unless `prove` is False, of the modes of a
-    band of a larger one if it is True.
+    look: a sweep; if it is the first look at a large system, the roots come from its basis. The
+    referee (`squeal.proof`) is asked of all roots of a small system unless `prove` is False, of the
+    modes of a band of a larger one if it is True.
     """
     parameter = analysis.system.parameter
     if at is not None:

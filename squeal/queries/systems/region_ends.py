@@ -26,7 +26,8 @@ def widened_in_frequency(region: Rectangle) -> Rectangle:
 def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     """True if a root lies in a region, or no further from it than its error.
 
-    Of a root that is known to a tenth of the region only, where it was computed decides.
+    An error above a tenth of the region's highest frequency is ignored, and so is that of a root
+    below the real axis where the region begins there.
     """
     error = root.error or 0.0
     if error > LOOSE * region.high_imag or (region.low_imag >= 0.0 and root.value.imag < 0.0):
@@ -34,7 +35,7 @@ def may_lie_in(root: Eigenvalue, region: Rectangle) -> bool:
     wide = Rectangle(
         region.low_real - error,
         region.high_real + error,
-        region.low_imag - (error if region.low_imag > 0.0 else 0.0),  # else its mirror image does
+        region.low_imag - (error if region.low_imag > 0.0 else 0.0),  # else conjugates stand for it
         region.high_imag + error,
     )
     return bool(wide.contains(np.array(root.value)))

@@ -107,7 +107,8 @@ def track_modes(
 
 
 def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
-    """The roots at a value of the parameter, and those that are followed, with vectors."""
+    """The step with the listed roots at a value of the parameter, and the roots with vectors that
+    are followed."""
     system, selection, reduction, scaled = common
     if reduction is not None:
         roots = _roots_of_reduced(system, reduction, value)
@@ -115,7 +116,7 @@ def _step_and_roots(common: _Common, value: float) -> tuple[Step, Roots]:
         roots = _roots_of_small(scaled, selection, value)
     else:
         roots = _roots_of_large(system, selection, value)
-    # on all of them, however few are listed; some roots prove none but growth
+    # on all roots, however few are listed; where only some are known, only growth is a verdict
     verdict: str | None = verdict_of(roots.values, roots.rounding)
     all_known = is_small(system) and selection.rectangle is None and reduction is None
     if not all_known and verdict not in GROWING:
