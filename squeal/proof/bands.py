@@ -15,14 +15,18 @@ from squeal.proof.pieces import Piece
 from squeal.proof.referee import Proof
 
 BEYOND = 1.02  # the disc that is searched, times the upper end of the band
-CORES = (
-    60,
-    100,
-    200,
-)  # sizes of the core, one after the other: the smallest that serves is sharpest
+CORES = (60, 100, 200)  # rows of the core, in turn: the smallest that serves is the sharpest
 
 
-def prove_modes(M: Any, C: Any | None, K: Any, values: ArrayLike, low: float, high: float) -> Proof:
+def prove_modes(
+    M: Any,
+    C: Any | None,
+    K: Any,
+    values: ArrayLike,
+    low: float,
+    high: float,
+    rate: float = math.inf,
+) -> Proof:
     """Whether a list holds all roots with low < Im lambda < high and |lambda| < 1.02 high.
 
     Parameters
@@ -33,6 +37,8 @@ def prove_modes(M: Any, C: Any | None, K: Any, values: ArrayLike, low: float, hi
         The printed roots, rad/s, with positive imaginary parts.
     low, high : float
         Ends of the band, rad/s, not negative.
+    rate : float
+        Growth or decay (1/s) above which roots are not listed.
 
     Returns
     -------
@@ -62,7 +68,7 @@ def prove_modes(M: Any, C: Any | None, K: Any, values: ArrayLike, low: float, hi
     for core in CORES:
         found = prove_band(M, C, K, BEYOND * high, core)
         if found.is_proved:
-            proof = judge_modes(found, values, low, high)
+            proof = judge_modes(found, values, low, high, rate)
         else:
             proof = Proof("open", data=AS_GIVEN, reason=found.reason)
         if proof.status != "open":
@@ -70,10 +76,13 @@ def prove_modes(M: Any, C: Any | None, K: Any, values: ArrayLike, low: float, hi
     return proof
 
 
-def judge_modes(found: BandProof, values: ArrayLike, low: float, high: float) -> Proof:
-    """A printed list of the band between `low` and `high` (rad/s), held against proved pieces."""
+def judge_modes(
+    found: BandProof, values: ArrayLike, low: float, high: float, rate: float = math.inf
+) -> Proof:
+    """A printed list of the band between `low` and `high` (rad/s), without what grows or decays
+    faster than a rate (1/s), held against proved pieces."""
     roots = np.asarray(values, dtype=complex).reshape(-1)
-    pieces = [piece for piece in found.pieces if _reaches(piece, low, high)]
+    pieces = [piece for piece in found.pieces if _reaches(piece, low, high, rate)]
     if len(roots) and not pieces:
         return Proof("refuted", "enclosure", reason="no root is there", where=complex(roots[0]))
     owners = _nearest(roots, pieces)
@@ -90,7 +99,7 @@ def judge_modes(found: BandProof, values: ArrayLike, low: float, high: float) ->
         if is_counted and listed > piece.count:
             reason = "a root is listed that is none"
             return Proof("refuted", "enclosure", reason=reason, where=centre, errors=errors)
-        if is_counted and listed < piece.count and _lies_within(piece, low, high):
+        if is_counted and listed < piece.count and _lies_within(piece, low, high, rate):
             reason = "a root is missing"
             return Proof("refuted", "enclosure", reason=reason, where=centre, errors=errors)
         if not is_counted or listed < piece.count:
@@ -105,17 +114,21 @@ def judge_modes(found: BandProof, values: ArrayLike, low: float, high: float) ->
     return Proof("proved", "enclosure", growth_below, errors=errors, pieces=tuple(pieces))
 
 
-def _reaches(piece: Piece, low: float, high: float) -> bool:
+def _reaches(piece: Piece, low: float, high: float, rate: float) -> bool:
     """True if a root of the piece may lie in the band."""
     heights = piece.centres.imag
     margins = piece.radii * (1.0 + 4.0 * EPS)
+    if piece.low > rate or piece.high < -rate:
+        return False
     return bool(np.any((heights + margins >= low) & (heights - margins <= high)))
 
 
-def _lies_within(piece: Piece, low: float, high: float) -> bool:
+def _lies_within(piece: Piece, low: float, high: float, rate: float) -> bool:
     """True if all roots of the piece lie in the band."""
     heights = piece.centres.imag
     margins = piece.radii * (1.0 + 4.0 * EPS)
+    if piece.low < -rate or piece.high > rate:
+        return False
     return bool(np.all((heights - margins > low) & (heights + margins < high)))
 
 

@@ -47,7 +47,8 @@ def eigenvalues(
     at : float, optional
         Value of the friction or of the free parameter; left out, the subject's own.
     band : (float, float), optional
-        Lowest and highest frequency in Hz, of systems; all growth rates are included.
+        Lowest and highest frequency in Hz, of systems. Roots that grow or decay faster than a
+        quarter of the highest one (in rad/s) are left out of more than 400 rows.
     region : (float, float, float, float), optional
         Real parts (1/s) from, to, imaginary parts (rad/s) from, to, instead of a band.
     modes : int, optional

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -23,6 +23,8 @@ if TYPE_CHECKING:  # scenes start without the referee
 NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"
 RATE = 1e-6  # growth below which nothing is told apart, of the fastest root
 WIDTH = 1e-10  # of a threshold: by how much the interval is wider in which it is proved
+VAGUE = 1e-3  # of the range: an interval that is wider may hold more than its threshold
+IS_VAGUE = "a threshold is known to an interval only that may hold more"
 BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be followed
 AS_GIVEN = "as given"  # the entries of pads
 DISAGREES = "the referee disagrees: "
@@ -187,6 +189,14 @@ def _factor(term: Any, system: TermSystem) -> Callable[[Any], Any] | None:
     return lambda ball: term.factor.over(values | {system.parameter: ball}, number)
 
 
+def vague_interval(intervals: Iterable[Interval], extent: float) -> Interval | None:
+    """The first interval that says next to nothing in a range of this extent, None if none does.
+
+    What changes twice within it would be seen by no count beside it.
+    """
+    return next((one for one in intervals if one[1] - one[0] > VAGUE * extent), None)
+
+
 def system_statement(
     system: TermSystem, crossings: Sequence[Crossing], low: float, high: float, fastest: float
 ) -> tuple[RangeStatement, list[Interval]]:
@@ -210,6 +220,10 @@ def system_statement(
     most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
     places = _places(crossings, low, high, WIDTH)
     rises = [_risen(crossings, place) for place in places]
+    vague = vague_interval(places, high - low)
+    if vague is not None:
+        proof = Proof("open", "enclosure", reason=IS_VAGUE, where=sum(vague) / 2.0)
+        return stated(proof, system.parameter, extent, high), []
     try:
         proof = prove_thresholds(terms, low, high, places, RATE * fastest, rises, most)
     except InputError as error:  # a factor has no value somewhere

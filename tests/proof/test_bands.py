@@ -5,7 +5,8 @@ import pytest
 from scipy.sparse import csc_array
 
 from squeal.proof.bands import judge_modes, prove_modes
-from squeal.proof.large import prove_band
+from squeal.proof.large import BandProof, prove_band
+from squeal.proof.pieces import Piece, Side
 from tests.proof.test_large import FLUTTER, QUIET, known_roots, two_chains
 
 LOW, HIGH = 40.0, 200.0
@@ -86,6 +87,19 @@ def test_roots_where_none_are_are_refuted(chains):
     width = (gaps[-1] - gaps[-2]) / 4.0
     proof = judge_modes(found, [middle * 1j], middle - width, middle + width)
     assert (proof.status, proof.reason) == ("refuted", "no root is there")
+
+
+def test_what_decays_faster_than_is_listed_is_not_missed():
+    def piece(root: complex) -> Piece:
+        radius = 1e-9
+        side: Side = "grows" if root.real > 0.0 else "decays"
+        low, high = root.real - radius, root.real + radius
+        return Piece(np.array([root]), np.array([radius]), low, high, side, False)
+
+    found = BandProof(10.0, (piece(-0.1 + 1j), piece(-0.8 + 2j), piece(0.9 + 2.5j)))
+    assert judge_modes(found, [-0.1 + 1j], 0.5, 3.0).reason == "a root is missing"
+    assert judge_modes(found, [-0.1 + 1j], 0.5, 3.0, rate=0.5).status == "proved"
+    assert judge_modes(found, [-0.1 + 1j], 0.5, 3.0, rate=0.85).reason == "a root is missing"
 
 
 def test_without_a_proof_the_reason_is_said():

@@ -120,3 +120,22 @@ def test_without_flint_it_is_open(monkeypatch):
         assert answer.proof["status"] == "open"
         assert not answer.certified
         assert "python-flint is not installed" in answer.proof_line
+
+
+def test_an_interval_that_may_hold_more_proves_nothing():
+    """Windows of growth 1e-7 wide, one of which the interval of another threshold would hold."""
+    gyroscopic = np.zeros((4, 4))
+    gyroscopic[:2, :2] = [[0.0, -2.0], [2.0, 0.0]]
+    soft = np.diag([-1.0, -1.0, 206.75, 100.0])
+    window = f"(1 - 2/(1 + {4.0**23!r}*(mu - 0.03515625)**2))"
+    damped_window = f"(1 - 2/(1 + {4.0**24!r}*(mu - 0.0123)**2))"
+    C = {
+        "1": gyroscopic,
+        "(mu - 0.1259765625)**2": np.diag([0.0, 0.0, 0.0625, 0.0]),
+        damped_window: np.diag([0.0, 0.0, 0.0, 1.0]),
+    }
+    K = {"1": soft, window: np.diag([4.0, 4.0, 0.0, 0.0])}
+    answer = squeal.thresholds(squeal.System(np.eye(4), C=C, K=K), 0.25)
+    changes = [0.01229994, 0.01230006, 0.03515613, 0.03515637]
+    is_complete = len(answer.crossings) == len(changes)
+    assert is_complete or not answer.certified

@@ -33,7 +33,8 @@ def with_band_proof(
         raise InputError(f"prove: components and guessed matrices have no proof; {ALLOWED}")
     low, high = (math.tau * hertz for hertz in selection.band)
     values = np.array([root.value for root in roots.eigenvalues], dtype=complex)
-    proof = prove_modes(*system.at(), values, low, high)
+    rate = math.inf if roots.growth_limit is None else roots.growth_limit
+    proof = prove_modes(*system.at(), values, low, high, rate)
     if proof.status == "open":
         return replace(roots, notes=(*roots.notes, f"not proved: {proof.reason}"))
     where = None if proof.where is None else complex(proof.where)

@@ -27,6 +27,7 @@ from squeal.linear.matrices import ILL, dense, unit_diagonal
 from squeal.linear.search import SearchResult, cluster_events, search
 from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
+from squeal.queries.ranges import IS_VAGUE, vague_interval
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
 from squeal.queries.systems.reduced import basis_of, reduced_for
 from squeal.queries.systems.verdicts import rounding_of, verdict_of
@@ -143,6 +144,10 @@ def system_thresholds(
             wrong = [p for (p, _), agreed in zip(tasks, told, strict=True) if not agreed]
             doubts = [f"a count on the full system at {name} = {p:.9g} disagrees" for p in wrong]
             certified = not unconfirmed and not doubts
+    vague = vague_interval((one.interval for one in crossings), high - low)
+    if certified and vague is not None:
+        certified = False
+        doubts = [*doubts, f"{IS_VAGUE} ({name} = {vague[0]:.6g} to {vague[1]:.6g})"]
     notes = [f"not confirmed on the full system: {words}" for words in unconfirmed] + left_out
     notes += ["each root at its own frequency"] * bool(system.follows)
     if region is not None:
