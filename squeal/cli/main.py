@@ -64,13 +64,12 @@ def parser_of(name: str) -> tuple[ModuleType, Parser]:
     """The module of a command and the parser of its arguments."""
     from squeal.cli.command import Parser  # a refused command needs nothing of it
 
-    file = name.replace("-", "_")
+    package = "squeal.cli"
+    typed = name
     if name in GROUPS[ARTICLE]:
-        module = importlib.import_module(f"squeal.article.commands.{file}")
+        package = "squeal.article.commands"
         typed = f"article {name}"
-    else:
-        module = importlib.import_module(f"squeal.cli.{file}")
-        typed = name
+    module = importlib.import_module(f"{package}.{name.replace('-', '_')}")
     return module, Parser(typed, module, name not in WITHOUT_SCENE)
 
 

@@ -258,7 +258,8 @@ class Table:
         return [[column.head for column in shown], *rows]
 
     def text(self, most: int = SHOWN) -> str:
-        """The table for people, with at most so many rows."""
+        """The table for people, with at most so many rows, the most telling ones in
+        their order; a line says how many were left out between them."""
         if not len(self.rows):
             return self.nothing or self.title
         indices = self._shown_rows(most)

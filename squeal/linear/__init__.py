@@ -12,13 +12,11 @@ from squeal.linear.eigen import (
     Spectrum,
     UnstableMode,
     complex_eigenvalues,
-    damped_verdicts,
     judge,
-    sum_verdicts,
-    undamped_verdicts,
     verdict,
 )
 from squeal.linear.events import Crossing
+from squeal.linear.map_verdicts import damped_verdicts, sum_verdicts, undamped_verdicts
 from squeal.linear.paths import unstable_modes
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import Matrices, SystemFunction

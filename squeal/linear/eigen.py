@@ -14,7 +14,7 @@ lies within its rounding of the imaginary axis, else `stable`.
 At a flutter boundary two roots coalesce, and computed real parts are noise of the size of the
 square root of the machine precision. Up to three rows without damping the roots therefore follow
 the signs of invariants, each against a bound of its own rounding (`matrices.invariants`). Maps take
-these signs themselves.
+these signs themselves (`map_verdicts`).
 """
 
 from __future__ import annotations
@@ -32,7 +32,6 @@ from squeal.errors import ComputationError
 from squeal.linear.matrices import (
     BEYOND,
     EPS,
-    ROUNDING,
     Array,
     Cubic,
     Reduced,
@@ -612,115 +611,3 @@ def judge(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> Judgement:
 def verdict(M: ArrayLike, C: ArrayLike | None, K: ArrayLike) -> str:
     """Verdict on M q'' + C q' + K q = 0 in one word, see `judge`."""
     return judge(M, C, K).verdict
-
-
-# Verdicts on arrays of systems, for maps
-
-
-CHUNK = 8192  # matrices per pass: temporaries of 64 kB stay in the cache and in malloc's pool
-
-
-def _code(A: Array, B: Array | None) -> int:
-    roots = roots_of(Reduced(A, B, np.eye(len(A)), ROUNDING))
-    return VERDICTS.index(decide(roots.values, roots.rounding).verdict)
-
-
-def damped_verdicts(A: Array, B: Array) -> Codes:
-    """Verdict codes (N,), indices into VERDICTS, of z'' + B z' + A z = 0; A, B of (N, n, n).
-
-    The coordinates are mass-normalised and no B is zero throughout. The codes are those of `judge`:
-    systems with an eigenvalue within the greatest rounding of an axis are judged one by one.
-    """
-    matrices, _ = first_order(A, B)
-    values = np.linalg.eigvals(matrices)
-    norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
-    bound = norm * (2 * matrices.shape[-1] * ROUNDING) ** (1 / 3)  # of three roots that meet
-    grows = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
-    codes = np.where(grows.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
-    codes[grows.real < 0.0] = STABLE
-    doubtful = np.abs(values.real) <= bound
-    doubtful |= (values.real > 0.0) & (values.imag != 0.0) & (np.abs(values.imag) <= bound)
-    for k in np.flatnonzero(doubtful.any(axis=-1)):
-        codes[k] = _code(A[k], B[k])
-    return codes
-
-
-def undamped_verdicts(A: Array) -> Codes:
-    """Verdict codes (...), indices into VERDICTS, of undamped systems A = M^-1 K (..., 3, 3)."""
-    entries = np.ascontiguousarray(A.reshape(-1, 9).T)
-    codes = np.zeros(entries.shape[1], np.int8)
-    for start in range(0, len(codes), CHUNK):
-        chunk = slice(start, start + CHUNK)
-        codes[chunk] = _by_invariants(list(entries[:, chunk]))
-    return codes.reshape(A.shape[:-2])
-
-
-def _by_invariants(entries: Sequence[Array]) -> Codes:
-    """Verdict codes (N,) of the nine entries (N,) of A, of roots s = -lambda^2 of
-    s^3 - a s^2 + b s - c = 0.
-
-    Real and non-negative roots s are marginal; a negative one is divergence, a complex pair
-    flutter. A coalescence that rounding cannot tell from real roots counts as real. Where both
-    occur that which grows faster names the verdict; what is vague is judged by its roots.
-    """
-    cubic = invariants(entries)
-    a, b, c, discriminant = cubic[:4]
-    pair = discriminant.value < -discriminant.bound
-    product_is_negative = c.value < -c.bound
-    negative = product_is_negative | (b.value < -b.bound) | (a.value < -a.bound)
-    codes = np.where(pair, FLUTTER, np.where(negative, DIVERGENCE, MARGINAL)).astype(np.int8)
-    # beside a pair the real root has the sign of c
-    both = np.flatnonzero(pair & product_is_negative)
-    vague = np.flatnonzero(cubic.vague)
-    if len(both) or len(vague):
-        A = np.stack(entries, axis=-1).reshape(-1, 3, 3)
-        s = np.linalg.eigvals(A[both]).astype(complex)
-        first = np.argmax(np.abs(np.sqrt(-s).real), axis=1)
-        codes[both] = np.where(s.imag[np.arange(len(s)), first] != 0.0, FLUTTER, DIVERGENCE)
-        codes[vague] = [_code(A[k], None) for k in vague]
-    return codes
-
-
-def sum_verdicts(Q: NDArray, u: NDArray) -> Codes:
-    """Verdict codes (n1, n2), indices into VERDICTS, of A = Q[:, :, k] + u[:, i] u[:, i]'.
-
-    Q (3, 3, n2) and u (3, n1) are in coordinates with a mass matrix of one. A rank-one term enters
-    the coefficients linearly: with P = u u' the trace is tr Q + tr P, the sum of minors b(Q) + u'
-    (tr Q - Q) u, the determinant det Q + u' adj(Q) u. Over a grid each is the product of a matrix
-    over i with one over k, so that no matrix A is formed but at a boundary.
-    """
-    trace = Q[0, 0] + Q[1, 1] + Q[2, 2]
-    cofactors = np.array([np.cross(Q[i - 2], Q[i - 1], axis=0) for i in range(3)])
-    minors = cofactors[0, 0] + cofactors[1, 1] + cofactors[2, 2]
-    rows = np.vstack([np.ones(u.shape[1]), np.einsum("in,jn->ijn", u, u).reshape(9, -1)]).T
-    of_b = np.vstack([minors, (trace * np.eye(3)[:, :, None] - Q).reshape(9, -1)])
-    of_c = np.vstack([np.sum(Q[0] * cofactors[0], axis=0), cofactors.reshape(9, -1)])
-    squares = np.sum(u * u, axis=0)
-    # coefficients and the deviator's invariants are at most size, size^2 and size^3: coarse bounds
-    # of their rounding errors are multiples of these
-    size = 2 * float(np.sqrt(np.sum(Q * Q, axis=(0, 1))).max() + squares.max())
-    unit = 128 * ROUNDING
-    codes = np.empty((u.shape[1], Q.shape[2]), dtype=np.int8)
-    step = max(1, CHUNK // Q.shape[2])
-    for start in range(0, len(codes), step):
-        chunk = slice(start, start + step)
-        a = squares[chunk, None] + trace
-        b = rows[chunk] @ of_b
-        c = rows[chunk] @ of_c
-        J2 = a * a / 3 - b
-        J3 = (a * a * (2 / 27) - b / 3) * a + c
-        discriminant = J2 * J2 * J2 * 4 - 27 * J3 * J3
-        pair = discriminant < 0.0
-        below = c < 0.0
-        part = np.where(below | (b < 0.0) | (a < 0.0), np.int8(DIVERGENCE), np.int8(MARGINAL))
-        part[pair] = FLUTTER
-        unsettled = (np.abs(discriminant) <= 16 * unit * size**6) | (pair & below)
-        for power, value in enumerate((a, b, c), 1):
-            unsettled |= np.abs(value) <= unit * size**power
-        i, k = np.nonzero(unsettled)
-        if len(i):
-            v = u[:, i + start]
-            entries = [Q[m, n, k] + v[m] * v[n] for m in range(3) for n in range(3)]
-            part[i, k] = _by_invariants(entries)
-        codes[chunk] = part
-    return codes

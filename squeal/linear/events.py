@@ -27,16 +27,14 @@ from squeal.linear.continuation import (
     Bools,
     ComplexArray,
     Continuation,
-    Guess,
     ProblemClass,
-    RootPair,
     StandardProblem,
-    Step,
     exponents,
     hermite_cubic,
     zeros_between,
 )
 from squeal.linear.matrices import EPS, Array, norm_of
+from squeal.linear.steps import Guess, RootPair, Step
 
 
 @dataclass(frozen=True)
@@ -376,13 +374,18 @@ def roots_near(
 def _invariant_subspace(
     A: NDArray, size: float, start: NDArray, solve: Callable[[NDArray], NDArray], rounds: int
 ) -> NDArray:
-    """The invariant subspace (N, 1) or (N, 2) next to `start`, by Newton's method."""
-    # inverse iteration would make both columns one vector next to a coalescence
+    """The invariant subspace (N, 1) or (N, 2) next to `start`.
+
+    solve: x of (A - s) x = b, for a fixed s next to the roots; size: a norm of A. One step of
+    inverse iteration, then corrections by the residual: further steps of inverse iteration would
+    make both columns one vector next to a coalescence.
+    """
     X = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0]
     before = np.inf
     for _ in range(2 * rounds):
         image = A @ X
-        residual = image - X @ (X.conj().T @ image)
+        block = X.conj().T @ image
+        residual = image - X @ block
         remaining = float(np.linalg.norm(residual))
         if remaining <= 64 * EPS * size or remaining > 0.9 * before:
             break

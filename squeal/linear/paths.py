@@ -20,7 +20,6 @@ from squeal.linear.continuation import (
     Continuation,
     ContinuationOptions,
     SpectrumAtParameter,
-    Step,
     hermite_cubic,
 )
 from squeal.linear.eigen import (
@@ -33,6 +32,7 @@ from squeal.linear.eigen import (
     ordered,
 )
 from squeal.linear.events import Crossing
+from squeal.linear.steps import Step
 from squeal.linear.system import SystemFunction, matrices_at
 from squeal.linear.thresholds import Thresholds
 
@@ -69,7 +69,8 @@ def links(
     budget: Iterator[int],
     depth: int = 7,
 ) -> Iterator[Link]:
-    """From a to b, halved until vectors and slopes tell each mode, as often as the budget lets."""
+    """From a to b, halved until vectors and slopes tell each mode; each halving takes one item of
+    the budget."""
     before = at(a)
     after = at(b)
     order = np.full(len(before.roots), -1)
@@ -93,15 +94,17 @@ def links(
     order[known] = step.same_mode.argmax(axis=1)[known]
     meeting = list[list[int]]()
     if doubtful:
+        # the others go by their slopes; of two that came close the mean is smooth, and which is
+        # which is told by the sign of their difference, unless they meet
         rest = assigned(step.mismatch[np.ix_(rows, columns)])
         order[rows] = np.where(rest < 0, -1, columns[rest])
         for pair in _pairs_with_smooth_mean(step, order, rows.tolist()):
-            same_sense = _sense_of_difference(step, pair, order)
-            if same_sense is None:
+            keeps_order = _sense_of_difference(step, pair, order)
+            if keeps_order is None:
                 meeting.append(pair)
                 continue
             known[pair] = True
-            if not same_sense:
+            if not keeps_order:
                 order[pair] = order[pair[::-1]]
     yield Link(before, after, order, known, meeting)
 

@@ -15,7 +15,6 @@ import itertools
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -29,15 +28,12 @@ from squeal.linear.continuation import (
     ComplexArray,
     Continuation,
     ContinuationOptions,
-    Guess,
     SpectrumAtParameter,
-    Step,
-    may_exchange_partner,
-    near_coalescences,
 )
 from squeal.linear.eigen import UnstableCount, hidden
 from squeal.linear.events import Event, bracket_by_sign, guesses_of, located, window_guesses
 from squeal.linear.matrices import Array, Change, dense, norm_of, reduce
+from squeal.linear.steps import Guess, Step, may_exchange_partner, near_coalescences
 from squeal.linear.system import SystemFunction, TermSystem, matrices_of
 
 Interval = tuple[float, float]
@@ -382,16 +378,17 @@ def _resolution(a: float, b: float) -> float:
 
 
 class _Factor(NamedTuple):
-    """A factor of terms: a bound of its second derivative over an interval, its first derivative,
-    and what it multiplies."""
+    """A factor of terms: a bound of |its second derivative| over an interval, the size of its first
+    derivative at a value, and what it multiplies."""
 
-    curvature: Callable[[float, float], float]
-    slope: Callable[[float], float]
+    largest_curvature: Callable[[float, float], float]
+    slope_size: Callable[[float], float]
     change: Change
 
 
 def _factors(system: SystemFunction) -> list[_Factor]:
-    """The factors that depend on the free parameter, each once; none of a plain function."""
+    """The factors that depend on the free parameter, each once, with the matrices that it
+    multiplies, summed for M, C and K; none of a plain function."""
     if not isinstance(system, TermSystem):
         return []
     name = system.parameter
@@ -407,11 +404,13 @@ def _factors(system: SystemFunction) -> list[_Factor]:
                 if term.factor.text == text:
                     sums[i] = sums[i] + dense(term.matrix)
 
-        def slope(p: float, formula=formula) -> float:  # type: ignore[no-untyped-def]
+        def slope_size(p: float, formula=formula) -> float:  # type: ignore[no-untyped-def]
             return float(abs(formula.slope(values | {name: p}, name)))
 
-        curvature = partial(formula.curvature, values, name)
-        factors.append(_Factor(curvature, slope, (sums[0], sums[1], sums[2])))
+        def largest_curvature(a: float, b: float, formula=formula) -> float:  # type: ignore[no-untyped-def]
+            return float(formula.curvature(values, name, a, b))
+
+        factors.append(_Factor(largest_curvature, slope_size, (sums[0], sums[1], sums[2])))
     return factors
 
 
@@ -424,10 +423,10 @@ def _is_bent(continuation: Continuation, step: Step, factor: _Factor) -> bool:
     before = step.before
     after = step.after
     length = after.value - before.value
-    bend = factor.curvature(before.value, after.value)
+    bend = factor.largest_curvature(before.value, after.value)
     if not bend < np.inf:
         return True
-    if 4 * bend * length <= min(factor.slope(before.value), factor.slope(after.value)):
+    if 4 * bend * length <= min(factor.slope_size(before.value), factor.slope_size(after.value)):
         return False
     deviation = bend * length**2 / 8
     return any(

@@ -23,7 +23,6 @@ from squeal.linear.continuation import (
     UNDAMPED,
     Continuation,
     ContinuationOptions,
-    Guess,
     SpectrumAtParameter,
     hermite_cubic,
 )
@@ -37,6 +36,7 @@ from squeal.linear.search import (
     required_crossings,
     search,
 )
+from squeal.linear.steps import Guess
 from squeal.linear.system import SystemFunction
 
 

@@ -47,6 +47,8 @@ Taylor series of balls (`flint.arb_series`)."""
 NARROWEST = 1e-14  # of the range: a step that is not shortened
 MOST_INTERVALS = 4000
 SPENT = "the range takes more steps than are made"
+AT_END = "a threshold lies at an end of the range, beyond which nothing is counted"
+CANCELS = "what begins and what ends to grow at one value cancel in the count"
 LONGER = 32.0  # than the last one: a step after one that is proved
 SHORTER = 0.35  # ... and after one that is not
 AHEAD = 8  # values that are looked at beyond a place where no step succeeds
@@ -401,6 +403,16 @@ def prove_thresholds(
             return Proof("open", "enclosure", reason=bounds.reason, where=middle)
         found.append(bounds.least)
     for number, (below, above) in enumerate(itertools.pairwise(found)):
+        interval = intervals[number]
+        if interval[0] <= low or interval[1] >= high:
+            reason = AT_END
+        elif rises is not None and below == above and rises[number] == 0:
+            reason = CANCELS
+        else:
+            reason = ""
+        if reason:
+            where = (interval[0] + interval[1]) / 2.0
+            return Proof("open", "enclosure", data=terms.data, reason=reason, where=where)
         if below == above or (rises is not None and rises[number] != above - below):
             words = f"{below} roots grow below a threshold, {above} above"
             start, stop = gaps[number + 1]

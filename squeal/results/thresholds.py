@@ -83,6 +83,10 @@ class Thresholds(Answer):
                 return None
             return changes.get(row.mu)
 
+        def error(row: CriticalPoint | Crossing) -> str:
+            low, high = row.interval
+            return number(max(high - row.mu, row.mu - low), 2)
+
         table = (
             Column("mu", shown=lambda row: located(row.mu, *row.interval), words=self.parameter),
             Column("kind"),
@@ -91,7 +95,7 @@ class Thresholds(Answer):
             Column("verdict", value=change),
             Column("low", value=lambda row: row.interval[0], hidden=True),
             Column("high", value=lambda row: row.interval[1], hidden=True),
-            Column("error", value=lambda row: number((row.interval[1] - row.interval[0]) / 2, 2)),
+            Column("error", value=error),
         )
         return Table(table, rows, nothing="no change of stability")
 

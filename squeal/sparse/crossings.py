@@ -25,16 +25,15 @@ from numpy.typing import NDArray
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import (
     Continuation,
-    Guess,
     SpectrumAtParameter,
     hermite_cubic,
-    near_coalescences,
     zeros_between,
 )
 from squeal.linear.eigen import assumed_rounding
 from squeal.linear.events import Event, located
 from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.search import search
+from squeal.linear.steps import Guess, near_coalescences
 from squeal.linear.system import TermSystem
 from squeal.sparse.dispersive import NEAR, DispersiveReduction, frequencies
 from squeal.sparse.eigensolver import enlarged, residuals_of

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from squeal.linear.continuation import Continuation, Step, near_coalescences
+from squeal.linear.continuation import Continuation
 from squeal.linear.eigen import square_roots
 from squeal.linear.events import bracket_by_sign, guesses_of, roots_near
+from squeal.linear.steps import Step, near_coalescences
 
 H = 1e-6
 
