@@ -477,19 +477,32 @@ def _drive_vectors(
     left: ComplexArray,
     condition: Array,
 ) -> None:
-    """Add to vectors (n, m) of single components what they drive in others, and change the
-    condition numbers (m,) accordingly. reach[i, j] says that row i depends on unknown j."""
+    """Complete the vectors of single strong components by what they drive in others, in place.
+
+    A right and a left vector overlap in their own component alone, so that y^H P'(lambda) x changes
+    only as their lengths do, and the condition number with it.
+
+    Parameters
+    ----------
+    A, B : array (n, n)
+        Of z'' + B z' + A z = 0.
+    reach : array of bool (n, n)
+        reach[i, j]: row i depends on unknown j, see `dependence`.
+    values : array (m,)
+        The roots, rad/s.
+    right, left : array (n, m)
+        Vectors as columns, zero outside of the component of each root; on return of unit length.
+    condition : array (m,)
+        Condition numbers of the roots in their components.
+    """
     identity = np.eye(len(A))
     driven_last = sorted(components(reach), key=lambda rows: reach[rows[0]].sum())
     driving_last = sorted(components(reach), key=lambda rows: reach.T[rows[0]].sum())
     for k, z in enumerate(values):
         P = z * z * identity + z * B + A
-        slope = 2 * z * identity + B if z else identity
-        alone = abs(left[:, k].conj() @ slope @ right[:, k])
-        _drive(P, reach, driven_last, right[:, k])
-        _drive(P.conj().T, reach.T, driving_last, left[:, k])
-        together = abs(left[:, k].conj() @ slope @ right[:, k])
-        condition[k] *= alone / max(together, EPS * alone)
+        own_share = _drive(P, reach, driven_last, right[:, k])
+        own_share *= _drive(P.conj().T, reach.T, driving_last, left[:, k])
+        condition[k] /= max(own_share, EPS)
 
 
 def _drive(
@@ -497,19 +510,24 @@ def _drive(
     reach: NDArray[np.bool_],
     parts: Sequence[NDArray[np.intp]],
     vector: ComplexArray,
-) -> None:
-    """Add to the null vector (n,) of one of the components of P what it drives in those that depend
-    on it, which stand behind what they depend on. Where a driven one is singular, too, the vector
-    of that one alone comes out."""
-    one = int(np.argmax(np.abs(vector)))
+) -> float:
+    """Complete the null vector (n,) of one component of P by what it drives in others, in place.
+
+    Returns the share of its entries in its own component, both of unit length. The `parts` are the
+    components, each behind those that it depends on. Where a driven one is singular, too, the
+    vector of that one alone comes out.
+    """
+    own = int(np.argmax(np.abs(vector)))
+    own_entry = abs(vector[own]) / np.linalg.norm(vector)
     size = float(np.linalg.norm(P))
     for rows in parts:
-        if reach[rows[0], one] and not reach[one, rows[0]]:
+        if reach[rows[0], own] and not reach[own, rows[0]]:
             inner = P[np.ix_(rows, rows)]
             inner = inner + EPS * size * np.eye(len(rows))
             vector[rows] = -np.linalg.solve(inner, P[rows] @ vector)
             vector /= np.abs(vector).max()
     vector /= np.linalg.norm(vector)
+    return float(abs(vector[own]) / own_entry)
 
 
 def _physical(T: Array, z: ComplexArray) -> ComplexArray:
