@@ -4,11 +4,11 @@ Steps of the continuation give guesses, which are located. What grows is counted
 neighbouring events. Where the count does not follow from what was located the range there is
 halved and searched again, until the events add up or what remains is known by the count alone.
 
-A search is certified if a second count, by the sign function of the matrix, agrees
-between all events, if what grows at every computed value follows from them, if every interval is
+A search has no doubts if the events add up to what grows between them, if every interval is
 narrow, and if all factors of the terms are resolved: their second derivatives, bounded over each
 step by interval arithmetic, leave roots no room for what the step does not see, however close they
-come. Of a plain function nothing is known between the values, and nothing certified.
+come. Of a plain function nothing is known between the values. Whether an answer is certified is for
+the referee to say, who counts and proves without the roots that are judged (`queries.ranges`).
 """
 
 import itertools
@@ -20,21 +20,19 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.linear.condensation import StaticCondensation
 from squeal.linear.continuation import (
     DAMPED,
-    GYROSCOPIC,
     UNDAMPED,
     ComplexArray,
     Continuation,
     ContinuationOptions,
     SpectrumAtParameter,
 )
-from squeal.linear.eigen import UnstableCount, hidden
+from squeal.linear.eigen import UnstableCount
 from squeal.linear.events import Event, bracket_by_sign, guesses_of, located, window_guesses
-from squeal.linear.matrices import Array, Change, dense, norm_of, reduce
+from squeal.linear.matrices import Change, dense
 from squeal.linear.steps import Guess, Step, may_exchange_partner, near_coalescences
-from squeal.linear.system import SystemFunction, TermSystem, matrices_of
+from squeal.linear.system import SystemFunction, TermSystem
 
 Interval = tuple[float, float]
 
@@ -82,7 +80,7 @@ class SearchResult:
     clusters: tuple[tuple[Event, ...], ...]
     unstable_counts: tuple[UnstableCount, ...]
     continuation: Continuation = field(repr=False)
-    doubts: tuple[str, ...] | None = None  # why it is not certified; None of a plain function
+    doubts: tuple[str, ...] | None = None  # what may be wrong; None of a plain function
 
     @property
     def edges(self) -> list[float]:
@@ -114,11 +112,7 @@ def search(
     result = SearchResult(tuple(clusters), counts, continuation)
     if not isinstance(system, TermSystem):
         return result
-    second_counts = [sign_count(continuation, p) for p in between]
-    doubts = list(_doubts(result, between, second_counts))
-    if refinement.unresolved:
-        doubts.insert(0, "the search ran out of values; a narrower range needs fewer")
-    return replace(result, doubts=tuple(doubts))
+    return replace(result, doubts=tuple(_doubts(result, refinement.unresolved)))
 
 
 def _affordable(rows: int, options: ContinuationOptions) -> tuple[int, int]:
@@ -234,10 +228,8 @@ class _AdaptiveRefinement:
             if any(event.interval[0] <= p <= event.interval[1] for event in events):
                 continue
             below, here, above = (self.continuation.at(x).unstable_count for x in (a, p, b))
-            if (
-                counts_consistent(events[:k], below, here)
-                and counts_consistent(events[k:], here, above)
-                and sign_count(self.continuation, p) == here.roots
+            if counts_consistent(events[:k], below, here) and counts_consistent(
+                events[k:], here, above
             ):
                 parts.append(tuple(events[start:k]))
                 start = k
@@ -580,9 +572,6 @@ def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[E
     return sorted(events, key=rate, reverse=True)
 
 
-# The certificate
-
-
 def _is_steady(continuation: Continuation, low: float, high: float, count: UnstableCount) -> bool:
     """True if at each state between low and high as many roots grow, as far as rounding tells."""
     for state in continuation.states:
@@ -593,118 +582,16 @@ def _is_steady(continuation: Continuation, low: float, high: float, count: Unsta
     return True
 
 
-def _doubts(
-    result: SearchResult, between: Sequence[float], second_counts: Sequence[int | None]
-) -> Iterator[str]:
-    """Where counts and states do not agree with the events, and where rounding or a wide interval
-    may hide a root, in words."""
+def _doubts(result: SearchResult, is_exhausted: bool) -> Iterator[str]:
+    """What the search itself knows to be wrong with its events, in words."""
     continuation = result.continuation
-    clusters = result.clusters
     counts = result.unstable_counts
-    for k, cluster in enumerate(clusters):
-        limits = between[k], between[k + 1]
-        if not _is_expected_beside(continuation, hull(cluster), limits, *counts[k : k + 2]):
-            yield f"what grows beside {cluster[0].value:.9g} is not what the crossings there leave"
-    edges = result.edges
-    lasts = [continuation.low, *(cluster[-1].value for cluster in clusters)]
-    for k, count in enumerate(counts):
-        a = edges[k]
-        b = edges[k + 1]
-        if second_counts[k] != count.roots:
-            yield f"a second count of what grows disagrees between {a:.9g} and {b:.9g}"
-        if not _is_steady(continuation, lasts[k], b, count):
-            yield f"what grows varies between {a:.9g} and {b:.9g} without a crossing"
+    if is_exhausted:
+        yield "the search ran out of values; a narrower range needs fewer"
     widest = continuation.options.wide * (continuation.high - continuation.low)
-    for k, cluster in enumerate(clusters):
+    for k, cluster in enumerate(result.clusters):
         if not counts_consistent(cluster, counts[k], counts[k + 1]):
             yield f"what grows changes otherwise than by what crosses at {cluster[0].value:.9g}"
         for event in cluster:
             if event.width > widest:
                 yield f"the crossing at {event.value:.9g} has the wide interval {event.interval}"
-    if _undecided_sides(continuation, clusters):
-        yield "rounding does not tell on which side of the axis some root lies"
-    for p in (continuation.low, continuation.high):
-        if _hides_slow_roots(continuation, p):
-            yield f"rounding leaves slow roots too few digits at {p:.9g}"
-
-
-def _undecided_sides(continuation: Continuation, clusters: Sequence[Sequence[Event]]) -> bool:
-    """True if away from all events rounding does not tell on which side of the axis a root is."""
-    if continuation.problem is not DAMPED:  # a spectrum symmetric about the axis has roots on it
-        return False
-    low = continuation.low
-    high = continuation.high
-    margin = 1e-6 * (high - low)
-
-    def is_near_event(p: float) -> bool:
-        return any(
-            event.interval[0] - margin <= p <= event.interval[1] + margin
-            for event in itertools.chain(*clusters)
-        )
-
-    for state in continuation.states:
-        undecided = state.on_line & (np.abs(state.roots) > state.rounding)
-        if low < state.value < high and undecided.any() and not is_near_event(state.value):
-            return True
-    return False
-
-
-def _hides_slow_roots(continuation: Continuation, p: float) -> bool:
-    """True if rounding leaves the slow roots at p too few digits, see `eigen.hidden`."""
-    if isinstance(continuation.system, StaticCondensation):
-        return False
-    ((M, C, K),) = matrices_of(continuation.system, [p])
-    with suppress(InputError):  # M is not symmetric
-        return hidden(reduce(M, C, K), C, K)
-    return False
-
-
-def sign_count(continuation: Continuation, p: float) -> int | None:
-    """How many roots grow at p by more than rounding, by the sign function; None if unsettled.
-
-    The sign function of A - x has the eigenvalue +1 for each root right of x and -1 for each other,
-    so that its trace counts them. Newton's iteration S <- (c S + (c S)^-1) / 2 converges
-    quadratically; the scaling c = |det S|^(-1/n) speeds its start (Byers 1987).
-    """
-    state = continuation.at(p)
-    A = continuation.matrix_and_derivative(p).A
-    rates = state.roots.real
-    noise = state.rounding
-    if continuation.problem is UNDAMPED:  # the roots of the first-order form
-        unit = float(np.sqrt(norm_of(A))) or 1.0
-        half = state.exponents.real / unit
-        rates = np.concatenate([half, -half])
-        noise = np.tile(np.sqrt(noise) / unit, 2)
-        zero = np.zeros_like(A)
-        A = np.block([[zero, np.eye(len(A))], [-A / unit**2, zero]])
-    elif continuation.problem is GYROSCOPIC:
-        rates = -state.roots.imag
-        A = (1j * A).real
-    n = len(A)
-    S = A - _separating_rate(rates, noise) * np.eye(n)
-    change = np.inf
-    with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
-        for _ in range(60):
-            inverse = np.linalg.inv(S)
-            scaling = float(np.exp(-np.linalg.slogdet(S)[1] / n)) if change > 1e-2 else 1.0
-            new = (scaling * S + inverse / scaling) / 2
-            change = float(np.linalg.norm(new - S, 1) / np.linalg.norm(new, 1))
-            S = new
-            if not change >= 1e-5:  # the next step would leave its square
-                break
-        number = (float(np.trace(S)) + n) / 2
-        settled = change < 1e-5 and abs(number - round(number)) < 1e-3
-        return round(number) if settled else None
-    return None
-
-
-def _separating_rate(rates: Array, noise: Array) -> float:
-    """A rate between those of roots that grow by more than rounding, and all others."""
-    stable = rates <= noise
-    least = float(np.min(rates[~stable], initial=np.inf))
-    most = max(float(np.max(rates[stable], initial=0.0)), float(np.max(noise, initial=0.0)))
-    if not np.isfinite(least):
-        least = max(1e3 * most, 1e-6)
-    if least > 64 * most:
-        return least / 8
-    return float(np.sqrt(max(most, 1e-16) * least))

@@ -66,7 +66,7 @@ class Thresholds:
 
     points: list[CriticalPoint]
     crossings: list[Crossing]
-    # a second count agrees between all crossings, and no step leaves room for more; None where
+    # the crossings add up to what grows between them, and no step leaves room for more; None where
     # nothing is known between the computed values, as of a plain function
     certified: bool | None = None
     # the searches between jumps that all this was read off, with the eigenvalues along mu

@@ -231,11 +231,15 @@ def system_statement(
     return stated(proof, system.parameter, extent, high), places if proof.status == "proved" else []
 
 
-def disagreement(
-    system: TermSystem, crossings: Sequence[Crossing], low: float, high: float
-) -> tuple[float | None, str]:
-    """The first threshold of a small system on whose two sides the referee counts growing roots
-    that the list cannot explain, and this in words; None if there is none."""
+def doubt_of_counts(
+    system: TermSystem, crossings: Sequence[Crossing], low: float, high: float, is_complete: bool
+) -> tuple[str, float | None]:
+    """What the referee's counts of growing roots leave in doubt of the thresholds of a small
+    system, in words, empty if nothing; and a value near the threshold they refute, None if none.
+
+    Counted is on both sides of each threshold and, if the list is said to be complete, at both ends
+    of the range.
+    """
     from squeal.proof.balls import Quadratic
     from squeal.proof.referee import unstable_count
 
@@ -244,23 +248,38 @@ def disagreement(
         damping = None if C is None else _dense(C)
         return unstable_count(Quadratic.of(_dense(M), damping, _dense(K), HALF_ULP))
 
+    doubt = ""
     places = _places(crossings, low, high, 0.0)
-    ends = [low, *(end for place in places for end in place), high]
+    edges = [low, *(end for place in places for end in place), high]
     for k, (a, b) in enumerate(places):
-        expected = _risen(crossings, (a, b))
-        room = (a - ends[2 * k]) / 2.0, (ends[2 * k + 3] - b) / 2.0
+        room_below = (a - edges[2 * k]) / 2.0
+        room_above = (edges[2 * k + 3] - b) / 2.0
+        if min(room_below, room_above) <= 0.0:
+            is_complete = False  # at an end of the range, beyond which nothing is counted
+            continue
         for share in BESIDE:
             margin = share * max(abs(a), abs(b), 1e-3 * (high - low))
-            below = count(a - min(margin, room[0]))
-            above = count(b + min(margin, room[1]))
+            below = count(a - min(margin, room_below))
+            above = count(b + min(margin, room_above))
             if below.is_certain and above.is_certain:
                 break
-        least = above.lower - below.upper
-        most = above.upper - below.lower
-        if not least <= expected <= most and min(room) > 0.0:
+        else:
+            doubt = f"the referee cannot count what grows on both sides of {(a + b) / 2.0:.9g}"
+        if not _may_rise(below, above, _risen(crossings, (a, b))):
             words = f"{below.lower} roots grow below {a:.9g} and {above.lower} above"
-            return b + ASIDE * room[1], f"{DISAGREES}{words}"
-    return None, ""
+            return f"{DISAGREES}{words}", b + ASIDE * room_above
+    if is_complete:
+        below = count(low)
+        above = count(high)
+        if not _may_rise(below, above, _risen(crossings, (low, high))):
+            words = f"{below.lower} roots grow at {low:.9g} and {above.lower} at {high:.9g}"
+            return f"{DISAGREES}{words}", (low + high) / 2.0
+    return doubt, None
+
+
+def _may_rise(below: Count, above: Count, rise: int) -> bool:
+    """True if the number of growing roots may rise by so much from one count to the other."""
+    return above.lower - below.upper <= rise <= above.upper - below.lower
 
 
 def _dense(matrix: Any) -> Any:
