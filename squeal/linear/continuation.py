@@ -281,12 +281,12 @@ class SpectrumAtParameter:
 
     @cached_property
     def couplings(self) -> ModalCouplings:
-        """The couplings of all pairs of roots that may meet: both on the line or above it, or
-            conjugate to each other.
+        """The couplings of all pairs of roots that may meet.
 
-        By perturbation theory of simple roots (Kato 1966, II.2) z_k''/2 = sum_m F_km W_mk, where
-        F_kl = W_kl / (z_k - z_l). In F W - W F are the terms of 2 T, and those with m = k and m = l,
-        which F_kl (W_kk - W_ll) takes away.
+        Both of them lie on the line or above it, or they are conjugate to each other. By
+        perturbation theory of simple roots (Kato 1966, II.2) z_k''/2 = sum_m F_km W_mk, where
+        F_kl = W_kl / (z_k - z_l). In F W - W F are the terms of 2 T, and those with m = k and
+        m = l, which F_kl (W_kk - W_ll) takes away.
         """
         z = self.roots
         W = self.coupling
