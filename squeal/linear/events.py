@@ -193,6 +193,7 @@ def _doubtful_turn(step: Step, roots: Bools, change: Array) -> float | None:
     float or None
         The share of the step at the first such turn.
     """
+    # damping that passes zero for a ten-thousandth of the range needs it: else it is missed
     c = step.cubic
     with np.errstate(all="ignore"):
         # both zeros of the derivative c1 + 2 c2 t + 3 c3 t^2, without cancellation

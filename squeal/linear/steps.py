@@ -258,6 +258,7 @@ def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, directi
     By way of a root m the roots k and l are coupled by x W_km W_ml / (z_m - z), taken at the
     distance x at which the two would cross, where z is their mean.
     """
+    # two modes that only a third one couples need it: else their window is missed
     k = pairs.k
     l = pairs.l
     W = state.coupling
@@ -278,6 +279,7 @@ def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter
 
     It passes so closely that coupling moves the root off the line by a quarter of its distance.
     """
+    # three modes that cross at nearly one place need it: else a window is missed
     span = after.value - before.value
     return _may_exchange_partner(before, span, 1) or _may_exchange_partner(after, span, -1)
 
