@@ -66,6 +66,15 @@ class Optimum(Answer):
     before, after: roots of the full system, with the count that certifies them; starts: the largest
     growth rate (1/s) at the end of each search, the own parameters' first; evaluations: of all
     roots; basis: the reduced system that served.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> C = {"share": [[0.1, 0], [0, 0]], "1 - share": [[0, 0], [0, 0.1]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], C, [[1, 0], [0, 4]], {"share": 0.9})
+    >>> best = squeal.optimise(pair, {"share": (0.0, 1.0)})
+    >>> [round(growth, 6) for growth in best.growth]
+    [-0.005, -0.025]
     """
 
     panel = Panel("parameter", "after", Mark.BARS)

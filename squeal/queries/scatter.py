@@ -88,6 +88,14 @@ def read_spreads(path: Path | str) -> dict[str, Any]:
     """Read a file of spreads: arguments of `scatter`, but for the parameters unchecked there.
 
     Raises InputError with one sentence that names the file, the key and what is allowed.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> from pathlib import Path
+    >>> _ = Path("spreads.yaml").write_text("spreads: {k1: {relative: 0.05}}")
+    >>> squeal.read_spreads("spreads.yaml")
+    {'spreads': {'k1': {'relative': 0.05}}}
     """
     return SPREADS.read(*read_document(path))
 
@@ -127,6 +135,15 @@ class Scatter(Answer):
     left out; failed: samples that could not be computed, which widen all intervals, since nothing
     is known of them. stable, interval: share of the samples that are stable at their own friction.
     indices: of the parameters, those of most effect first; basis: the reduced system that served.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
+    >>> found = squeal.scatter(pair, {"a": {"within": 0.1}}, samples=16)  # mu = (a - b) / 2
+    >>> bool(0.45 <= found.values.min() <= found.values.max() <= 0.55)
+    True
     """
 
     panel = Panel(0, "share", Mark.STEPS)
@@ -196,7 +213,16 @@ class Scatter(Answer):
         return int(np.isnan(self.values).sum())
 
     def table(self) -> Table:
-        """A row for each sample, by rising value, with the share up to it."""
+        """A row for each sample, by rising value, with the share up to it.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
+        >>> len(squeal.scatter(pair, {"a": {"within": 0.1}}, samples=16).table().rows)
+        16
+        """
         known = ["kind", "frequency_hz"]
         if self.of == "growth":
             value = ("growth_rate", "1/s")
