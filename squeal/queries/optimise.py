@@ -87,6 +87,15 @@ class Optimum(Answer):
         How often roots were computed.
     basis : mapping or None
         The reduced system that was searched.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> C = {"share": [[0.1, 0], [0, 0]], "1 - share": [[0, 0], [0, 0.1]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], C, [[1, 0], [0, 4]], {"share": 0.9})
+    >>> best = squeal.optimise(pair, {"share": (0.0, 1.0)})
+    >>> [round(growth, 6) for growth in best.growth]
+    [-0.005, -0.025]
     """
 
     panel = Panel("parameter", "after", Mark.BARS)
