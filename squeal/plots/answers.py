@@ -14,6 +14,7 @@ from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, number
 from squeal.plots import campbell, coupling, cycles, maps, modes, motion
+from squeal.plots.conditions import conditions_drawing
 from squeal.plots.damping import damping_drawing
 from squeal.plots.panels import draw_panel, panel_drawing
 from squeal.plots.scatter import scatter_drawing
@@ -23,6 +24,7 @@ from squeal.queries.cycles import Cycles
 from squeal.queries.scatter import Scatter
 from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.thresholds import critical_friction
+from squeal.results.conditions import Conditions
 from squeal.results.eigenvalues import Eigenvalues, mode_shapes
 from squeal.results.map import Map
 from squeal.results.sources import PadSource, SystemSource
@@ -154,6 +156,7 @@ DRAWN: dict[type[Answer], Callable[..., Drawing]] = {
     Sweep: _sweep,
     Thresholds: _thresholds,
     Map: _map,
+    Conditions: conditions_drawing,
     CriticalSpeeds: campbell.campbell_drawing,
     Scatter: scatter_drawing,
     Simulation: _motion,

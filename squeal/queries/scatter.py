@@ -29,7 +29,7 @@ from squeal.linear.system import TermSystem
 from squeal.queries.advise import NO_PAD, NO_REST, ROUNDING, Outcome, ParameterSpace, first_loss
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
-from squeal.queries.systems.reduced import basis_of, reduced_for
+from squeal.queries.systems.reduced import basis_of, estimated_roots, reduced_for
 from squeal.queries.systems.thresholds import system_thresholds
 from squeal.queries.systems.verdicts import rounding_of
 from squeal.results.columns import parameter_heading
@@ -49,7 +49,6 @@ from squeal.schema import (
     read_document,
     row,
 )
-from squeal.sparse.first_look import FirstLook
 from squeal.sparse.reduction import Reduction
 
 QUANTILES = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)
@@ -360,15 +359,11 @@ def _growth(
         elif isinstance(subject, TermSystem):
             roots = roots_of_all(subject, selection, values)
             rounding = rounding_of(subject, roots)
-        elif isinstance(subject, FirstLook):
-            found = subject.estimate(values)
-            roots = found.values
-            residuals = found.residuals
-            rounding = np.maximum(found.errors, rounding_of(subject.scaled.system, roots))
         else:
-            modes, residuals, _ = subject.modes(values)
-            roots = modes.values
-            rounding = rounding_of(subject.system, roots)
+            found = estimated_roots(subject, values)
+            roots = np.array([root.value for root in found])
+            residuals = [root.residual for root in found]
+            rounding = np.array([root.rounding for root in found])
         if not len(roots):
             raise ComputationError("no root lies in the band")
     except InputError as error:
