@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from squeal.queries.cycles import Cycles, cycles
     from squeal.queries.eigenvalues import eigenvalues
     from squeal.queries.energy import Energy, energy
+    from squeal.queries.energy_sweep import EnergySweep, energy_sweep
     from squeal.queries.map import map
     from squeal.queries.optimise import Optimum, optimise
     from squeal.queries.reduce import reduce
@@ -59,6 +60,7 @@ _HOMES = {
     "queries.critical_speeds": "CriticalSpeeds critical_speeds",
     "queries.cycles": "Cycles cycles",
     "queries.energy": "Energy energy",
+    "queries.energy_sweep": "EnergySweep energy_sweep",
     "results.map": "Axis Map",
     "queries.optimise": "Optimum optimise",
     "queries.state_space": "state_space",
@@ -95,12 +97,12 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 __all__ = [
     "Advice", "Answer", "Assembly", "Axis", "Check", "Column", "Component", "ComputationError",
     "Conditions", "Contact", "CriticalSpeeds", "Cycles", "Damping", "Eigenvalues", "Energy",
-    "Formulation", "InputError", "Map", "Optimum", "Pad", "Pairs", "Report", "Scatter", "Scene",
-    "Sensitivity", "Simulation", "Sweep", "System", "SystemFile", "Table", "Term", "TermSystem",
-    "Thresholds", "advise", "assemble", "check", "compare", "conditions", "critical_speeds",
-    "cycles", "eigenvalues", "energy", "mac", "map", "optimise", "read_scene", "read_spreads",
-    "read_system", "reduce", "report", "scatter", "sensitivity", "simulate", "state_space", "sweep",
-    "thresholds",
+    "EnergySweep", "Formulation", "InputError", "Map", "Optimum", "Pad", "Pairs", "Report",
+    "Scatter", "Scene", "Sensitivity", "Simulation", "Sweep", "System", "SystemFile", "Table",
+    "Term", "TermSystem", "Thresholds", "advise", "assemble", "check", "compare", "conditions",
+    "critical_speeds", "cycles", "eigenvalues", "energy", "energy_sweep", "mac", "map", "optimise",
+    "read_scene", "read_spreads", "read_system", "reduce", "report", "scatter", "sensitivity",
+    "simulate", "state_space", "sweep", "thresholds",
 ]
 # fmt: on
 

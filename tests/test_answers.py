@@ -40,6 +40,7 @@ ANSWERS = {
     "sensitivity": lambda: squeal.sensitivity(SYSTEM),
     "sensitivity of the threshold": lambda: squeal.sensitivity(SYSTEM, of="threshold"),
     "energy": lambda: squeal.energy(squeal.eigenvalues(SYSTEM)),
+    "energy over a sweep": lambda: squeal.energy_sweep(squeal.sweep(SYSTEM, [0.0, 0.5, 1.0])),
     "advice": lambda: squeal.advise(SYSTEM),
     "optimum": lambda: squeal.optimise(SYSTEM, {"k": (0.05, 0.15)}),
     "scatter": lambda: squeal.scatter(SYSTEM, SPREAD, samples=16),

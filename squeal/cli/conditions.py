@@ -2,7 +2,7 @@
 temperature, speed, direction), and at which share of them each mode does.
 
 squeal conditions pad.yaml --axis mu=0.2:0.6:5 --axis F_n=2000,4500 --figure matrix.png
-squeal conditions brake.yaml --axis mu=0.3,0.5 --axis pressure=5e5:2e6:4 --band 500:5000
+squeal conditions brake.yaml --axis mu=0.3,0.5 --axis Omega=10:30:5 --band 500:5000
 """
 
 import argparse

@@ -18,7 +18,7 @@ from squeal.results.conditions import Conditions
 
 NAMED = 160  # cells up to which each growing one names its frequency
 TICKS = 24  # rows or columns that are named
-DARK = 0.6  # share of the largest growth from which on a cell is dark
+DARK = 0.75  # share of the largest growth from which on a cell is dark
 UNKNOWN = "#BBBBBB"  # a condition without an answer
 
 
