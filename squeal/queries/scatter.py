@@ -33,14 +33,13 @@ from squeal.queries.parameter_space import (
 )
 from squeal.queries.sampling import SPREADS, parameters_at, points_of_unit_cube, require_spreads
 from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
-from squeal.queries.systems.reduced import basis_of, reduced_for
+from squeal.queries.systems.reduced import basis_of, estimated_roots, reduced_for
 from squeal.queries.systems.thresholds import system_thresholds
 from squeal.queries.systems.verdicts import rounding_of
 from squeal.queries.variance_indices import points_for_indices, sobol_indices
 from squeal.results.scatter import CONFIDENCE, Index, Sample, Scatter, Spread
 from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place, Positive, public
-from squeal.sparse.first_look import FirstLook
 from squeal.sparse.reduction import Reduction
 
 CHUNK = 64  # pads that are computed together
@@ -139,13 +138,12 @@ class GrowthSamples:
         if isinstance(subject, TermSystem):
             roots = roots_of_all(subject, self.selection, values)
             return _RootsOfSample(roots, rounding_of(subject, roots))
-        if isinstance(subject, FirstLook):
-            estimate = subject.estimate(values)
-            rounding = rounding_of(subject.scaled.system, estimate.values)
-            rounding = np.maximum(estimate.errors, rounding)
-            return _RootsOfSample(estimate.values, rounding, estimate.residuals)
-        modes, residuals, _ = subject.modes(values)
-        return _RootsOfSample(modes.values, rounding_of(subject.system, modes.values), residuals)
+        found = estimated_roots(subject, values)
+        return _RootsOfSample(
+            roots=np.array([root.value for root in found]),
+            rounding=np.array([root.rounding for root in found]),
+            residuals=np.array([root.residual for root in found]),
+        )
 
 
 @dataclass(frozen=True, eq=False)
