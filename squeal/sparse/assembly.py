@@ -64,6 +64,7 @@ class Assembly:
     components: tuple[Component, ...] = field(repr=False)
     seats: tuple[StaticContact, ...]
     displacements: Array = field(repr=False)
+    contacts: tuple[Contact, ...] = field(default=(), repr=False)  # with their points
 
     @property
     def cutoff(self) -> float:
@@ -210,14 +211,14 @@ def assemble(
     bodies = {body.name: body for body in components}
     if len(bodies) != len(components) or not contacts:
         raise InputError("an assembly needs contacts, and a name of its own for each component")
-    labelled: list[Contact] = []
+    located: list[Contact] = []
     for contact in contacts:
         with Place(f"contact {contact.name}").named():
-            labelled.append(contact.labelled(bodies))
+            located.append(contact.located(bodies))
     if cutoff is not None:
-        bodies = {key: _reduced(body, labelled, cutoff) for key, body in bodies.items()}
+        bodies = {key: _reduced(body, located, cutoff) for key, body in bodies.items()}
     joints: list[PairDirections] = []
-    for contact in labelled:
+    for contact in located:
         with Place(f"contact {contact.name}").named():
             joints.append(pair_directions(contact, bodies))
     joined = list(bodies.values())
@@ -229,15 +230,15 @@ def assemble(
         parameter=parameter,
         name=name,
     )
-    contacts_under_load, displacements = seat_contacts(structure, joints, joined)
+    seats, displacements = seat_contacts(structure, joints, joined)
     is_large = is_sparse(structure.M[0].matrix)
     springs: list[Term] = []
     dampers: list[Term] = []
-    for joint, static in zip(joints, contacts_under_load, strict=True):
+    for joint, static in zip(joints, seats, strict=True):
         springs += _contact_springs(joint, static, is_large)
         dampers += _contact_dampers(joint, static, is_large)
     system = replace(structure, C=(*structure.C, *dampers), K=(*structure.K, *springs))
-    return Assembly(system, tuple(joined), tuple(contacts_under_load), displacements)
+    return Assembly(system, tuple(joined), tuple(seats), displacements, tuple(located))
 
 
 def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Component:
@@ -247,7 +248,7 @@ def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Com
     nodes: list[str] = []
     for contact in contacts:
         if body.name in contact.between:
-            nodes += contact.pairs[:, contact.between.index(body.name)].tolist()
+            nodes += contact.pairs.nodes(contact.between.index(body.name)).tolist()
     return body.reduced(nodes, cutoff)
 
 

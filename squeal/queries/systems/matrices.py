@@ -151,10 +151,9 @@ def write_components(
         write_csv(home / "nodes.csv", ["node", "dof", "x", "y", "z"], table)
         if body.lacks is not None:
             write_matrix(home / f"lacks.{suffix}", body.lacks, "lacks")
-        if body.load is not None:
-            pressed = np.flatnonzero((body.load != 0.0) & (body.directions >= 0))
-            loads = ((nodes[i], dofs[i], float(body.load[i])) for i in pressed)
-            write_csv(home / "load.csv", ["node", "dof", "force"], loads)
+        if body.load is not None:  # by rows, since what a reduced one is loaded by moves no node
+            loads = ((i + 1, float(body.load[i])) for i in np.flatnonzero(body.load))
+            write_csv(home / "load.csv", ["row", "force"], loads)
     return rows
 
 
@@ -165,6 +164,8 @@ def write_assembly(
 
     `document` is that of the file, in the folder `home`. A row for each matrix.
     """
+    from squeal.io.components import write_points  # which no other system needs
+
     rows = write_components(folder, file.assembly.components, suffix)
     joined = {key: deepcopy(value) for key, value in document.items() if key != "cutoff"}
     for (name, one), body in zip(
@@ -180,7 +181,11 @@ def write_assembly(
             text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"
             one["load"] = {"file": f"{name}/load.csv", "factor": text}
     for i, one in enumerate(joined["contact"], 1):
-        if "pairs" in one:
+        if one.pop("faces", None):
+            del one["distance"]
+            one["pairs"] = {"file": f"pairs{i}.csv"}
+            write_points(folder / f"pairs{i}.csv", file.assembly.contacts[i - 1])
+        elif "pairs" in one:
             text = (home / one["pairs"]["file"]).read_text(encoding="utf-8")
             one["pairs"] = {"file": f"pairs{i}.csv"}
             write_text(folder / f"pairs{i}.csv", text)
