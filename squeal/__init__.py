@@ -37,7 +37,8 @@ if TYPE_CHECKING:
     from squeal.queries.map import map
     from squeal.queries.optimise import Optimum, optimise
     from squeal.queries.reduce import reduce
-    from squeal.queries.scatter import Scatter, read_spreads, scatter
+    from squeal.queries.sampling import read_spreads
+    from squeal.queries.scatter import scatter
     from squeal.queries.sensitivity import sensitivity
     from squeal.queries.state_space import state_space
     from squeal.queries.sweep import sweep
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
     from squeal.results.conditions import Conditions
     from squeal.results.eigenvalues import Eigenvalues
     from squeal.results.map import Axis, Map
+    from squeal.results.scatter import Scatter
     from squeal.results.sensitivity import Sensitivity
     from squeal.results.sweep import Sweep
     from squeal.results.thresholds import Thresholds
@@ -65,7 +67,9 @@ _HOMES = {
     "queries.optimise": "Optimum optimise",
     "queries.state_space": "state_space",
     "queries.compare": "Pairs compare mac",
-    "queries.scatter": "Scatter read_spreads scatter",
+    "queries.sampling": "read_spreads",
+    "queries.scatter": "scatter",
+    "results.scatter": "Scatter",
     "results.sensitivity": "Sensitivity",
     "queries.advise": "Advice advise",
     "queries.eigenvalues": "eigenvalues",

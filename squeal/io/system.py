@@ -57,7 +57,17 @@ class SystemFile:
     """A system from a file; `inputs` are the other files that were read, `damped` says what has
     damping that is not given as a matrix, `assembly` is what components were joined to, `labels`
     are the (node, degree of freedom) of the rows where matrices name them. `assumptions` say what
-    was guessed, left out or united: nothing is certified after it."""
+    was guessed, left out or united: nothing is certified after it.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> from pathlib import Path
+    >>> _ = Path("mass.yaml").write_text("{M: [[1.0]], K: [[4.0]]}")
+    >>> file = squeal.read_system("mass.yaml")
+    >>> file.system.n, file.assumptions
+    (1, ())
+    """
 
     system: TermSystem
     reference: str = ""

@@ -23,12 +23,12 @@ from squeal.plots.style import Drawing, save
 from squeal.queries.critical_speeds import CriticalSpeeds
 from squeal.queries.cycles import Cycles
 from squeal.queries.energy_sweep import EnergySweep
-from squeal.queries.scatter import Scatter
 from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.thresholds import critical_friction
 from squeal.results.conditions import Conditions
 from squeal.results.eigenvalues import Eigenvalues, mode_shapes
 from squeal.results.map import Map
+from squeal.results.scatter import Scatter
 from squeal.results.sources import PadSource, SystemSource
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds

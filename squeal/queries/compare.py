@@ -90,6 +90,15 @@ class Pairs(Answer):
     mac: of each mode of the reference with each computed one (m, k); tolerance: the largest
     difference of a pair, of the frequency; warnings: which modes are equally near one of the
     reference.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+    >>> still = squeal.System([[1, 0], [0, 1]], K=K)
+    >>> pairs = squeal.compare(squeal.eigenvalues(still), squeal.eigenvalues(still))
+    >>> [(pair.mode, round(pair.mac, 9)) for pair in pairs.pairs]
+    [(1, 1.0), (2, 1.0)]
     """
 
     panel = Panel("reference_hz", "frequency_hz")

@@ -58,6 +58,17 @@ class Assembly:
     It holds for small motions about the seat: `seats` are the contacts under the load,
     `displacements` (n,) those of all rows. `components` are as they were joined, reduced or not,
     and can be joined again; `joined_at` does so at other values of some parameters.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> fixed = squeal.Component(squeal.System([[1.0]], K=[[3.0]], name="one"), [1], [2])
+    >>> free = squeal.System([[1.0]], K=[[0.0]], name="other")
+    >>> pressed = squeal.Component(free, [1], [2], load=[-6.0])
+    >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
+    >>> found = squeal.assemble([fixed, pressed], [touch])
+    >>> len(found.components), found.cutoff, found.system.n
+    (2, inf, 2)
     """
 
     system: TermSystem
@@ -86,7 +97,20 @@ class Assembly:
 
     def bounded(self, system: TermSystem, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
         """Roots of the system at its parameters with the error of the reduction, at least rounding,
-        and a rounding raised to it: infinite above the cutoff."""
+        and a rounding raised to it: infinite above the cutoff.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> fixed = squeal.Component(squeal.System([[1.0]], K=[[3.0]], name="one"), [1], [2])
+        >>> free = squeal.System([[1.0]], K=[[0.0]], name="other")
+        >>> pressed = squeal.Component(free, [1], [2], load=[-6.0])
+        >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
+        >>> found = squeal.assemble([fixed, pressed], [touch])
+        >>> roots = squeal.eigenvalues(found.system).eigenvalues
+        >>> [root.error for root in found.bounded(found.system, roots)][:1]  # none is reduced
+        [1e-07]
+        """
         errors = self._root_errors(system, roots)
         unknown = _RootError(None, math.inf)
         bounded = []
@@ -134,6 +158,19 @@ class Assembly:
         What a component lacks moves inside with the other nodes held, above the cutoff: K, at the
         component's own parameters, alone meets the residuals there but for what contracts by
         `(|z| / cutoff)^2`.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> fixed = squeal.Component(squeal.System([[1.0]], K=[[3.0]], name="one"), [1], [2])
+        >>> free = squeal.System([[1.0]], K=[[0.0]], name="other")
+        >>> pressed = squeal.Component(free, [1], [2], load=[-6.0])
+        >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
+        >>> found = squeal.assemble([fixed, pressed], [touch])
+        >>> [root, *_] = squeal.eigenvalues(found.system).eigenvalues
+        >>> at = found.system.parameters
+        >>> found.lack([root.value], root.right[:, None], root.left[:, None], at).known.tolist()
+        [[0j]]
         """
         z = np.asarray(roots)
         known = np.zeros((len(z), len(z)), complex)
