@@ -22,10 +22,10 @@ from squeal.io.processes import counted, one_thread
 from squeal.io.scene import Scene
 from squeal.linear import GROWING
 from squeal.linear.eigen import ACCEPTED, Eigenvalue
-from squeal.queries.advise import ParameterSpace
 from squeal.queries.compare import Mode, assigned_pairs, pairing_costs
 from squeal.queries.options import Band, Progress, Subject, Values, refuse_options
 from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.parameter_space import ParameterSpace
 from squeal.results.conditions import Condition, Conditions, ModeAtCondition, at_parameters
 from squeal.schema import Place, Positive, public
 

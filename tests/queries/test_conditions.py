@@ -96,6 +96,7 @@ def test_a_rotor_agrees_with_a_plain_loop_over_its_matrices():
         assert one.verdict == "flutter"
         assert one.worst.growth_rate == pytest.approx(fastest.real, rel=1e-6)
         assert one.worst.frequency_hz == pytest.approx(fastest.imag / (2 * np.pi), rel=1e-9)
+        assert len({mode.mode for mode in one.modes}) == len(one.modes)
         hertz = [mode.frequency_hz for mode in one.modes]
         assert sorted(hertz) == pytest.approx(np.sort(growing.imag) / (2 * np.pi), rel=1e-9)
     assert sum(mode.unstable for mode in found.modes) == sum(grows)
