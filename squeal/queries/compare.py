@@ -212,8 +212,9 @@ def pairing_costs(
     """What pairs cost: their difference in frequency over the tolerance, and 1 - MAC."""
     reference_hz = np.array([mode.frequency_hz for mode in references], float)
     computed_hz = np.array([mode.frequency_hz for mode in modes], float)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a mode at rest has no share
-        difference = (computed_hz - reference_hz[:, None]) / reference_hz[:, None]
+    # of two that diverge neither has a frequency, and they do not differ in it
+    size = np.where(reference_hz > 0.0, reference_hz, 1.0)
+    difference = (computed_hz - reference_hz[:, None]) / size[:, None]
     likeness = _likeness(references, modes)
     unlikeness = np.where(np.isnan(likeness), 0.0, 1.0 - likeness)
     return PairingCosts(difference, likeness, np.abs(difference) / tolerance + unlikeness)
