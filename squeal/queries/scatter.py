@@ -27,6 +27,7 @@ from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, pick
 from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
 from squeal.queries.advise import NO_PAD, NO_REST, ROUNDING, Outcome, ParameterSpace, first_loss
+from squeal.queries.options import RandomNumbers, seed_of
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
 from squeal.queries.systems.reduced import basis_of, reduced_for
@@ -97,7 +98,10 @@ def read_spreads(path: Path | str) -> dict[str, Any]:
     >>> squeal.read_spreads("spreads.yaml")
     {'spreads': {'k1': {'relative': 0.05}}}
     """
-    return SPREADS.read(*read_document(path))
+    options = SPREADS.read(*read_document(path))
+    if "seed" in options:
+        options["rng"] = options.pop("seed")
+    return options
 
 
 @dataclass(frozen=True)
@@ -545,7 +549,7 @@ def scatter(
     subject: object,
     spreads: Mapping[str, Mapping[str, Any]],
     samples: int = 400,
-    seed: int = 1,
+    rng: RandomNumbers = 1,
     mu_max: Positive = 2.0,
     of: Literal["threshold", "growth"] = "threshold",
     band: tuple[float, float] | None = None,
@@ -565,8 +569,11 @@ def scatter(
         How each parameter scatters on its own: normally with the standard deviation ``relative``
         to its value or ``absolute`` in its unit, evenly ``within`` its value plus and minus so
         much, or evenly ``between`` two values, such as ``{"k1": {"relative": 0.05}}``.
-    samples, seed : int
-        How many are drawn, and of the random numbers: the same seed draws the same samples.
+    samples : int
+        How many are drawn.
+    rng : int or numpy.random.Generator
+        Of the random numbers: the same seed draws the same samples. A generator draws the seed,
+        which the answer names.
     mu_max : float
         Upper end of the range that is searched for the critical friction.
     of : {"threshold", "growth"}
@@ -615,7 +622,7 @@ def scatter(
         {
             "spreads": spreads,
             "samples": samples,
-            "seed": seed,
+            "seed": seed_of(rng, "scatter"),
             "design": design,
             "indices": indices,
         },
