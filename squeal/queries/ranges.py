@@ -297,10 +297,14 @@ def _terms_in_balls(system: TermSystem) -> Terms:
     return Terms(M, C, K, HALF_ULP)
 
 
-def disagreement(
-    system: TermSystem, crossings: Sequence[Crossing], low: float, high: float
-) -> tuple[float | None, str]:
-    """Where counts of growing roots beside a listed threshold do not differ as the list says.
+def doubt_of_counts(
+    system: TermSystem, crossings: Sequence[Crossing], low: float, high: float, is_complete: bool
+) -> tuple[str, float | None]:
+    """What the referee's counts of growing roots leave in doubt of the thresholds of a small
+    system.
+
+    Counted is on both sides of each threshold and, if the list is said to be complete, at both ends
+    of the range.
 
     Parameters
     ----------
@@ -310,33 +314,51 @@ def disagreement(
         All listed crossings of the imaginary axis.
     low, high : float
         The range of the free parameter.
+    is_complete : bool
+        Whether the list is said to hold every crossing of the range.
 
     Returns
     -------
-    value : float or None
-        A value beside the first such threshold, at which to search again; None if there is none.
-    words : str
-        The counts on both sides of it.
+    doubt : str
+        Which counts are uncertain or do not differ as the list says; empty if none.
+    refuted_at : float or None
+        A value near the threshold that the counts refute, at which to search again; None if they
+        refute none.
     """
+    doubt = ""
     intervals = _intervals_of(crossings, low, high, share=0.0)
     for k, (start, stop) in enumerate(intervals):
         end_before = low if k == 0 else intervals[k - 1][1]
         start_after = high if k == len(intervals) - 1 else intervals[k + 1][0]
         half_gap_below = (start - end_before) / 2.0
         half_gap_above = (start_after - stop) / 2.0
+        if min(half_gap_below, half_gap_above) <= 0.0:
+            is_complete = False  # at an end of the range, beyond which nothing is counted
+            continue
         for share in BESIDE:
             margin = _margin((start, stop), low, high, share)
             below = _count(system, start - min(margin, half_gap_below))
             above = _count(system, stop + min(margin, half_gap_above))
             if below.is_certain and above.is_certain:
                 break
-        least_rise = above.lower - below.upper
-        most_rise = above.upper - below.lower
-        is_explained = least_rise <= _rise_within(crossings, (start, stop)) <= most_rise
-        if not is_explained and min(half_gap_below, half_gap_above) > 0.0:
+        else:
+            middle = (start + stop) / 2.0
+            doubt = f"the referee cannot count what grows on both sides of {middle:.9g}"
+        if not _may_rise(below, above, _rise_within(crossings, (start, stop))):
             words = f"{below.lower} roots grow below {start:.9g} and {above.lower} above"
-            return stop + ASIDE * half_gap_above, f"{DISAGREES}{words}"
-    return None, ""
+            return f"{DISAGREES}{words}", stop + ASIDE * half_gap_above
+    if is_complete:
+        below = _count(system, low)
+        above = _count(system, high)
+        if not _may_rise(below, above, _rise_within(crossings, (low, high))):
+            words = f"{below.lower} roots grow at {low:.9g} and {above.lower} at {high:.9g}"
+            return f"{DISAGREES}{words}", (low + high) / 2.0
+    return doubt, None
+
+
+def _may_rise(below: Count, above: Count, rise: int) -> bool:
+    """True if the number of growing roots may rise by so much from one count to the other."""
+    return above.lower - below.upper <= rise <= above.upper - below.lower
 
 
 def _count(system: TermSystem, value: float) -> Count:
