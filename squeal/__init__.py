@@ -28,10 +28,12 @@ if TYPE_CHECKING:
     from squeal.queries.advise import Advice, advise
     from squeal.queries.check import Check, check
     from squeal.queries.compare import Pairs, compare, mac
+    from squeal.queries.conditions import conditions
     from squeal.queries.critical_speeds import CriticalSpeeds, critical_speeds
     from squeal.queries.cycles import Cycles, cycles
     from squeal.queries.eigenvalues import eigenvalues
     from squeal.queries.energy import Energy, energy
+    from squeal.queries.energy_sweep import EnergySweep, energy_sweep
     from squeal.queries.map import map
     from squeal.queries.optimise import Optimum, optimise
     from squeal.queries.reduce import reduce
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from squeal.queries.sweep import sweep
     from squeal.queries.thresholds import thresholds
     from squeal.reports import Report, report
+    from squeal.results.conditions import Conditions
     from squeal.results.eigenvalues import Eigenvalues
     from squeal.results.map import Axis, Map
     from squeal.results.scatter import Scatter
@@ -51,13 +54,16 @@ if TYPE_CHECKING:
     from squeal.simulation.run import Simulation, simulate
     from squeal.sparse.assembly import Assembly, assemble
     from squeal.sparse.components import Component
+    from squeal.sparse.contact_faces import Surface, contact_between_faces
     from squeal.sparse.contact_seat import Contact
 
 _HOMES = {
     "queries.check": "Check check",
+    "queries.conditions": "conditions",
     "queries.critical_speeds": "CriticalSpeeds critical_speeds",
     "queries.cycles": "Cycles cycles",
     "queries.energy": "Energy energy",
+    "queries.energy_sweep": "EnergySweep energy_sweep",
     "results.map": "Axis Map",
     "queries.optimise": "Optimum optimise",
     "queries.state_space": "state_space",
@@ -74,6 +80,7 @@ _HOMES = {
     "queries.sweep": "sweep",
     "queries.thresholds": "thresholds",
     "io.writing": "Answer Column Table",
+    "results.conditions": "Conditions",
     "results.eigenvalues": "Eigenvalues",
     "results.sweep": "Sweep",
     "results.thresholds": "Thresholds",
@@ -88,18 +95,20 @@ _HOMES = {
     "simulation.run": "Simulation simulate",
     "sparse.assembly": "Assembly assemble",
     "sparse.components": "Component",
+    "sparse.contact_faces": "Surface contact_between_faces",
     "sparse.contact_seat": "Contact",
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
     "Advice", "Answer", "Assembly", "Axis", "Check", "Column", "Component", "ComputationError",
-    "Contact", "CriticalSpeeds", "Cycles", "Damping", "Eigenvalues", "Energy", "Formulation",
-    "InputError", "Map", "Optimum", "Pad", "Pairs", "Report", "Scatter", "Scene", "Sensitivity",
-    "Simulation", "Sweep", "System", "SystemFile", "Table", "Term", "TermSystem", "Thresholds",
-    "advise", "assemble", "check", "compare", "critical_speeds", "cycles", "eigenvalues", "energy",
-    "mac", "map", "optimise", "read_scene", "read_spreads", "read_system", "reduce", "report",
-    "scatter", "sensitivity", "simulate", "state_space", "sweep", "thresholds",
+    "Conditions", "Contact", "CriticalSpeeds", "Cycles", "Damping", "Eigenvalues", "Energy",
+    "EnergySweep", "Formulation", "InputError", "Map", "Optimum", "Pad", "Pairs", "Report",
+    "Scatter", "Scene", "Sensitivity", "Simulation", "Surface", "Sweep", "System", "SystemFile",
+    "Table", "Term", "TermSystem", "Thresholds", "advise", "assemble", "check", "compare",
+    "conditions", "contact_between_faces", "critical_speeds", "cycles", "eigenvalues", "energy",
+    "energy_sweep", "mac", "map", "optimise", "read_scene", "read_spreads", "read_system",
+    "reduce", "report", "scatter", "sensitivity", "simulate", "state_space", "sweep", "thresholds",
 ]
 # fmt: on
 

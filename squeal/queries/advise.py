@@ -64,6 +64,14 @@ class Advice(Answer):
         range, those come first that bring one into it.
     first_order : bool
         Whether the effects are derivatives times the change, as those of systems are.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
+    >>> [row["parameter"] for row in squeal.advise(pair).to_records()]
+    ['a', 'b']
     """
 
     panel = Panel("parameter", "change_raised", Mark.BARS)
@@ -115,7 +123,16 @@ class Advice(Answer):
         )
 
     def line(self) -> str:
-        """Where stability is lost, and the change that moves this most, in a line."""
+        """Where stability is lost, and the change that moves this most, in a line.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
+        >>> squeal.advise(pair).line().partition(";")[0]  # flutter from (a - b) / 2 on
+        'flutter from mu = 0.5 (own 0)'
+        """
         text = f"no threshold up to {self.name} = {self.mu_max:.3g}"
         if self.nominal.critical is not None:
             at = f"{self.name} = {self.nominal.critical:.3g} (own {self.mu:.3g})"

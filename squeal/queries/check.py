@@ -55,6 +55,14 @@ class Check(Answer):
         Number of motions without stiffness, and with a negative one.
     hints : tuple of str
         What looks like an error of units.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> free = squeal.System([[2, 0], [0, 2]], K=[[4, -4], [-4, 4]])
+    >>> found = squeal.check(free)
+    >>> found.free, [round(6.283185307 * hertz, 6) for hertz in found.frequencies_hz]
+    (1, [2.0])
     """
 
     panel = Panel("mode", "frequency_hz")

@@ -44,8 +44,19 @@ def read_spreads(path: Path | str) -> dict[str, Any]:
     """Read a file of spreads: arguments of `scatter`, but for the parameters unchecked there.
 
     Raises InputError with one sentence that names the file, the key and what is allowed.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> from pathlib import Path
+    >>> _ = Path("spreads.yaml").write_text("spreads: {k1: {relative: 0.05}}")
+    >>> squeal.read_spreads("spreads.yaml")
+    {'spreads': {'k1': {'relative': 0.05}}}
     """
-    return SPREADS.read(*read_document(path))
+    options = SPREADS.read(*read_document(path))
+    if "seed" in options:
+        options["rng"] = options.pop("seed")
+    return options
 
 
 def require_spreads(spreads: Mapping[str, Spread]) -> None:

@@ -22,6 +22,7 @@ from squeal.io.scene import Scene
 from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
 from squeal.queries import sample_journal
+from squeal.queries.options import RandomNumbers, seed_of
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.parameter_space import (
     NO_EQUILIBRIUM,
@@ -33,14 +34,13 @@ from squeal.queries.parameter_space import (
 )
 from squeal.queries.sampling import SPREADS, parameters_at, points_of_unit_cube, require_spreads
 from squeal.queries.systems.all_roots import NO_BAND, is_small, roots_of_all
-from squeal.queries.systems.reduced import basis_of, reduced_for
+from squeal.queries.systems.reduced import basis_of, estimated_roots, reduced_for
 from squeal.queries.systems.thresholds import system_thresholds
 from squeal.queries.systems.verdicts import rounding_of
 from squeal.queries.variance_indices import points_for_indices, sobol_indices
 from squeal.results.scatter import CONFIDENCE, Index, Sample, Scatter, Spread
 from squeal.results.sources import EigenvalueSelection
 from squeal.schema import Place, Positive, public
-from squeal.sparse.first_look import FirstLook
 from squeal.sparse.reduction import Reduction
 
 CHUNK = 64  # pads that are computed together
@@ -139,13 +139,12 @@ class GrowthSamples:
         if isinstance(subject, TermSystem):
             roots = roots_of_all(subject, self.selection, values)
             return _RootsOfSample(roots, rounding_of(subject, roots))
-        if isinstance(subject, FirstLook):
-            estimate = subject.estimate(values)
-            rounding = rounding_of(subject.scaled.system, estimate.values)
-            rounding = np.maximum(estimate.errors, rounding)
-            return _RootsOfSample(estimate.values, rounding, estimate.residuals)
-        modes, residuals, _ = subject.modes(values)
-        return _RootsOfSample(modes.values, rounding_of(subject.system, modes.values), residuals)
+        found = estimated_roots(subject, values)
+        return _RootsOfSample(
+            roots=np.array([root.value for root in found]),
+            rounding=np.array([root.rounding for root in found]),
+            residuals=np.array([root.residual for root in found]),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -182,7 +181,7 @@ def scatter(
     subject: object,
     spreads: Mapping[str, Spread],
     samples: int = 400,
-    seed: int = 1,
+    rng: RandomNumbers = 1,
     mu_max: Positive = 2.0,
     of: Literal["threshold", "growth"] = "threshold",
     band: tuple[float, float] | None = None,
@@ -202,8 +201,11 @@ def scatter(
         How each parameter scatters on its own: normally with the standard deviation ``relative``
         to its value or ``absolute`` in its unit, evenly ``within`` its value plus and minus so
         much, or evenly ``between`` two values, such as ``{"k1": {"relative": 0.05}}``.
-    samples, seed : int
-        How many are drawn, and of the random numbers: the same seed draws the same samples.
+    samples : int
+        How many are drawn.
+    rng : int or numpy.random.Generator
+        Of the random numbers: the same seed draws the same samples. A generator draws the seed,
+        which the answer names.
     mu_max : float
         Upper end of the range that is searched for the critical friction.
     of : {"threshold", "growth"}
@@ -252,7 +254,7 @@ def scatter(
         {
             "spreads": spreads,
             "samples": samples,
-            "seed": seed,
+            "seed": seed_of(rng, "scatter"),
             "design": design,
             "indices": indices,
         },

@@ -111,6 +111,15 @@ class Scatter(Answer):
         Sobol indices of the parameters, that of the largest total index first.
     basis : mapping or None
         The reduced system on which the samples were computed.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
+    >>> found = squeal.scatter(pair, {"a": {"within": 0.1}}, samples=16)  # mu = (a - b) / 2
+    >>> bool(0.45 <= found.values.min() <= found.values.max() <= 0.55)
+    True
     """
 
     panel = Panel(0, "share", Mark.STEPS)
@@ -193,7 +202,16 @@ class Scatter(Answer):
         return int(np.isnan(self.values).sum())
 
     def table(self) -> Table:
-        """A row for each sample, by rising value, with the share of the samples up to it."""
+        """A row for each sample, by rising value, with the share of the samples up to it.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
+        >>> len(squeal.scatter(pair, {"a": {"within": 0.1}}, samples=16).table().rows)
+        16
+        """
         results = ["kind", "frequency_hz"]
         if self.of == "growth":
             value = ("growth_rate", "1/s")

@@ -39,6 +39,13 @@ class Sensitivity(Answer):
         Of the parameters.
     condition : array (m,) or None
         Condition numbers of the eigenvalues: 1 of real modes, infinite where two coalesce.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+    >>> squeal.sensitivity(one).slopes["k"].imag.tolist()  # of +-i sqrt(k)
+    [0.25, -0.25]
     """
 
     @property
@@ -62,6 +69,14 @@ class Sensitivity(Answer):
 
         The fastest growing mode comes first, and of each mode the strongest effect. A step is 1 per
         cent, of an angle a degree, and 1 of what is 0 and has no unit.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> found = squeal.sensitivity(one)
+        >>> found.table().records()[0]["parameter"]
+        'mu'
         """
         if self.what == "threshold":
             return self._table_of_loss()
@@ -128,7 +143,15 @@ class Sensitivity(Answer):
         return Table(in_order(heads), ranked, title, if_empty, itemgetter(-1))
 
     def step(self, name: str) -> tuple[float, str]:
-        """A small step of a parameter in its unit, and in words."""
+        """A small step of a parameter in its unit, and in words.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> squeal.sensitivity(one).step("k")
+        (0.04, '1 %')
+        """
         if self.units[name] == "rad":
             return DEGREE, "1 degree"
         step = 0.01 * self.values[name]
@@ -137,7 +160,16 @@ class Sensitivity(Answer):
         return step, "1 %"
 
     def parts(self) -> Sequence[str | Table]:
-        """The table, and which modes leave it in doubt."""
+        """The table, and which modes leave it in doubt.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> found = squeal.sensitivity(one)
+        >>> len(found.parts())
+        2
+        """
         if self.condition is None:
             return [self.table()]
         numbers = mode_numbers(np.asarray(self.at))
