@@ -4,8 +4,10 @@ Their keys stand in `squeal.io.system_keys`. In place of K there may be K0, K1, 
 numbers: K is then K0 + K1 mu + K2 mu^2 + ...; C likewise.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -76,6 +78,22 @@ class SystemFile:
     assembly: Any = field(default=None, repr=False)
     labels: tuple[tuple[int, int], ...] = field(default=(), repr=False)
     assumptions: tuple[str, ...] = ()
+
+    def replaced(self, changes: Mapping[str, float]) -> SystemFile:
+        """The same with other values of some parameters, at which components are seated anew.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> system = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> file = squeal.SystemFile(system)
+        >>> file.replaced({"k": 9.0}).system.at()[2].tolist()
+        [[9.0]]
+        """
+        if self.assembly is None:
+            return replace(self, system=self.system.replace(changes))
+        assembly = self.assembly.joined_at(changes)
+        return replace(self, system=assembly.system, assembly=assembly)
 
 
 def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -57,7 +57,7 @@ class Assembly:
 
     It holds for small motions about the seat: `seats` are the contacts under the load,
     `displacements` (n,) those of all rows. `components` are as they were joined, reduced or not,
-    and can be joined again.
+    and can be joined again; `joined_at` does so at other values of some parameters.
 
     Examples
     --------
@@ -75,6 +75,7 @@ class Assembly:
     components: tuple[Component, ...] = field(repr=False)
     seats: tuple[StaticContact, ...]
     displacements: Array = field(repr=False)
+    joined_at: Callable[[Changes], Assembly] = field(repr=False)
 
     @property
     def cutoff(self) -> float:
@@ -274,7 +275,12 @@ def assemble(
         springs += _contact_springs(joint, static, is_large)
         dampers += _contact_dampers(joint, static, is_large)
     system = replace(structure, C=(*structure.C, *dampers), K=(*structure.K, *springs))
-    return Assembly(system, tuple(joined), tuple(contacts_under_load), displacements)
+
+    def joined_at(changes: Changes) -> Assembly:
+        values = {**system.parameters, **changes}
+        return assemble(joined, labelled, values, parameter, name)
+
+    return Assembly(system, tuple(joined), tuple(contacts_under_load), displacements, joined_at)
 
 
 def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Component:

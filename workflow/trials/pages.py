@@ -34,6 +34,7 @@ ELSEWHERE = {
     r"sbatch": "needs a cluster",
     r"pip|python -m venv": "installs what is installed here",
     r"python brake_from_mesh\.py|squeal \w+(-\w+)* decks/": "needs CalculiX",
+    r"squeal conditions hot\.yaml": "needs matrices of yours",
     r"import ross": "needs ROSS",
     r"squeal article take fig\d+": "needs a build in a clone",
 }
