@@ -12,8 +12,10 @@ import numpy as np
 from squeal.errors import InputError, InputWarning
 from squeal.io.processes import one_thread
 from squeal.io.writing import picked
+from squeal.linear.eigen import Eigenvalue, ordered
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
+from squeal.queries.systems.verdicts import rounding_of
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dispersive import DispersiveReduction, frequencies
@@ -81,6 +83,37 @@ def reduced_for(
             stacklevel=3,
         )
     return reduction
+
+
+def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue, ...]:
+    """The roots of a reduced system at some parameters, by rising frequency, with right vectors in
+    its coordinates."""
+    if isinstance(reduction, FirstLook):
+        look = reduction.estimate(changes)
+        values = look.values
+        residuals = look.residuals
+        rounding = np.maximum(look.errors, rounding_of(reduction.scaled.system, values))
+        # corrected values have no vectors of their own
+        nearest = np.argmin(np.abs(look.projected.values[:, None] - values), axis=0)
+        right = look.projected.right[:, nearest]
+    else:
+        modes, residuals, _ = reduction.modes(changes)
+        values = modes.values
+        right = modes.right
+        rounding = rounding_of(reduction.system, values)
+    no_vector = np.empty(0, dtype=complex)
+    roots = []
+    for k in ordered(values):
+        root = Eigenvalue(
+            complex(values[k]),
+            right=right[:, k],
+            left=no_vector,
+            residual=float(residuals[k]),
+            condition=math.nan,
+            rounding=float(rounding[k]),
+        )
+        roots.append(root)
+    return tuple(roots)
 
 
 def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dict[str, Any] | None:
