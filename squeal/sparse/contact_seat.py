@@ -19,6 +19,7 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.matrices import EPS, divisor, is_sparse
 from squeal.linear.system import Matrix, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.schema import Place, refuse_unit
 from squeal.sparse.components import Component
 from squeal.sparse.contact_faces import ContactPoints, Labels
 from squeal.sparse.factor import factorise
@@ -102,6 +103,8 @@ class Contact:
     slope: str = "0"
 
     def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            refuse_unit(value, Place(f"contact {self.name}", name))
         if self.sliding is not None or self.axis is not None:
             return
         if self.speed:

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import typing
 
 import numpy as np
 import pytest
@@ -89,7 +90,7 @@ def test_a_rotor_agrees_with_a_plain_loop_over_its_matrices():
     K = {"1": whole["K"] - cross, "cross": cross}
     given = {"speed": 0.0, "cross": 0.4}
     system = squeal.System(whole["M"], C, K, parameters=given, parameter="speed")
-    axes = {"speed": np.linspace(0.0, 900.0, 4), "cross": [0.1, 0.4, 1.6]}
+    axes: dict[str, typing.Any] = {"speed": np.linspace(0.0, 900.0, 4), "cross": [0.1, 0.4, 1.6]}
     found = squeal.conditions(system, axes)
     grows = []
     for one, (speed, share) in zip(
