@@ -344,11 +344,11 @@ def system_thresholds_with_proof(
     can_be_proved = (
         system.n <= PROVED_ROWS
         and system.real
-        and selection == EigenvalueSelection()
         and assembly is None
         and not analysis.file.assumptions
     )
-    if prove and not can_be_proved:
+    lists_all = selection == EigenvalueSelection()
+    if prove and not (can_be_proved and lists_all):
         raise InputError(
             f"prove: all thresholds of real systems of up to {PROVED_ROWS} rows can be proved, "
             "without a band or a region"
@@ -358,11 +358,13 @@ def system_thresholds_with_proof(
     for _ in range(SEARCHES):
         answer = system_thresholds(system, high, low, selection, workers, looked_at=looked_at)
         refuted_at = None
-        if can_be_proved and prove is not False:
+        if can_be_proved and lists_all and prove is not False:
             answer, refuted_at = _proved_system(system, answer)
+        elif can_be_proved and answer.certified and prove is not False:
+            every = system_thresholds(system, high, low, workers=workers, looked_at=looked_at)
+            answer, refuted_at = _proved_part(system, every, answer)
         elif is_small(system) and system.real and prove is not False:
-            is_complete = selection == EigenvalueSelection()
-            answer, refuted_at = _counted_system(system, answer, is_complete)
+            answer, refuted_at = _counted_system(system, answer, lists_all)
         if refuted_at is None:
             break
         looked_at.append(refuted_at)
@@ -401,6 +403,17 @@ def _proved_system(system: TermSystem, answer: Thresholds) -> tuple[Thresholds, 
         system, answer.crossings, answer.low, answer.high, fastest
     )
     return with_statement(answer, statement, intervals), statement.refuted_at
+
+
+def _proved_part(
+    system: TermSystem, every: Thresholds, answer: Thresholds
+) -> tuple[Thresholds, float | None]:
+    """The answer of a band or region with what the referee says of all thresholds of the range, of
+    which it lists a part, and where that is refuted."""
+    whole, refuted_at = _proved_system(system, every)
+    return replace(
+        answer, certified=whole.certified, proof=whole.proof, proof_line=whole.proof_line
+    ), refuted_at
 
 
 def _counted_system(

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputWarning, MatrixError
+from squeal.linear import GROWING
 from squeal.linear.eigen import Eigenvalue, ordered
 from squeal.linear.matrices import SingularTogetherError, dense
 from squeal.linear.system import Matrix
@@ -40,6 +41,11 @@ class Data:
     words: str = HALF_ULP
     radii: tuple[NDArray[np.float64], ...] | None = None
     keeps_structure: bool = True
+
+    @property
+    def is_rounded(self) -> bool:
+        """Whether the radii are those of the rounding of sums, not of digits."""
+        return self.radii is not None and self.words == HALF_ULP
 
     def around(self, M: NDArray[Any], C: NDArray[Any] | None, K: NDArray[Any]) -> Quadratic:
         """The system with each entry a ball that holds all values it may have.
@@ -167,26 +173,30 @@ def refereed(
 
     system = data.around(M, C, K)
 
-    def judge(roots: Known, verdict: str | None) -> Proof:
+    def judge(system: Quadratic, roots: Known, verdict: str | None) -> Proof:
         values = np.array([e.value for e in roots], dtype=complex)
         shapes = None
         if roots and all(len(e.right) == len(K) for e in roots):
             shapes = np.column_stack([e.right for e in roots])
         return prove_roots(system, RootList.of(values, math.inf, verdict, shapes))
 
-    proof = judge(every, words[0])
-    if proof.status == "refuted":
+    proof = judge(system, every, words[0])
+    refuting = proof
+    if proof.status == "open" and data.is_rounded:
+        # exact numbers prove nothing of sums that were rounded, but tell a wrong list
+        refuting = judge(Data().around(M, C, K), every, words[0])
+    if refuting.status == "refuted":
         warnings.warn(
-            f"the referee refutes the roots that were computed ({proof.reason})",
+            f"the referee refutes the roots that were computed ({refuting.reason})",
             InputWarning,
             stacklevel=2,
         )
-        refutation = proof.reason
-        verdict = _only_verdict(proof)
-        values = _centres(proof.pieces)
+        refutation = refuting.reason
+        verdict = _only_verdict(refuting)
+        values = _centres(refuting.pieces)
         found = tuple(_solved((M, C, K), z) for z in values[ordered(values)].tolist())
-        proof = judge(found, verdict)
-        is_empty_by_chance = not found and proof.status != "proved"
+        proof = judge(system, found, verdict)
+        is_empty_by_chance = not found and proof.status != "proved"  # nothing was enclosed
         if proof.status == "refuted" or is_empty_by_chance:
             statement = Statement("open", proof.by, None, proof.data, refutation, None)
             return every, (None, f"{OPEN}{refutation}"), statement
@@ -212,7 +222,9 @@ def refereed(
         else:
             status = "open"
             reason = words[1].removeprefix(OPEN)
-    every = with_proved_growth(with_proved_errors(every, proof.errors), proof.pieces)
+    every = with_proved_errors(every, proof.errors)
+    if words[0] in GROWING:
+        every = with_proved_growth(every, proof.pieces)
     growth = proof.growth_below if proof.growth_below < math.inf else None
     return every, words, Statement(status, proof.by, growth, proof.data, reason, where)
 
@@ -278,12 +290,12 @@ def with_proved_growth(every: Known, pieces: Sequence[Piece]) -> Known:
     Each piece whose roots grow is matched with as many listed roots, the nearest to its centres;
     their real parts are taken into the proved bounds of the piece.
     """
-    from scipy.optimize import linear_sum_assignment
-
     growing_pieces = [piece for piece in pieces if piece.side == "grows"]
     proved = sum(piece.count for piece in growing_pieces)
     if not proved or proved <= sum(root.value.real > root.rounding for root in every):
         return every
+    from scipy.optimize import linear_sum_assignment  # which pads start without
+
     roots = list(every)
     values = np.array([root.value for root in every])
     is_matched = np.zeros(len(roots), dtype=bool)
