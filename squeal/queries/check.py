@@ -197,7 +197,7 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     K = (scaled.K + scaled.K.T).real / 2
     M = scaled.M
     square_of_scale = scaled.frequency_scale**2
-    shift = BELOW * square_of_scale  # below all squares, so that free motions pass
+    shift = BELOW * (square_of_scale or 1.0)  # below all squares, so that free motions pass
     noise = FREE * EPS * square_of_scale
     try:
         if system.n <= ALL_ROWS:

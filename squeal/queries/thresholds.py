@@ -366,9 +366,28 @@ def system_thresholds_with_proof(
         if refuted_at is None:
             break
         looked_at.append(refuted_at)
+    if answer.certified and answer.proof is None and is_small(system):
+        answer = _counted_not_proved(answer)
     if analysis.joined:
         answer = widened_by_reduction(system, assembly, answer)
     return thresholds_as_known(analysis.file, selection, answer)
+
+
+def _counted_not_proved(answer: Thresholds) -> Thresholds:
+    """The answer of a system so small that a proof is expected: not certified by counts alone,
+    since a mode may grow between two values at which growing roots were counted."""
+    from squeal.queries.ranges import RangeStatement
+
+    statement = RangeStatement(
+        status="counted",
+        by="count",
+        reason="a window of growth between two values that were counted is not excluded",
+        parameter=answer.parameter,
+        low=answer.low,
+        until=answer.high,
+        high=answer.high,
+    )
+    return replace(answer, certified=False, proof=statement.to_dict(), proof_line=statement.words)
 
 
 def _proved_system(system: TermSystem, answer: Thresholds) -> tuple[Thresholds, float | None]:
