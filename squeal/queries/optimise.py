@@ -364,8 +364,8 @@ def optimise(
     analysis = SystemAnalysis.of(subject, band, region, None, memory, progress)
     system = analysis.system
     selection = analysis.selection
-    ranges = _checked_bounds(system, bounds)
     seed = seed_of(rng, "optimise")
+    ranges = _checked_bounds(system, bounds)
     system.at()  # refuses matrices at the frequency of each root
     if not is_small(system) and selection.rectangle is None:
         raise InputError("band: is missing; a large system is optimised in a band or a region")
