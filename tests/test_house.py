@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (290_000, 175_000),
+    "tokens": (292_800, 175_000),
     "tokens a code line": (10.2, 9.5),
     "paired assignments per 1,000 code lines": (1.8, 3),
     "comprehensions per 1,000 code lines": (38.8, 15),
