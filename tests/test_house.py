@@ -20,7 +20,7 @@ from tests.conftest import ROOT
 
 MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglob("*.py"))}
 CEILINGS = {
-    "tokens": (290_000, 175_000),
+    "tokens": (296_000, 175_000),
     "tokens a code line": (10.1, 9.5),
     "paired assignments per 1,000 code lines": (1.0, 3),
     "comprehensions per 1,000 code lines": (37.0, 15),

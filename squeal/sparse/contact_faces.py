@@ -206,6 +206,12 @@ class Surface(NamedTuple):
         then perhaps the 3 or 4 middles of its edges, the first between the first two corners.
     places : mapping of str to array_like (3,)
         In m, of all of them. A node that is none of the component's does not move.
+
+    Examples
+    --------
+    >>> places = {"1": (0, 0, 0), "2": (1, 0, 0), "3": (0, 1, 0)}
+    >>> Surface([["1", "2", "3"]], places).faces
+    [['1', '2', '3']]
     """
 
     faces: Sequence[Sequence[str]]
