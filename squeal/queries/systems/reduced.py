@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from squeal.errors import InputError, InputWarning
 from squeal.io.processes import one_thread
 from squeal.io.writing import picked
+from squeal.linear.continuation import ProblemClass, problem_class_of
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
 from squeal.results.sources import EigenvalueSelection
@@ -81,6 +83,24 @@ def reduced_for(
             stacklevel=3,
         )
     return reduction
+
+
+def served_for_thresholds(
+    system: TermSystem, selection: EigenvalueSelection, values: Sequence[Changes]
+) -> Reduction:
+    """The reduced system in which thresholds are searched: the few modes of a first look where a
+    region above the real axis is searched in a damped system and these reach their accuracy."""
+    region = selection.rectangle
+    may_serve = system.real and system.C and not system.follows
+    if region is None or region.low_imag <= 0.0 or not may_serve:
+        return reduced_for(system, selection, values)
+    with one_thread(), suppress(InputError):  # no structure without friction
+        first_look = FirstLook(ScaledSystem(system), region, values).build()
+        matrices = [first_look.system.arrays(changes) for changes in values]
+        is_damped = problem_class_of(matrices) is ProblemClass.DAMPED
+        if is_damped and first_look.converged and first_look.compressed.size:
+            return first_look
+    return reduced_for(system, selection, values)
 
 
 def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dict[str, Any] | None:

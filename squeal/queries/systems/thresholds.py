@@ -29,7 +29,7 @@ from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
 from squeal.queries.ranges import IS_VAGUE, vague_interval
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
-from squeal.queries.systems.reduced import basis_of, reduced_for
+from squeal.queries.systems.reduced import basis_of, served_for_thresholds
 from squeal.queries.systems.verdicts import rounding_of, verdict_of
 from squeal.results.columns import basis_text
 from squeal.results.sources import EigenvalueSelection, SystemSource
@@ -42,6 +42,7 @@ from squeal.sparse.crossings import (
 )
 from squeal.sparse.dispersive import DispersiveReduction
 from squeal.sparse.eigensolver import modes_in
+from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS
 from squeal.sparse.reduction import Reduction
 
@@ -108,7 +109,7 @@ def system_thresholds(
         # inner values that thresholds do not like to lie at
         inner = [(k + 0.0371 * (1 + k % 3)) / (STEPS - 1) for k in range(1, STEPS - 1)]
         values = sorted([*values, *(low + x * (high - low) for x in inner)])
-        reduction = served or reduced_for(system, wanted, [{name: v} for v in values])
+        reduction = served or served_for_thresholds(system, wanted, [{name: v} for v in values])
         roots, region = reduction.values, reduction.region
         still: list[CrossingGuess] = []
         if system.real and not served and region.low_imag < 0.0:
@@ -133,6 +134,9 @@ def system_thresholds(
         if reduction is not None and searched:
             rows = [replace(c, residual=reduction.worst) for c in rows]
         found, between, unexplained, left_out = _explained(line, rows, values, wanted.words())
+        if isinstance(reduction, FirstLook):  # where a root crosses no sign is open
+            for event in rows:
+                line.see(event.value, reduction.compressed.roots({name: event.value}).values)
         points, crossings = points_and_crossings(found)
         unconfirmed = [*unconfirmed, *unexplained, *unclear]
         if whole:
@@ -161,7 +165,7 @@ def system_thresholds(
     details = {"parameters": system.given, "admissible_to": high, "unconfirmed": unconfirmed}
     details |= {"doubts": doubts, "left_out": left_out, "crossings_outside": outside}
     details |= {"basis": basis}
-    notes += [basis_text(basis)] if basis else []
+    notes += [basis_text(basis, counted=certified is not None)] if basis else []
     verdict = verdict_of(first := roots({name: low}), rounding_of(system, first))
     head = system.name, name, low, high, verdict, tuple(points), tuple(crossings)
     more: Any = {
@@ -177,6 +181,8 @@ def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
     value, expected = task
     name = reduction.system.parameter
     PROGRESS.get()(f"counting growing roots at {name} = {value:.6g}")
+    if isinstance(reduction, FirstLook) and reduction.misses_none({name: value}, expected // 2):
+        return True
     problem = reduction.scaled.at({name: value})
     try:
         full = modes_in(problem, reduction.region)
@@ -198,13 +204,14 @@ class _Band(Continuation):
     def at(self, p: float) -> SpectrumAtParameter:
         """The roots at p without vectors and slopes, those above the axis with their conjugates."""
         if p not in self._states:
-            z = self.roots({self.name: p})
-            z = np.concatenate([z[z.imag >= 0.0], z[z.imag > 0.0].conj()])
-            none, still = np.zeros((0, len(z)), complex), np.zeros((len(z), len(z)), complex)
-            self._states[p] = SpectrumAtParameter(
-                p, z, none, none, still, rounding_of(self.system, z)
-            )
+            self.see(p, self.roots({self.name: p}))
         return self._states[p]
+
+    def see(self, p: float, roots: ComplexArray) -> None:
+        """Take these for the roots at p."""
+        z = np.concatenate([roots[roots.imag >= 0.0], roots[roots.imag > 0.0].conj()])
+        none, still = np.zeros((0, len(z)), complex), np.zeros((len(z), len(z)), complex)
+        self._states[p] = SpectrumAtParameter(p, z, none, none, still, rounding_of(self.system, z))
 
 
 def _explained(
