@@ -40,6 +40,7 @@ intersphinx_mapping = {
     }.items()
 }
 default_role = "code"
+smartquotes = False  # the dashes of q'' are no quotation marks
 
 myst_enable_extensions = ["amsmath", "colon_fence", "deflist", "dollarmath"]
 myst_heading_anchors = 3

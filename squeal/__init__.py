@@ -28,21 +28,26 @@ if TYPE_CHECKING:
     from squeal.queries.advise import Advice, advise
     from squeal.queries.check import Check, check
     from squeal.queries.compare import Pairs, compare, mac
+    from squeal.queries.conditions import conditions
     from squeal.queries.critical_speeds import CriticalSpeeds, critical_speeds
     from squeal.queries.cycles import Cycles, cycles
     from squeal.queries.eigenvalues import eigenvalues
     from squeal.queries.energy import Energy, energy
+    from squeal.queries.energy_sweep import EnergySweep, energy_sweep
     from squeal.queries.map import map
     from squeal.queries.optimise import Optimum, optimise
     from squeal.queries.reduce import reduce
-    from squeal.queries.scatter import Scatter, read_spreads, scatter
+    from squeal.queries.sampling import read_spreads
+    from squeal.queries.scatter import scatter
     from squeal.queries.sensitivity import sensitivity
     from squeal.queries.state_space import state_space
     from squeal.queries.sweep import sweep
     from squeal.queries.thresholds import thresholds
     from squeal.reports import Report, report
+    from squeal.results.conditions import Conditions
     from squeal.results.eigenvalues import Eigenvalues
     from squeal.results.map import Axis, Map
+    from squeal.results.scatter import Scatter
     from squeal.results.sensitivity import Sensitivity
     from squeal.results.sweep import Sweep
     from squeal.results.thresholds import Thresholds
@@ -53,14 +58,18 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "queries.check": "Check check",
+    "queries.conditions": "conditions",
     "queries.critical_speeds": "CriticalSpeeds critical_speeds",
     "queries.cycles": "Cycles cycles",
     "queries.energy": "Energy energy",
+    "queries.energy_sweep": "EnergySweep energy_sweep",
     "results.map": "Axis Map",
     "queries.optimise": "Optimum optimise",
     "queries.state_space": "state_space",
     "queries.compare": "Pairs compare mac",
-    "queries.scatter": "Scatter read_spreads scatter",
+    "queries.sampling": "read_spreads",
+    "queries.scatter": "scatter",
+    "results.scatter": "Scatter",
     "results.sensitivity": "Sensitivity",
     "queries.advise": "Advice advise",
     "queries.eigenvalues": "eigenvalues",
@@ -70,6 +79,7 @@ _HOMES = {
     "queries.sweep": "sweep",
     "queries.thresholds": "thresholds",
     "io.writing": "Answer Column Table",
+    "results.conditions": "Conditions",
     "results.eigenvalues": "Eigenvalues",
     "results.sweep": "Sweep",
     "results.thresholds": "Thresholds",
@@ -90,12 +100,13 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
 # fmt: off
 __all__ = [
     "Advice", "Answer", "Assembly", "Axis", "Check", "Column", "Component", "ComputationError",
-    "Contact", "CriticalSpeeds", "Cycles", "Damping", "Eigenvalues", "Energy", "Formulation",
-    "InputError", "Map", "Optimum", "Pad", "Pairs", "Report", "Scatter", "Scene", "Sensitivity",
-    "Simulation", "Sweep", "System", "SystemFile", "Table", "Term", "TermSystem", "Thresholds",
-    "advise", "assemble", "check", "compare", "critical_speeds", "cycles", "eigenvalues", "energy",
-    "mac", "map", "optimise", "read_scene", "read_spreads", "read_system", "reduce", "report",
-    "scatter", "sensitivity", "simulate", "state_space", "sweep", "thresholds",
+    "Conditions", "Contact", "CriticalSpeeds", "Cycles", "Damping", "Eigenvalues", "Energy",
+    "EnergySweep", "Formulation", "InputError", "Map", "Optimum", "Pad", "Pairs", "Report",
+    "Scatter", "Scene", "Sensitivity", "Simulation", "Sweep", "System", "SystemFile", "Table",
+    "Term", "TermSystem", "Thresholds", "advise", "assemble", "check", "compare", "conditions",
+    "critical_speeds", "cycles", "eigenvalues", "energy", "energy_sweep", "mac", "map", "optimise",
+    "read_scene", "read_spreads", "read_system", "reduce", "report", "scatter", "sensitivity",
+    "simulate", "state_space", "sweep", "thresholds",
 ]
 # fmt: on
 

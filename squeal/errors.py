@@ -52,7 +52,17 @@ class _OneLine(Exception):
 
 
 class InputError(_OneLine, ValueError):
-    """The input is refused; one sentence names file, key, value and what is allowed."""
+    """The input is refused; one sentence names file, key, value and what is allowed.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> try:
+    ...     squeal.System([[1.0]], K=[[1.0, 2.0]])
+    ... except squeal.InputError as error:
+    ...     print(error)
+    K: shape (1, 2); every matrix must be square and of the shape of the first M, (1, 1)
+    """
 
 
 class MatrixError(InputError):
@@ -64,7 +74,19 @@ class InputWarning(_OneLine, UserWarning):
 
 
 class ComputationError(_OneLine, RuntimeError):
-    """A valid request could not be completed; the message gives the reason."""
+    """A valid request could not be completed; the message gives the reason.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=0.0, k2=0.0, k3=1e7, k4=1e7, L1=1.0,
+    ...                  L2=1.0, alpha1=1.57, alpha2=3.14, mu=0.1, F_n=1000.0)
+    >>> try:
+    ...     squeal.eigenvalues(squeal.Scene("B1", pad))  # no spring holds it against friction
+    ... except squeal.ComputationError as error:
+    ...     print(str(error).partition(":")[0])
+    no steady sliding exists
+    """
 
 
 @contextmanager

@@ -72,7 +72,17 @@ class Report(Answer):
     """Eigenvalues at the brake's own parameter, thresholds up to `thresholds.high`, and what moves
     both, `onset` the first loss (None where several modes are lost at once); `check` says what
     matrices are, `energy` what feeds each mode, `remedy` what to change (None where nothing grows,
-    or no parameter but the swept one is named). `save` writes the page."""
+    or no parameter but the swept one is named). `save` writes the page.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+    >>> report = squeal.report(pair)
+    >>> round(report.thresholds.first.mu, 9)
+    0.75
+    """
 
     panel = Panel("frequency_hz", "growth_rate")
 
@@ -120,7 +130,7 @@ class Report(Answer):
 
     @property
     def reasons(self) -> list[str]:
-        """Why: what feeds the mode that grows fastest, and which parameters do not help."""
+        """What feeds the mode that grows fastest, and which parameters do not help."""
         found = self.eigenvalues
         if not found.unstable:
             return []
@@ -150,7 +160,16 @@ class Report(Answer):
         return f"Stability is first lost{where} at {own} = {number(first.mu, 4)}: {first.kind}{at}"
 
     def table(self) -> Table:
-        """The modes that grow."""
+        """The modes that grow.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> [row["kind"] for row in squeal.report(pair).table().records()]
+        ['flutter']
+        """
         return self.eigenvalues.growing
 
     def parts(self) -> Sequence[str | Table]:
@@ -182,7 +201,18 @@ class Report(Answer):
     def save(self, path: Path | str, inputs: Sequence[Any] = (), **drawn: Any) -> None:
         """Write the page as one HTML file (.html) without references to others; `inputs` are the
         files behind it. With another name the modes that grow, as other answers do. Raises
-        InputError."""
+        InputError.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> from pathlib import Path
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> squeal.report(pair).save("pair.html")
+        >>> Path("pair.html").read_text()[:15]
+        '<!doctype html>'
+        """
         path = Path(path)
         if path.suffix == ".html":
             write_text(path, page(self, inputs))

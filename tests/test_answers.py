@@ -34,11 +34,13 @@ ANSWERS = {
     "sweep": lambda: squeal.sweep(SYSTEM, [0.0, 0.5, 1.0]),
     "thresholds": lambda: squeal.thresholds(SYSTEM),
     "critical speeds": lambda: squeal.critical_speeds(ROTOR, 3.0, orders=(0.5, 1.0)),
+    "conditions": lambda: squeal.conditions(SYSTEM, {"mu": [0.5, 1.0], "k": [0.1, 0.2, 0.3]}),
     "map": lambda: squeal.map(SYSTEM, AXES),
     "map of a quantity": lambda: squeal.map(SCENE, PAD_AXES, quantity="critical-friction"),
     "sensitivity": lambda: squeal.sensitivity(SYSTEM),
     "sensitivity of the threshold": lambda: squeal.sensitivity(SYSTEM, of="threshold"),
     "energy": lambda: squeal.energy(squeal.eigenvalues(SYSTEM)),
+    "energy over a sweep": lambda: squeal.energy_sweep(squeal.sweep(SYSTEM, [0.0, 0.5, 1.0])),
     "advice": lambda: squeal.advise(SYSTEM),
     "optimum": lambda: squeal.optimise(SYSTEM, {"k": (0.05, 0.15)}),
     "scatter": lambda: squeal.scatter(SYSTEM, SPREAD, samples=16),
@@ -51,6 +53,7 @@ ANSWERS = {
 }
 GRIDS = {
     "sweep": ["mu", "mode"],
+    "conditions": ["mu", "k"],
     "map": ["mu", "k"],
     "map of a quantity": ["k1", "k2"],
     "simulation": ["t"],

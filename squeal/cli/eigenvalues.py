@@ -26,7 +26,9 @@ def options(parser: Parser) -> None:
     add = parser.add_argument
     words = "how each eigenvalue moves with each parameter"
     add("--sensitivity", action="store_true", help=words)
-    words = "what each term of M, C and K does to the growth and frequency of each mode"
+    words = (
+        "what each term of M, C, K does to growth and frequency of each mode, also over a --sweep"
+    )
     add("--energy", action="store_true", help=words)
     words = "let a referee judge the roots: the rule for pads and up to 400 rows, else of a --band"
     add("--prove", action=argparse.BooleanOptionalAction, help=words)
@@ -86,6 +88,8 @@ def run(given: argparse.Namespace) -> Reply:
         answers.append(squeal.sensitivity(subject, known=spectrum, matrices=source.matrices))
     if given.energy:
         answers.append(squeal.energy(spectrum))
+        if sweep:
+            answers.append(squeal.energy_sweep(sweep))
 
     if given.shape:
         write_files(given, main_answer, drawn=spectrum, shape=given.shape)

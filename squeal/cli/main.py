@@ -25,6 +25,7 @@ GROUPS = {
         "eigenvalues": "complex eigenvalues and verdict",
         "thresholds": "every threshold of stability in a range of friction or of another parameter",
         "critical-speeds": "critical speeds of a rotor, with whirl directions",
+        "conditions": "what grows at each combination of friction, pressure, temperature, ...",
         "map": "verdict over alpha1 and alpha2, or over any two parameters",
     },
     "what to change, what to show": {

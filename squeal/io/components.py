@@ -16,9 +16,10 @@ from squeal.io.system_keys import CSV, FACTOR, SYSTEM, Document
 from squeal.io.tables import number_in, read_table
 from squeal.numerics.differentiation import Formula
 from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
-from squeal.sparse.assembly import OWN, assemble
+from squeal.sparse.assembly import OWN, Assembly, assemble
 from squeal.sparse.components import Component
 from squeal.sparse.contact_seat import Contact
+from squeal.sparse.quadratic import Changes
 
 BETWEEN = Several(TEXT, "a list of two names of components", 2)
 POSITIVE = Number(low=0.0)
@@ -116,23 +117,35 @@ def assembly_file(
             inputs.append(folder / component["reduced"]["lacks"])
         if "load" in component:
             inputs.append(folder / component["load"]["file"])
-    contacts = []
-    for number, contact in enumerate(keys["contact"], 1):
-        contacts.append(_contact(contact, at / "contact" / str(number), folder, values))
+    for contact in keys["contact"]:
         if "pairs" in contact:
             inputs.append(folder / contact["pairs"]["file"])
     if "cutoff" in keys and all(body.lacks is not None for body in bodies):
         words = "is not allowed; all components are reduced already, up to"
         raise (at / "cutoff").refuse(f"{words} {min(body.cutoff for body in bodies):g} Hz")
-    with at.named():
-        assembly = assemble(
-            bodies,
-            contacts,
-            values,
-            keys.get("parameter", "mu"),
-            keys.get("name") or Path(at.source).stem,
-            keys.get("cutoff", band and 2 * band[1]),
-        )
+
+    def joined(bodies: Sequence[Component], values: Changes, cutoff: float | None) -> Assembly:
+        """The components in the contact that some parameters give; they may be joined again."""
+        contacts = []
+        for number, contact in enumerate(keys["contact"], 1):
+            contacts.append(_contact(contact, at / "contact" / str(number), folder, values))
+        parameter = keys.get("parameter", "mu")
+        name = keys.get("name") or Path(at.source).stem
+        with at.named():
+            assembly = assemble(bodies, contacts, values, parameter, name, cutoff)
+
+        def joined_at(changes: Changes) -> Assembly:
+            changed = {**values, **changes}
+            loaded = []
+            for body in assembly.components:
+                place = at / "components" / body.name
+                load = keys["components"][body.name].get("load")
+                loaded.append(_loaded_anew(body, load, place, values, changed))
+            return joined(loaded, changed, None)
+
+        return replace(assembly, joined_at=joined_at)
+
+    assembly = joined(bodies, values, keys.get("cutoff", band and 2 * band[1]))
     return SystemFile(
         assembly.system,
         reference=keys.get("reference", ""),
@@ -191,6 +204,19 @@ def _component(
         factor = _formula_value(load, "factor", at / "load", values)
         body = replace(body, load=factor * _load(folder / load["file"], body))
     return body
+
+
+def _loaded_anew(
+    body: Component, load: Document | None, at: Place, values: Changes, changed: Changes
+) -> Component:
+    """A component under the load of changed parameters. Raises InputError."""
+    if load is None:
+        return body
+    before = _formula_value(load, "factor", at / "load", values)
+    if not before:
+        raise (at / "load" / "factor").refuse("is 0; another value is needed where it changes")
+    factor = _formula_value(load, "factor", at / "load", changed) / before
+    return replace(body, load=factor * body.load)
 
 
 def _load(path: Path, body: Component) -> NDArray[np.float64]:

@@ -107,6 +107,11 @@ class Damping:
     matrix: rows of C (3, 3) in (x, y, theta), SI units; ratios: damping ratios of the three modes
     without friction, by rising frequency; rayleigh: alpha (1/s) and beta (s) of alpha M + beta K,
     K that without friction. Arrays become tuples. Raises InputError for anything else.
+
+    Examples
+    --------
+    >>> Damping(ratios=[0.01, 0.01, 0.02]).ratios
+    (0.01, 0.01, 0.02)
     """
 
     matrix: tuple[tuple[float, ...], ...] | None = None
@@ -118,7 +123,13 @@ class Damping:
             object.__setattr__(self, name, value)
 
     def to_dict(self) -> dict[str, Any]:
-        """As it stands in a scene file."""
+        """As it stands in a scene file.
+
+        Examples
+        --------
+        >>> Damping(rayleigh=(2.0, 1e-7)).to_dict()
+        {'rayleigh': (2.0, 1e-07)}
+        """
         return {name: value for name, value in vars(self).items() if value is not None}
 
 
@@ -130,6 +141,15 @@ class Scene:
     error tolerance of a step; `stop` (s) and `samples` are None in a scene that names no time.
     Raises InputError, with the sentence that the same scene file would meet, for what is not
     allowed.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k_c=1.7e7, alpha1=1.57,
+    ...                  alpha2=3.14, mu=0.3)
+    >>> scene = squeal.Scene("B3", pad)
+    >>> squeal.eigenvalues(scene).verdict
+    'marginal'
     """
 
     model: Model
@@ -155,7 +175,18 @@ class Scene:
         _read(self.to_dict(), at)
 
     def to_dict(self) -> dict[str, Any]:
-        """The scene as a mapping of a scene file's form, defaults left out."""
+        """The scene as a mapping of a scene file's form, defaults left out.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k_c=1.7e7, alpha1=1.57,
+        ...                  alpha2=3.14, mu=0.3)
+        >>> damping = squeal.Damping(ratios=(0.01, 0.01, 0.01))
+        >>> document = squeal.Scene("B3", pad, damping=damping).to_dict()
+        >>> sorted(document), document["damping"]
+        (['damping', 'model', 'parameters'], {'ratios': (0.01, 0.01, 0.01)})
+        """
         initial: dict[str, Any] = {}
         if self.start != "origin":
             initial["from"] = self.start
@@ -182,6 +213,16 @@ class Scene:
         """The scene in a mapping of a scene file's form; `at` tells messages where it stands.
 
         Raises InputError with one sentence on the first thing that is wrong.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k_c=1.7e7, alpha1=1.57,
+        ...                  alpha2=3.14, mu=0.3)
+        >>> scene = squeal.Scene("B3", pad)
+        >>> from squeal.schema import Place
+        >>> squeal.Scene.from_dict(scene.to_dict(), Place("my scene")) == scene
+        True
         """
         keys = _read(document, at)
         for name, parameter in PARAMETERS.items():
@@ -207,6 +248,15 @@ class Scene:
         """A copy with some fields of the scene or parameters of the pad changed.
 
         A moment of inertia that was left out follows m, w and h. Raises InputError.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k_c=1.7e7, alpha1=1.57,
+        ...                  alpha2=3.14, mu=0.3)
+        >>> scene = squeal.Scene("B3", pad).replace(mu=0.5, tolerance=1e-10)
+        >>> scene.pad.mu, scene.tolerance
+        (0.5, 1e-10)
         """
         pad = changes.pop("pad", self.pad)
         of_scene = {name: changes.pop(name) for name in vars(self) if name in changes}
@@ -263,6 +313,17 @@ def check_simulation(scene: Scene) -> None:
 
 
 def read_scene(path: str | Path) -> Scene:
-    """Read a scene file. Raises InputError with one sentence on the first thing that is wrong."""
+    """Read a scene file. Raises InputError with one sentence on the first thing that is wrong.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> from pathlib import Path
+    >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k_c=1.7e7, alpha1=1.57,
+    ...                  alpha2=3.14, mu=0.3)
+    >>> _ = Path("pad.yaml").write_text(str(squeal.Scene("B3", pad).to_dict()))
+    >>> squeal.read_scene("pad.yaml").pad.mu
+    0.3
+    """
     document, at = schema.read_document(path)
     return Scene.from_dict(document, at, Path(path))

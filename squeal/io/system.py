@@ -4,8 +4,10 @@ Their keys stand in `squeal.io.system_keys`. In place of K there may be K0, K1, 
 numbers: K is then K0 + K1 mu + K2 mu^2 + ...; C likewise.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -55,7 +57,17 @@ class SystemFile:
     """A system from a file; `inputs` are the other files that were read, `damped` says what has
     damping that is not given as a matrix, `assembly` is what components were joined to, `labels`
     are the (node, degree of freedom) of the rows where matrices name them. `assumptions` say what
-    was guessed, left out or united: nothing is certified after it."""
+    was guessed, left out or united: nothing is certified after it.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> from pathlib import Path
+    >>> _ = Path("mass.yaml").write_text("{M: [[1.0]], K: [[4.0]]}")
+    >>> file = squeal.read_system("mass.yaml")
+    >>> file.system.n, file.assumptions
+    (1, ())
+    """
 
     system: TermSystem
     reference: str = ""
@@ -66,6 +78,13 @@ class SystemFile:
     assembly: Any = field(default=None, repr=False)
     labels: tuple[tuple[int, int], ...] = field(default=(), repr=False)
     assumptions: tuple[str, ...] = ()
+
+    def replaced(self, changes: Mapping[str, float]) -> SystemFile:
+        """The same with other values of some parameters, at which components are seated anew."""
+        if self.assembly is None:
+            return replace(self, system=self.system.replace(changes))
+        assembly = self.assembly.joined_at(changes)
+        return replace(self, system=assembly.system, assembly=assembly)
 
 
 def matrices_file(document: Document, at: Place, folder: Path) -> SystemFile:

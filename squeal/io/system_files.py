@@ -13,6 +13,14 @@ def read_system(path: Path | str) -> SystemFile:
 
     Raises InputError with one sentence that names the file, the key, the value and what is
     allowed.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> from pathlib import Path
+    >>> _ = Path("mass.yaml").write_text("{M: [[1.0]], C: [[0.2]], K: [[4.0]]}")
+    >>> squeal.eigenvalues(squeal.read_system("mass.yaml")).verdict
+    'stable'
     """
     document, at = schema.read_document(path)
     return system_file(document, at, Path(path).parent)

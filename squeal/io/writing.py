@@ -150,6 +150,12 @@ class Column:
     value: of a row's record, left out the attribute of that name; shown: the same for people;
     hidden: in files and rows alone; words: the head for people instead of the name; percent: a
     share, which people read in %.
+
+    Examples
+    --------
+    >>> from types import SimpleNamespace
+    >>> Column("growth_rate", "1/s").of(SimpleNamespace(growth_rate=3.0))
+    3.0
     """
 
     name: str
@@ -161,13 +167,25 @@ class Column:
     percent: bool = False
 
     def of(self, row: object) -> Any:
-        """The value in a row."""
+        """The value in a row.
+
+        Examples
+        --------
+        >>> Column("last", value=lambda row: row[-1]).of((1.0, 2.0))
+        2.0
+        """
         if self.value is None:
             return getattr(row, self.name)
         return self.value(row)
 
     def cell(self, row: object) -> str:
-        """The value for people."""
+        """The value for people.
+
+        Examples
+        --------
+        >>> Column("share", value=lambda row: row[0], percent=True).cell((0.25,))
+        '25'
+        """
         if self.shown is not None:
             return self.shown(row)
         value = plain(self.of(row))
@@ -232,6 +250,13 @@ class Table:
 
     title: stands above; nothing: is said where there is no record; rank: which rows of a long table
     are shown to people, those of the greatest value, among equal ones both ends.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> shares = squeal.Table([squeal.Column("share", value=lambda row: row)], [0.25, 0.75])
+    >>> shares.records()
+    [{'share': 0.25}, {'share': 0.75}]
     """
 
     columns: Sequence[Column]
@@ -259,7 +284,18 @@ class Table:
 
     def text(self, most: int = SHOWN) -> str:
         """The table for people, with at most so many rows, the most telling ones in
-        their order; a line says how many were left out between them."""
+        their order; a line says how many were left out between them.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> table = squeal.Table([squeal.Column("speed", "m/s", lambda row: row)], [1.0, 2.0, 3.0])
+        >>> print(table.text(most=2))
+          speed, m/s
+          1
+          ... 1 more rows (all with --json)
+          3
+        """
         if not len(self.rows):
             return self.nothing or self.title
         indices = self._shown_rows(most)
@@ -279,7 +315,14 @@ class Table:
         return "\n".join(lines)
 
     def html(self, most: int = FEW) -> str:
-        """The table for a notebook."""
+        """The table for a notebook.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> squeal.Table([squeal.Column("speed", "m/s", lambda row: row)], [1.5]).html()
+        '<p></p><table><tr><td>speed, m/s</td></tr><tr><td>1.5</td></tr></table>'
+        """
         if not len(self.rows):
             return f"<p>{html.escape(self.nothing or self.title)}</p>"
         body = ""
@@ -291,7 +334,14 @@ class Table:
         return f"<p>{html.escape(self.title)}</p><table>{body}</table>{more}"
 
     def records(self) -> list[dict[str, Any]]:
-        """A mapping of column names to values for each row."""
+        """A mapping of column names to values for each row.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> squeal.Table([squeal.Column("speed", "m/s", lambda row: row)], [1.5]).records()
+        [{'speed': 1.5}]
+        """
         return [
             {column.name: plain(column.of(row)) for column in self.columns} for row in self.rows
         ]
@@ -301,6 +351,15 @@ class Table:
 
         The CSV head reads "name [unit]"; the JSON holds `units` and a mapping for each of the
         `rows`. Raises InputError.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> from pathlib import Path
+        >>> table = squeal.Table([squeal.Column("speed", "m/s", lambda row: row)], [1.5])
+        >>> table.save("speeds.csv")
+        >>> Path("speeds.csv").read_text().splitlines()
+        ['speed [m/s]', '1.5']
         """
         path = Path(path)
         units = {column.name: column.unit for column in self.columns}
@@ -337,27 +396,71 @@ class Panel:
 
 
 class Answer(ABC):
-    """What a question is answered with. Subclasses are records with a `table`."""
+    """What a question is answered with. Subclasses are records with a `table`.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> mass = squeal.System([[1.0]], [[0.2]], [[4.0]], name="mass")  # -0.1 +- 1.9975i
+    >>> answer = squeal.eigenvalues(mass)
+    >>> isinstance(answer, squeal.Answer), len(answer.to_records())
+    (True, 2)
+    """
 
     warnings: tuple[str, ...] = ()  # what a user should know before using the answer
     panel: ClassVar[Panel]
     grid: ClassVar[tuple[str | int, ...]] = ()
-    """Columns, by name or by place, of which one row each has its own values: axes of an array."""
+    """Columns, by name or by place, of which one row each has its own values, as array axes."""
 
     @abstractmethod
     def table(self) -> Table:
-        """The columns and rows of the answer."""
+        """The columns and rows of the answer.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> mass = squeal.System([[1.0]], [[0.2]], [[4.0]], name="mass")  # -0.1 +- 1.9975i
+        >>> [column.head for column in squeal.eigenvalues(mass).table().columns][:3]
+        ['mode', 'real, 1/s', 'imag, rad/s']
+        """
 
     def parts(self) -> Sequence[str | Table]:
-        """What stands under each other for people: lines of text and tables."""
+        """What stands under each other for people: lines of text and tables.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> mass = squeal.System([[1.0]], [[0.2]], [[4.0]], name="mass")  # -0.1 +- 1.9975i
+        >>> print(squeal.eigenvalues(mass).parts()[0])
+        mass
+        Stable, mu = 0
+        """
         return [self.table()]
 
     @abstractmethod
     def to_dict(self) -> dict[str, Any]:
-        """The answer as the JSON object that the command line prints."""
+        """The answer as the JSON object that the command line prints.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> mass = squeal.System([[1.0]], [[0.2]], [[4.0]], name="mass")  # -0.1 +- 1.9975i
+        >>> document = squeal.eigenvalues(mass).to_dict()
+        >>> document["verdict"], document["count"], document["certified"]
+        ('stable', 2, True)
+        """
 
     def text(self, most: int = SHOWN) -> str:
-        """The answer for people, with at most so many rows of each table."""
+        """The answer for people, with at most so many rows of each table.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> print(squeal.thresholds(pair).text().splitlines()[0])
+        pair: at mu = 0: marginal
+        """
         texts = (part.text(most) if isinstance(part, Table) else part for part in self.parts())
         return visible("\n\n".join(text for text in texts if text))
 
@@ -371,11 +474,29 @@ class Answer(ABC):
         )
 
     def to_records(self) -> list[dict[str, Any]]:
-        """The rows of the table, each a mapping of column names to values."""
+        """The rows of the table, each a mapping of column names to values.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> [record] = squeal.thresholds(pair).to_records()
+        >>> record["kind"], round(record["mu"], 9)
+        ('flutter', 0.75)
+        """
         return self.table().records()
 
     def to_dataframe(self) -> Any:
-        """The table's rows as a :class:`pandas.DataFrame`. Raises InputError without pandas."""
+        """The table's rows as a :class:`pandas.DataFrame`. Raises InputError without pandas.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> mass = squeal.System([[1.0]], [[0.2]], [[4.0]], name="mass")  # -0.1 +- 1.9975i
+        >>> squeal.eigenvalues(mass).to_dataframe()["damping_ratio"].round(9).tolist()
+        [0.05, 0.05]
+        """
         try:
             pandas = importlib.import_module("pandas")
         except ImportError:
@@ -384,9 +505,20 @@ class Answer(ABC):
         return pandas.DataFrame.from_records(self.to_records(), columns=names)
 
     def to_xarray(self) -> Any:
-        """The table's columns as a :class:`xarray.Dataset` over the axes of a sweep, a map or a
+        """The table's columns as a `xarray.Dataset` over the axes of a sweep, a map or a
         motion; of a pair of roots that with Im lambda > 0. Raises InputError for other answers,
-        and without xarray."""
+        and without xarray.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> mass = squeal.System([[1.0]], [[0.2]], [[4.0]], name="mass")  # -0.1 +- 1.9975i
+        >>> try:
+        ...     squeal.eigenvalues(mass).to_xarray()  # a sweep, a map and a motion have axes
+        ... except squeal.InputError as error:
+        ...     print(error)
+        to_xarray: Eigenvalues has no axes; to_dataframe has all
+        """
         if not self.grid:
             raise InputError(f"to_xarray: {type(self).__name__} has no axes; to_dataframe has all")
         frame = self.to_dataframe()
@@ -401,6 +533,15 @@ class Answer(ABC):
         """Write the table as CSV or JSON, or the figure as PDF, PNG or SVG, by the end of the name.
 
         drawn: what `plot` takes of whole figures. Raises InputError.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> from pathlib import Path
+        >>> mass = squeal.System([[1.0]], [[0.2]], [[4.0]], name="mass")  # -0.1 +- 1.9975i
+        >>> squeal.eigenvalues(mass).save("roots.csv")
+        >>> Path("roots.csv").read_text().splitlines()[0]
+        'mode,real [1/s],imag [rad/s],frequency_hz,damping_ratio,residual,condition'
         """
         if Path(path).suffix not in FIGURES:
             self.table().save(path)
@@ -417,6 +558,14 @@ class Answer(ABC):
 
         Whole figures take `shape` (the number of a mode, of eigenvalues of a system with
         coordinates), `damping` (of a sweep: damping ratios over frequency), `scene` (of a motion).
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> squeal.sweep(pair, [0.0, 0.5, 1.0]).plot().get_ylabel()
+        'frequency [Hz]'
         """
         from squeal.plots.answers import plot
 

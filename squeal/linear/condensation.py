@@ -46,6 +46,7 @@ class StaticCondensation:
     """
 
     def __init__(self, system: SystemFunction, p: float) -> None:
+        """Divide the eigenvectors of M at p into nearly massless ones and others."""
         self._system = system
         self.error_amplification = 1.0
         ((self._M, _, K),) = matrices_of(system, [p])
@@ -54,6 +55,7 @@ class StaticCondensation:
         masses, vectors = np.linalg.eigh(unit_diagonal(self._M))
         self._vectors = vectors / divisor(size)[:, None]
         masses = np.where(masses > 4 * EPS * len(masses) * masses[-1], masses, 0.0)
+        # the greatest gap between neighbouring masses divides them
         gaps = masses[1:] / np.maximum(masses[:-1], EPS * masses[-1])
         count = int(np.argmax(gaps)) + 1
         self._light_masses = masses[:count]
@@ -84,7 +86,10 @@ class StaticCondensation:
         return np.eye(len(unit)), damping.X11 / unit, self._condensed(self._blocks(K)) / unit
 
     def _condensed(self, K: _Blocks) -> Array:
-        """D1 L (n1, n1), by fixed-point iteration."""
+        """D1 L (n1, n1), the stiffness of the slow motions, by fixed-point iteration for X.
+
+        `error_amplification` is raised by what cancels in K11 - K12 X.
+        """
         condition = float(np.linalg.cond(unit_diagonal(K.X22)))
         _require(condition < 1e8 and np.linalg.slogdet(K.X22)[0] == self._sign)
         X = np.linalg.solve(K.X22, K.X21)

@@ -70,25 +70,55 @@ class ContinuationOptions:
     """What a continuation and a search for thresholds may cost, and when they are in doubt.
 
     A threshold that is missed calls for more `steps`, or for a smaller `doubt`.
+
+    Attributes
+    ----------
+    steps : int
+        Values at which the eigenvalues are computed first; large systems take fewer.
+    depth : int
+        How often a step may be divided.
+    budget : int
+        Values in all, of systems of up to 60 rows; larger ones take fewer.
+    doubt : float
+        A root is matched if the slopes at both ends of a step predict its change to this share.
+    near : float
+        Of |z|: how much the slopes may miss in any case. Frequencies that differ by no more than
+        this share may be of one root.
+    alike : float
+        The product of vectors in `Step.same_mode` beyond which two roots are one mode.
+    likely : float
+        The same if their slopes agree too.
+    difference : float
+        Of the range: the step of a difference that stands for a derivative.
+    same : float
+        Of the range: events closer than this coincide, unless the counts between them agree; of the
+        value of an event: a narrower interval has converged.
+    sure : float
+        Standard deviations of rounding that an interval holds.
+    wide : float
+        Of the range: the widest interval that is not in doubt.
+    aside : float
+        Of a step: where it is divided; not in the middle, as thresholds often lie at round numbers.
+    rounds : int
+        Steps of Newton's method, and half of those of inverse iteration.
+    small : int
+        Rows up to which systems are stacked, and SciPy's loading is not worth while.
     """
 
-    steps: int = 24  # values at which the eigenvalues are computed first; large systems take fewer
-    depth: int = 12  # how often a step may be divided
-    budget: int = 1500  # values in all, of systems of up to 60 rows; larger ones take fewer
-    # a root is matched if the slopes at both ends predict its change to this share of the change ..
+    steps: int = 24
+    depth: int = 12
+    budget: int = 1500
     doubt: float = 0.25
-    near: float = 1e-3  # .. or of |z|; frequencies that differ by this share may be of one root
-    alike: float = 0.8  # product of left and right vectors beyond which two roots are one mode ..
-    likely: float = 0.5  # .. where the slopes agree too
-    difference: float = 1e-6  # of the range: step of a difference that stands for a derivative
-    # of the range: events closer than this coincide, unless the counts between them agree; of its
-    # value: an interval narrower than this has converged
+    near: float = 1e-3
+    alike: float = 0.8
+    likely: float = 0.5
+    difference: float = 1e-6
     same: float = 1e-9
-    sure: float = 4.0  # standard deviations of rounding that an interval holds
-    wide: float = 1e-4  # of the range: the widest interval of a certified search
-    aside: float = 0.4837  # of a step: where it is divided
-    rounds: int = 12  # steps of Newton's method, and half of those of inverse iteration
-    small: int = 40  # rows up to which systems are stacked, and SciPy's loading is not worth while
+    sure: float = 4.0
+    wide: float = 1e-4
+    aside: float = 0.4837
+    rounds: int = 12
+    small: int = 40
 
 
 Numbers = NDArray | complex
@@ -109,10 +139,23 @@ def zeros_between(cubic: Array) -> list[float]:
 
 
 class ModalCouplings(NamedTuple):
-    """Pairs of roots k, l that may meet, and the derivatives W and T (see above) that couple them.
+    """Pairs of roots that may meet, and how a change of the parameter couples the two of each.
 
-    direct: W_kl and W_lk (2, pairs); indirect: T_kl and T_lk; bend: half of z_k'' - z_l'' by all
-    other roots; conjugate: whether the two are conjugate, or meet at zero.
+    W and T are those of the head of `steps`: dA/dp in the eigenvectors, and the coupling of two
+    roots by way of all others.
+
+    Attributes
+    ----------
+    k, l : array of int (pairs,)
+        Indices of the two roots.
+    conjugate : array of bool (pairs,)
+        Whether the two are conjugate, or meet at zero.
+    direct : array (2, pairs)
+        W_kl and W_lk.
+    indirect : array (2, pairs)
+        T_kl and T_lk.
+    bend : array (pairs,)
+        Half of z_k'' - z_l'', as far as it comes from all other roots.
     """
 
     k: NDArray[np.intp]
@@ -215,18 +258,19 @@ class SpectrumAtParameter:
 
     @cached_property
     def bounds(self) -> tuple[int, int]:
-        """At least and at most how many roots (two for a pair) grow, rounding considered."""
+        """At least and at most how many roots lambda (two for a pair) grow, rounding considered."""
         z = self.roots
         rounding = 2 * self.rounding  # that of two which are close, see `close`
-        possible = self.close.sum(axis=1) > 1
+        has_close_root = self.close.sum(axis=1) > 1
         if self.problem is DAMPED:
             certain = z.real > rounding
             possible = z.real > -rounding
-        elif self.problem is GYROSCOPIC:
+        elif self.problem is GYROSCOPIC:  # z = -i lambda
             certain = z.imag < -rounding
+            possible = has_close_root
         else:  # each complex s and each negative one gives a growing root
             certain = (np.abs(z.imag) > rounding) | (z.real < -rounding)
-            possible = possible | (z.real < rounding)
+            possible = has_close_root | (z.real < rounding)
         return int(np.sum(certain)), int(np.sum(certain | possible))
 
     @property
@@ -237,7 +281,13 @@ class SpectrumAtParameter:
 
     @cached_property
     def couplings(self) -> ModalCouplings:
-        """The derivative couplings of pairs on the line or above it, or conjugate."""
+        """The couplings of all pairs of roots that may meet.
+
+        Both of them lie on the line or above it, or they are conjugate to each other. By
+        perturbation theory of simple roots (Kato 1966, II.2) z_k''/2 = sum_m F_km W_mk, where
+        F_kl = W_kl / (z_k - z_l). In F W - W F are the terms of 2 T, and those with m = k and
+        m = l, which F_kl (W_kk - W_ll) takes away.
+        """
         z = self.roots
         W = self.coupling
         slopes = self.slopes
@@ -258,8 +308,9 @@ class SpectrumAtParameter:
             inverse = np.where(np.abs(differences) > unsure, 1 / differences, 0.0)
             F = W * inverse
             T = (F @ W - W @ F + F * (slopes[:, None] - slopes)) / 2
-            second = np.einsum("km,mk->k", F, W)
-            bend = second[k] - second[l] - 2 * W[k, l] * W[l, k] * inverse[k, l]
+            half_second_derivative = np.einsum("km,mk->k", F, W)
+            bend = half_second_derivative[k] - half_second_derivative[l]
+            bend = bend - 2 * W[k, l] * W[l, k] * inverse[k, l]
         return ModalCouplings(
             k=k,
             l=l,
@@ -281,8 +332,11 @@ def exponents(
 
 
 class StandardProblem(NamedTuple):
-    """A(p) and dA/dp (N, N), and the sizes of which the rounding of each entry of A is eps times
-    one."""
+    """The standard eigenproblem A z = z v at one value of the parameter.
+
+    A: the matrix (N, N); derivative: dA/dp; sizes: what the rounding of each entry of A is
+    relative to, so that it is the machine precision times this.
+    """
 
     A: NDArray
     derivative: NDArray
@@ -344,8 +398,12 @@ class Continuation:
         return [self._states[p] for p in sorted(self._states)]
 
     def _standard(self, matrices: Matrices, slopes: Change) -> StandardProblem:
-        """The standard eigenproblem, without what one strong component of the rows does to another:
-        that changes no eigenvalue and costs digits."""
+        """The standard eigenproblem of M, C and K, and its derivative for slopes dM, dC and dK.
+
+        With L M R = 1 it is that of A = L K R and B = L C R. As d(M^-1) = -M^-1 dM M^-1 their
+        derivatives are L dK R - (L dM R) A and the like. What one strong component of the rows does
+        to another changes no eigenvalue and costs digits: it is left out.
+        """
         M, C, K = (self._projected(X) for X in matrices)
         dM, dC, dK = (self._projected(X) for X in slopes)
         left, right = _normalising(M)
@@ -365,7 +423,8 @@ class Continuation:
             A, self.frequency_scale = first_order(A, B, self.frequency_scale)
             dA = first_order(dA, dB, self.frequency_scale)[0]
             sizes = first_order(-sizes, -damping_sizes, self.frequency_scale)[0]
-            dA[:n] = sizes[:n] = 0.0
+            dA[:n] = 0.0  # the upper rows are exact and constant
+            sizes[:n] = 0.0
         if self.problem is GYROSCOPIC:
             A = -1j * A
             dA = -1j * dA
@@ -429,6 +488,7 @@ class Continuation:
                 self._add(p, standards[i], roots[i], right[i])
 
     def _add(self, p: float, standard: StandardProblem, roots: NDArray, right: NDArray) -> None:
+        """Keep the state at p, with the left vectors and the rounding of its roots (N,)."""
         A = standard.A
         left = np.zeros_like(right)
         rounding = np.zeros(len(A))
@@ -461,8 +521,11 @@ def _in_vectors(matrix: NDArray, left: NDArray, right: NDArray) -> ComplexArray:
 
 
 def _eigenvectors(A: NDArray, parts: Sequence[NDArray[np.intp]]) -> tuple[NDArray, NDArray]:
-    """Eigenvalues (..., N) and unit vectors (..., N, N) of matrices (..., N, N), or of each of the
-    `parts` that they fall into by itself: as many of its own as it has rows."""
+    """Eigenvalues (..., N) and unit right vectors (..., N, N) of matrices (..., N, N).
+
+    `parts` are the rows of the strong components into which the matrices fall; each is solved by
+    itself and has as many eigenvalues as rows.
+    """
     roots = np.zeros(A.shape[:-1], complex)
     right = np.zeros(A.shape, complex)
     for rows in parts:
@@ -491,13 +554,25 @@ def _has_symmetry(X: Array, sign: int) -> bool:
 
 
 def _without_free_motions(samples: Sequence[Matrices]) -> tuple[Array, Array] | None:
-    """P, Q (n, n - k), P' M Q q'' + ... without the k motions that neither K nor C ever acts on."""
+    """P and Q (n, n - k), of which P' M Q q'' + P' C Q q' + P' K Q q = 0 has no free motions.
+
+    These are the k motions x on which neither K nor C acts at any sample, whose roots are zero
+    throughout, and the k combinations y of rows with y' K = y' C = 0. Q spans what is orthogonal to
+    M' y, P what is orthogonal to M x.
+
+    Returns
+    -------
+    (P, Q) or None
+        None if there are no such motions, if M varies, or if M does not separate them well.
+    """
     M = samples[0][0]
     acting = []
     for other_M, C, K in samples:
         if not np.array_equal(M, other_M):
             return None
-        acting += [X for X in (K, C) if X.any()]
+        for X in (K, C):
+            if X.any():
+                acting.append(X)
     if not acting:
         return None
     # along a unit diagonal of M, so that units do not matter
@@ -507,13 +582,15 @@ def _without_free_motions(samples: Sequence[Matrices]) -> tuple[Array, Array] | 
         scaled = scale * X * scale.T
         unit.append(scaled / np.abs(scaled).max())
     noise = 8 * EPS * len(M) * float(np.linalg.norm(np.hstack(unit), 2))
-    right = scale * null_spaces(np.vstack(unit), noise)[0]
-    left = scale * null_spaces(np.hstack(unit), noise)[1]
-    k = right.shape[1]
-    if not 0 < k < len(M) or left.shape[1] != k or np.linalg.cond(left.T @ M @ right) > 1 / ILL:
+    motions = scale * null_spaces(np.vstack(unit), noise)[0]
+    combinations = scale * null_spaces(np.hstack(unit), noise)[1]
+    k = motions.shape[1]
+    if not 0 < k < len(M) or combinations.shape[1] != k:
         return None
-    P = scale * np.linalg.qr(scale * (M @ right), "complete")[0][:, k:]
-    Q = scale * np.linalg.qr(scale * (M.T @ left), "complete")[0][:, k:]
+    if np.linalg.cond(combinations.T @ M @ motions) > 1 / ILL:
+        return None
+    P = scale * np.linalg.qr(scale * (M @ motions), "complete")[0][:, k:]
+    Q = scale * np.linalg.qr(scale * (M.T @ combinations), "complete")[0][:, k:]
     return P, Q
 
 

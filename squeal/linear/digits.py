@@ -66,15 +66,24 @@ def data_errors(
 def _off_the_axis(
     values: NDArray[np.complex128], bounds: Array, symmetric: bool
 ) -> NDArray[np.bool_]:
-    """Which roots (m,) of a real undamped system may leave the imaginary axis within their bounds.
+    """Which roots of a real undamped system may leave the imaginary axis within their bounds.
 
-    Simple roots on it do not, nor any of symmetric matrices: those with a motion of its own.
+    Simple roots on it do not, nor any of symmetric matrices but those that reach zero.
+
+    Parameters
+    ----------
+    values : array (m,)
+        The roots, rad/s.
+    bounds : array (m,)
+        How far each may move, rad/s.
+    symmetric : bool
+        Whether M and K are symmetric.
     """
     leaves = (values.real != 0.0) | (bounds >= np.abs(values))
     if not symmetric:
-        apart = np.abs(values[:, None] - values)
-        np.fill_diagonal(apart, np.inf)
-        leaves |= np.any(apart <= bounds[:, None] + bounds, axis=1)
+        distances = np.abs(values[:, None] - values)
+        np.fill_diagonal(distances, np.inf)
+        leaves |= np.any(distances <= bounds[:, None] + bounds, axis=1)
     return leaves
 
 
@@ -83,7 +92,9 @@ def known_to_digits(
 ) -> tuple[Eigenvalue, ...]:
     """Roots of a system at its parameters with the error that the digits of its files leave.
 
-    Their rounding is raised to it where growth may hang on it.
+    The bound is that of the module's head; where it exceeds a quarter of |lambda| the root may be a
+    double root at zero, whose square moves by |y|' |dP| |x| / |y^H M x|. Rounding is raised to the
+    bound where growth may hang on it.
     """
     if not roots:
         return ()
@@ -110,15 +121,16 @@ def known_to_digits(
         bounds = np.where(simple > NEAR_ZERO * size, np.fmin(2 * simple, double), simple)
     unknown = ~np.isfinite(bounds)  # vectors that coalesce say nothing
     bounds[unknown] = np.maximum(size, np.sqrt(norm_of(dK) / norm_of(M)))[unknown]
-    leaves = np.ones(len(z), dtype=bool)
+    may_grow = np.ones(len(z), dtype=bool)
     if system.real and not norm_of(C):
-        symmetric = all(abs(X - X.T).max() == 0.0 for X in (M, K))
-        leaves = _off_the_axis(z, bounds, symmetric)
+        is_symmetric = all(abs(X - X.T).max() == 0.0 for X in (M, K))
+        may_grow = _off_the_axis(z, bounds, is_symmetric)
     known = []
-    for root, bound, moves in zip(roots, bounds.tolist(), leaves.tolist(), strict=True):
+    for k, root in enumerate(roots):
+        bound = float(bounds[k])
         bounded = replace(root, error=bound, open=False)
-        if moves:
-            unknown_sign = abs(root.value.real) <= bound
-            bounded = replace(bounded, rounding=max(root.rounding, bound), open=unknown_sign)
+        if may_grow[k]:
+            has_unknown_sign = abs(root.value.real) <= bound
+            bounded = replace(bounded, rounding=max(root.rounding, bound), open=has_unknown_sign)
         known.append(bounded)
     return tuple(known)

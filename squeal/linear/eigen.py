@@ -63,13 +63,24 @@ ACCEPTED = 1e-6  # backward error up to which a root decides
 
 @dataclass(frozen=True, eq=False)
 class Eigenvalue:
-    """One eigenvalue (rad/s) of (value^2 M + value C + K) right = 0 and what is known of it.
+    """One eigenvalue of (value^2 M + value C + K) right = 0 and what is known of it.
 
-    right (n,) is the mode shape, right^H M right = 1, and left (n,) alike; residual the backward
-    error |P(value) x| / (|v|^2 |M| + |v| |C| + |K|), mass-normalised; condition 1/|y^H x| of the
-    standard problem solved (in value^2 if undamped), or inf; rounding (rad/s) how far rounding, and
-    error how far a reduction or what digits of data leave open may move it, None where that is not
-    known; open is true if this error leaves open whether it grows.
+    Attributes
+    ----------
+    value : complex
+        rad/s.
+    right, left : array (n,)
+        The mode shape, right^H M right = 1, and the left eigenvector alike.
+    residual : float
+        The backward error |P(value) x| / (|value|^2 |M| + |value| |C| + |K|), mass-normalised.
+    condition : float
+        1 / |y^H x| of the standard problem that was solved (in value^2 without damping), or inf.
+    rounding : float
+        How far rounding may move it, rad/s.
+    error : float, optional
+        How far a reduction, or what digits of data leave open, may move it, rad/s.
+    open : bool
+        True if this error leaves open whether it grows.
     """
 
     value: complex
@@ -179,28 +190,42 @@ def root_rounding(
     size: float | Array,
     rows: int | None = None,
 ) -> Array:
-    """How far rounding moves the eigenvalues (m,) of a matrix of norm `size`, of condition numbers
-    1/|y^H x| and relative backward errors `error`. It has m rows unless `rows` are given.
+    """How far rounding moves each eigenvalue (m,) of a matrix.
 
-    A lone one moves by r = size error condition. Of others at distances d_j that come into reach
-    r prod(1 + r/d_j) is so much, since the determinant changes with them. Nothing moves further
-    than by the root of the error of as many (Elsner 1985).
+    One that is far from all others moves by its size times error times condition, R. The
+    determinant, and with it R, is shared with others at distances d_j: where these come into reach,
+    r with r prod(1 + r / d_j) = R is how far it moves. No eigenvalue moves further than by the m-th
+    root of the relative error (Elsner 1985).
+
+    Parameters
+    ----------
+    values : array (m,)
+        The eigenvalues.
+    condition : float or array (m,)
+        Their condition numbers 1 / |y^H x|.
+    error : float or array (m,)
+        The relative backward error of the matrix.
+    size : float or array (m,)
+        Its norm.
+    rows : int, optional
+        Its rows, if these are not the m eigenvalues given.
     """
     least = np.broadcast_to(size * error, values.shape)
     alone = np.broadcast_to(least * condition, values.shape)
     bound = np.broadcast_to(2 * size * error ** (1 / (rows or max(len(values), 1))), values.shape)
-    apart = np.maximum(np.abs(values[:, None] - values), least[:, None])
-    np.fill_diagonal(apart, np.inf)
+    distances = np.maximum(np.abs(values[:, None] - values), least[:, None])
+    np.fill_diagonal(distances, np.inf)
     moved = np.minimum(alone, bound)
-    near = np.flatnonzero(moved > 1e-3 * apart.min(axis=1, initial=np.inf))
+    near = np.flatnonzero(moved > 1e-3 * distances.min(axis=1, initial=np.inf))
     with np.errstate(divide="ignore"):
-        goal = np.log(alone[near])
-        r = np.log(moved[near])
+        log_alone = np.log(alone[near])
+        log_moved = np.log(moved[near])
     for _ in range(16):  # Newton's method on logarithms: convex, and from above
-        share = np.exp(r)[:, None] / apart[near]
-        excess = r + np.log1p(share).sum(axis=1) - goal
-        r = r - np.maximum(excess, 0.0) / (1.0 + (share / (1.0 + share)).sum(axis=1))
-    moved[near] = np.exp(r)
+        share = np.exp(log_moved)[:, None] / distances[near]
+        excess = log_moved + np.log1p(share).sum(axis=1) - log_alone
+        slope = 1.0 + (share / (1.0 + share)).sum(axis=1)
+        log_moved = log_moved - np.maximum(excess, 0.0) / slope
+    moved[near] = np.exp(log_moved)
     return moved
 
 
@@ -211,22 +236,27 @@ def assumed_rounding(values: ArrayLike, undamped: bool = False) -> Array:
 
 
 def kinds(values: ArrayLike, rounding: ArrayLike) -> Codes:
-    """What each of the roots lambda (...) does, by indices into `VERDICTS`, given how far rounding
-    may move it."""
+    """What each of the roots lambda (...) does, as an index into `VERDICTS`.
+
+    rounding: how far rounding may move each, rad/s.
+    """
     values = np.asarray(values)
     growing = np.where(np.abs(values.imag) > rounding, FLUTTER, DIVERGENCE)
-    quiet = np.where(values.real >= -np.asarray(rounding), MARGINAL, STABLE)
-    return np.where(values.real > rounding, growing, quiet).astype(np.int8)
+    not_growing = np.where(values.real >= -np.asarray(rounding), MARGINAL, STABLE)
+    return np.where(values.real > rounding, growing, not_growing).astype(np.int8)
 
 
 def square_roots(s: ComplexArray, rounding: Array) -> tuple[ComplexArray, Array]:
-    """The roots lambda (...) of s = -lambda^2 that do not decay, and their rounding; a complex pair
-    within its own rounding is a coalescence: a real double root."""
+    """The roots lambda (...) of s = -lambda^2 that do not decay, and how far rounding moves them.
+
+    A complex pair s within its own rounding is a coalescence: a real double root. Since
+    d lambda = ds / (2 |lambda|) a root s that is zero to rounding moves lambda by a square root.
+    """
     s = np.where(np.abs(s.imag) <= rounding, s.real, s)
     size = np.abs(s)
-    below = size <= rounding
-    slope = 1 / (2 * np.sqrt(np.where(below, 1.0, size)))
-    return np.sqrt(-s), np.where(below, np.sqrt(rounding), rounding * slope)
+    is_zero = size <= rounding
+    slope = 1 / (2 * np.sqrt(np.where(is_zero, 1.0, size)))
+    return np.sqrt(-s), np.where(is_zero, np.sqrt(rounding), rounding * slope)
 
 
 class Roots(NamedTuple):
@@ -240,13 +270,17 @@ class Roots(NamedTuple):
 
 
 def assigned(cost: Array) -> NDArray[np.intp]:
-    """For each row a column of its own, the cheapest first."""
-    order = np.argmin(cost, axis=1)
-    if len(set(order.tolist())) == len(order):
-        return order
-    order[:] = -1
+    """For each row of a cost matrix (m, k) a column of its own, the cheapest pairs first.
+
+    -1 for rows that are left over where there are more of them than columns.
+    """
+    cheapest = np.argmin(cost, axis=1)
+    if len(set(cheapest.tolist())) == len(cheapest):
+        return cheapest
+    order = np.full(len(cost), -1, dtype=np.intp)
     taken: set[int] = set()
-    for i, j in zip(*np.unravel_index(np.argsort(cost, axis=None), cost.shape), strict=True):
+    by_cost = np.unravel_index(np.argsort(cost, axis=None), cost.shape)
+    for i, j in zip(*by_cost, strict=True):
         if order[i] < 0 and int(j) not in taken:
             order[i] = j
             taken.add(int(j))
@@ -266,10 +300,19 @@ def left_vectors(A: Array, values: ComplexArray, right: ComplexArray) -> Complex
 
 
 def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -> Roots:
-    """Eigenvalues of a real matrix (m, m) whose entries carry a relative error `rounding`.
+    """Eigenvalues of a real matrix, whose zero roots are counted by rank and set to zero.
 
-    Zero roots are counted by rank and set, with vectors from the null spaces; of a first-order
-    matrix with a regular `stiffness` block there are none, however strong the damping.
+    Their vectors are those of the null spaces.
+
+    Parameters
+    ----------
+    A : array (m, m)
+        The matrix.
+    rounding : float
+        The relative error of its entries.
+    stiffness : array (m/2, m/2), optional
+        The stiffness block of a first-order matrix. Where it is regular there are no zero roots,
+        however strong the damping is.
     """
     values, right = (x.astype(complex) for x in np.linalg.eig(A))
     left = left_vectors(A, values, right)
@@ -277,33 +320,47 @@ def _standard_roots(A: Array, rounding: float, stiffness: Array | None = None) -
     noise = noise_of(A, rounding)
     if stiffness is None or zero_roots(stiffness, noise_of(stiffness, rounding)):
         zeros = zero_roots(A, noise)
-    where = np.argsort(np.abs(values))[:zeros]
+    smallest = np.argsort(np.abs(values))[:zeros]
     if zeros:
-        values[where] = 0.0
+        values[smallest] = 0.0
         null, conull = null_spaces(A, noise)
-        pick = np.arange(zeros) % null.shape[1]  # a chain repeats its one vector
-        right[:, where], left[:, where] = null[:, pick], conull[:, pick]
+        column = np.arange(zeros) % null.shape[1]  # a chain repeats its one vector
+        right[:, smallest] = null[:, column]
+        left[:, smallest] = conull[:, column]
     with np.errstate(divide="ignore"):
         condition = 1.0 / np.abs(np.sum(left.conj() * right, axis=0))
     moved = root_rounding(values, condition, 2 * len(A) * rounding, float(np.linalg.norm(A, 2)))
     if stiffness is not None:
-        moved[where] = 0.0  # found by rank, hence exact
+        moved[smallest] = 0.0  # found by rank, hence exact
     return Roots(values, right, left, condition, moved)
 
 
 def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -> None:
-    """Give up to three roots s = -lambda^2 the pairs and signs, beyond rounding, that invariants
-    know where roots coalesce or pass zero, if they are not vague."""
+    """Correct up to three roots s = -lambda^2 by the invariants of the matrix, in place.
+
+    Where roots coalesce or pass zero the signs of its discriminant and coefficients tell, beyond
+    rounding, whether there is a complex pair and how many roots are negative. Vague invariants
+    change nothing.
+
+    Parameters
+    ----------
+    s : array (n,)
+        The roots, n <= 3.
+    rounding : array (n,)
+        How far rounding moves each.
+    reduced : Reduced
+        The system.
+    """
     n = len(s)
     A = np.zeros((3, 3))  # a missing row is one of zeros: a zero root
     A[:n, :n] = reduced.A
-    diagonal = np.count_nonzero(reduced.T) == n
-    floor = 0.0 if diagonal else reduced.rounding * float(np.abs(A).max())
+    has_diagonal_mass = np.count_nonzero(reduced.T) == n
+    floor = 0.0 if has_diagonal_mass else reduced.rounding * float(np.abs(A).max())
     with np.errstate(over="ignore", invalid="ignore"):
         cubic = invariants(A.ravel().tolist(), floor=floor)
     if cubic.vague:
         return
-    # of real roots the coefficients of p(-s) change sign once for each negative one
+    # of real roots the coefficients of p(-s) change sign once for each negative one (Descartes)
     signs = [1.0]
     for coefficient in cubic[:3]:
         if abs(coefficient.value) > coefficient.bound:
@@ -311,7 +368,7 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
     negative = sum(bool(x != y) for x, y in itertools.pairwise(signs))
     reals = np.arange(n)
     if cubic.discriminant.value < -cubic.discriminant.bound:
-        negative = int(cubic.c.value < -cubic.c.bound)
+        negative = int(cubic.c.value < -cubic.c.bound)  # the real root has the sign of c
         pair = _make_complex_pair(s, rounding, cubic)
         reals = np.setdiff1d(reals, pair)
     s[reals] = s[reals].real
@@ -321,24 +378,28 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
             others = float(np.prod(np.delete(s, k)).real)
             s[k] = -abs(cubic[n - 1].value / others) if others else -rounding[k]
         rounding[k] = min(rounding[k], abs(s[k]) / 2)
-    least = rising[negative:]
-    s[least] = np.maximum(s[least].real, 0.0)
+    not_negative = rising[negative:]
+    s[not_negative] = np.maximum(s[not_negative].real, 0.0)
 
 
 def _make_complex_pair(s: ComplexArray, rounding: Array, cubic: Cubic) -> NDArray[np.intp]:
-    """Indices (2,) of two conjugates, or where rounding made them real of the closest two, which
-    get the imaginary parts that the discriminant knows."""
+    """Make two of the roots s (n,) a complex pair, in place; returns their indices (2,).
+
+    They are the two conjugates or, where rounding made them real, the closest two. Where rounding
+    hides their imaginary part it follows from the discriminant, (s1 - s2)^2 times the square of the
+    product (s3 - s1) (s3 - s2). rounding (n,): how far rounding moves each.
+    """
     n = len(s)
     distances = np.abs(s[:, None] - s.conj()) + np.diag(np.full(n, np.inf))
     pair = np.array(np.unravel_index(np.argmin(distances), distances.shape))
     if np.any(np.abs(s[pair].imag) <= rounding[pair]):
-        slope = cubic.b.value  # of the cubic at the third root
+        product = cubic.b.value  # with a third root of zero
         if n == 3:
             third = np.setdiff1d(np.arange(n), pair)[0]
-            slope = np.prod(s[third] - s[pair])
+            product = np.prod(s[third] - s[pair])
         mean = s[pair].real.mean()
-        half = np.sqrt(-cubic.discriminant.value) / 2 / abs(slope)
-        s[pair] = mean + np.array([1j, -1j]) * half
+        half_difference = np.sqrt(-cubic.discriminant.value) / 2 / abs(product)
+        s[pair] = mean + np.array([1j, -1j]) * half_difference
     rounding[pair] = np.minimum(rounding[pair], np.abs(s[pair].imag) / 2)
     return pair
 
@@ -365,7 +426,13 @@ def roots_of(reduced: Reduced, reach: NDArray[np.bool_] | None = None) -> Roots:
         right[rows] = part.right
         left[rows] = part.left
         parts.append(part._replace(right=right, left=left))
-    return Roots(*(np.concatenate(arrays, axis=-1) for arrays in zip(*parts, strict=True)))
+    return Roots(
+        values=np.concatenate([part.values for part in parts]),
+        right=np.concatenate([part.right for part in parts], axis=1),
+        left=np.concatenate([part.left for part in parts], axis=1),
+        condition=np.concatenate([part.condition for part in parts]),
+        rounding=np.concatenate([part.rounding for part in parts]),
+    )
 
 
 def _part_of(reduced: Reduced, rows: NDArray[np.intp]) -> Reduced:
@@ -453,19 +520,18 @@ def spectrum_of(reduced: Reduced, roots: Roots | None = None) -> Spectrum:
     residuals = np.divide(defect, size, out=np.zeros_like(defect), where=size > 0)
     shapes = _physical(reduced.T, right)
     left_shapes = _physical(reduced.T, left)
-    return Spectrum(
-        tuple(
-            Eigenvalue(
-                value=complex(values[k]),
-                right=shapes[:, k],
-                left=left_shapes[:, k],
-                residual=float(residuals[k]),
-                condition=float(condition[k]),
-                rounding=float(rounding[k]),
-            )
-            for k in ordered(values)
+    eigenvalues = []
+    for k in ordered(values):
+        eigenvalue = Eigenvalue(
+            value=complex(values[k]),
+            right=shapes[:, k],
+            left=left_shapes[:, k],
+            residual=float(residuals[k]),
+            condition=float(condition[k]),
+            rounding=float(rounding[k]),
         )
-    )
+        eigenvalues.append(eigenvalue)
+    return Spectrum(tuple(eigenvalues))
 
 
 def _drive_vectors(
@@ -477,19 +543,32 @@ def _drive_vectors(
     left: ComplexArray,
     condition: Array,
 ) -> None:
-    """Add to vectors (n, m) of single components what they drive in others, and change the
-    condition numbers (m,) accordingly. reach[i, j] says that row i depends on unknown j."""
+    """Complete the vectors of single strong components by what they drive in others, in place.
+
+    A right and a left vector overlap in their own component alone, so that y^H P'(lambda) x changes
+    only as their lengths do, and the condition number with it.
+
+    Parameters
+    ----------
+    A, B : array (n, n)
+        Of z'' + B z' + A z = 0.
+    reach : array of bool (n, n)
+        reach[i, j]: row i depends on unknown j, see `dependence`.
+    values : array (m,)
+        The roots, rad/s.
+    right, left : array (n, m)
+        Vectors as columns, zero outside of the component of each root; on return of unit length.
+    condition : array (m,)
+        Condition numbers of the roots in their components.
+    """
     identity = np.eye(len(A))
     driven_last = sorted(components(reach), key=lambda rows: reach[rows[0]].sum())
     driving_last = sorted(components(reach), key=lambda rows: reach.T[rows[0]].sum())
     for k, z in enumerate(values):
         P = z * z * identity + z * B + A
-        slope = 2 * z * identity + B if z else identity
-        alone = abs(left[:, k].conj() @ slope @ right[:, k])
-        _drive(P, reach, driven_last, right[:, k])
-        _drive(P.conj().T, reach.T, driving_last, left[:, k])
-        together = abs(left[:, k].conj() @ slope @ right[:, k])
-        condition[k] *= alone / max(together, EPS * alone)
+        own_share = _drive(P, reach, driven_last, right[:, k])
+        own_share *= _drive(P.conj().T, reach.T, driving_last, left[:, k])
+        condition[k] /= max(own_share, EPS)
 
 
 def _drive(
@@ -497,19 +576,24 @@ def _drive(
     reach: NDArray[np.bool_],
     parts: Sequence[NDArray[np.intp]],
     vector: ComplexArray,
-) -> None:
-    """Add to the null vector (n,) of one of the components of P what it drives in those that depend
-    on it, which stand behind what they depend on. Where a driven one is singular, too, the vector
-    of that one alone comes out."""
-    one = int(np.argmax(np.abs(vector)))
+) -> float:
+    """Complete the null vector (n,) of one component of P by what it drives in others, in place.
+
+    Returns the share of its entries in its own component, both of unit length. The `parts` are the
+    components, each behind those that it depends on. Where a driven one is singular, too, the
+    vector of that one alone comes out.
+    """
+    own = int(np.argmax(np.abs(vector)))
+    own_entry = abs(vector[own]) / np.linalg.norm(vector)
     size = float(np.linalg.norm(P))
     for rows in parts:
-        if reach[rows[0], one] and not reach[one, rows[0]]:
+        if reach[rows[0], own] and not reach[own, rows[0]]:
             inner = P[np.ix_(rows, rows)]
             inner = inner + EPS * size * np.eye(len(rows))
             vector[rows] = -np.linalg.solve(inner, P[rows] @ vector)
             vector /= np.abs(vector).max()
     vector /= np.linalg.norm(vector)
+    return float(abs(vector[own]) / own_entry)
 
 
 def _physical(T: Array, z: ComplexArray) -> ComplexArray:
@@ -523,20 +607,33 @@ def _physical(T: Array, z: ComplexArray) -> ComplexArray:
 
 
 def hidden(reduced: Reduced, C: Array | None, K: Array, roots: Roots | None = None) -> bool:
-    """True if rounding leaves a root too few digits, or there are more of zero than K and C leave
-    free: where a mass is light, a spring stiff or a damper strong beside others. `roots` are those
-    of the system, if they are known."""
+    """True if rounding hides slow roots, as beside a light mass, a stiff spring or a strong damper.
+
+    Then some root is known to fewer than three digits, or there are more zero roots than the ranks
+    of K and of K and C together leave free. Roots of pads, and of systems whose nearly massless
+    coordinates are eliminated instead, need this answer before the referee is asked.
+
+    Parameters
+    ----------
+    reduced : Reduced
+        The system.
+    C, K : array (n, n)
+        The matrices from which it was made; C may be None.
+    roots : Roots, optional
+        Its roots, if they are known.
+    """
     zeros = 0
     for rows in components(dependence(reduced)):
         block = np.ix_(rows, rows)
-        rank = rank_with_damping = scaled_rank(K[block])
+        rank = scaled_rank(K[block])
+        rank_with_damping = rank
         if C is not None and reduced.B is not None:
             rank_with_damping = scaled_rank(np.vstack([K[block], C[block]]))
         zeros += 2 * len(rows) - rank - rank_with_damping
     known = roots or roots_of(reduced)
     size = np.abs(known.values)
-    few_digits = np.any(known.rounding > 0.005 * size, where=size > 0.0)
-    return bool(few_digits or np.sum(size == 0) != zeros)
+    has_few_digits = np.any(known.rounding > 0.005 * size, where=size > 0.0)
+    return bool(has_few_digits or np.sum(size == 0) != zeros)
 
 
 # The verdict
@@ -566,12 +663,12 @@ def decide(values: ArrayLike, rounding: ArrayLike) -> Judgement:
     values = np.atleast_1d(np.asarray(values, dtype=complex))
     rounding = np.broadcast_to(rounding, values.shape)
     each = kinds(values, rounding)
-    k = int(np.argmax(np.where(each >= FLUTTER, values.real, -np.inf)))
-    name = VERDICTS[each[k]]
+    fastest = int(np.argmax(np.where(each >= FLUTTER, values.real, -np.inf)))
+    name = VERDICTS[each[fastest]]
     if name not in GROWING:
         name = "marginal" if np.any(each == MARGINAL) else "stable"
-        k = int(np.argmax(values.real))
-    return Judgement(name, float(values[k].real), float(rounding[k]))
+        fastest = int(np.argmax(values.real))
+    return Judgement(name, float(values[fastest].real), float(rounding[fastest]))
 
 
 @dataclass(frozen=True)

@@ -61,11 +61,29 @@ def hertz_of(frequency: float) -> str:
 
 @dataclass(frozen=True)
 class Event:
-    """A crossing of the line: value of the parameter, rad/s, direction, interval, residual."""
+    """A root, or two that meet, crosses the line between growth and decay.
+
+    Attributes
+    ----------
+    value : float
+        The parameter there.
+    omega : float
+        Angular frequency, rad/s; 0 of a real root.
+    direction : int
+        1 if growth begins with rising parameter, -1 if it ends.
+    interval : (float, float)
+        Holds the parameter, rounding included.
+    residual : float, optional
+        Backward error of the root there, as a share of the norm of the matrix.
+    coalesces : bool
+        True if two roots meet on the line.
+    converged : bool
+        False if only a count of growing roots tells of the event.
+    """
 
     value: float
     omega: float
-    direction: int  # +1: growth begins with rising value
+    direction: int
     interval: tuple[float, float]
     residual: float | None = None
     coalesces: bool = False
@@ -97,15 +115,30 @@ class Event:
 
 
 def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float | None]:
-    """Where roots may cross the line within a step, whose `ends` may be those of the range, and the
-    share at which it has to be divided first, None if the matches are good enough to tell."""
+    """Where roots may cross the line within a step, and where to divide it if that is in doubt.
+
+    Parameters
+    ----------
+    step : Step
+        The step, with its roots matched.
+    ends : (bool, bool)
+        Whether its two ends are those of the whole range.
+
+    Returns
+    -------
+    guesses : list of Guess
+        The best there are.
+    division : float or None
+        The share of the step at which to divide it first; None if the matches are good enough.
+    """
     problem = step.before.problem
     z = step.ends.z
     later_z = step.ends.later_z
     on_before = step.before.on_line
     on_after = step.after.on_line[step.order]
-    unsure = 2 * np.abs(step.deviation.real)
     real = step.before.real & step.after.real[step.order]
+    # how far a path may be from its cubic, towards the line
+    unsure = 2 * np.abs(step.deviation.real)
     passes_zero = np.zeros(len(z), dtype=bool)
     if problem is DAMPED:
         unsure = unsure + step.rounding
@@ -141,36 +174,61 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
 
 
 def _doubtful_turn(step: Step, roots: Bools, change: Array) -> float | None:
-    """Where one of the roots (a mask) turns back so close to the line that its cubic does not tell
-    whether it crosses; a share of the step."""
-    c = step.cubic  # its error is t^2 (1 - t)^2 times a constant: none is left where it turns
-    with np.errstate(all="ignore"):  # where c' = 0
+    """Where a root turns back so close to the line that its cubic does not tell whether it crosses.
+
+    The cubic c0 + c1 t + c2 t^2 + c3 t^3 through values and slopes at both ends is off by
+    t^2 (1 - t)^2 times a constant.
+
+    Parameters
+    ----------
+    step : Step
+        The step.
+    roots : array of bool (m,)
+        Which roots are looked at.
+    change : array (m,)
+        By how much the real part of each changes within the step.
+
+    Returns
+    -------
+    float or None
+        The share of the step at the first such turn.
+    """
+    # damping that passes zero for a ten-thousandth of the range needs it: else it is missed
+    c = step.cubic
+    with np.errstate(all="ignore"):
+        # both zeros of the derivative c1 + 2 c2 t + 3 c3 t^2, without cancellation
         q = -c[2] - np.copysign(np.sqrt(c[2] ** 2 - 3 * c[1] * c[3]), c[2])
         t = np.stack([q / (3 * c[3]), c[1] / q])
         deviation = np.maximum(change, np.abs(step.deviation.real))
         error = 1.6 * (t * (1 - t)) ** 2 * deviation
-        near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= error
-    near &= roots & (t > 0) & (t < 1) & (error > step.rounding)
-    return float(t[near][0]) if near.any() else None
+        is_near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= error
+    is_near &= roots & (t > 0) & (t < 1) & (error > step.rounding)
+    return float(t[is_near][0]) if is_near.any() else None
 
 
 def _sides_are_known(step: Step, pair: RootPair) -> bool:
-    """True if the cubics of a pair tell on which side of the axis both roots are."""
+    """True if the cubics of a pair tell on which side of the axis both roots are within a step."""
     t = np.linspace(0.0, 1.0, 17)
-    error = abs(pair.square[3])  # twice what the slopes miss
+    square_error = abs(pair.square[3])  # twice what the slopes miss
     mean = np.polyval(pair.mean[::-1].astype(complex), t)
-    half = np.sqrt(np.polyval(pair.square[::-1].astype(complex), t))
+    half_difference = np.sqrt(np.polyval(pair.square[::-1].astype(complex), t))
     with np.errstate(divide="ignore", invalid="ignore"):
-        slack = abs(pair.mean[3].real) + np.fmin(np.sqrt(error), error / np.abs(half))
-    for path in ((mean + half).real, (mean - half).real):
-        clear = (abs(path) > slack).all()
-        if not (clear or slack.max() <= 2 * step.options.doubt * np.ptp(path)):
+        half_error = np.fmin(np.sqrt(square_error), square_error / np.abs(half_difference))
+        slack = abs(pair.mean[3].real) + half_error
+    for path in ((mean + half_difference).real, (mean - half_difference).real):
+        stays_on_one_side = (abs(path) > slack).all()
+        passes_clearly = slack.max() <= 2 * step.options.doubt * np.ptp(path)
+        if not (stays_on_one_side or passes_clearly):
             return False
     return True
 
 
 def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
-    """Zeros of the cubic of one root; `known`: on which side of the line it is at both ends."""
+    """Where one root crosses the line: zeros of the cubic of its real part over the step.
+
+    k: the index of the root before the step; known: whether it is certain on which side of the line
+    the root is at both ends.
+    """
     before = step.before
     after = step.after
     is_real = before.real[k] and after.real[step.order[k]]
@@ -180,11 +238,18 @@ def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:
     path = ends.real.copy()
     if known:  # on the line at an end of the range: the slope tells where it comes from
         path[[0, 2]] = np.where(np.abs(path[[0, 2]]) <= step.rounding[k], 0.0, path[[0, 2]])
-    h = after.value - before.value
+    length = after.value - before.value
     for t in zeros_between(hermite_cubic(*path)):
         root = complex(np.polyval(hermite_cubic(*ends)[::-1], t))
         right, left = step.vectors(t, [k])
-        yield Guess(before.value + t * h, root, right, left, coalesces=False, width=h)
+        yield Guess(
+            value=before.value + t * length,
+            root=root,
+            right=right,
+            left=left,
+            coalesces=False,
+            width=length,
+        )
 
 
 def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
@@ -196,34 +261,43 @@ def _events_of_pair(step: Step, pair: RootPair) -> Iterator[Guess]:
     before = step.before
     after = step.after
     problem = before.problem
-    h = after.value - before.value
+    length = after.value - before.value
     t = np.linspace(0.0, 1.0, 101)
     mean = np.polyval(pair.mean[::-1].astype(complex), t)
     square = np.polyval(pair.square[::-1].astype(complex), t)
-    on_before = before.on_line[pair.indices].all()
-    on_after = after.on_line[step.order[pair.indices]].all()
-    found = list[tuple[int, complex, bool]]()
-    if problem is DAMPED and not (on_before and on_after):
-        found += [(i, z, False) for i, z in _crossings(mean, square)]
-    if problem is not DAMPED or on_before or on_after:
-        found += [(i, z, True) for i, z in _meetings(mean, square)]
-    for i, z, coalesces in found:
+
+    def guess(i: int, root: complex, columns: list[int], coalesces: bool) -> Guess:
         right, left = step.vectors(t[i], pair.indices)
-        yield Guess(before.value + t[i] * h, z, right, left, coalesces, h)
+        return Guess(
+            value=before.value + t[i] * length,
+            root=root,
+            right=right[:, columns],
+            left=left[:, columns],
+            coalesces=coalesces,
+            width=length,
+        )
+
+    both_on_before = before.on_line[pair.indices].all()
+    both_on_after = after.on_line[step.order[pair.indices]].all()
+    if problem is DAMPED and not (both_on_before and both_on_after):
+        for i, root in _crossings(mean, square):
+            yield guess(i, root, [0, 1], coalesces=False)
+    if problem is not DAMPED or both_on_before or both_on_after:
+        for i, root in _meetings(mean, square):
+            yield guess(i, root, [0, 1], coalesces=True)
     if problem is UNDAMPED:
         product = (mean * mean - square).real  # of the two roots: one of them passes zero
         passes_zero = (product[1:] * product[:-1] < 0) & (square.real[1:] >= 0)
-        for n in np.flatnonzero(passes_zero):
-            right, left = step.vectors(t[n], pair.indices)
-            for either in ([0], [1]):
-                one_right = right[:, either]
-                one_left = left[:, either]
-                yield Guess(before.value + t[n] * h, 0j, one_right, one_left, False, h)
+        for i in np.flatnonzero(passes_zero).tolist():
+            for either in (0, 1):
+                yield guess(i, 0j, [either], coalesces=False)
 
 
 def _crossings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, complex]]:
-    """Where one root of a pair with this mean and squared half difference crosses the axis: index,
-    and the mean there."""
+    """Where one root of a pair crosses the imaginary axis: the index before it, and the mean there.
+
+    mean, square: mean and squared half difference of the two roots at successive values (k,).
+    """
     half = np.sqrt(square)
     positive = np.sum(np.stack([mean - half, mean + half]).real > 0.0, axis=0)
     for n in np.flatnonzero(positive[1:] != positive[:-1]).tolist():
@@ -231,7 +305,10 @@ def _crossings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, 
 
 
 def _meetings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, complex]]:
-    """Where both roots of such a pair meet on the line: the nearer index, and the mean there."""
+    """Where both roots of a pair meet on the line: the nearest index, and the mean there.
+
+    mean, square: mean and squared half difference of the two roots at successive values (k,).
+    """
     separate = square.real > 0.0
     for n in np.flatnonzero(separate[1:] != separate[:-1]).tolist():
         nearer = n + int(abs(square[n + 1]) < abs(square[n]))
@@ -239,8 +316,10 @@ def _meetings(mean: ComplexArray, square: ComplexArray) -> Iterator[tuple[int, c
 
 
 class EventFunction(NamedTuple):
-    """A function of the parameter that vanishes at an event: its value, slope, half its second
-    derivative and how far rounding moves it."""
+    """A real function f of the parameter that vanishes at an event, at one value of it.
+
+    value: f; slope: f'; bend: f''/2; noise: how far rounding moves f.
+    """
 
     value: float
     slope: float
@@ -249,10 +328,27 @@ class EventFunction(NamedTuple):
 
 
 class LocalRoots(NamedTuple):
-    """One root (d = 0), or the mean of two and d = ((z1 - z2) / 2)^2, at a value of the parameter.
+    """One root, or two that are close, at a value of the parameter, by quantities that are smooth.
 
-    With slopes, half of d'' where the two are close, errors by rounding and of the subspaces, and
-    the right and left invariant subspace (N, 1) or (N, 2).
+    These are the mean of the two and d, the square of half their difference; of one root itself and
+    d = 0.
+
+    Attributes
+    ----------
+    value : float
+        The parameter.
+    mean, mean_slope : complex
+        The mean and its derivative by the parameter.
+    mean_noise : float
+        How far rounding moves the mean.
+    d, d_slope : complex
+        d and its derivative by the parameter.
+    d_bend : complex
+        Half of the second derivative of d, by the coupling of the two roots alone.
+    noise : float
+        How far rounding moves d.
+    right, left : array (N, 1) or (N, 2)
+        Orthonormal bases of the right and the left invariant subspace.
     """
 
     value: float
@@ -277,25 +373,26 @@ class LocalRoots(NamedTuple):
         return self.mean + step * self.mean_slope, d
 
     def closest_approach(self, problem: ProblemClass) -> tuple[float, float]:
-        """How far away two roots come closest, and half of how long they stay there."""
+        """Where two roots come closest, as a distance from here, and half of how long they stay
+        close; inf and 0 where they do not."""
         coefficients = np.array([self.d_bend, self.d_slope, self.d])
-        ends = np.roots(coefficients if problem is DAMPED else coefficients.real)
-        if len(ends) < 2:
+        zeros = np.roots(coefficients if problem is DAMPED else coefficients.real)
+        if len(zeros) < 2:
             return np.inf, 0.0
-        centre = float(ends.real.mean())
-        return centre, float(np.abs(ends - centre).max())
+        centre = float(zeros.real.mean())
+        return centre, float(np.abs(zeros - centre).max())
 
     def at(self, continuation: Continuation, p: float) -> LocalRoots:
-        """The same at p."""
+        """The same roots at p."""
         root = self.mean + (p - self.value) * self.mean_slope
         return roots_near(continuation, p, root, self.right, self.left)
 
     def event_function(self, coalesces: bool) -> EventFunction:
         """What vanishes at the event.
 
-        Of one root its real part m. Of two roots m +- sqrt(d), d = ((z1 - z2) / 2)^2: where they
-        meet on the line d, and where one of them crosses it, so that Re sqrt(d) = +-m,
-        m^2 Re d + (Im d)^2 / 4 - m^4.
+        Of one root its real part m. Of two roots m + i w +- sqrt(d): where they meet on the line d,
+        and where one of them crosses it, so that (Re sqrt(d))^2 = m^2, the function
+        m^2 Re d + (Im d)^2 / 4 - m^4, by Re(sqrt(d))^2 Im(sqrt(d))^2 = (Im d)^2 / 4.
         """
         m = self.mean.real
         dm = self.mean_slope.real
@@ -319,8 +416,24 @@ def roots_near(
     left: NDArray,
     perturbed: StandardProblem | None = None,
 ) -> LocalRoots:
-    """The root at p next to `near`, or two, from right and left vectors (N, 1) or (N, 2), with
-    slopes by p or, of a `perturbed` problem, by something else."""
+    """The root, or the two roots, of A(p) next to a given number, with slopes and errors.
+
+    On the invariant subspaces X and Y the matrix is the block (Y^H X)^-1 Y^H A X of one or two
+    rows, of which mean and squared half difference are traces.
+
+    Parameters
+    ----------
+    continuation : Continuation
+        The system along its parameter.
+    p : float
+        The parameter.
+    near : complex
+        An approximate root, or the mean of two.
+    right, left : array (N, 1) or (N, 2)
+        Approximate right and left eigenvectors of the one or the two.
+    perturbed : StandardProblem, optional
+        The problem at p with derivatives by something else than the parameter.
+    """
     A, derivative, sizes = perturbed or continuation.matrix_and_derivative(p)
     size = norm_of(A) or 1.0
     nudge = 1e-7 * max(abs(near), 1e-4 * size)
@@ -330,14 +443,14 @@ def roots_near(
         # two conjugate columns have one real part
         right = np.asarray(right.real + right.imag)
         left = np.asarray(left.real + left.imag)
-    P = A - shift * np.eye(len(A))
+    shifted = A - shift * np.eye(len(A))
     # not by the inverse: next to a coalescence its rounding hides the second vector
-    solve = partial(np.linalg.solve, P)
-    solve_adjoint = partial(np.linalg.solve, P.conj().T)
+    solve = partial(np.linalg.solve, shifted)
+    solve_adjoint = partial(np.linalg.solve, shifted.conj().T)
     if len(A) > continuation.options.small:
         from scipy.linalg import lu_factor, lu_solve
 
-        factor = lu_factor(P, check_finite=False)
+        factor = lu_factor(shifted, check_finite=False)
         solve = partial(lu_solve, factor)
         solve_adjoint = partial(lu_solve, factor, trans=2)
     rounds = continuation.options.rounds
@@ -352,16 +465,16 @@ def roots_near(
     # independent roundings in the entries of A
     entries = np.sqrt(np.abs(inverse) ** 2 @ (sizes**2 @ np.abs(X) ** 2))
     error = continuation.options.sure * (EPS * entries + missed)
-    m = len(block)
-    mean = np.trace(block) / m
-    mean_slope = np.trace(block_slope) / m
-    deviator = block - mean * np.eye(m)
-    deviator_slope = block_slope - mean_slope * np.eye(m)
+    count = len(block)
+    mean = np.trace(block) / count
+    mean_slope = np.trace(block_slope) / count
+    deviator = block - mean * np.eye(count)  # its square is d times the identity
+    deviator_slope = block_slope - mean_slope * np.eye(count)
     return LocalRoots(
         value=p,
         mean=complex(mean),
         mean_slope=complex(mean_slope),
-        mean_noise=float(error.trace() / m),
+        mean_noise=float(error.trace() / count),
         d=complex(np.trace(deviator @ deviator) / 2),
         d_slope=complex(np.trace(2 * deviator @ deviator_slope) / 2),
         d_bend=complex(np.trace(deviator_slope @ deviator_slope) / 2),
@@ -374,11 +487,23 @@ def roots_near(
 def _invariant_subspace(
     A: NDArray, size: float, start: NDArray, solve: Callable[[NDArray], NDArray], rounds: int
 ) -> NDArray:
-    """The invariant subspace (N, 1) or (N, 2) next to `start`.
+    """An orthonormal basis (N, 1) or (N, 2) of the invariant subspace of A next to `start`.
 
-    solve: x of (A - s) x = b, for a fixed s next to the roots; size: a norm of A. One step of
-    inverse iteration, then corrections by the residual: further steps of inverse iteration would
-    make both columns one vector next to a coalescence.
+    One step of inverse iteration, then corrections by the residual: further steps of inverse
+    iteration would make both columns one vector next to a coalescence.
+
+    Parameters
+    ----------
+    A : array (N, N)
+        The matrix.
+    size : float
+        A norm of it.
+    start : array (N, 1) or (N, 2)
+        Columns near the subspace.
+    solve : function
+        x of (A - s) x = b, for a fixed s next to the roots.
+    rounds : int
+        Half of the steps at most.
     """
     X = np.linalg.qr(solve(np.linalg.qr(start)[0]))[0]
     before = np.inf
@@ -396,15 +521,20 @@ def _invariant_subspace(
 
 
 def located(continuation: Continuation, guess: Guess, crosses: bool = True) -> Event | None:
-    """The event next to a guess, None if there is none that is known to within its width. Without
-    `crosses` it may be where two divergent roots join, which crosses no line."""
+    """The event next to a guess, None if there is none that is known to within its width.
+
+    `crosses` is False where two divergent roots may join, too, which crosses no line.
+    """
     with suppress(np.linalg.LinAlgError, ValueError):
         return _located(continuation, guess, crosses)
     return None
 
 
 class _Zero(NamedTuple):
-    """Where Newton's method ends: `move` beyond the value of `roots`."""
+    """Where Newton's method ends.
+
+    p: the parameter; roots, function: at the last value before it; move: how far p is from there.
+    """
 
     p: float
     move: float
@@ -434,33 +564,35 @@ def _newton(continuation: Continuation, guess: Guess) -> _Zero | None:
 
 
 def _located(continuation: Continuation, guess: Guess, crosses: bool) -> Event | None:
+    """As `located`; raises LinAlgError or ValueError where a matrix is singular."""
     zero = _newton(continuation, guess)
     if zero is None:
         return None
-    p, move, roots, function = zero
+    p = zero.p
+    roots = zero.roots
+    function = zero.function
     coalesces = guess.coalesces
-    slope = function.slope
-    low = continuation.low
-    high = continuation.high
-    half = 2 * function.noise / abs(slope) + abs(move) + 2 * EPS * abs(p)
+    slope = abs(function.slope)
+    half_width = 2 * function.noise / slope + abs(zero.move) + 2 * EPS * abs(p)
+    # rounding hides whether d vanishes twice, or not at all
     hidden = coalesces and slope**2 <= 16 * abs(function.bend) * function.noise
-    if half > guess.width or hidden:
-        return None  # two roots that only cross, or rounding hides all
+    if half_width > guess.width or hidden:
+        return None
     root = _root_at_event(continuation, guess, zero, crosses)
     if root is None:
         return None
     direction = root.direction
-    first = p - half
-    last = p + half
-    if half > 1e-9 * guess.width:  # the slope may change within
+    first = p - half_width
+    last = p + half_width
+    if half_width > 1e-9 * guess.width:  # the slope may change within
 
         def sign(x: float) -> int:
             nonlocal roots
             roots = roots.at(continuation, x)
-            function = roots.event_function(coalesces)
-            return int(np.sign(function.value)) if abs(function.value) > function.noise else 0
+            there = roots.event_function(coalesces)
+            return int(np.sign(there.value)) if abs(there.value) > there.noise else 0
 
-        bracket = bracket_by_sign(sign, (p, p), half, low, high)
+        bracket = bracket_by_sign(sign, (p, p), half_width, continuation.low, continuation.high)
         if bracket is None:
             return None
         first, last, rise = bracket
@@ -473,8 +605,8 @@ def _located(continuation: Continuation, guess: Guess, crosses: bool) -> Event |
     for perturbed in continuation.perturbed_by_rounding(p):
         local = roots_near(continuation, p, roots.mean, roots.right, roots.left, perturbed)
         slopes += abs(local.event_function(coalesces).slope)
-    margin = 2 * EPS * slopes / abs(slope)
-    interval = max(first - margin, low), last + margin
+    margin = 2 * EPS * slopes / slope
+    interval = max(first - margin, continuation.low), last + margin
     return Event(p, root.omega, direction, interval, root.residual, coalesces)
 
 
@@ -487,7 +619,11 @@ class _RootAtEvent(NamedTuple):
 
 
 class _Extrapolated(NamedTuple):
-    """A root at an event, where it was computed before, its slope, and whether it is real."""
+    """A root at an event.
+
+    root: its value z there; computed: that at the last computed parameter before; slope: of its
+    real part, or of d where two meet; is_real: whether lambda is real.
+    """
 
     root: complex
     computed: complex
@@ -552,20 +688,42 @@ def _one_of_two(zero: _Zero) -> _Extrapolated:
     root_of_d = np.sqrt(d)
     if not abs((mean + root_of_d).real) < abs((mean - root_of_d).real):
         root_of_d = -root_of_d
-    half = complex(root_of_d) or 1e-300
-    slope = roots.mean_slope + (roots.d_slope + 2 * move * roots.d_bend) / (2 * half)
-    z = mean + half
-    noise = roots.mean_noise + abs(roots.noise / (2 * half))
-    noise = max(noise, 1e-9 * (abs(mean) + abs(half)))
-    return _Extrapolated(z, roots.mean + half, slope.real, abs(z.imag) <= noise)
+    half_difference = complex(root_of_d) or 1e-300
+    half_slope = (roots.d_slope + 2 * move * roots.d_bend) / (2 * half_difference)
+    root = mean + half_difference
+    noise = roots.mean_noise + abs(roots.noise / (2 * half_difference))
+    noise = max(noise, 1e-9 * (abs(mean) + abs(half_difference)))
+    return _Extrapolated(
+        root=root,
+        computed=roots.mean + half_difference,
+        slope=(roots.mean_slope + half_slope).real,
+        is_real=abs(root.imag) <= noise,
+    )
 
 
 def bracket_by_sign(
     sign: Callable[[float], int], at: tuple[float, float], half: float, low: float, high: float
 ) -> tuple[float, float, int] | None:
-    """The nearest values below and above a range at which a sign is certain, by factors of two
-    from `half`, and its rise; an end of [low, high] is taken as it is. None if the sign is
-    the same on both sides. Of a function that is flat these hold the zero, noise / slope does not.
+    """The nearest values around a zero at which the sign of a function is certain.
+
+    Of a function that is flat these hold the zero where noise / slope does not.
+
+    Parameters
+    ----------
+    sign : function
+        1 or -1 where the sign is certain at a value, else 0.
+    at : (float, float)
+        Where the zero is taken to be.
+    half : float
+        The distance from there that is tried first, then multiples by powers of two.
+    low, high : float
+        Limits, of which one is taken as it is if no nearer value is certain.
+
+    Returns
+    -------
+    (float, float, int) or None
+        The values below and above, and 1 if the function rises between them, -1 if it falls, 0 if
+        neither is certain; None if the sign is the same on both sides.
     """
     smallest = 2 * float(np.spacing(max(abs(low), abs(high))))
     below, sign_below = _certain_sign(sign, at[0], -1, at[0] - low, half, smallest)
@@ -587,24 +745,38 @@ def _certain_sign(
     half: float,
     smallest: float,
 ) -> tuple[float, int]:
-    """The value nearest to `start` in a direction, no further than `room`, at which a sign is
-    certain, and the sign; 0 if there is none."""
+    """The value nearest to `start` at which a sign is certain, and the sign; 0 if there is none.
+
+    Tried are distances from `smallest` to `room`, upwards (`direction` 1) or downwards (-1): `half`
+    first, then its halves while they are certain, or its doubles until one is.
+    """
     step = max(min(half, room / 2), smallest)
-    here = sign(start + direction * step) if step < room else 0
-    while here and step > smallest and sign(start + direction * step / 2) == here:
+    found = sign(start + direction * step) if step < room else 0
+    while found and step > smallest and sign(start + direction * step / 2) == found:
         step /= 2
-    while not here and step < room:
+    while not found and step < room:
         step *= 2
-        here = sign(start + direction * step) if step < room else 0
-    return float(start + direction * step), here
+        found = sign(start + direction * step) if step < room else 0
+    return float(start + direction * step), found
 
 
 def window_guesses(continuation: Continuation, met: Guess, width: float) -> Iterator[Guess]:
-    """Where two roots that are predicted to meet within a step of that width cross the line, around
-    their closest approach."""
+    """Where two roots that may meet within a step cross the line, around their closest approach.
+
+    A window of growth that opens and closes within a step has two such places.
+
+    Parameters
+    ----------
+    continuation : Continuation
+        The system along its parameter.
+    met : Guess
+        Where the two are predicted to meet.
+    width : float
+        Length of the step.
+    """
     problem = continuation.problem
     pair = roots_near(continuation, met.value, met.root, met.right, met.left)
-    for _ in range(3):
+    for _ in range(3):  # go to the closest approach itself
         centre, half = pair.closest_approach(problem)
         if abs(centre) <= 4 * half or half >= width / 8:
             break
@@ -615,24 +787,27 @@ def window_guesses(continuation: Continuation, met: Guess, width: float) -> Iter
     centre, half = pair.closest_approach(problem)
     if half == 0.0 or not np.isfinite(centre):
         return
-    coalesces = problem is not DAMPED
-    if coalesces:
+    if problem is DAMPED:
+        offsets = centre + np.linspace(-8.0, 8.0, 404) * half
+        offsets = offsets[np.abs(offsets) < width]
+        offsets = np.unique(np.concatenate([offsets, np.linspace(-width, width, 101)]))
+        places = list(_crossings(*pair.extrapolate(offsets)))
+    else:
         bend = pair.d_bend.real
         slope = pair.d_slope.real
         if slope**2 - 4 * bend * pair.d.real <= 16 * abs(bend) * pair.noise:
             return  # beyond rounding d has the other sign between its zeros
-        x = np.array([centre - half, centre + half])
-        places = [(n, complex(pair.extrapolate(x[n])[0])) for n in (0, 1) if abs(x[n]) <= width]
-    else:
-        x = centre + np.linspace(-8.0, 8.0, 404) * half
-        x = np.unique(np.concatenate([x[np.abs(x) < width], np.linspace(-width, width, 101)]))
-        places = list(_crossings(*pair.extrapolate(x)))
-    for n, z in places:
+        offsets = np.array([centre - half, centre + half])
+        places = []
+        for n in (0, 1):
+            if abs(offsets[n]) <= width:
+                places.append((n, complex(pair.extrapolate(offsets[n])[0])))
+    for n, root in places:
         yield Guess(
-            value=pair.value + x[n],
-            root=z,
+            value=pair.value + offsets[n],
+            root=root,
             right=pair.right,
             left=pair.left,
-            coalesces=coalesces,
+            coalesces=problem is not DAMPED,
             width=min(4 * half, width),
         )

@@ -34,18 +34,23 @@ def _code(A: Array, B: Array | None) -> int:
 
 
 def damped_verdicts(A: Array, B: Array) -> Codes:
-    """Verdict codes (N,), indices into VERDICTS, of z'' + B z' + A z = 0; A, B of (N, n, n).
+    """Verdict codes (N,), indices into VERDICTS, of N damped systems z'' + B z' + A z = 0.
 
-    The coordinates are mass-normalised and no B is zero throughout. The codes are those of `judge`:
-    systems with an eigenvalue within the greatest rounding of an axis are judged one by one.
+    The codes are those of `judge`: systems with an eigenvalue within the greatest rounding of an
+    axis are judged one by one.
+
+    Parameters
+    ----------
+    A, B : array (N, n, n)
+        In mass-normalised coordinates; no B is zero throughout.
     """
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
     norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
     bound = norm * (2 * matrices.shape[-1] * ROUNDING) ** (1 / 3)  # of three roots that meet
-    grows = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
-    codes = np.where(grows.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
-    codes[grows.real < 0.0] = STABLE
+    fastest = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
+    codes = np.where(fastest.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
+    codes[fastest.real < 0.0] = STABLE
     doubtful = np.abs(values.real) <= bound
     doubtful |= (values.real > 0.0) & (values.imag != 0.0) & (np.abs(values.imag) <= bound)
     for k in np.flatnonzero(doubtful.any(axis=-1)):
@@ -64,43 +69,55 @@ def undamped_verdicts(A: Array) -> Codes:
 
 
 def _by_invariants(entries: Sequence[Array]) -> Codes:
-    """Verdict codes (N,) of the nine entries (N,) of A, of roots s = -lambda^2 of
-    s^3 - a s^2 + b s - c = 0.
+    """Verdict codes (N,) of N undamped systems from the signs of the invariants of A.
 
-    Real and non-negative roots s are marginal; a negative one is divergence, a complex pair
-    flutter. A coalescence that rounding cannot tell from real roots counts as real. Where both
-    occur that which grows faster names the verdict; what is vague is judged by its roots.
+    With roots s = -lambda^2 of s^3 - a s^2 + b s - c = 0: real and non-negative roots are marginal,
+    a negative one is divergence, a complex pair flutter. A coalescence that rounding cannot tell
+    from real roots counts as real. Where both occur that which grows faster names the verdict; what
+    is vague is judged by its roots.
+
+    entries: the nine entries (N,) of the matrices A, row by row.
     """
     cubic = invariants(entries)
     a, b, c, discriminant = cubic[:4]
-    pair = discriminant.value < -discriminant.bound
-    product_is_negative = c.value < -c.bound
-    negative = product_is_negative | (b.value < -b.bound) | (a.value < -a.bound)
-    codes = np.where(pair, FLUTTER, np.where(negative, DIVERGENCE, MARGINAL)).astype(np.int8)
+    has_pair = discriminant.value < -discriminant.bound
+    has_negative_product = c.value < -c.bound
+    has_negative = has_negative_product | (b.value < -b.bound) | (a.value < -a.bound)
+    without_pair = np.where(has_negative, DIVERGENCE, MARGINAL)
+    codes = np.where(has_pair, FLUTTER, without_pair).astype(np.int8)
     # beside a pair the real root has the sign of c
-    both = np.flatnonzero(pair & product_is_negative)
+    both = np.flatnonzero(has_pair & has_negative_product)
     vague = np.flatnonzero(cubic.vague)
     if len(both) or len(vague):
         A = np.stack(entries, axis=-1).reshape(-1, 3, 3)
         s = np.linalg.eigvals(A[both]).astype(complex)
-        first = np.argmax(np.abs(np.sqrt(-s).real), axis=1)
-        codes[both] = np.where(s.imag[np.arange(len(s)), first] != 0.0, FLUTTER, DIVERGENCE)
+        fastest = np.argmax(np.abs(np.sqrt(-s).real), axis=1)
+        is_flutter = s.imag[np.arange(len(s)), fastest] != 0.0
+        codes[both] = np.where(is_flutter, FLUTTER, DIVERGENCE)
         codes[vague] = [_code(A[k], None) for k in vague]
     return codes
 
 
 def sum_verdicts(Q: NDArray, u: NDArray) -> Codes:
-    """Verdict codes (n1, n2), indices into VERDICTS, of A = Q[:, :, k] + u[:, i] u[:, i]'.
+    """Verdict codes (n1, n2), indices into VERDICTS, of a grid of systems A = Q_k + u_i u_i'.
 
-    Q (3, 3, n2) and u (3, n1) are in coordinates with a mass matrix of one. A rank-one term enters
-    the coefficients linearly: with P = u u' the trace is tr Q + tr P, the sum of minors b(Q) + u'
-    (tr Q - Q) u, the determinant det Q + u' adj(Q) u. Over a grid each is the product of a matrix
-    over i with one over k, so that no matrix A is formed but at a boundary.
+    A rank-one term enters the coefficients of s^3 - a s^2 + b s - c linearly: with P = u u' the
+    trace is a = tr Q + tr P, the sum of minors b = b(Q) + u' (tr Q - Q) u, the determinant
+    c = det Q + u' adj(Q) u. Over a grid each is the product of a matrix over i with one over k, so
+    that no matrix A is formed but at a boundary.
+
+    Parameters
+    ----------
+    Q : array (3, 3, n2)
+        One summand for each k, in coordinates with a mass matrix of one.
+    u : array (3, n1)
+        The vector of the other for each i.
     """
     trace = Q[0, 0] + Q[1, 1] + Q[2, 2]
     cofactors = np.array([np.cross(Q[i - 2], Q[i - 1], axis=0) for i in range(3)])
     minors = cofactors[0, 0] + cofactors[1, 1] + cofactors[2, 2]
-    rows = np.vstack([np.ones(u.shape[1]), np.einsum("in,jn->ijn", u, u).reshape(9, -1)]).T
+    products = np.einsum("in,jn->ijn", u, u).reshape(9, -1)
+    rows = np.vstack([np.ones(u.shape[1]), products]).T
     of_b = np.vstack([minors, (trace * np.eye(3)[:, :, None] - Q).reshape(9, -1)])
     of_c = np.vstack([np.sum(Q[0] * cofactors[0], axis=0), cofactors.reshape(9, -1)])
     squares = np.sum(u * u, axis=0)
@@ -118,17 +135,22 @@ def sum_verdicts(Q: NDArray, u: NDArray) -> Codes:
         J2 = a * a / 3 - b
         J3 = (a * a * (2 / 27) - b / 3) * a + c
         discriminant = J2 * J2 * J2 * 4 - 27 * J3 * J3
-        pair = discriminant < 0.0
-        below = c < 0.0
-        part = np.where(below | (b < 0.0) | (a < 0.0), np.int8(DIVERGENCE), np.int8(MARGINAL))
-        part[pair] = FLUTTER
-        unsettled = (np.abs(discriminant) <= 16 * unit * size**6) | (pair & below)
+        has_pair = discriminant < 0.0
+        has_negative_product = c < 0.0
+        has_negative = has_negative_product | (b < 0.0) | (a < 0.0)
+        part = np.where(has_negative, np.int8(DIVERGENCE), np.int8(MARGINAL))
+        part[has_pair] = FLUTTER
+        unsettled = np.abs(discriminant) <= 16 * unit * size**6
+        unsettled |= has_pair & has_negative_product
         for power, value in enumerate((a, b, c), 1):
             unsettled |= np.abs(value) <= unit * size**power
         i, k = np.nonzero(unsettled)
         if len(i):
             v = u[:, i + start]
-            entries = [Q[m, n, k] + v[m] * v[n] for m in range(3) for n in range(3)]
+            entries = []
+            for m in range(3):
+                for n in range(3):
+                    entries.append(Q[m, n, k] + v[m] * v[n])
             part[i, k] = _by_invariants(entries)
         codes[chunk] = part
     return codes

@@ -39,16 +39,24 @@ class LightMassError(MatrixError):
 
 @dataclass(frozen=True)
 class Reduced:
-    """z'' + B z' + A z = 0, where q = T z and T' M T = 1.
+    """A system in mass-normalised coordinates z: z'' + B z' + A z = 0, q = T z and T' M T = 1.
 
-    A (n, n) in rad^2/s^2 and B (n, n) in rad/s, None without damping, whatever units M mixes. A
-    symmetric K gives a symmetric A.
+    Attributes
+    ----------
+    A : array (n, n)
+        rad^2/s^2, whatever units M mixes; symmetric if K is.
+    B : array (n, n) or None
+        rad/s; None without damping.
+    T : array (n, n)
+        The transformation.
+    rounding : float
+        Relative size of the errors that it leaves in A.
     """
 
     A: Array
     B: Array | None
     T: Array
-    rounding: float  # relative size of the errors that the reduction leaves in A
+    rounding: float
 
 
 Matrix = Any
@@ -253,8 +261,23 @@ def scaled_rank(K: NDArray) -> int:
 def first_order(
     A: NDArray, B: NDArray, frequency_scale: ArrayLike | None = None
 ) -> tuple[NDArray, Array]:
-    """The first-order form F (..., 2n, 2n) of z'' + B z' + A z = 0 in the time unit 1/scale, and
-    the scale (1/s; left out each system's own): F's eigenvalues times it are the roots (rad/s).
+    """The first-order form of z'' + B z' + A z = 0, in units of time in which it is well scaled.
+
+    With states (z, z' / scale) and time in 1/scale it is [[0, 1], [-A / scale^2, -B / scale]].
+
+    Parameters
+    ----------
+    A, B : array (..., n, n)
+        In rad^2/s^2 and rad/s.
+    frequency_scale : array_like (...), optional
+        The scale, 1/s; left out each system's own.
+
+    Returns
+    -------
+    F : array (..., 2n, 2n)
+        Its eigenvalues times the scale are the roots, rad/s.
+    scale : array (...)
+        1/s.
     """
     scale = _frequency_scale(A, B) if frequency_scale is None else np.asarray(frequency_scale)
     n = A.shape[-1]
@@ -294,7 +317,10 @@ def inertia(change: Change, z: Values, x: NDArray) -> NDArray:
 
 
 def reaches(pattern: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Which rows (n, n) depend on which unknowns, on their own ones and by way of other rows."""
+    """Which rows depend on which unknowns, by way of other rows too: an array (n, n).
+
+    pattern[i, j] says that row i holds unknown j. Each squaring doubles the length of the chains.
+    """
     reach = pattern | np.eye(len(pattern), dtype=bool)
     for _ in range(len(pattern).bit_length()):
         further = reach.astype(np.float32) @ reach.astype(np.float32) > 0.0
@@ -330,10 +356,11 @@ def null_spaces(A: NDArray, noise: float) -> tuple[NDArray, NDArray]:
 
 
 def zero_roots(A: NDArray, noise: float, M: NDArray | None = None) -> int:
-    """Algebraic multiplicity of the root 0 of A - s M (without M of A - s), from ranks.
+    """How often 0 is a root of A - s M (without M of A - s), from ranks.
 
     The null space is split off and the rest examined again until it has full rank, so that chains
     such as a free body (double zero root of the first-order problem) are counted to their end.
+    Singular values up to `noise` are rounding.
     """
     count = 0
     stiffness = A
@@ -341,15 +368,15 @@ def zero_roots(A: NDArray, noise: float, M: NDArray | None = None) -> int:
     while len(stiffness):
         _, singular, right = np.linalg.svd(stiffness)
         rank = int(np.sum(singular > noise))
-        rest, null = np.split(right.conj().T, [rank], axis=1)
+        others, null = np.split(right.conj().T, [rank], axis=1)
         if not null.shape[1]:
             break
         count += null.shape[1]
-        images = rest
+        images = others
         if mass is not None:
             images = np.linalg.qr(mass @ null, mode="complete")[0][:, null.shape[1] :]
-            mass = images.conj().T @ mass @ rest
-        stiffness = images.conj().T @ stiffness @ rest
+            mass = images.conj().T @ mass @ others
+        stiffness = images.conj().T @ stiffness @ others
     return count
 
 
@@ -374,8 +401,10 @@ class Cubic(NamedTuple):
 
 
 class _Cycles(NamedTuple):
-    """Products around cycles of the off-diagonal entries of A, or of their sizes: of two entries,
-    their sum, and the sum of those of three."""
+    """Products around closed cycles of the off-diagonal entries of A (3, 3), or of their sizes.
+
+    p12, p13, p23: a12 a21 and the like; p: their sum; t: a12 a23 a31 + a13 a21 a32.
+    """
 
     p12: Values
     p13: Values
@@ -385,7 +414,7 @@ class _Cycles(NamedTuple):
 
     @staticmethod
     def of(e: Sequence[Values]) -> _Cycles:
-        """Of the entries of A, row by row."""
+        """Those of the nine entries of A, row by row."""
         p12 = e[1] * e[3]
         p13 = e[2] * e[6]
         p23 = e[5] * e[7]
@@ -405,21 +434,28 @@ def _pair_products(x: Values, y: Values, z: Values) -> Values:
 
 
 def invariants(entries: Sequence[Values], floor: float = 0.0) -> Cubic:
-    """Invariants of A from its nine entries, row by row (numbers or arrays of one shape).
+    """The coefficients and the discriminant of the characteristic polynomial of A (3, 3).
 
-    The relative error of each entry is `ROUNDING`, `floor` (rad^2/s^2) adds an absolute one (a
-    product with a full M^-1 spreads its errors over all entries).
+    Parameters
+    ----------
+    entries : sequence of nine numbers, or arrays of one shape
+        A, row by row, each with a relative error of `ROUNDING`.
+    floor : float
+        A further absolute error of each, rad^2/s^2: a product with a full M^-1 spreads its errors
+        over all entries.
     """
     sizes = [np.abs(x) + floor for x in entries]
-    d = entries[::4]  # the diagonal, and the sizes of it
-    D = sizes[::4]
+    diagonal = entries[::4]
+    diagonal_sizes = sizes[::4]
     cycles = _Cycles.of(entries)
     cycle_sizes = _Cycles.of(sizes)
     unit = 2 * ROUNDING
+    d = diagonal
+    D = diagonal_sizes
     a = Bounded(d[0] + d[1] + d[2], unit * (D[0] + D[1] + D[2]))
     b = Bounded(_pair_products(*d) - cycles.p, 2 * unit * (_pair_products(*D) + cycle_sizes.p))
     c = Bounded(cycles.determinant(d), 3 * unit * cycle_sizes.terms(D))
-    discriminant = _discriminant(d, a, cycles, cycle_sizes)
+    discriminant = _discriminant(diagonal, a, cycles, cycle_sizes)
     vague = ~np.isfinite(discriminant.value + discriminant.bound)
     share = 0.03  # of the greatest root, below which others are far from it
     square = a.value * a.value
@@ -438,10 +474,24 @@ def invariants(entries: Sequence[Values], floor: float = 0.0) -> Cubic:
 def _discriminant(
     diagonal: Sequence[Values], trace: Bounded, cycles: _Cycles, cycle_sizes: _Cycles
 ) -> Bounded:
-    """The discriminant 4 J2^3 - 27 J3^2 from the invariants J2 and J3 of the deviator, in which
-    eigenvalues that lie close together do not cancel."""
+    """The discriminant 4 J2^3 - 27 J3^2 from the invariants J2 and J3 of the deviator of A.
+
+    In the deviator, A less its mean diagonal, eigenvalues that lie close together do not cancel.
+    The bound follows from those of J2 and J3 to all orders: of x^3 with an error e it is
+    e (3 x^2 + 3 x e + e^2), of x^2 it is e (2 x + e).
+
+    Parameters
+    ----------
+    diagonal : sequence of three numbers or arrays
+        That of A.
+    trace : Bounded
+        Its sum.
+    cycles, cycle_sizes : _Cycles
+        Those of the entries of A and of their sizes.
+    """
     unit = 2 * ROUNDING
-    mean, error = trace.value / 3, trace.bound  # the bound of an entry of the deviator
+    mean = trace.value / 3
+    error = trace.bound  # the bound of an entry of the deviator
     e = [x - mean for x in diagonal]
     E = [np.abs(x) for x in e]
     J2 = 0.5 * (e[0] * e[0] + e[1] * e[1] + e[2] * e[2]) + cycles.p
@@ -462,10 +512,21 @@ def _discriminant(
 
 
 def _split_discriminant(a: Bounded, b: Bounded, c: Bounded) -> tuple[Bounded, Values]:
-    """The discriminant of a cubic whose greatest root s is real and far from the others, and
-    whether it is known to more than 1e-9 of its terms.
+    """The discriminant of a cubic whose greatest root s is real and far from the others.
 
-    The others' sum is t = (b - c/s)/s and their product d = c/s: nothing of the size of s cancels.
+    The others' sum is t = (b - c/s)/s and their product d = c/s, so that it is
+    (t^2 - 4 d) (s^2 - s t + d)^2: nothing of the size of s cancels.
+
+    Parameters
+    ----------
+    a, b, c : Bounded
+        Of s^3 - a s^2 + b s - c.
+
+    Returns
+    -------
+    discriminant : Bounded
+    known : bool or array of bool
+        Whether it is known to 1e-9 of its terms.
     """
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         s = a.value

@@ -51,8 +51,19 @@ def continued(system: SystemFunction, values: Sequence[float]) -> Continuation:
 
 
 class Link(NamedTuple):
-    """From one state to the next: the index there of each root (-1 where it has none), which of
-    them are certain, and pairs of which both are known and not which is which."""
+    """From one state to the next: which root of the one is which of the other.
+
+    Attributes
+    ----------
+    before, after : SpectrumAtParameter
+        The two states, of m and m' roots.
+    order : array of int (m,)
+        The index after of each root before; -1 where it has none.
+    known : array of bool (m,)
+        Which of these are certain.
+    meet : list of pairs of int
+        Roots, by their indices before, that are known to become two after, but not which is which.
+    """
 
     before: SpectrumAtParameter
     after: SpectrumAtParameter
@@ -69,8 +80,21 @@ def links(
     budget: Iterator[int],
     depth: int = 7,
 ) -> Iterator[Link]:
-    """From a to b, halved until vectors and slopes tell each mode; each halving takes one item of
-    the budget."""
+    """The links from a to b, which is halved until vectors and slopes tell each mode.
+
+    Parameters
+    ----------
+    at : function
+        The state at a value.
+    options : ContinuationOptions
+        When roots are one mode.
+    a, b : float
+        The two values.
+    budget : iterator
+        Each halving takes one item of it; there is none once it is empty.
+    depth : int
+        How often the range may be halved.
+    """
     before = at(a)
     after = at(b)
     order = np.full(len(before.roots), -1)
@@ -80,8 +104,8 @@ def links(
     step = Step(before, after, options)
     rows = np.flatnonzero(~step.same_mode.any(axis=1))
     columns = np.flatnonzero(~step.same_mode.any(axis=0))
-    doubtful = len(rows) and len(columns)
-    if doubtful and depth:
+    is_doubtful = len(rows) > 0 and len(columns) > 0
+    if is_doubtful and depth:
         inseparable = _all_close(before.roots[rows], options) and _all_close(
             after.roots[columns], options
         )
@@ -92,12 +116,12 @@ def links(
             return
     known = np.asarray(step.same_mode.any(axis=1))
     order[known] = step.same_mode.argmax(axis=1)[known]
-    meeting = list[list[int]]()
-    if doubtful:
+    meeting: list[list[int]] = []
+    if is_doubtful:
         # the others go by their slopes; of two that came close the mean is smooth, and which is
         # which is told by the sign of their difference, unless they meet
-        rest = assigned(step.mismatch[np.ix_(rows, columns)])
-        order[rows] = np.where(rest < 0, -1, columns[rest])
+        by_slopes = assigned(step.mismatch[np.ix_(rows, columns)])
+        order[rows] = np.where(by_slopes < 0, -1, columns[by_slopes])
         for pair in _pairs_with_smooth_mean(step, order, rows.tolist()):
             keeps_order = _sense_of_difference(step, pair, order)
             if keeps_order is None:
@@ -110,8 +134,21 @@ def links(
 
 
 def _sense_of_difference(step: Step, pair: list[int], order: Indices) -> bool | None:
-    """True if the difference of two roots, followed by its square, which is smooth, becomes that in
-    the given order, False if it is its negative; None if it turns too far to tell."""
+    """True if two roots that came close keep their order within a step, False if they exchange.
+
+    The square of their difference is smooth. It is followed by the cubic through values and slopes
+    at both ends; None if its angle turns by 90 degrees or more, so that the sign of its root is
+    lost.
+
+    Parameters
+    ----------
+    step : Step
+        The step.
+    pair : list of two int
+        Indices of the roots before it.
+    order : array of int (m,)
+        The index after the step of each root before it.
+    """
     length = step.after.value - step.before.value
     later = order[pair].tolist()
     difference = np.diff(step.before.roots[pair])
@@ -131,25 +168,37 @@ def _sense_of_difference(step: Step, pair: list[int], order: Indices) -> bool | 
 
 
 def _pairs_with_smooth_mean(step: Step, order: Indices, rows: list[int]) -> Iterator[list[int]]:
-    """Pairs of the rows, the closest first, whose mean moves by at most near * |mean|: where two
-    roots coalesce the mean is smooth, and neither of them is."""
+    """Disjoint pairs of roots whose mean hardly moves within a step, the closest first.
+
+    Where two roots coalesce their mean is smooth, and neither of them is.
+
+    Parameters
+    ----------
+    step : Step
+        The step.
+    order : array of int (m,)
+        The index after the step of each root before it, or -1.
+    rows : list of int
+        Indices before the step of the roots that are looked at.
+    """
     before = step.before.roots
     after = step.after.roots
     near = step.options.near
 
-    def closest(pair: list[int]) -> float:
+    def distance(pair: tuple[int, int]) -> float:
         one, other = pair
-        distance = abs(before[one] - before[other])
-        later_distance = abs(after[order[one]] - after[order[other]])
-        return float(min(distance, later_distance))
+        earlier = abs(before[one] - before[other])
+        later = abs(after[order[one]] - after[order[other]])
+        return float(min(earlier, later))
 
     remaining = {k for k in rows if order[k] >= 0}
-    for two in sorted(map(list, itertools.combinations(sorted(remaining), 2)), key=closest):
-        mean = before[two].mean()
-        later_mean = after[order[two]].mean()
-        if remaining.issuperset(two) and abs(later_mean - mean) <= near * abs(mean):
-            remaining -= set(two)
-            yield two
+    for two in sorted(itertools.combinations(sorted(remaining), 2), key=distance):
+        pair = list(two)
+        mean = before[pair].mean()
+        later_mean = after[order[pair]].mean()
+        if remaining.issuperset(pair) and abs(later_mean - mean) <= near * abs(mean):
+            remaining -= set(pair)
+            yield pair
 
 
 def _all_close(roots: ComplexArray, options: ContinuationOptions) -> bool:
@@ -170,12 +219,28 @@ class Loss(NamedTuple):
 def track_modes(
     at: Callable[[float], SpectrumAtParameter], values: Sequence[float], spare: int = 10**6
 ) -> tuple[list[Indices], list[Loss]]:
-    """Which root is which mode along rising values: their numbers (m,) at each of them.
+    """Which root is which mode along rising values of the parameter.
 
     Conjugates have one number. A mode keeps it where left and right vectors, or these and the
-    slopes, say from one value to the next which it is; up to `spare` values more are computed.
-    What two roots become that coalesce is known of both alone; both keep their numbers, and a loss
-    is reported, as where modes end and begin: at the edge of what is computed, or unrecognised.
+    slopes, say from one value to the next which it is. What two roots become that coalesce is known
+    of both together; both keep their numbers, and a loss is reported, as where modes end and begin:
+    at the edge of what is computed, or unrecognised.
+
+    Parameters
+    ----------
+    at : function
+        The state at a value.
+    values : sequence of float
+        The values, rising.
+    spare : int
+        How many values more may be computed.
+
+    Returns
+    -------
+    numbers : list of arrays of int (m,)
+        The mode number of each root, at each value.
+    losses : list of Loss
+        Where modes are not told apart.
     """
     budget = iter(range(spare))
     tracker = _ModeTracker(at(values[0]))
@@ -233,7 +298,22 @@ def _shared_by_conjugates(state: SpectrumAtParameter, numbers: Indices) -> Indic
 
 
 def mode_numbers_at(state: SpectrumAtParameter, ids: Indices, values: ComplexArray) -> Indices:
-    """The numbers of eigenvalues (rad/s) of the same matrices, 0 where a state has none of them."""
+    """The mode numbers of eigenvalues, from the numbered roots of a state of the same matrices.
+
+    Parameters
+    ----------
+    state : SpectrumAtParameter
+        The state, of m roots.
+    ids : array of int (m,)
+        The mode numbers of its roots.
+    values : array (k,)
+        Eigenvalues lambda, rad/s.
+
+    Returns
+    -------
+    array of int (k,)
+        0 where no root is near enough.
+    """
     if not len(state.roots):
         return np.zeros(len(values), dtype=np.intp)
     upper = np.where(values.imag < 0.0, values.conj(), values)
@@ -250,8 +330,10 @@ def mode_numbers_at(state: SpectrumAtParameter, ids: Indices, values: ComplexArr
 
 
 def mode_numbers(values: ComplexArray) -> Indices:
-    """The number of the mode of each eigenvalue by rising frequency, from 1; conjugates are one
-    mode, and of real ones the fastest and the slowest."""
+    """The number of the mode of each eigenvalue (m,), from 1 by rising frequency.
+
+    Conjugates are one mode, and of real ones the fastest and the slowest.
+    """
     order = ordered(values)
     imag = values[order].imag
     real = order[imag == 0.0]
@@ -260,7 +342,8 @@ def mode_numbers(values: ComplexArray) -> Indices:
     numbers = np.zeros(len(values), dtype=np.intp)
     rank = np.arange(len(real))
     numbers[real] = 1 + np.minimum(rank, rank[::-1])
-    numbers[upper] = (len(real) + 1) // 2 + 1 + np.arange(len(upper))
+    real_modes = (len(real) + 1) // 2
+    numbers[upper] = real_modes + 1 + np.arange(len(upper))
     if len(upper):
         partner = np.argmin(np.abs(values[upper] - values[lower, None].conj()), axis=1)
         numbers[lower] = numbers[upper[partner]]
@@ -333,13 +416,18 @@ def _states_away_from_crossings(result: Thresholds, mu: float) -> list[_Place]:
 
 
 def _onset_before(places: Sequence[_Place], k: int, result: Thresholds) -> float | None:
-    """Where the root of index k at the last state began to grow, on its path backwards."""
+    """Where the root of index k at the last state began to grow, on its path backwards.
+
+    places: the states along the path, by rising parameter. None if the root grows at the first of
+    them already, or no crossing explains its growth.
+    """
     for i in range(len(places) - 1, 0, -1):
         continuation, before = places[i - 1]
         later_continuation, after = places[i]
         hertz = after.omegas[k] / (2 * np.pi)
         if continuation is later_continuation:
-            k = int(np.argsort(Step(before, after, continuation.options).order)[k])
+            order = Step(before, after, continuation.options).order
+            k = int(np.argsort(order)[k])  # the index before
         else:  # beyond a jump
             k = int(np.argmin(np.abs(before.exponents - after.exponents[k])))
         if before.kinds[k] < FLUTTER:

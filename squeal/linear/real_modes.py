@@ -17,8 +17,32 @@ FIRST_MODES = 32  # modes that are computed at first where their number is not k
 def real_modes(
     K: Matrix, M: Matrix, count: int, ratios: Callable[[Array], Array] | None
 ) -> tuple[Array, Array]:
-    """The lowest real modes, or all that `ratios` know of: rad/s (k,) and vectors (n, k), of a
-    large sparse system by Lanczos' method. Rows without mass follow the others at rest."""
+    """The lowest real modes of K x = omega^2 M x, of a large sparse system by Lanczos' method.
+
+    Rows without mass follow the others at rest.
+
+    Parameters
+    ----------
+    K, M : array or sparse array (n, n)
+        Symmetric.
+    count : int
+        How many modes.
+    ratios : function, optional
+        Damping ratios of frequencies (Hz), NaN where it knows none: then all modes are computed
+        that it knows of, of a sparse system.
+
+    Returns
+    -------
+    omega : array (k,)
+        rad/s, rising.
+    modes : array (n, k)
+        Vectors with x' M x = 1.
+
+    Raises
+    ------
+    InputError
+        If M is not positive semidefinite, or K does not hold the rows without mass.
+    """
     from scipy.sparse.linalg import ArpackError
 
     try:

@@ -4,11 +4,11 @@ Steps of the continuation give guesses, which are located. What grows is counted
 neighbouring events. Where the count does not follow from what was located the range there is
 halved and searched again, until the events add up or what remains is known by the count alone.
 
-A search is certified if a second count, by the sign function of the matrix, agrees
-between all events, if what grows at every computed value follows from them, if every interval is
+A search has no doubts if the events add up to what grows between them, if every interval is
 narrow, and if all factors of the terms are resolved: their second derivatives, bounded over each
 step by interval arithmetic, leave roots no room for what the step does not see, however close they
-come. Of a plain function nothing is known between the values, and nothing certified.
+come. Of a plain function nothing is known between the values. Whether an answer is certified is for
+the referee to say, who counts and proves without the roots that are judged (`queries.ranges`).
 """
 
 import itertools
@@ -20,21 +20,21 @@ from typing import NamedTuple
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
-from squeal.linear.condensation import StaticCondensation
 from squeal.linear.continuation import (
     DAMPED,
-    GYROSCOPIC,
     UNDAMPED,
     ComplexArray,
     Continuation,
     ContinuationOptions,
     SpectrumAtParameter,
 )
-from squeal.linear.eigen import UnstableCount, hidden
+from squeal.linear.eigen import UnstableCount
 from squeal.linear.events import Event, bracket_by_sign, guesses_of, located, window_guesses
-from squeal.linear.matrices import Array, Change, dense, norm_of, reduce
+from squeal.linear.matrices import Change, dense
+from squeal.linear.moduli import Modulus, Tabulated
 from squeal.linear.steps import Guess, Step, may_exchange_partner, near_coalescences
-from squeal.linear.system import SystemFunction, TermSystem, matrices_of
+from squeal.linear.system import SystemFunction, TermSystem
+from squeal.numerics.differentiation import Formula
 
 Interval = tuple[float, float]
 
@@ -49,8 +49,11 @@ class RequiredCrossing(NamedTuple):
 def required_crossings(
     below: SpectrumAtParameter, above: SpectrumAtParameter
 ) -> list[RequiredCrossing]:
-    """What has to cross between two values: of the pairs those whose frequencies are farthest from
-    any pair that grows on the other side."""
+    """What has to cross the line between two values, so that the counts of growing roots agree.
+
+    Of the pairs these are the ones whose frequencies are farthest from any pair that grows on the
+    other side.
+    """
     pairs = above.unstable_count.pairs - below.unstable_count.pairs
     reals = above.unstable_count.reals - below.unstable_count.reals
     if pairs * reals < 0:
@@ -82,7 +85,7 @@ class SearchResult:
     clusters: tuple[tuple[Event, ...], ...]
     unstable_counts: tuple[UnstableCount, ...]
     continuation: Continuation = field(repr=False)
-    doubts: tuple[str, ...] | None = None  # why it is not certified; None of a plain function
+    doubts: tuple[str, ...] | None = None  # what may be wrong; None of a plain function
 
     @property
     def edges(self) -> list[float]:
@@ -114,11 +117,7 @@ def search(
     result = SearchResult(tuple(clusters), counts, continuation)
     if not isinstance(system, TermSystem):
         return result
-    second_counts = [sign_count(continuation, p) for p in between]
-    doubts = list(_doubts(result, between, second_counts))
-    if refinement.unresolved:
-        doubts.insert(0, "the search ran out of values; a narrower range needs fewer")
-    return replace(result, doubts=tuple(doubts))
+    return replace(result, doubts=tuple(_doubts(result, refinement.unresolved)))
 
 
 def _affordable(rows: int, options: ContinuationOptions) -> tuple[int, int]:
@@ -146,8 +145,10 @@ class _AdaptiveRefinement:
         self.factors = _factors(continuation.system)
 
     def refine(self, low: float, high: float, depth: int) -> None:
-        """Match all roots from low to high, in steps as short as that takes, and collect what may
-        cross the line."""
+        """Match all roots from low to high, in steps as short as that takes, and collect guesses.
+
+        `depth` is how often the step may still be divided.
+        """
         continuation = self.continuation
         options = continuation.options
         before = continuation.at(low)
@@ -155,24 +156,25 @@ class _AdaptiveRefinement:
         step = Step(before, after, options)
         guesses, division = guesses_of(step, (low == continuation.low, high == continuation.high))
         meetings = list(near_coalescences(before, after))
-        bent = any(_is_bent(continuation, step, factor) for factor in self.factors)
-        # other roots decide, or two windows are near
-        several = (
+        is_bent = any(_is_bent(continuation, step, factor) for factor in self.factors)
+        # third roots decide, or two windows are near
+        has_several = (
             len(meetings) > 2
             or any(meeting.doubtful for meeting in meetings)
             or may_exchange_partner(before, after)
         )
-        budget = self.budget / 2 if several and division is None else self.budget
-        spent = len(continuation.states) >= budget  # half of it is left for matches
-        if bent or several:
+        # half of the budget is left for matches
+        budget = self.budget / 2 if has_several and division is None else self.budget
+        is_spent = len(continuation.states) >= budget
+        if is_bent or has_several:
             division = options.aside
-        if division is not None and depth > 0 and not spent:
+        if division is not None and depth > 0 and not is_spent:
             middle = low + division * (high - low)
             if low < middle < high:
                 self.refine(low, middle, depth - 1)
                 self.refine(middle, high, depth - 1)
                 return
-        self.unresolved |= bent or (division is not None and spent)
+        self.unresolved |= is_bent or (division is not None and is_spent)
         self.guesses += guesses
         for meeting in meetings:
             count = len(self.guesses)
@@ -205,7 +207,11 @@ class _AdaptiveRefinement:
         return replace(event, value=low) if event.direction > 0 else None
 
     def clusters(self) -> list[tuple[Event, ...]]:
-        """Clusters of events that add up to what grows between them, as far as can be."""
+        """All events in clusters of coincident ones, which add up to what grows between them as far
+        as can be.
+
+        Those at the start of the range, where growth begins from rest, are a cluster of their own.
+        """
         continuation = self.continuation
         low = continuation.low
         between = _midpoints(continuation, cluster_events(self.events, self.merge_distance))
@@ -234,50 +240,58 @@ class _AdaptiveRefinement:
             if any(event.interval[0] <= p <= event.interval[1] for event in events):
                 continue
             below, here, above = (self.continuation.at(x).unstable_count for x in (a, p, b))
-            if (
-                counts_consistent(events[:k], below, here)
-                and counts_consistent(events[k:], here, above)
-                and sign_count(self.continuation, p) == here.roots
+            if counts_consistent(events[:k], below, here) and counts_consistent(
+                events[k:], here, above
             ):
                 parts.append(tuple(events[start:k]))
                 start = k
         return [*parts, tuple(events[start:])]
 
     def resolve_events(self, a: float, b: float, limits: Interval) -> list[Event]:
-        """Events from a to b that add up to the change of what grows, intervals within `limits`."""
+        """Events from a to b that add up to the change of what grows, as far as can be.
+
+        Where they do not, the range is halved beside the events and searched again. Of equal
+        subsystems that cross at one place one located event stands for all; where there is no room
+        to halve, and no such event, the count alone gives one.
+
+        Parameters
+        ----------
+        a, b : float
+            The range.
+        limits : (float, float)
+            What the interval of an event that only the count gives may fill.
+        """
         continuation = self.continuation
         inside = [event for event in self.events if a <= event.value <= b]
         below = continuation.at(a).unstable_count
         above = continuation.at(b).unstable_count
-        consistent = self._is_consistent(inside, a, b)
-        coarse = b - a > self.range / 64
+        is_consistent = self._is_consistent(inside, a, b)
+        is_coarse = b - a > self.range / 64
         first, last = (inside[0].value, inside[-1].value) if inside else (b, b)
-        if consistent and (
-            not coarse
-            or (
-                _is_steady(continuation, a, first, below)
-                and _is_steady(continuation, last, b, above)
-            )
-        ):
-            return inside
+        if is_consistent:
+            if not is_coarse:
+                return inside
+            is_steady_below = _is_steady(continuation, a, first, below)
+            if is_steady_below and _is_steady(continuation, last, b, above):
+                return inside
         changes = required_crossings(continuation.at(a), continuation.at(b))
         middle = self._division_point(a, b, inside)
         coincident = bool(inside) and last - first <= self.merge_distance
-        exhausted = len(continuation.states) > 2 * self.budget
-        if exhausted or (consistent and middle is None):
-            return inside  # and the search is not certified
-        if coincident and not consistent and middle is not None:
+        is_exhausted = len(continuation.states) > 2 * self.budget
+        if is_exhausted or (is_consistent and middle is None):
+            return inside
+        if coincident and not is_consistent and middle is not None:
             around = self._rescan_beside(a, b, inside, limits)
             if around is not None:
                 return around
-        if middle is None or (coincident and changes and not consistent):
+        if middle is None or (coincident and changes and not is_consistent):
             known = [self._located_event(change, a, b) for change in changes]
             if middle is None:
                 for i, change in enumerate(changes):
                     known[i] = known[i] or self._event_from_count(change, a, b, limits)
             if middle is None or all(known):  # of equal subsystems, all at one place
                 return [event for event in known if event]
-        if coarse:
+        if is_coarse:
             self.refine(a, middle, continuation.options.depth)
             self.refine(middle, b, continuation.options.depth)
             self.locate_events()
@@ -288,10 +302,8 @@ class _AdaptiveRefinement:
 
     def _is_consistent(self, events: list[Event], a: float, b: float) -> bool:
         """True if events from a to b add up to the change of what grows."""
-        below, above = (
-            self.continuation.at(a).unstable_count,
-            self.continuation.at(b).unstable_count,
-        )
+        below = self.continuation.at(a).unstable_count
+        above = self.continuation.at(b).unstable_count
         if counts_consistent(events, below, above):
             return True
         # what crosses at the end of the range is not seen beyond it
@@ -301,8 +313,11 @@ class _AdaptiveRefinement:
     def _rescan_beside(
         self, a: float, b: float, inside: list[Event], limits: Interval
     ) -> list[Event] | None:
-        """What a finer search on both sides of coincident events finds with them; None if the
-        change of what grows happens where they lie: what crosses elsewhere is no twin of them."""
+        """All events from a to b, after a finer search on both sides of coincident ones.
+
+        a, b, limits: as `resolve_events`; inside: the coincident events. None if the change of what
+        grows happens where these lie: what crosses elsewhere is no twin of them.
+        """
         continuation = self.continuation
         low, high = hull(inside)
         below = continuation.at(a).unstable_count
@@ -378,8 +393,11 @@ def _resolution(a: float, b: float) -> float:
 
 
 class _Factor(NamedTuple):
-    """A factor of terms: a bound of |its second derivative| over an interval, the size of its first
-    derivative at a value, and what it multiplies."""
+    """A factor of terms as a function of the free parameter.
+
+    largest_curvature: a bound of |its second derivative| over an interval (low, high); slope_size:
+    |its first derivative| at a value; change: the matrices of M, C and K that it multiplies.
+    """
 
     largest_curvature: Callable[[float, float], float]
     slope_size: Callable[[float], float]
@@ -387,38 +405,46 @@ class _Factor(NamedTuple):
 
 
 def _factors(system: SystemFunction) -> list[_Factor]:
-    """The factors that depend on the free parameter, each once, with the matrices that it
-    multiplies, summed for M, C and K; none of a plain function."""
+    """The factors that depend on the free parameter, each once; none of a plain function.
+
+    Each multiplies the sum of the matrices of its terms, for M, C and K.
+    """
     if not isinstance(system, TermSystem):
         return []
-    name = system.parameter
-    values = system.values()
     formulas = {term.factor.text: term.factor for term in system.terms}
     factors = []
     for text, formula in formulas.items():
-        if name not in formula.names:
+        if system.parameter not in formula.names:
             continue
         sums = [np.zeros((system.n, system.n)) for _ in system.parts]
         for i, terms in enumerate(system.parts):
             for term in terms:
                 if term.factor.text == text:
                     sums[i] = sums[i] + dense(term.matrix)
-
-        def slope_size(p: float, formula=formula) -> float:  # type: ignore[no-untyped-def]
-            return float(abs(formula.slope(values | {name: p}, name)))
-
-        def largest_curvature(a: float, b: float, formula=formula) -> float:  # type: ignore[no-untyped-def]
-            return float(formula.curvature(values, name, a, b))
-
-        factors.append(_Factor(largest_curvature, slope_size, (sums[0], sums[1], sums[2])))
+        factors.append(_factor(formula, system, (sums[0], sums[1], sums[2])))
     return factors
+
+
+def _factor(formula: Formula | Modulus | Tabulated, system: TermSystem, change: Change) -> _Factor:
+    """One of them."""
+    name = system.parameter
+    values = system.values()
+
+    def largest_curvature(low: float, high: float) -> float:
+        return float(formula.curvature(values, name, low, high))
+
+    def slope_size(p: float) -> float:
+        return float(abs(formula.slope(values | {name: p}, name)))
+
+    return _Factor(largest_curvature, slope_size, change)
 
 
 def _is_bent(continuation: Continuation, step: Step, factor: _Factor) -> bool:
     """True if a factor bends so much within a step that roots may do what its ends do not tell.
 
     One that is monotone and nearly straight moves the roots as a straight one does. Else it may
-    deviate by bend step^2 / 8, which is compared with what is left of the gaps between roots.
+    deviate from a straight line by bend length^2 / 8, which is compared with what is left of the
+    gaps between roots. Systems of more than 20 rows, of which no range is proved, need this guard.
     """
     before = step.before
     after = step.after
@@ -429,15 +455,28 @@ def _is_bent(continuation: Continuation, step: Step, factor: _Factor) -> bool:
     if 4 * bend * length <= min(factor.slope_size(before.value), factor.slope_size(after.value)):
         return False
     deviation = bend * length**2 / 8
-    return any(
-        _may_change(state, continuation.couplings(state, factor.change), deviation)
-        for state in (before, after)
-    )
+    for state in (before, after):
+        if _may_change(state, continuation.couplings(state, factor.change), deviation):
+            return True
+    return False
 
 
 def _may_change(state: SpectrumAtParameter, W: ComplexArray, deviation: float) -> bool:
-    """True if a factor that deviates by so much, and couples the roots by W (m, m), could let two
-    roots meet on the line, or one cross it. What does so at the state itself is seen there."""
+    """True if two roots may meet on the line, or one cross it, while a factor deviates.
+
+    Two roots at a distance g that are pulled towards each other by h and coupled as strongly may
+    move by h, or by sqrt(g h) where that is more. What happens at the state itself is seen there.
+
+    Parameters
+    ----------
+    state : SpectrumAtParameter
+        One end of a step.
+    W : array (m, m)
+        What the factor multiplies, in the eigenvectors of the state: its slopes of the roots on the
+        diagonal, their couplings beside it.
+    deviation : float
+        By how much the factor may deviate.
+    """
     z = state.roots
     slopes = W.diagonal()
     distances = np.abs(z[:, None] - z)
@@ -497,8 +536,22 @@ def _is_expected_beside(
     below: UnstableCount,
     above: UnstableCount,
 ) -> bool:
-    """True if just outside of an interval what grows is what is expected below and above it: 16
-    widths away, or further where rounding hides it, within the limits."""
+    """True if just outside of an interval of events as many roots grow as are expected there.
+
+    Counted is 16 widths away, or further where rounding hides what grows, within the limits.
+    Nearly equal subsystems need this: their crossings are not one event.
+
+    Parameters
+    ----------
+    continuation : Continuation
+        The system along its parameter.
+    interval : (float, float)
+        That of the events.
+    limits : (float, float)
+        How far below and above it is looked.
+    below, above : UnstableCount
+        What is expected below and above.
+    """
     low, high = interval
     width = max(high - low, _resolution(low, high))
     furthest = max(1e5 * width, 1e-6 * (continuation.high - continuation.low))
@@ -559,7 +612,11 @@ def _rests_at_start(continuation: Continuation, omega: float) -> bool:
 
 
 def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[Event]:
-    """Coincident events in one direction, by their growth rates close to them."""
+    """Coincident events in one direction, that of the fastest growing root first.
+
+    The growth rates are those a little beyond the events, on the side on which the roots grow, or
+    at an end of the range on the other one, on which they decay.
+    """
     if len({event.omega for event in events}) < 2:
         return list(events)
     low = continuation.low
@@ -580,9 +637,6 @@ def fastest_first(continuation: Continuation, events: Sequence[Event]) -> list[E
     return sorted(events, key=rate, reverse=True)
 
 
-# The certificate
-
-
 def _is_steady(continuation: Continuation, low: float, high: float, count: UnstableCount) -> bool:
     """True if at each state between low and high as many roots grow, as far as rounding tells."""
     for state in continuation.states:
@@ -593,118 +647,16 @@ def _is_steady(continuation: Continuation, low: float, high: float, count: Unsta
     return True
 
 
-def _doubts(
-    result: SearchResult, between: Sequence[float], second_counts: Sequence[int | None]
-) -> Iterator[str]:
-    """Where counts and states do not agree with the events, and where rounding or a wide interval
-    may hide a root, in words."""
+def _doubts(result: SearchResult, is_exhausted: bool) -> Iterator[str]:
+    """What the search itself knows to be wrong with its events, in words."""
     continuation = result.continuation
-    clusters = result.clusters
     counts = result.unstable_counts
-    for k, cluster in enumerate(clusters):
-        limits = between[k], between[k + 1]
-        if not _is_expected_beside(continuation, hull(cluster), limits, *counts[k : k + 2]):
-            yield f"what grows beside {cluster[0].value:.9g} is not what the crossings there leave"
-    edges = result.edges
-    lasts = [continuation.low, *(cluster[-1].value for cluster in clusters)]
-    for k, count in enumerate(counts):
-        a = edges[k]
-        b = edges[k + 1]
-        if second_counts[k] != count.roots:
-            yield f"a second count of what grows disagrees between {a:.9g} and {b:.9g}"
-        if not _is_steady(continuation, lasts[k], b, count):
-            yield f"what grows varies between {a:.9g} and {b:.9g} without a crossing"
+    if is_exhausted:
+        yield "the search ran out of values; a narrower range needs fewer"
     widest = continuation.options.wide * (continuation.high - continuation.low)
-    for k, cluster in enumerate(clusters):
+    for k, cluster in enumerate(result.clusters):
         if not counts_consistent(cluster, counts[k], counts[k + 1]):
             yield f"what grows changes otherwise than by what crosses at {cluster[0].value:.9g}"
         for event in cluster:
             if event.width > widest:
                 yield f"the crossing at {event.value:.9g} has the wide interval {event.interval}"
-    if _undecided_sides(continuation, clusters):
-        yield "rounding does not tell on which side of the axis some root lies"
-    for p in (continuation.low, continuation.high):
-        if _hides_slow_roots(continuation, p):
-            yield f"rounding leaves slow roots too few digits at {p:.9g}"
-
-
-def _undecided_sides(continuation: Continuation, clusters: Sequence[Sequence[Event]]) -> bool:
-    """True if away from all events rounding does not tell on which side of the axis a root is."""
-    if continuation.problem is not DAMPED:  # a spectrum symmetric about the axis has roots on it
-        return False
-    low = continuation.low
-    high = continuation.high
-    margin = 1e-6 * (high - low)
-
-    def is_near_event(p: float) -> bool:
-        return any(
-            event.interval[0] - margin <= p <= event.interval[1] + margin
-            for event in itertools.chain(*clusters)
-        )
-
-    for state in continuation.states:
-        undecided = state.on_line & (np.abs(state.roots) > state.rounding)
-        if low < state.value < high and undecided.any() and not is_near_event(state.value):
-            return True
-    return False
-
-
-def _hides_slow_roots(continuation: Continuation, p: float) -> bool:
-    """True if rounding leaves the slow roots at p too few digits, see `eigen.hidden`."""
-    if isinstance(continuation.system, StaticCondensation):
-        return False
-    ((M, C, K),) = matrices_of(continuation.system, [p])
-    with suppress(InputError):  # M is not symmetric
-        return hidden(reduce(M, C, K), C, K)
-    return False
-
-
-def sign_count(continuation: Continuation, p: float) -> int | None:
-    """How many roots grow at p by more than rounding, by the sign function; None if unsettled.
-
-    The sign function of A - x has the eigenvalue +1 for each root right of x and -1 for each other,
-    so that its trace counts them. Newton's iteration S <- (c S + (c S)^-1) / 2 converges
-    quadratically; the scaling c = |det S|^(-1/n) speeds its start (Byers 1987).
-    """
-    state = continuation.at(p)
-    A = continuation.matrix_and_derivative(p).A
-    rates = state.roots.real
-    noise = state.rounding
-    if continuation.problem is UNDAMPED:  # the roots of the first-order form
-        unit = float(np.sqrt(norm_of(A))) or 1.0
-        half = state.exponents.real / unit
-        rates = np.concatenate([half, -half])
-        noise = np.tile(np.sqrt(noise) / unit, 2)
-        zero = np.zeros_like(A)
-        A = np.block([[zero, np.eye(len(A))], [-A / unit**2, zero]])
-    elif continuation.problem is GYROSCOPIC:
-        rates = -state.roots.imag
-        A = (1j * A).real
-    n = len(A)
-    S = A - _separating_rate(rates, noise) * np.eye(n)
-    change = np.inf
-    with np.errstate(all="ignore"), suppress(np.linalg.LinAlgError):
-        for _ in range(60):
-            inverse = np.linalg.inv(S)
-            scaling = float(np.exp(-np.linalg.slogdet(S)[1] / n)) if change > 1e-2 else 1.0
-            new = (scaling * S + inverse / scaling) / 2
-            change = float(np.linalg.norm(new - S, 1) / np.linalg.norm(new, 1))
-            S = new
-            if not change >= 1e-5:  # the next step would leave its square
-                break
-        number = (float(np.trace(S)) + n) / 2
-        settled = change < 1e-5 and abs(number - round(number)) < 1e-3
-        return round(number) if settled else None
-    return None
-
-
-def _separating_rate(rates: Array, noise: Array) -> float:
-    """A rate between those of roots that grow by more than rounding, and all others."""
-    stable = rates <= noise
-    least = float(np.min(rates[~stable], initial=np.inf))
-    most = max(float(np.max(rates[stable], initial=0.0)), float(np.max(noise, initial=0.0)))
-    if not np.isfinite(least):
-        least = max(1e3 * most, 1e-6)
-    if least > 64 * most:
-        return least / 8
-    return float(np.sqrt(max(most, 1e-16) * least))

@@ -31,7 +31,10 @@ def _term_sizes(
     x: NDArray,
     y: NDArray,
 ) -> Array:
-    """y_j^H product(change, z_j, x_j) of the sizes of all entries."""
+    """The sum of the sizes of all terms of y_j^H product(change, z_j, x_j), one for each j.
+
+    product: `applied` or `inertia`; z (m,): roots; x, y (n, m): vectors as columns.
+    """
     M, C, K = (None if matrix is None else abs(matrix) for matrix in change)
     return np.asarray(np.sum(abs(y) * product((M, C, K), abs(z), abs(x)), axis=0))
 
@@ -44,8 +47,10 @@ def _real_mode_products(M: Matrix, z: Values, x: NDArray, y: NDArray) -> Array:
 
 
 class _Cluster(NamedTuple):
-    """Roots that are one to rounding: a mask (m,), their block of y^H P' x, whether that is
-    regular."""
+    """Roots that are one to rounding.
+
+    roots: a mask (m,); block (k, k): y_i^H P' x_j of these k; regular: whether it is regular.
+    """
 
     roots: NDArray[np.bool_]
     block: NDArray
@@ -150,15 +155,27 @@ class Singular(NamedTuple):
 def crossing_slopes(
     at: Singular, matrices: Change, by: Change, changes: Mapping[str, Change]
 ) -> dict[str, tuple[float, float]]:
-    """How a crossing of the imaginary axis in a parameter p moves with others, q: dp/dq, and the
-    derivative of its frequency, Hz per unit of q.
+    """How a crossing of the imaginary axis in a parameter p moves with other parameters q.
 
     A root passes where Re lambda(p, q) = 0, so that dp/dq = -Re lambda_q / Re lambda_p. Where two
     coalesce on the axis, or one meets its mirror image at zero, y^H P' x vanishes and
     dp/dq = -y^H P_q x / y^H P_p x keeps them together; the frequency is that of their mean.
 
-    at: P at the crossing; matrices: M, C and K (n, n) there; by, changes: their derivatives by p
-    and by each q.
+    Parameters
+    ----------
+    at : Singular
+        P at the crossing.
+    matrices : tuple of arrays (n, n)
+        M, C and K there.
+    by : tuple of arrays (n, n)
+        Their derivatives by p.
+    changes : mapping of str to tuple of arrays (n, n)
+        Their derivatives by each q.
+
+    Returns
+    -------
+    dict of str to (float, float)
+        dp/dq, and the derivative of the frequency of the crossing, Hz per unit of q.
 
     Examples
     --------
@@ -217,7 +234,11 @@ class _Quotient(NamedTuple):
 
 
 def _quotient_at(at: Singular, matrices: Change) -> _Quotient:
-    """The quotient of a single root, or of two that coalesce."""
+    """How a single root, or two that coalesce, move with changes of M, C and K.
+
+    Of a double root with one vector x the chain is P x1 = -P' x, y1^H P = -y^H P'. What stands for
+    y^H P' x is then y^H P'' x + y1^H P' x + y^H P' x1, P'' = 2 M.
+    """
     z = at.root
     x = at.right
     y = at.left
@@ -227,7 +248,7 @@ def _quotient_at(at: Singular, matrices: Change) -> _Quotient:
     if abs(weight) > ONE_ROOT * max(real_mode, _term_sizes(inertia, matrices, z, x, y)):
         return _Quotient(at, weight)
     M, C, K = (None if matrix is None else matrix.conj().T for matrix in matrices)
-    outward = inertia((M, C, K), np.conj(z), y)
+    outward = inertia((M, C, K), np.conj(z), y)  # P'^H y
     x1 = _without(x, at.solve(-inward, False))
     y1 = _without(y, at.solve(-outward, True))
     chain = 2 * np.vdot(y, matrices[0] @ x) + np.vdot(y1, inward) + np.vdot(outward, x1)

@@ -38,15 +38,31 @@ from squeal.linear.matrices import (
 
 @dataclass(frozen=True, eq=False)
 class Guess:
-    """A place where one root may cross the line, or two may meet on it."""
+    """Where one root may cross the line between growth and decay, or two may meet on it.
+
+    Attributes
+    ----------
+    value : float
+        The parameter there.
+    root : complex
+        The eigenvalue z there, of two roots their mean.
+    right, left : array (N, 1) or (N, 2)
+        Approximate right and left eigenvectors of the one root, or of the two, as columns.
+    coalesces : bool
+        True if two roots are expected to meet on the line, False if one crosses it.
+    width : float
+        How far from `value` the event may lie; of two that stay close for a while half of that.
+    doubtful : bool
+        True if third roots may change the coupling of the two by more than its own size.
+    """
 
     value: float
-    root: complex  # of two the mean
-    right: ComplexArray  # (N, 1) or (N, 2)
+    root: complex
+    right: ComplexArray
     left: ComplexArray
     coalesces: bool
-    width: float  # of the parameter within which it must lie, or half of where two stay close
-    doubtful: bool = False  # other roots decide over the coupling of the two
+    width: float
+    doubtful: bool = False
 
 
 def near_coalescences(before: SpectrumAtParameter, after: SpectrumAtParameter) -> Iterator[Guess]:
@@ -57,11 +73,30 @@ def near_coalescences(before: SpectrumAtParameter, after: SpectrumAtParameter) -
 
 
 class _Approaches(NamedTuple):
-    """Pairs of roots k, l whose squared half difference is (u + x v)^2 / 4 + x^2 a b at a distance
-    x from an end of a step.
+    """Pairs of roots that come close within a step, as one end of the step predicts it.
 
-    `ends` (2, pairs) are its zeros, `inside` (3, pairs) says which of them, and their middle, lie
-    in the step. The roots cross without their coupling at `crossing`; `crosses`: in the step.
+    At a distance x from that end the two are eigenvalues of the 2 x 2 matrix of the module's head,
+    so that the square of half their difference is d(x) = (u + x v)^2 / 4 + x^2 a b. They coalesce
+    where d vanishes.
+
+    Attributes
+    ----------
+    k, l : array of int (pairs,)
+        Indices of the two roots.
+    conjugate : array of bool (pairs,)
+        Whether the two are conjugate to each other.
+    u, v : array (pairs,)
+        Difference of the two roots at the end of the step, and its slope.
+    a, b : array (pairs,)
+        Their couplings, those by other roots included.
+    crossing : array (pairs,)
+        Distance at which they would cross without coupling, at most the length of the step.
+    crosses : array of bool (pairs,)
+        Whether that lies in the step, of systems without damping.
+    ends : array (2, pairs)
+        Distances at which d vanishes, real parts.
+    inside : array of bool (3, pairs)
+        Whether each of these two, and their middle, lies in the step.
     """
 
     k: NDArray[np.intp]
@@ -77,12 +112,34 @@ class _Approaches(NamedTuple):
     inside: Bools
 
     def select(self, chosen: Bools) -> _Approaches:
-        """Some of the pairs."""
+        """Some of the pairs, by a mask (pairs,)."""
         return _Approaches._make(each[..., chosen] for each in self)
+
+    @property
+    def half_width(self) -> Array:
+        """Half the distance (pairs,) between the two places at which the roots coalesce."""
+        return np.asarray(np.abs(self.ends[0] - self.ends[1]) / 2)
+
+    def place(self, span: float) -> Array:
+        """Where in a step of this length the pairs (pairs,) are to be looked for: in the middle of
+        the two places, or at the one of them that lies in the step."""
+        end_inside = np.where(self.inside[0], self.ends[0], self.ends[1])
+        centre = self.ends.mean(axis=0)
+        return np.clip(np.where(self.inside[2], centre, end_inside), 0.0, span)
 
 
 def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _Approaches:
-    """All pairs, looking forwards (1) or backwards (-1)."""
+    """All pairs of roots with where they would coalesce, as one end of a step predicts it.
+
+    Parameters
+    ----------
+    state : SpectrumAtParameter
+        The end of the step.
+    span : float
+        Length of the step.
+    direction : int
+        1 if the step lies above this end, -1 if it lies below.
+    """
     pairs = state.couplings
     slopes = direction * state.slopes
     u = state.roots[pairs.k] - state.roots[pairs.l]
@@ -92,10 +149,11 @@ def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _App
     crossing = np.clip(crossing, 0.0, span)
     v = v + crossing * pairs.bend
     a, b = direction * pairs.direct + crossing * pairs.indirect
+    # zeros of d: u + x v = +- x split
     split = 2 * np.sqrt(-a * b)
     ends = np.stack([-u / (v - split), -u / (v + split)]).real
     ends = np.where(np.isfinite(ends), ends, 1e9 * span)
-    middle_and_ends = np.stack([*ends, ends.mean(axis=0)])
+    ends_and_middle = np.stack([*ends, ends.mean(axis=0)])
     return _Approaches(
         k=pairs.k,
         l=pairs.l,
@@ -107,53 +165,42 @@ def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _App
         crossing=crossing,
         crosses=crosses,
         ends=ends,
-        inside=np.abs(middle_and_ends - span / 2) <= span / 2,
+        inside=np.abs(ends_and_middle - span / 2) <= span / 2,
     )
 
 
 def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int) -> Iterator[Guess]:
-    """Near coalescences within a step of this length from one of its ends."""
+    """Pairs of roots that may meet, or exchange and cross the line, within a step.
+
+    Parameters
+    ----------
+    state : SpectrumAtParameter
+        One end of the step.
+    span : float
+        Length of the step.
+    direction : int
+        1 if the step lies above this end, -1 if it lies below.
+    """
     with np.errstate(all="ignore"):
-        every = _approaches(state, span, direction)
-        near = every.inside.any(axis=0) | every.crosses
+        every_pair = _approaches(state, span, direction)
+        near = every_pair.inside.any(axis=0) | every_pair.crosses
         if not near.any():
             return
-        pairs = every.select(near)
+        pairs = every_pair.select(near)
         k = pairs.k
         l = pairs.l
-        ends = pairs.ends
-        inside = pairs.inside
-        w = pairs.a * pairs.b
-        centre = ends.mean(axis=0)
-        half = np.abs(ends[0] - ends[1]) / 2
-        # of a wide window the end that lies in the step
-        end_inside = np.where(inside[0], ends[0], ends[1])
-        place = np.clip(np.where(inside[2], centre, end_inside), 0.0, span)
-        width = np.abs(pairs.u * np.sqrt(w) / pairs.v**2)
-        width = width + 1e-6 * span  # also where both ends are one
-        offsets = 10.0 ** np.linspace(-1.0, 0.9, 12)  # of the half width of a close approach
-        offsets = np.concatenate([-offsets, [0.0], offsets])[:, None]
-        x = np.clip(centre + offsets * np.maximum(half, width), 0.0, span)
-        d = (pairs.u + x * pairs.v) ** 2 / 4 + x**2 * w
+        product = np.abs(pairs.a * pairs.b)
         third = _third_root_coupling(state, pairs, direction)
-        error = x**2 * (third + 0.1 * np.abs(w))  # a tenth of the pair's own coupling may be wrong
+        doubtful = third > product
+        rounding = state.rounding[k] * state.rounding[l]
+        meets = _may_meet(state, pairs, span, direction, third)
+        meets |= pairs.crosses & doubtful & (pairs.crossing**2 * third > rounding)
         slopes = direction * state.slopes
         mean = (state.roots[k] + state.roots[l]) / 2
         mean_slope = (slopes[k] + slopes[l]) / 2
-        noise_k = state.rounding[k]
-        noise_l = state.rounding[l]
-        passes = _passes_zero(d.real, error)
-        if state.problem is DAMPED:
-            slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d))) + noise_k + noise_l
-            middle = (mean + x * mean_slope).real
-            split = np.sqrt(d).real
-            passes |= ~pairs.conjugate
-            passes &= _passes_zero(middle + split, slack) | _passes_zero(middle - split, slack)
-        # what rounding alone couples
-        passes &= x.max(axis=0) ** 2 * (np.abs(w) + third) > noise_k * noise_l
-        doubtful = third > np.abs(w)
-        passes |= pairs.crosses & doubtful & (pairs.crossing**2 * third > noise_k * noise_l)
-    for n in np.flatnonzero(passes).tolist():
+        place = pairs.place(span)
+        half_width = pairs.half_width
+    for n in np.flatnonzero(meets).tolist():
         both = [k[n], l[n]]
         yield Guess(
             value=state.value + direction * float(place[n]),
@@ -161,21 +208,67 @@ def _meetings_seen_from(state: SpectrumAtParameter, span: float, direction: int)
             right=state.right[:, both],
             left=state.left[:, both],
             coalesces=True,
-            width=float(half[n]),
+            width=float(half_width[n]),
             doubtful=bool(doubtful[n]),
         )
 
 
+def _may_meet(
+    state: SpectrumAtParameter, pairs: _Approaches, span: float, direction: int, third: Array
+) -> Bools:
+    """Which pairs (pairs,) may meet on the line, or with damping cross it, within a step.
+
+    d and, with damping, the real parts of both roots are sampled around the closest approach. They
+    may vanish where their sign changes up to their errors, of which `third` (pairs,) is what other
+    roots may add to the product a b of the couplings.
+    """
+    k = pairs.k
+    l = pairs.l
+    product = pairs.a * pairs.b
+    width = np.abs(pairs.u * np.sqrt(product) / pairs.v**2)
+    width = width + 1e-6 * span  # also where both ends are one
+    offsets = 10.0 ** np.linspace(-1.0, 0.9, 12)  # of the half width of a close approach
+    offsets = np.concatenate([-offsets, [0.0], offsets])[:, None]
+    centre = pairs.ends.mean(axis=0)
+    x = np.clip(centre + offsets * np.maximum(pairs.half_width, width), 0.0, span)
+    d = (pairs.u + x * pairs.v) ** 2 / 4 + x**2 * product
+    # a tenth of the pair's own coupling may be wrong
+    error = x**2 * (third + 0.1 * np.abs(product))
+    meets = _passes_zero(d.real, error)
+    if state.problem is DAMPED:
+        slopes = direction * state.slopes
+        mean = (state.roots[k] + state.roots[l]) / 2
+        mean_slope = (slopes[k] + slopes[l]) / 2
+        slack = np.minimum(np.sqrt(error), error / np.sqrt(np.abs(d)))
+        slack = slack + state.rounding[k] + state.rounding[l]
+        middle = (mean + x * mean_slope).real
+        half_difference = np.sqrt(d).real
+        crosses = _passes_zero(middle + half_difference, slack)
+        crosses |= _passes_zero(middle - half_difference, slack)
+        meets = (meets | ~pairs.conjugate) & crosses
+    # else rounding alone couples the two
+    farthest = x.max(axis=0)
+    rounding = state.rounding[k] * state.rounding[l]
+    return np.asarray(meets & (farthest**2 * (np.abs(product) + third) > rounding))
+
+
 def _third_root_coupling(state: SpectrumAtParameter, pairs: _Approaches, direction: int) -> Array:
-    """How other roots, near where the two of a pair meet, may change the product a b (pairs,)."""
+    """How much other roots may change the product a b of the couplings of each pair (pairs,).
+
+    By way of a root m the roots k and l are coupled by x W_km W_ml / (z_m - z), taken at the
+    distance x at which the two would cross, where z is their mean.
+    """
+    # two modes that only a third one couples need it: else their window is missed
     k = pairs.k
     l = pairs.l
     W = state.coupling
     crossing = pairs.crossing[:, None]
     row = np.arange(len(k))
-    there = state.roots + crossing * (direction * state.slopes)
-    distances = there - (there[row, k] + there[row, l])[:, None] / 2
-    distances[row, k] = distances[row, l] = np.inf
+    roots_there = state.roots + crossing * (direction * state.slopes)
+    mean_there = (roots_there[row, k] + roots_there[row, l]) / 2
+    distances = roots_there - mean_there[:, None]
+    distances[row, k] = np.inf
+    distances[row, l] = np.inf
     forth = np.abs(crossing * W[k] * W[:, l].T / distances).sum(axis=1)
     back = np.abs(crossing * W[l] * W[:, k].T / distances).sum(axis=1)
     return np.asarray(forth * np.abs(pairs.b) + back * np.abs(pairs.a) + forth * back)
@@ -186,15 +279,26 @@ def may_exchange_partner(before: SpectrumAtParameter, after: SpectrumAtParameter
 
     It passes so closely that coupling moves the root off the line by a quarter of its distance.
     """
+    # three modes that cross at nearly one place need it: else a window is missed
     span = after.value - before.value
     return _may_exchange_partner(before, span, 1) or _may_exchange_partner(after, span, -1)
 
 
 def _may_exchange_partner(state: SpectrumAtParameter, span: float, direction: int) -> bool:
-    """The same as seen from one end of the step.
+    """True if one end of a step predicts that a root on the line takes the partner of another one.
 
-    Between a root i off the line and a root j on it the coupling W, a distance x ahead, moves root
-    i by x^2 W_ij W_ji / (z_i - z_j); its partner is its conjugate, at twice its height.
+    Between a root i off the line and a root j on it the coupling W moves root i, a distance x into
+    the step, by x^2 W_ij W_ji / (z_i - z_j). The partner of i is its conjugate, at twice the
+    distance of i from the line.
+
+    Parameters
+    ----------
+    state : SpectrumAtParameter
+        One end of the step.
+    span : float
+        Length of the step.
+    direction : int
+        1 if the step lies above this end, -1 if it lies below.
     """
     z = state.roots
     W = state.coupling
@@ -236,12 +340,32 @@ class RootPair(NamedTuple):
 
 
 class Step:
-    """Two neighbouring states, and which root of the one is which of the other.
+    """From one value of the parameter to the next: which root of the one is which of the other.
 
-    `order` is the index after the step of each root before it, -1 of one that is left over where
-    there are fewer, which nothing matches; `deviation` is how far each root is
-    from where the slopes at both ends point, `matched` says where that is little; `cubic` (4, m)
-    goes through the real parts, from `lowest` to `highest`.
+    Roots are numbered by their indices k before the step, m in all.
+
+    Attributes
+    ----------
+    before, after : SpectrumAtParameter
+        The two ends.
+    mismatch : array (m, m')
+        How badly each root after the step continues each one before it.
+    order : array of int (m,)
+        The index after the step of each root before it; -1 of one that is left over where there are
+        fewer after it, which is never matched.
+    ends : StepEnds
+        The roots and their slopes at both ends, in this order.
+    deviation : array (m,)
+        How far each root is from where the mean of its slopes at both ends leads.
+    rounding : array (m,)
+        The greater of how far rounding moves each root at both ends.
+    matched : array of bool (m,)
+        Whether the deviation is small enough for the match to be believed.
+    cubic : array (4, m)
+        Coefficients, by rising powers of the share t of the step, of cubics through the real parts
+        and slopes at both ends.
+    lowest, highest : array (m,)
+        Extremes of these cubics within the step.
     """
 
     def __init__(
@@ -250,18 +374,18 @@ class Step:
         self.before = before
         self.after = after
         self.options = options
-        h = after.value - before.value
+        length = after.value - before.value
         slope_sums = before.slopes[:, None] + after.slopes
         slope_changes = before.slopes[:, None] - after.slopes
-        mismatch = np.abs(after.roots - before.roots[:, None] - h / 2 * slope_sums)
+        mismatch = np.abs(after.roots - before.roots[:, None] - length / 2 * slope_sums)
         # two that cross in the middle fit as well if each turns back: the smaller change of slope
-        self.mismatch = mismatch + 0.01 * np.abs(h * slope_changes)
+        self.mismatch = mismatch + 0.01 * np.abs(length * slope_changes)
         self.order = assigned(self.mismatch)
         self.ends = StepEnds(
             z=before.roots,
-            dz=h * before.slopes,
+            dz=length * before.slopes,
             later_z=after.roots[self.order],
-            later_dz=h * after.slopes[self.order],
+            later_dz=length * after.slopes[self.order],
         )
         z, dz, later_z, later_dz = self.ends
         self.deviation = later_z - z - (dz + later_dz) / 2
@@ -278,10 +402,10 @@ class Step:
 
     @cached_property
     def same_mode(self) -> Bools:
-        """Which roots (m, m') before and after are one mode by their vectors, slopes considered.
+        """Which roots (m, m') before and after the step are one mode, by vectors and slopes.
 
-        |left^H right| of both ends is near 1 of one mode, near 0 of any other; in a row its
-        products with what it is the other way round add up to 1.
+        With x, y the right and left vectors before the step and x', y' those after it,
+        |y^H x'| |y'^H x| / (|y^H x| |y'^H x'|) is near 1 of one mode and near 0 of any other.
         """
         before = self.before
         after = self.after
@@ -299,11 +423,13 @@ class Step:
         allowed = np.maximum(allowed, options.near * np.abs(before.roots)[:, None])
         same = alike > options.alike
         same |= (alike > options.likely) & (self.mismatch <= allowed)
-        only_one = (same.sum(axis=0) == 1) & (same.sum(axis=1) == 1)[:, None]
-        return np.asarray(same & only_one)
+        only_one_before = same.sum(axis=0) == 1
+        only_one_after = same.sum(axis=1) == 1
+        return np.asarray(same & only_one_before & only_one_after[:, None])
 
     def vectors(self, t: float, roots: Sequence[int]) -> tuple[ComplexArray, ComplexArray]:
-        """Right and left vectors of roots (indices before the step) at its nearer end."""
+        """Right and left vectors (N, number of roots) at that end of the step which is nearer to
+        the share t of it; `roots` are indices before the step."""
         if t < 0.5:
             indices = list(roots)
             return self.before.right[:, indices], self.before.left[:, indices]
@@ -311,17 +437,20 @@ class Step:
         return self.after.right[:, indices], self.after.left[:, indices]
 
     def pairs(self, roots: Sequence[int]) -> Iterator[RootPair]:
-        """The pairs of roots (indices before the step), the closest first, whose mean and squared
-        half difference follow cubics."""
+        """Disjoint pairs of these roots whose mean and squared half difference follow cubics.
 
-        def closest(two: tuple[int, int]) -> float:
+        Where two roots coalesce these two stay smooth, and the roots themselves do not. The closest
+        are paired first; `roots` are indices before the step.
+        """
+
+        def distance(two: tuple[int, int]) -> float:
             k, l = two
             z = self.ends.z
             later_z = self.ends.later_z
             return min(abs(z[k] - z[l]), abs(later_z[k] - later_z[l]))
 
         remaining = set(roots)
-        for two in sorted(itertools.combinations(roots, 2), key=closest):
+        for two in sorted(itertools.combinations(roots, 2), key=distance):
             if not remaining.issuperset(two):
                 continue
             ends = np.array([values[list(two)] for values in self.ends])
@@ -334,7 +463,12 @@ class Step:
                 yield RootPair(list(two), hermite_cubic(*mean), hermite_cubic(*square))
 
     def _is_cubic(self, ends: Sequence[complex], size: float) -> bool:
-        """True if slopes predict the change of something of that size within the step."""
-        z, dz, later_z, later_dz = ends
-        allowed = self.options.doubt * max(abs(later_z - z), self.options.near * size)
-        return bool(abs(later_z - z - (dz + later_dz) / 2) <= allowed)
+        """True if the slopes at both ends predict how a quantity changes over the step.
+
+        ends: its value before the step, its slope there times the length of the step, and both
+        after it; size: a change of less than this times `ContinuationOptions.near` is none.
+        """
+        before, before_slope, after, after_slope = ends
+        allowed = self.options.doubt * max(abs(after - before), self.options.near * size)
+        deviation = after - before - (before_slope + after_slope) / 2
+        return bool(abs(deviation) <= allowed)

@@ -51,6 +51,13 @@ class Term:
     """A copy of a finite matrix (n, n), and the formula or complex modulus that multiplies it.
 
     `digits` are the significant digits to which its entries are known, None if they are exact.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> friction = Term(np.array([[0.0, 1.0], [0.0, 0.0]]), Formula("mu / 2"))
+    >>> friction.factor.value({"mu": 0.5})
+    0.25
     """
 
     matrix: Matrix = field(repr=False)
@@ -269,11 +276,18 @@ class System:
 
     @property
     def undamped(self) -> bool:
-        """True if C has no terms and the others are real: nothing damps at any frequency."""
+        """True if C has no terms and the others are real; nothing damps at any frequency."""
         return not self.C and self._real_terms
 
     def values(self, changes: Mapping[str, float] | None = None) -> dict[str, float]:
-        """The parameters with some of them changed. Raises InputError for an unknown name."""
+        """The parameters with some of them changed. Raises InputError for an unknown name.
+
+        Examples
+        --------
+        >>> system = System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> system.values({"k": 9.0})
+        {'mu': 0.0, 'k': 9.0}
+        """
         values = {**self.parameters, **(changes or {})}
         for name in values.keys() - self.parameters.keys():
             allowed = ", ".join(sorted(self.parameters))
@@ -281,7 +295,14 @@ class System:
         return values
 
     def replace(self, changes: Mapping[str, float]) -> System:
-        """The same system with other values of some parameters."""
+        """The same system with other values of some parameters.
+
+        Examples
+        --------
+        >>> system = System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> dict(system.replace({"k": 9.0}).parameters)
+        {'mu': 0.0, 'k': 9.0}
+        """
         return dataclasses.replace(self, parameters=self.values(changes))
 
     @property
@@ -297,7 +318,14 @@ class System:
         return low, high
 
     def frequency(self, omega: float | None) -> dict[str, float]:
-        """The values of `follows` at omega (rad/s), None in the middle of what tables cover."""
+        """The values of `follows` at omega (rad/s), None in the middle of what tables cover.
+
+        Examples
+        --------
+        >>> lossy = System([[1.0]], K={"1 + 0.1 * frequency": [[1.0]]})
+        >>> lossy.frequency(200.0 * math.pi)
+        {'frequency': 100.0}
+        """
         if omega is None:
             low, high = self.covered
             hertz = (low + high) / 2 if high < math.inf else max(1000.0, low)
@@ -305,7 +333,14 @@ class System:
         return {name: omega * FREQUENCY[name] for name in self.follows}
 
     def frozen(self, omega: float | None = None) -> System:
-        """The linear system at one frequency (rad/s; see `frequency`)."""
+        """The linear system at one frequency (rad/s; see `frequency`).
+
+        Examples
+        --------
+        >>> lossy = System([[1.0]], K={"1 + omega": [[1.0]]})
+        >>> lossy.frozen(3.0)(0.0)[2].tolist()
+        [[4.0]]
+        """
         if not self.follows:
             return self
         parameters = self.values(self.frequency(omega))
@@ -317,6 +352,13 @@ class System:
         """M, C, K (C None without terms) at the parameters, some of them changed.
 
         Raises InputError where the frequency is that of each root.
+
+        Examples
+        --------
+        >>> system = System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> M, C, K = system.at({"k": 9.0})
+        >>> C is None, K.tolist()
+        (True, [[9.0]])
         """
         if not (changes or {}).keys() >= set(self.follows):
             raise InputError(
@@ -331,7 +373,15 @@ class System:
         return self._sum(self.M, value), self._sum(self.C, value), self._sum(self.K, value)
 
     def arrays(self, changes: Mapping[str, float] | None = None) -> SystemMatrices:
-        """The same as NumPy arrays."""
+        """The same as NumPy arrays.
+
+        Examples
+        --------
+        >>> from scipy.sparse import eye_array
+        >>> sparse = System(eye_array(2), K=4.0 * eye_array(2))
+        >>> sparse.arrays()[2].tolist()
+        [[4.0, 0.0], [0.0, 4.0]]
+        """
         M, C, K = self.at(changes)
         return dense(M), None if C is None else dense(C), dense(K)
 
@@ -340,7 +390,14 @@ class System:
         return self.at({self.parameter: value})
 
     def derivative(self, name: str, changes: Mapping[str, float] | None = None) -> SystemMatrices:
-        """Derivatives of M, C, K by a parameter, exact; None where they vanish."""
+        """Derivatives of M, C, K by a parameter, exact; None where they vanish.
+
+        Examples
+        --------
+        >>> system = System([[1.0]], K={"k ** 2": [[1.0]]}, parameters={"k": 4.0})
+        >>> system.derivative("k")[2].tolist()
+        [[8.0]]
+        """
         self.values({name: 0.0})
         parameters = self.values(changes)
 

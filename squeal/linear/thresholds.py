@@ -62,14 +62,24 @@ class CriticalPoint:
 
 @dataclass(frozen=True)
 class Thresholds:
-    """What happens over a range of mu: `points` are the changes of verdict among the crossings."""
+    """What happens over a range of mu.
+
+    Attributes
+    ----------
+    points : list of CriticalPoint
+        Changes of verdict.
+    crossings : list of Crossing
+        All crossings of the imaginary axis, those that change the verdict among them.
+    certified : bool or None
+        True if the crossings add up to what grows between them, and no step leaves room for more;
+        None where nothing is known between the computed values, as of a plain function.
+    searched : tuple of SearchResult
+        The searches between jumps that all this was read off, with the eigenvalues along mu.
+    """
 
     points: list[CriticalPoint]
     crossings: list[Crossing]
-    # a second count agrees between all crossings, and no step leaves room for more; None where
-    # nothing is known between the computed values, as of a plain function
     certified: bool | None = None
-    # the searches between jumps that all this was read off, with the eigenvalues along mu
     searched: tuple[SearchResult, ...] = field(default=(), repr=False, compare=False)
 
 
@@ -155,7 +165,11 @@ def thresholds(
 
 
 def points_and_crossings(part: SearchResult) -> tuple[list[CriticalPoint], list[Crossing]]:
-    """The changes of verdict and the crossings of a part without a jump."""
+    """The changes of verdict and the crossings of a range without a jump.
+
+    A crossing changes the verdict if it is the fastest of its cluster to begin or end what names
+    the verdict, or if nothing tells which one of the cluster does.
+    """
     changes = [(change, _fastest_events(part, change)) for change in _verdict_changes(part)]
     crossings = []
     for k, cluster in enumerate(part.clusters):
@@ -218,8 +232,11 @@ def _leading_omega(state: SpectrumAtParameter) -> float:
 
 
 class VerdictChange(NamedTuple):
-    """The verdict changes at `value` +- `half`: at the cluster of events of that index, or at
-    none."""
+    """A change of verdict from `below` to `above` with rising parameter, at `value` +- `half`.
+
+    cluster: the index of the cluster of events that makes it; None where the faster growth changes
+    hands and nothing crosses the axis.
+    """
 
     value: float
     half: float
@@ -322,29 +339,38 @@ def _exchanges(
 
 
 def _may_exchange_twice(a: SpectrumAtParameter, b: SpectrumAtParameter, verdict: str) -> bool:
-    """True if the cubic through both ends, and by its error, leads to an exchange."""
-    if not (a.unstable_count.pairs or b.unstable_count.pairs) or not (
-        a.unstable_count.reals or b.unstable_count.reals
-    ):
+    """True if the faster growth may change hands and back between two states of one verdict.
+
+    The lead of the fastest pair over the fastest real root is predicted by the cubic through its
+    values and slopes at both ends, up to the error of that cubic.
+    """
+    has_pair = a.unstable_count.pairs or b.unstable_count.pairs
+    has_real_root = a.unstable_count.reals or b.unstable_count.reals
+    if not has_pair or not has_real_root:
         return False
     length = b.value - a.value
     first = _lead_of_pair(a)
     last = _lead_of_pair(b)
-    slope_a = first.slope * length
-    slope_b = last.slope * length
-    cubic = hermite_cubic(first.value, slope_a, last.value, slope_b)
+    first_slope = first.slope * length
+    last_slope = last.slope * length
+    cubic = hermite_cubic(first.value, first_slope, last.value, last_slope)
     lead = np.polyval(cubic[::-1], np.linspace(0.0, 1.0, 17))
     if verdict != "flutter":
         lead = -lead
-    error = abs(last.value - first.value - (slope_a + slope_b) / 2)
+    error = abs(last.value - first.value - (first_slope + last_slope) / 2)
     return bool(lead.min() <= error)
 
 
 def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple[float, float]:
-    """Where the verdict of b begins, and half the interval that holds it: by Ridders's method."""
+    """Where the faster growth changes hands, and half of the interval that holds this place.
+
+    At a the verdict is flutter and at b divergence, or the reverse. The zero of the difference
+    between the growth rates of pair and real root is found by Ridders's method (1979), or, where a
+    pair becomes two real roots, as the place at which these meet.
+    """
     low = a.value
     high = b.value
-    half = 1e-7 * (high - low)
+    half_width = 1e-7 * (high - low)
     resolution = 4 * np.spacing(max(abs(low), abs(high)))
     p = math.inf
     for k in range(100):
@@ -371,14 +397,15 @@ def _exchange(continuation: Continuation, a: _VerdictAt, b: _VerdictAt) -> tuple
     if same_counts:
         lead = _lead_of_pair(continuation.at(p))
         error = lead.rounding / abs(lead.slope) if lead.slope else math.inf
-        half = min(error, half) + 1e-12 * abs(p)
-    return p, half
+        half_width = min(error, half_width) + 1e-12 * abs(p)
+    return p, half_width
 
 
 def _meeting_on_real_axis(
     continuation: Continuation, low: float, high: float
 ) -> tuple[float, float] | None:
-    """Where a growing pair, as it is on one side, meets on the real axis, and half the interval."""
+    """Where the fastest growing pair becomes two real roots, and half of the interval that holds
+    this place; None if another pair leads there, or none meets."""
     flutter = [p for p in (low, high) if continuation.at(p).unstable_count.verdict == "flutter"]
     if continuation.problem is GYROSCOPIC or not flutter:
         return None
@@ -387,7 +414,8 @@ def _meeting_on_real_axis(
         return None
     k = state.unstable_pairs[0]
     z = state.roots
-    both = [k, int(np.argmin(np.abs(z - z[k].conj())))]
+    conjugate = int(np.argmin(np.abs(z - z[k].conj())))
+    both = [k, conjugate]
     guess = Guess(
         value=(low + high) / 2,
         root=complex(z[k].real),
@@ -461,6 +489,7 @@ def _fastest_events(part: SearchResult, change: VerdictChange) -> _FastestEvents
 def _critical_point(
     part: SearchResult, change: VerdictChange, fastest: _FastestEvents
 ) -> CriticalPoint:
+    """A change of verdict for callers; `fastest` are the events of its cluster that make it."""
     continuation = part.continuation
     events = () if change.cluster is None else part.clusters[change.cluster]
     grows = change.above in GROWING
@@ -469,14 +498,15 @@ def _critical_point(
     high = change.value + change.half
     if events:
         low, high = hull(events)
-    narrow = high - low <= continuation.options.same * max(abs(change.value), 1e-300)
+    is_narrow = high - low <= continuation.options.same * max(abs(change.value), 1e-300)
+    all_converged = all(event.converged for event in events)
     omega = event.omega if event else _omega_without_event(part, change, (low, high))
     return CriticalPoint(
         mu=float(change.value),
         kind=change.above if grows else "restabilised",
         frequency_hz=omega / (2 * math.pi),
         interval=(float(low), float(high)),
-        converged=(not events or narrow) and all(event.converged for event in events),
+        converged=(is_narrow or not events) and all_converged,
         residual=event.residual if event else None,
     )
 

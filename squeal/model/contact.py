@@ -350,6 +350,11 @@ class Formulation:
     delta_from: "centre" of mass (needed by Eq. 10), or the fixed "frame" as in Eqs. (17)-(20).
     delta_moment: "+" as in Eq. (10), "-" as in Eq. (21).
     springs: how many there are along the face. Raises InputError for anything else.
+
+    Examples
+    --------
+    >>> Formulation(line_force="mean", delta_from="frame").delta_moment
+    '+'
     """
 
     line_force: LineForce = "integral"
@@ -361,7 +366,13 @@ class Formulation:
         FORMULATION.read(vars(self), Place("Formulation"))
 
     def to_dict(self) -> dict[str, Any]:
-        """As it stands in a scene file, defaults left out."""
+        """As it stands in a scene file, defaults left out.
+
+        Examples
+        --------
+        >>> Formulation(line_force="mean").to_dict()
+        {'line_force': 'mean'}
+        """
         given = {}
         for choice in fields(self):
             value = getattr(self, choice.name)

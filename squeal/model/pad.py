@@ -75,6 +75,14 @@ class Pad:
     A parameter that the model does not use is None (or 0 for a placement); each may also be an
     array, a symbol or a dual number. `derived`: what was left out and so follows others, I m, w and
     h, and mu mu_s, mu_k, v_ref and V. Raises InputError for what is out of range.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k_c=1.7e7, alpha1=1.57,
+    ...                  alpha2=3.14, mu=0.3)
+    >>> pad.I == pad.m * (pad.w**2 + pad.h**2) / 3
+    True
     """
 
     m: float = _field("mass", "kg", _POSITIVE)
@@ -153,11 +161,29 @@ class Pad:
         return self._friction_above_mu_k / (self.mu_k + self._friction_above_mu_k), 1.0 / self.v_ref  # type: ignore[operator]
 
     def given(self) -> dict[str, Any]:
-        """The parameters that are not None, by name."""
+        """The parameters that are not None, by name.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k_c=1.7e7, alpha1=1.57,
+        ...                  alpha2=3.14, mu=0.3)
+        >>> "k3" in pad.given(), "I" in pad.given()
+        (False, True)
+        """
         return {name: vars(self)[name] for name in PARAMETERS if vars(self)[name] is not None}
 
     def to_dict(self) -> dict[str, Any]:
-        """As it stands in a scene file, without what is left out or placed at zero."""
+        """As it stands in a scene file, without what is left out or placed at zero.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k_c=1.7e7, alpha1=1.57,
+        ...                  alpha2=3.14, mu=0.3)
+        >>> list(pad.to_dict())
+        ['m', 'w', 'h', 'k1', 'k2', 'k_c', 'alpha1', 'alpha2', 'mu']
+        """
         written = {}
         for name, value in self.given().items():
             placed_at_zero = (
@@ -178,6 +204,15 @@ class Pad:
         """A copy with some parameters changed; those that are `derived` follow.
 
         Raises InputError for an unknown name or a value out of range.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k_c=1.7e7, alpha1=1.57,
+        ...                  alpha2=3.14, mu=0.3)
+        >>> heavier = pad.replace(m=0.4)
+        >>> heavier.I == 2 * pad.I
+        True
         """
         for name in changes.keys() - PARAMETERS.keys():
             raise (Place("Pad") / name).refuse(f"unknown key; {meant(name, PARAMETERS)}")
@@ -185,7 +220,17 @@ class Pad:
         return Pad(**(own | changes))
 
     def scaled(self, mass: float, length: float, time: float) -> Pad:
-        """The same pad measured in other units (each given in the present ones)."""
+        """The same pad measured in other units (each given in the present ones).
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k_c=1.7e7, alpha1=1.57,
+        ...                  alpha2=3.14, mu=0.3)
+        >>> in_millimetres = pad.scaled(1.0, 1e-3, 1.0)
+        >>> round(in_millimetres.w, 9), round(in_millimetres.k1, 3)
+        (40.0, 20000000.0)
+        """
         new = copy.copy(self)  # not checked again: what leaves double precision shows later
         for name, value in self.given().items():
             a, b, c = PARAMETERS[name].dimension

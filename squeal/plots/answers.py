@@ -14,17 +14,21 @@ from squeal.io.provenance import InputFile, provenance
 from squeal.io.scene import Scene
 from squeal.io.writing import Answer, number
 from squeal.plots import campbell, coupling, cycles, maps, modes, motion
+from squeal.plots.conditions import conditions_drawing
 from squeal.plots.damping import damping_drawing
+from squeal.plots.energy import energy_sweep_drawing
 from squeal.plots.panels import draw_panel, panel_drawing
 from squeal.plots.scatter import scatter_drawing
 from squeal.plots.style import Drawing, save
 from squeal.queries.critical_speeds import CriticalSpeeds
 from squeal.queries.cycles import Cycles
-from squeal.queries.scatter import Scatter
+from squeal.queries.energy_sweep import EnergySweep
 from squeal.queries.sweep import eigenvalue_paths
 from squeal.queries.thresholds import critical_friction
+from squeal.results.conditions import Conditions
 from squeal.results.eigenvalues import Eigenvalues, mode_shapes
 from squeal.results.map import Map
+from squeal.results.scatter import Scatter
 from squeal.results.sources import PadSource, SystemSource
 from squeal.results.sweep import Sweep
 from squeal.results.thresholds import Thresholds
@@ -154,6 +158,8 @@ DRAWN: dict[type[Answer], Callable[..., Drawing]] = {
     Sweep: _sweep,
     Thresholds: _thresholds,
     Map: _map,
+    Conditions: conditions_drawing,
+    EnergySweep: energy_sweep_drawing,
     CriticalSpeeds: campbell.campbell_drawing,
     Scatter: scatter_drawing,
     Simulation: _motion,

@@ -10,8 +10,12 @@ from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 
 from squeal.io.writing import Answer, Mark
+from squeal.plots.conditions import draw_matrix
+from squeal.plots.energy import draw_terms
 from squeal.plots.maps import COLOUR_OF
 from squeal.plots.style import DOUBLE, Drawing, literal, origin, style
+from squeal.queries.energy_sweep import EnergySweep
+from squeal.results.conditions import Conditions
 from squeal.results.map import Map
 
 Row = Mapping[str, Any]
@@ -32,6 +36,12 @@ def draw_panel(answer: Answer, axes: Axes, **look: Any) -> None:
     """Draw what `answer.panel` names into an Axes; `look` goes to Matplotlib's artists."""
     if isinstance(answer, Map):
         _draw_map(answer, axes, **look)
+        return
+    if isinstance(answer, Conditions):
+        draw_matrix(answer, axes, **look)
+        return
+    if isinstance(answer, EnergySweep):
+        draw_terms(answer, axes, **look)
         return
     panel = answer.panel
     columns = answer.table().columns

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from squeal.plots.maps import symbol_of
 from squeal.plots.style import SINGLE, Drawing, origin, style
-from squeal.queries.scatter import CONFIDENCE, Scatter
+from squeal.results.scatter import CONFIDENCE, Scatter
 
 
 def scatter_drawing(scatter: Scatter, name: str) -> Drawing:

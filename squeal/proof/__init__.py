@@ -13,7 +13,7 @@ from squeal.proof.referee import Count, Proof, RootList, judge, prove_roots, uns
 
 if TYPE_CHECKING:
     from squeal.proof.large import BandProof, prove_band
-    from squeal.proof.ranges import Term, Terms, prove_gap, prove_thresholds
+    from squeal.proof.ranges import Term, Terms, prove_thresholds
 
 __all__ = [
     "AS_GIVEN",
@@ -29,7 +29,6 @@ __all__ = [
     "Terms",
     "judge",
     "prove_band",
-    "prove_gap",
     "prove_roots",
     "prove_thresholds",
     "unstable_count",
@@ -42,7 +41,7 @@ def __getattr__(name: str) -> Any:
         from squeal.proof import large
 
         return getattr(large, name)
-    if name in ("Term", "Terms", "prove_gap", "prove_thresholds"):
+    if name in ("Term", "Terms", "prove_thresholds"):
         from squeal.proof import ranges
 
         return getattr(ranges, name)

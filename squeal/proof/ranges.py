@@ -250,36 +250,6 @@ def _states(M: Expansion, C: Expansion, K: Expansion) -> tuple[Expansion, Expans
     return A, B
 
 
-def prove_gap(
-    terms: Terms,
-    low: float,
-    high: float,
-    unstable: int,
-    growth_below: float,
-    most: int = MOST_INTERVALS,
-) -> Proof:
-    """Whether `unstable` roots grow at every value between two, and others by no more than a rate.
-
-    Proved is that at each value at most so many roots grow faster than `growth_below`, and that at
-    least so many grow, or decay by no more than that. Refuted is an interval in which another
-    number grows for certain.
-
-    Parameters
-    ----------
-    terms : Terms
-        The systems.
-    low, high : float
-        Ends of the gap.
-    unstable : int
-        How many roots are said to grow.
-    growth_below : float
-        A rate, 1/s, above 0.
-    most : int
-        How many intervals are looked at before the answer stays open.
-    """
-    return _Walk(terms, growth_below, most, (low, high)).gap(low, high, unstable)
-
-
 class _Walk:
     """Intervals of the parameter that are looked at one after the other, at most `most` in all, of
     a range with these ends."""
@@ -373,7 +343,8 @@ def prove_thresholds(
     """Whether the number of growing roots changes in the printed intervals and nowhere else.
 
     Proved is that it differs between the gaps on both sides of each interval, where it is counted
-    in the middle, and each gap as `prove_gap` has it.
+    in the middle, and that in each gap as many roots grow at every value, and others by no more
+    than `growth_below`. Refuted is a value or interval at which another number grows for certain.
 
     Parameters
     ----------

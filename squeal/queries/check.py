@@ -40,6 +40,14 @@ class Check(Answer):
     nodes (3,); elements: how many have faces; frequencies_hz: the lowest real modes that are no
     free motions, without friction and damping; free: how many motions no stiffness holds;
     negative: how many have a negative one; hints: what looks like an error of units.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> free = squeal.System([[2, 0], [0, 2]], K=[[4, -4], [-4, 4]])
+    >>> found = squeal.check(free)
+    >>> found.free, [round(6.283185307 * hertz, 6) for hertz in found.frequencies_hz]
+    (1, [2.0])
     """
 
     panel = Panel("mode", "frequency_hz")

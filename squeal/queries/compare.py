@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -89,6 +90,15 @@ class Pairs(Answer):
     mac: of each mode of the reference with each computed one (m, k); tolerance: the largest
     difference of a pair, of the frequency; warnings: which modes are equally near one of the
     reference.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+    >>> still = squeal.System([[1, 0], [0, 1]], K=K)
+    >>> pairs = squeal.compare(squeal.eigenvalues(still), squeal.eigenvalues(still))
+    >>> [(pair.mode, round(pair.mac, 9)) for pair in pairs.pairs]
+    [(1, 1.0), (2, 1.0)]
     """
 
     panel = Panel("reference_hz", "frequency_hz")
@@ -159,36 +169,24 @@ def compare(
     else:
         references = read_test(Path(reference), where)
         name = str(reference)
-    reference_hz = np.array([mode.frequency_hz for mode in references], float)
-    computed_hz = np.array([mode.frequency_hz for mode in modes], float)
-    difference = (computed_hz - reference_hz[:, None]) / reference_hz[:, None]
-    likeness = _likeness(references, modes)
-    unlikeness = np.where(np.isnan(likeness), 0.0, 1.0 - likeness)
-    cost = np.abs(difference) / tolerance + unlikeness
-    equally_near = _equally_near(cost, EVEN / tolerance)
-    # of these the one whose sign of damping is that of the reference
-    differs_in_sign = _grows(references)[:, None] != _grows(modes)
-    cost = cost + EVEN / tolerance * differs_in_sign
-    cost = np.where(np.abs(difference) <= tolerance, cost, FORBIDDEN)
-    assigned = np.transpose(linear_sum_assignment(cost)).tolist()
-    pairs = []
+    costs = pairing_costs(references, modes, tolerance)
+    equally_near = _equally_near(costs.cost, EVEN / tolerance)
+    pairs = assigned_pairs(costs, references, modes, tolerance)
     ties = []
-    for i, j in assigned:
-        if cost[i, j] >= FORBIDDEN:
-            continue
-        pairs.append((i, j))
+    for i, j in pairs:
         if len(equally_near[i]) > 1 and j in equally_near[i]:
             numbers = ", ".join(str(modes[k].name) for k in equally_near[i])
             ties.append(
                 f"{references[i].name}: modes {numbers} are equally near; {modes[j].name} is paired"
             )
+    likeness = costs.likeness
     rows = []
     for i, j in pairs:
         known = not np.isnan(likeness[i, j])
         pair = _pair(references[i], modes[j])
         rows.append(
             pair._replace(
-                difference=100 * float(difference[i, j]),
+                difference=100 * float(costs.difference[i, j]),
                 mac=float(likeness[i, j]) if known else None,
             )
         )
@@ -197,6 +195,40 @@ def compare(
     rows += [_pair(mode, None) for i, mode in enumerate(references) if i not in paired_references]
     rows += [_pair(None, mode) for j, mode in enumerate(modes) if j not in paired_modes]
     return Pairs(name, tuple(rows), tolerance, likeness, tuple(ties))
+
+
+class PairingCosts(NamedTuple):
+    """Of each mode of a reference with each computed one (m, k): the difference in frequency, of
+    the reference; the MAC, NaN where no shape is known; and what a pair costs."""
+
+    difference: NDArray[np.float64]
+    likeness: NDArray[np.float64]
+    cost: NDArray[np.float64]
+
+
+def pairing_costs(
+    references: Sequence[Mode], modes: Sequence[Mode], tolerance: float
+) -> PairingCosts:
+    """What pairs cost: their difference in frequency over the tolerance, and 1 - MAC."""
+    reference_hz = np.array([mode.frequency_hz for mode in references], float)
+    computed_hz = np.array([mode.frequency_hz for mode in modes], float)
+    with np.errstate(divide="ignore", invalid="ignore"):  # a mode at rest has no share
+        difference = (computed_hz - reference_hz[:, None]) / reference_hz[:, None]
+    likeness = _likeness(references, modes)
+    unlikeness = np.where(np.isnan(likeness), 0.0, 1.0 - likeness)
+    return PairingCosts(difference, likeness, np.abs(difference) / tolerance + unlikeness)
+
+
+def assigned_pairs(
+    costs: PairingCosts, references: Sequence[Mode], modes: Sequence[Mode], tolerance: float
+) -> list[tuple[int, int]]:
+    """The pairs within the tolerance that cost least together; of equal ones those whose signs of
+    damping are the same."""
+    differs_in_sign = _grows(references)[:, None] != _grows(modes)
+    cost = costs.cost + EVEN / tolerance * differs_in_sign
+    cost = np.where(np.abs(costs.difference) <= tolerance, cost, FORBIDDEN)
+    assigned = np.transpose(linear_sum_assignment(cost)).tolist()
+    return [(i, j) for i, j in assigned if cost[i, j] < FORBIDDEN]
 
 
 def _pair(reference: Mode | None, mode: Mode | None) -> Pair:
@@ -219,7 +251,7 @@ def _check_rows(reference: Eigenvalues, computed: Eigenvalues) -> None:
         raise InputError(f"compare: {counts} rows are not allowed; they must be the same")
 
 
-def _likeness(references: list[Mode], modes: list[Mode]) -> NDArray[np.float64]:
+def _likeness(references: Sequence[Mode], modes: Sequence[Mode]) -> NDArray[np.float64]:
     """MAC (m, k) of each mode of the reference with each computed one, over the rows that were
     measured; NaN where one of the two shapes does not move there."""
     likeness = np.full((len(references), len(modes)), np.nan)
@@ -241,7 +273,7 @@ def _equally_near(cost: NDArray[np.float64], most: float) -> list[NDArray[np.int
     return [np.flatnonzero(np.abs(row - row.min()) <= most) for row in cost]
 
 
-def _grows(modes: list[Mode]) -> NDArray[np.bool_]:
+def _grows(modes: Sequence[Mode]) -> NDArray[np.bool_]:
     """Whether each mode grows or its damping is not known, since what squeals is measured."""
     return np.array([mode.damping is None or mode.damping < 0.0 for mode in modes])
 

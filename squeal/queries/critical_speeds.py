@@ -50,6 +50,16 @@ class CriticalSpeeds(Answer):
 
     speeds (m,) and frequencies_hz (m, n) are the Campbell diagram behind them; growing (m, n) says
     which modes grow.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> gyroscopic = {"speed": [[0, 2], [-2, 0]]}
+    >>> K = [[12, 0], [0, 12]]
+    >>> tilt = squeal.System([[1, 0], [0, 1]], gyroscopic, K, parameter="speed")
+    >>> found = squeal.critical_speeds(tilt, 20.0)  # s^2 - 2 speed s = 12 at s = -speed
+    >>> [round(row["speed"], 9) for row in found.to_records()]
+    [2.0]
     """
 
     panel = Panel("speed", "frequency_hz")

@@ -114,6 +114,16 @@ class Cycles(Answer):
     none; ends: why the branch ends at its first and its last cycle, empty at the end of the range;
     sliding: verdict of the sliding equilibrium at some values, None where there is no equilibrium;
     source: the cycle in natural units and what it was computed with.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8,
+    ...                  L2=0.8, alpha1=1.57, alpha2=3.14, mu=0.1, F_n=4500.0)
+    >>> scene = squeal.Scene("B1", pad, stop=1e-2, samples=2, start="equilibrium",
+    ...                      damping=squeal.Damping(ratios=(0.05, 0.05, 0.05)))
+    >>> squeal.cycles(scene).to_records()  # the motion comes to rest
+    []
     """
 
     panel = Panel(0, "amplitude_y", Mark.LINES)
@@ -144,12 +154,36 @@ class Cycles(Answer):
         return tuple(warnings)
 
     def table(self) -> Table:
-        """A row for each cycle."""
+        """A row for each cycle.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8,
+        ...                  L2=0.8, alpha1=1.57, alpha2=3.14, mu=0.1, F_n=4500.0)
+        >>> damping = squeal.Damping(ratios=(0.05, 0.05, 0.05))
+        >>> scene = squeal.Scene("B1", pad, stop=1e-2, samples=2, damping=damping)
+        >>> found = squeal.cycles(scene)  # the motion comes to rest
+        >>> len(found.table().rows)
+        0
+        """
         lead = Column(self.parameter, value=attrgetter("value"))
         return Table((lead, *COLUMNS), self.orbits, "", f"no periodic motion: {self.reason}")
 
     def parts(self) -> Sequence[str | Table]:
-        """The cycles and where sliding is stable."""
+        """The cycles and where sliding is stable.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8,
+        ...                  L2=0.8, alpha1=1.57, alpha2=3.14, mu=0.1, F_n=4500.0)
+        >>> damping = squeal.Damping(ratios=(0.05, 0.05, 0.05))
+        >>> scene = squeal.Scene("B1", pad, stop=1e-2, samples=2, damping=damping)
+        >>> found = squeal.cycles(scene)  # the motion comes to rest
+        >>> found.parts()[-1]
+        'sliding at mu = 0.1: stable'
+        """
         sliding = [
             (value, f"sliding at {self.parameter} = {number(value)}: {verdict}")
             for value, verdict in self.sliding
@@ -167,7 +201,19 @@ class Cycles(Answer):
         return parts + [line for value, line in sliding if value == at_scene.value]
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object of `squeal cycles`."""
+        """The JSON object of `squeal cycles`.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8,
+        ...                  L2=0.8, alpha1=1.57, alpha2=3.14, mu=0.1, F_n=4500.0)
+        >>> damping = squeal.Damping(ratios=(0.05, 0.05, 0.05))
+        >>> scene = squeal.Scene("B1", pad, stop=1e-2, samples=2, damping=damping)
+        >>> found = squeal.cycles(scene)  # the motion comes to rest
+        >>> found.to_dict()["cycles"]
+        []
+        """
         return {
             "model": self.model,
             "parameter": self.parameter,

@@ -94,7 +94,17 @@ class PartShare:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Energy(Answer):
-    """Contributions of each term to each mode with Im lambda >= 0, and the shares of parts."""
+    """Contributions of each term to each mode with Im lambda >= 0, and the shares of parts.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> C = [[0.2, 0], [0, 0.2]]
+    >>> pair = squeal.System([[1, 0], [0, 1]], C, K, parameters={"mu": 1.0})
+    >>> squeal.energy(squeal.eigenvalues(pair)).modes  # the fastest growing first
+    [2, 1]
+    """
 
     panel = Panel("term", "growth", Mark.BARS, "mode")
 
@@ -109,7 +119,15 @@ class Energy(Answer):
         return sorted(rates, key=lambda mode: -rates[mode])
 
     def sentence(self, mode: int) -> str:
-        """What puts energy into a mode and what takes it, in a line."""
+        """What puts energy into a mode and what takes it, in a line.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> damped = squeal.System([[1.0]], [[0.2]], [[4.0]])
+        >>> squeal.energy(squeal.eigenvalues(damped)).sentence(1)
+        'mode 1, 0.3179 Hz: damping takes 0.1; in all -0.1 1/s'
+        """
         rows = [row for row in self.contributions if row.mode == mode]
         head = f"mode {mode}, {number(rows[0].frequency_hz, 4)} Hz"
         if rows[0].growth is None:
@@ -150,7 +168,17 @@ class Energy(Answer):
         return Table(table, rows, title, "no root", lambda row: row.growth_rate)
 
     def parts_table(self) -> Table:
-        """The shares of parts."""
+        """The shares of parts.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+        >>> pair = squeal.System([[1, 0], [0, 1]], [[0.2, 0], [0, 0.2]], K)
+        >>> found = squeal.energy(squeal.eigenvalues(pair), parts={"left": [0], "right": [1]})
+        >>> [(row["part"], round(row["energy"], 9)) for row in found.parts_table().records()][:2]
+        [('left', 0.5), ('right', 0.5)]
+        """
         table = (*columns("mode part energy%"), Column("growth", "1/s"))
         rank = {mode: -k for k, mode in enumerate(self.modes)}
         title = "where: share of the stored energy, and work on each part"

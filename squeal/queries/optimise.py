@@ -1,9 +1,9 @@
 """Parameters within bounds at which the fastest growing root of a band grows least.
 
-The largest growth rate has a kink wherever another mode takes the lead. So a bound t of all growth
-rates is minimised instead, subject to growth_i(q) <= t, by sequential quadratic programming with
-exact derivatives; the roots are computed anew at each q. Of a large system a reduced one serves,
-and the full one is asked about the result.
+The largest growth rate is not smooth: it has a kink wherever another mode becomes the fastest one.
+So an upper limit t of the growth rates g_i is minimised over (q, t) instead, subject to
+g_i(q) <= t, which is smooth. That is done by sequential quadratic programming with exact
+derivatives. A large system is searched on a reduced one, and the result computed on the full one.
 """
 
 from __future__ import annotations
@@ -12,16 +12,17 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from operator import itemgetter
-from typing import Annotated, Any
+from operator import attrgetter
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
-from squeal.linear.eigen import Eigenvalue
+from squeal.linear.eigen import ComplexArray, Eigenvalue
 from squeal.linear.matrices import Array
 from squeal.linear.sensitivity import sensitivities
+from squeal.linear.system import TermSystem
 from squeal.queries.options import Band, Region
 from squeal.queries.systems.all_roots import is_small, roots_of_all
 from squeal.queries.systems.reduced import basis_of, reduced_for
@@ -35,14 +36,16 @@ from squeal.sparse.quadratic import PROGRESS, Progress
 from squeal.sparse.reduction import TOLERANCE, Reduction
 
 LEADING = 12  # fastest growing roots whose growth rates are bounded at once
-AGAIN = 4  # runs from the best point so far: a change of the lead may end one early
+RUNS = 4  # of a search, from the best point so far: a change of the fastest mode may end one early
+REDUCTIONS = 4  # made at most, each with the result on the one before
 CORNERS = 3  # parameters up to which a reduced system serves the corners of the bounds too
 ACTIVE = 1e-3  # of the fall of the growth rate: roots so close to the largest one hold it there
+AT_BOUND = 1e-6  # of the range: so close to a bound a parameter is held by it
 
 
 @dataclass(frozen=True)
 class Bounded:
-    """A parameter, its bounds, and its value before and after."""
+    """A parameter, its bounds, and its value before and after the search."""
 
     parameter: str
     low: float
@@ -51,21 +54,48 @@ class Bounded:
     after: float
 
     @property
-    def at(self) -> str | None:
-        """The bound that holds it, if one does."""
-        near = 1e-6 * (self.high - self.low)
+    def at(self) -> Literal["low", "high"] | None:
+        """The bound that the parameter lies at, if it does."""
+        near = AT_BOUND * (self.high - self.low)
         if self.after - self.low <= near:
             return "low"
-        return "high" if self.high - self.after <= near else None
+        if self.high - self.after <= near:
+            return "high"
+        return None
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Optimum(Answer):
     """Parameters at which the fastest growing root grows least, as far as it was found.
 
-    before, after: roots of the full system, with the count that certifies them; starts: the largest
-    growth rate (1/s) at the end of each search, the own parameters' first; evaluations: of all
-    roots; basis: the reduced system that served.
+    Attributes
+    ----------
+    name : str
+        The system.
+    extent : str
+        At which value of the free parameter and of which band that holds, for people.
+    parameters : tuple of Bounded
+        The parameters that changed, with their bounds.
+    before, after : SystemRoots
+        Roots of the full system at the own parameters and at the result, with the count that
+        certifies them.
+    starts : tuple of float
+        The largest growth rate (1/s) at the end of each search, first that from the own parameters.
+    seed : int
+        Of the random numbers from which the other searches start.
+    evaluations : int
+        How often roots were computed.
+    basis : mapping or None
+        The reduced system that was searched.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> C = {"share": [[0.1, 0], [0, 0]], "1 - share": [[0, 0], [0, 0.1]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], C, [[1, 0], [0, 4]], {"share": 0.9})
+    >>> best = squeal.optimise(pair, {"share": (0.0, 1.0)})
+    >>> [round(growth, 6) for growth in best.growth]
+    [-0.005, -0.025]
     """
 
     panel = Panel("parameter", "after", Mark.BARS)
@@ -78,7 +108,7 @@ class Optimum(Answer):
     starts: tuple[float, ...]
     seed: int
     evaluations: int
-    basis: Mapping[str, Any] | None = None
+    basis: Mapping[str, object] | None = None
 
     @property
     def growth(self) -> tuple[float, float]:
@@ -87,10 +117,17 @@ class Optimum(Answer):
 
     @property
     def active(self) -> tuple[Eigenvalue, ...]:
-        """The roots whose growth rates hold the largest one where it is, the next to be changed."""
-        first, last = self.growth
-        upper = (e for e in self.after.every if e.value.imag >= 0.0)
-        return tuple(e for e in upper if e.growth_rate >= last - ACTIVE * abs(first - last))
+        """The roots that grow as fast as the fastest one at the result, to `ACTIVE`.
+
+        They keep the largest growth rate from falling further. Of a pair, the root with Im >= 0.
+        """
+        before, after = self.growth
+        least = after - ACTIVE * abs(before - after)
+        active = []
+        for root in self.after.every:
+            if root.value.imag >= 0.0 and root.growth_rate >= least:
+                active.append(root)
+        return tuple(active)
 
     def table(self) -> Table:
         names = columns("parameter low high before after")
@@ -98,10 +135,9 @@ class Optimum(Answer):
 
     def parts(self) -> Sequence[str | Table]:
         lines = [f"{self.name}: largest growth rate{self.extent}"]
-        first, last = self.growth
-        for words, growth, roots in (("before", first, self.before), ("after", last, self.after)):
+        for words, roots in (("before", self.before), ("after", self.after)):
             proof = "certified by a count" if roots.certified else UNSURE
-            lines.append(f"  {words}: {number(growth)} 1/s ({proof})")
+            lines.append(f"  {words}: {number(_largest_growth(roots))} 1/s ({proof})")
         ends = ", ".join(number(growth, 4) for growth in self.starts)
         lines.append(f"searches ended at {ends} 1/s (seed {self.seed})")
         table = columns("frequency_hz growth_rate damping_ratio%")
@@ -112,23 +148,29 @@ class Optimum(Answer):
         return parts
 
     def to_dict(self) -> dict[str, Any]:
-        sides = {
-            words: {"growth_rate": growth} | picked(getattr(self, words), "certified verdict")
-            for words, growth in zip(("before", "after"), self.growth, strict=True)
+        entry: dict[str, Any] = {
+            "name": self.name,
+            "optimum": {bounded.parameter: bounded.after for bounded in self.parameters},
+            "parameters": self.table().records(),
         }
-        optimum = {one.parameter: one.after for one in self.parameters}
-        head = {"name": self.name, "optimum": optimum, "parameters": self.table().records()}
-        active = Table(columns("frequency_hz growth_rate"), self.active).records()
-        return head | sides | {"active": active} | picked(self, "starts seed evaluations basis")
+        for words, roots in (("before", self.before), ("after", self.after)):
+            entry[words] = {"growth_rate": _largest_growth(roots)}
+            entry[words] |= picked(roots, "certified verdict")
+        entry["active"] = Table(columns("frequency_hz growth_rate"), self.active).records()
+        return entry | picked(self, "starts seed evaluations basis")
 
 
 def _largest_growth(roots: SystemRoots) -> float:
+    """The largest growth rate in 1/s, NaN without a root."""
     return max((root.growth_rate for root in roots.every), default=math.nan)
 
 
 @dataclass(frozen=True, eq=False)
 class _Evaluation:
-    """Growth rates (m,), 1/s, falling, at q (p,), and their derivatives by q (m, p)."""
+    """The fastest growing roots at q (p,).
+
+    rates (m,): their growth rates in 1/s, falling; slopes (m, p): derivatives of these by q.
+    """
 
     q: Array
     rates: Array
@@ -136,109 +178,134 @@ class _Evaluation:
 
     @property
     def largest(self) -> float:
-        """The largest growth rate."""
+        """The largest growth rate in 1/s."""
         return float(self.rates[0])
 
 
 class _Search:
-    """The largest growth rates of a system, or a reduced one, over q in [0, 1]^p, shares of the
-    ways between bounds (p,)."""
+    """The largest growth rates of a system, or a reduced one, as functions of q.
+
+    q (p,) in [0, 1]^p are the parameters: 0 is the lower bound of each, 1 the upper one.
+    """
 
     def __init__(
-        self, model: Any, selection: EigenvalueSelection, bounds: Mapping[str, Band]
+        self,
+        model: TermSystem | Reduction,
+        selection: EigenvalueSelection,
+        bounds: Mapping[str, Band],
     ) -> None:
         self.model = model
         self.selection = selection
         self.names = list(bounds)
         self.low, high = np.array(list(bounds.values())).T
         self.width = high - self.low
-        self.seen: list[_Evaluation] = []
+        self.evaluations: list[_Evaluation] = []
 
-    def values(self, q: Array) -> dict[str, float]:
+    def parameters(self, q: Array) -> dict[str, float]:
         """The parameters at q."""
         return dict(zip(self.names, (self.low + self.width * q).tolist(), strict=True))
 
-    def leading(self, q: Array) -> tuple[Array, Array]:
-        """The largest growth rates (m,), 1/s, falling, and their derivatives by q (m, p)."""
-        for evaluation in self.seen[:-4:-1]:
+    def evaluate(self, q: Array) -> _Evaluation:
+        """The growth rates and their derivatives at q; the last three are remembered.
+
+        Raises ComputationError if no root lies in the band.
+        """
+        for evaluation in self.evaluations[:-4:-1]:
             if np.array_equal(evaluation.q, q):
-                return evaluation.rates, evaluation.slopes
-        model = self.model
-        reduced = isinstance(model, Reduction)
-        parameters = self.values(q)
-        roots = (
-            model.values(parameters) if reduced else roots_of_all(model, self.selection, parameters)
-        )
+                return evaluation
+        parameters = self.parameters(q)
+        roots = self._roots(parameters)
         upper = roots[roots.imag >= 0.0]
         if not len(upper):
             where = ", ".join(f"{name} = {value:.6g}" for name, value in parameters.items())
             raise ComputationError(f"no root lies in the band at {where}; a wider band is required")
         leading = upper[np.argsort(-upper.real)[:LEADING]]
-        system = (model.system if reduced else model).replace(parameters)
-        M, C, K = system.arrays()
-        if reduced:
+        evaluation = self._with_slopes(q, parameters, leading)
+        self.evaluations.append(evaluation)
+        count = len(self.evaluations)
+        PROGRESS.get()(f"evaluation {count}: largest growth rate {evaluation.largest:.6g} 1/s")
+        return evaluation
+
+    def _roots(self, parameters: Mapping[str, float]) -> ComplexArray:
+        """The selected roots (m,)."""
+        if isinstance(self.model, Reduction):
+            return self.model.values(parameters)
+        return roots_of_all(self.model, self.selection, parameters)
+
+    def _with_slopes(
+        self, q: Array, parameters: Mapping[str, float], leading: ComplexArray
+    ) -> _Evaluation:
+        """The growth rates of leading roots (m,) at q, and their derivatives by q."""
+        model = self.model
+        if isinstance(model, Reduction):
+            system = model.system.replace(parameters)
+            matrices = system.arrays()
             modes = model.roots(parameters, True, leading)
         else:
-            modes = roots_at(M, C, K, leading, True)
-        eigenvalues = [
-            Eigenvalue(value, right, left, math.nan, math.nan)
-            for value, right, left in zip(modes.values, modes.right.T, modes.left.T, strict=True)
-        ]
+            system = model.replace(parameters)
+            matrices = system.arrays()
+            modes = roots_at(*matrices, leading, True)
+        eigenvalues = []
+        for value, right, left in zip(modes.values, modes.right.T, modes.left.T, strict=True):
+            eigenvalues.append(Eigenvalue(value, right, left, math.nan, math.nan))
         derivatives = {name: system.derivative(name) for name in parameters}
-        by_parameter, _ = sensitivities((M, C, K), derivatives, eigenvalues)
+        by_parameter, _ = sensitivities(matrices, derivatives, eigenvalues)
         slopes = self.width * np.array([by_parameter[name].real for name in parameters]).T
-        slopes = np.where(np.isfinite(slopes), slopes, 0.0)
+        slopes = np.where(np.isfinite(slopes), slopes, 0.0)  # infinite where roots coalesce
         falling = np.argsort(-modes.values.real)
-        evaluation = _Evaluation(q.copy(), modes.values.real[falling], slopes[falling])
-        self.seen.append(evaluation)
-        largest = evaluation.largest
-        PROGRESS.get()(f"evaluation {len(self.seen)}: largest growth rate {largest:.6g} 1/s")
-        return evaluation.rates, evaluation.slopes
+        return _Evaluation(q.copy(), modes.values.real[falling], slopes[falling])
 
-    def least(self, start: Array) -> tuple[float, Array]:
-        """The least of the largest growth rate that a search from q comes to, and its place."""
+    def minimise_from(self, start: Array) -> _Evaluation:
+        """The evaluation of the least largest growth rate that a search from q = start comes to.
+
+        The unknowns v = (q, t) hold the limit t in units of the steepest slope at the start, so
+        that all of them are about one.
+        """
         from scipy.optimize import minimize
 
-        first = len(self.seen)
-        q = start
-        rates, slopes = self.leading(q)
-        best = float(rates[0])
+        first = len(self.evaluations)
+        best = self.evaluate(start)
         # a search of flat functions ends where it begins
-        unit = float(np.abs(slopes[0]).max() or np.abs(slopes).max()) or 1.0
+        steepest = np.abs(best.slopes[0]).max() or np.abs(best.slopes).max()
+        unit = float(steepest) or 1.0
 
         def slack(v: Array) -> Array:
-            """t - growth_i(q) of v = (q, t); 1 of roots that there are not."""
-            rates, _ = self.leading(v[:-1])
+            """t - g_i(q) (LEADING,), which must not be negative; 1 of roots that there are not."""
+            rates = self.evaluate(v[:-1]).rates
             slack = np.ones(LEADING)
             slack[: len(rates)] = v[-1] - rates / unit
             return slack
 
         def slack_slope(v: Array) -> Array:
             """The derivative (LEADING, p + 1) of the slack by v."""
-            _, slopes = self.leading(v[:-1])
+            slopes = self.evaluate(v[:-1]).slopes
             slope = np.zeros((LEADING, len(v)))
             slope[: len(slopes), :-1] = -slopes / unit
             slope[: len(slopes), -1] = 1.0
             return slope
 
-        by_t = np.append(np.zeros(len(q)), 1.0)
-        for _ in range(AGAIN):
-            before = best
+        def limit(v: Array) -> float:
+            """t, which is minimised."""
+            return float(v[-1])
+
+        slope_of_limit = np.append(np.zeros(len(start)), 1.0)
+        q = start
+        for _ in range(RUNS):
+            before = best.largest
             minimize(
-                lambda v: float(v[-1]),
-                np.append(q, best / unit),
-                jac=lambda _: by_t,
+                limit,
+                np.append(q, before / unit),
+                jac=lambda _: slope_of_limit,
                 method="SLSQP",
                 bounds=[(0.0, 1.0)] * len(q) + [(None, None)],
                 constraints={"type": "ineq", "fun": slack, "jac": slack_slope},
                 options={"maxiter": 40, "ftol": 1e-8},
             )
-            least = min(self.seen[first:], key=lambda evaluation: evaluation.largest)
-            best = least.largest
-            q = least.q
-            if best > before - 1e-6 * unit:
+            best = min(self.evaluations[first:], key=attrgetter("largest"))
+            q = best.q
+            if best.largest > before - 1e-6 * unit:
                 break
-        return best, q
+        return best
 
 
 @public
@@ -292,68 +359,119 @@ def optimise(
     >>> round(best.parameters[0].after, 6), [round(growth, 6) for growth in best.growth]
     (0.5, [-0.005, -0.025])
     """
-    at = Place("optimise")
     analysis = SystemAnalysis.of(subject, band, region, None, memory, progress)
     system = analysis.system
     selection = analysis.selection
-    random = np.random.default_rng(seed)
-    ends: dict[str, Band] = {}
+    ranges = _checked_bounds(system, bounds)
+    system.at()  # refuses matrices at the frequency of each root
+    if not is_small(system) and selection.rectangle is None:
+        raise InputError("band: is missing; a large system is optimised in a band or a region")
+    result = _searched(system, selection, ranges, starts, seed)
+    PROGRESS.get()("the full system before and after")
+    before = system_roots(system, selection)
+    after = system_roots(system, selection, result.parameters)
+    if result.residual > TOLERANCE:
+        words = f"a residual of {result.residual:.2g} in the full problem, {TOLERANCE:g} is wanted"
+        Place("optimise").warn(f"the reduced system has {words}; the result may be improved")
+    changed = []
+    for name, (low, high) in ranges.items():
+        own = system.parameters[name]
+        changed.append(Bounded(name, low, high, before=own, after=result.parameters[name]))
+    assumptions = analysis.file.assumptions
+    return Optimum(
+        name=system.name,
+        extent=_extent(system, selection, ranges),
+        parameters=tuple(changed),
+        before=replace(before, doubts=(*before.doubts, *assumptions)),
+        after=replace(after, doubts=(*after.doubts, *assumptions)),
+        starts=tuple(result.growth_rates),
+        seed=seed,
+        evaluations=result.evaluations,
+        basis=basis_of(result.reduction, selection),
+    )
+
+
+def _checked_bounds(system: TermSystem, bounds: Mapping[str, Band]) -> dict[str, Band]:
+    """The bounds of each parameter. Raises InputError for a name or a range that is none."""
+    at = Place("optimise")
+    checked: dict[str, Band] = {}
     for name, (low, high) in bounds.items():
         if name not in system.names:
             allowed = ", ".join(sorted(system.names)) or "none"
             raise (at / name).refuse(f"no matrix depends on it; allowed are {allowed}")
         if not low < high:
             raise (at / name).must_be(f"{low:g} to {high:g}", "a range with low < high")
-        ends[name] = low, high
-    if not ends:
+        checked[name] = (low, high)
+    if not checked:
         raise at.refuse("no bounds are given; a range of a parameter is required")
-    system.at()  # refuses matrices at the frequency of each root
-    if not is_small(system) and selection.rectangle is None:
-        raise InputError("band: is missing; a large system is optimised in a band or a region")
-    search = _Search(system, selection, ends)
+    return checked
+
+
+@dataclass(frozen=True, eq=False)
+class _SearchResult:
+    """The best parameters of several searches.
+
+    growth_rates: the largest one (1/s) at the end of each search; residual: of a root of the
+    reduced system in the full problem at the result, 0 without a reduced system.
+    """
+
+    parameters: dict[str, float]
+    growth_rates: list[float]
+    evaluations: int
+    reduction: Reduction | None
+    residual: float
+
+
+def _searched(
+    system: TermSystem,
+    selection: EigenvalueSelection,
+    bounds: Mapping[str, Band],
+    starts: int,
+    seed: int,
+) -> _SearchResult:
+    """Search from the own parameters and from random ones, `starts` of them in all.
+
+    A reduced system is made for these and for the corners of the bounds. Where its residual at the
+    result is large, it is made anew with the result, and searched from there.
+    """
+    search = _Search(system, selection, bounds)
+    own = np.array([system.parameters[name] for name in bounds])
+    starting_points = [np.clip((own - search.low) / search.width, 0.0, 1.0)]
+    starting_points += list(np.random.default_rng(seed).random((starts - 1, len(bounds))))
+    served = list(starting_points)
+    if len(bounds) <= CORNERS:
+        served += map(np.array, itertools.product((0.0, 1.0), repeat=len(bounds)))
     reduction = None
-    at_start = np.array([system.parameters[name] for name in ends])
-    places = [np.clip((at_start - search.low) / search.width, 0.0, 1.0)]
-    places += list(random.random((starts - 1, len(ends))))
-    served = list(places)
-    if len(ends) <= CORNERS:
-        served += map(np.array, itertools.product((0.0, 1.0), repeat=len(ends)))
-    for _ in range(AGAIN):
+    for _ in range(REDUCTIONS):
+        residual = 0.0
         if not is_small(system):
-            reduction = reduced_for(system, selection, [{}, *map(search.values, served)])
-            search = _Search(reduction, selection, ends)
-        found = [search.least(place) for place in places]
-        _, q = min(found, key=itemgetter(0))
-        values = search.values(q)
-        residual = 0.0 if reduction is None else float(reduction.modes(values)[1].max())
+            reduction = reduced_for(system, selection, [{}, *map(search.parameters, served)])
+            search = _Search(reduction, selection, bounds)
+        ends = [search.minimise_from(point) for point in starting_points]
+        best = min(ends, key=attrgetter("largest"))
+        parameters = search.parameters(best.q)
+        if reduction is not None:
+            _, residuals, _ = reduction.modes(parameters)
+            residual = float(residuals.max())
         if residual <= TOLERANCE:
             break
-        served = [*served, q]
-        places = [q]
-    PROGRESS.get()("the full system before and after")
-    before = system_roots(system, selection)
-    after = system_roots(system, selection, values)
-    assumptions = analysis.file.assumptions
-    if residual > TOLERANCE:
-        words = f"a residual of {residual:.2g} in the full problem, {TOLERANCE:g} is wanted"
-        at.warn(f"the reduced system has {words}; the result may be improved")
-    parameters = tuple(
-        Bounded(name, *ends[name], system.parameters[name], values[name]) for name in ends
+        served.append(best.q)
+        starting_points = [best.q]
+    return _SearchResult(
+        parameters=parameters,
+        growth_rates=[end.largest for end in ends],
+        evaluations=len(search.evaluations),
+        reduction=reduction,
+        residual=residual,
     )
+
+
+def _extent(system: TermSystem, selection: EigenvalueSelection, bounds: Mapping[str, Band]) -> str:
+    """At which value of the free parameter, and of which band, the growth rate is the largest."""
     extent = " (not its onset)"
     free = system.parameter
-    if free not in ends:
+    if free not in bounds:
         extent = f" at {free} = {system.parameters[free]:g}{extent}"
     if selection.rectangle is not None:
         extent += f", {selection.words()}"
-    return Optimum(
-        name=system.name,
-        extent=extent,
-        parameters=parameters,
-        before=replace(before, doubts=(*before.doubts, *assumptions)),
-        after=replace(after, doubts=(*after.doubts, *assumptions)),
-        starts=tuple(growth for growth, _ in found),
-        seed=seed,
-        evaluations=len(search.seen),
-        basis=basis_of(reduction, selection),
-    )
+    return extent

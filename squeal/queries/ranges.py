@@ -2,36 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse import issparse
 
 from squeal.errors import InputError
 from squeal.linear.events import Crossing
 from squeal.linear.moduli import Tabulated
-from squeal.linear.system import TermSystem
+from squeal.linear.system import Matrix, TermSystem
+from squeal.linear.system import Term as SystemTerm
 from squeal.model.equations import PadModel
+from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.proofs import HALF_ULP, Statement
 from squeal.results.columns import OPEN
 
 if TYPE_CHECKING:  # scenes start without the referee
+    from squeal.proof.ranges import Factor, Terms
     from squeal.proof.referee import Count, Proof
 
 NO_BALLS = "python-flint is not installed (`pip install 'squeal[proof]'` brings it)"
-RATE = 1e-6  # growth below which nothing is told apart, of the fastest root
-WIDTH = 1e-10  # of a threshold: by how much the interval is wider in which it is proved
+RATE = 1e-6  # of the fastest root: growth below which a mode is not told from a marginal one
+WIDTH = 1e-10  # of a threshold: by how much the interval is widened in which it is proved
 VAGUE = 1e-3  # of the range: an interval that is wider may hold more than its threshold
 IS_VAGUE = "a threshold is known to an interval only that may hold more"
 BEYOND_FOLD = 1.05  # of the friction at a fold: how far a branch would be followed
 AS_GIVEN = "as given"  # the entries of pads
 DISAGREES = "the referee disagrees: "
 PROVED_ROWS = 20  # up to which thresholds of systems are always asked for
-INTERVALS = 600  # that are looked at in a system of few rows
-LARGE = 40.0  # states, of which an interval costs twice as much
-BESIDE = (1e-8, 1e-6)  # of a threshold: how far from it growing roots are counted
+INTERVALS = 600  # of the parameter that are enclosed at most, in a system of few rows
+LARGE = 40.0  # states of a system for which enclosing an interval costs twice as much
+BESIDE = (1e-8, 1e-6)  # of a threshold: distances from it at which growing roots are counted
 ASIDE = 1e-3  # of half the gap: how far from a threshold that is refuted the search looks again
 SEARCHES = 4  # in all, where the referee refutes each but the last
 
@@ -40,10 +45,18 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True)
 class RangeStatement(Statement):
-    """The same of a list of thresholds.
+    """What is known of a list of thresholds, as JSON holds it under `proof`.
 
-    parameter: what is varied; low, until: the range that the statement is of; high: the end of what
-    is listed; losses: whether a threshold lies in it; where: a value of the parameter.
+    Attributes
+    ----------
+    status, by, growth_below, data, reason, where
+        As of any `Statement`; `where` is a value of the parameter.
+    parameter : str
+        What is varied.
+    low, until : float
+        The range that the statement is about.
+    high : float
+        The end of the range that was searched.
     """
 
     parameter: str = "mu"
@@ -60,51 +73,80 @@ class RangeStatement(Statement):
 
     @property
     def words(self) -> str:
-        """In a line below a list."""
+        """The statement in a line below a list."""
         if self.status == "proved":
-            given = " (entries as given)" * (self.data != HALF_ULP)
-            extent = f"up to {self.parameter} = {self.until:.9g}"
-            growth = f" by more than {self.growth_below:.3g} 1/s" if self.growth_below else ""
-            return f"proved: no other mode grows{growth} {extent}{given}"
-        where = "" if self.where is None else f" (near {self.parameter} = {self.where.real:.9g})"
-        return f"{OPEN}{self.reason}{where}"
+            words = "proved: no other mode grows"
+            if self.growth_below:
+                words += f" by more than {self.growth_below:.3g} 1/s"
+            words += f" up to {self.parameter} = {self.until:.9g}"
+            if self.data != HALF_ULP:
+                words += " (entries as given)"
+            return words
+        words = f"{OPEN}{self.reason}"
+        if self.where is not None:
+            words += f" (near {self.parameter} = {self.where.real:.9g})"
+        return words
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON holds it: `extent` is the range that is spoken of."""
-        names = ("status", "by", "growth_below", "data")
-        where = None if self.where is None else float(self.where.real)
-        block = {name: getattr(self, name) for name in names}
-        block |= {"reason": self.reason or None, "where": where}
-        return block | {"extent": [self.low, self.until]}
+        return {
+            "status": self.status,
+            "by": self.by,
+            "growth_below": self.growth_below,
+            "data": self.data,
+            "reason": self.reason or None,
+            "where": None if self.where is None else float(self.where.real),
+            "extent": [self.low, self.until],
+        }
 
 
-def stated(proof: Proof, parameter: str, extent: Interval, high: float) -> RangeStatement:
-    """What a proof says; what is refuted is open to the user, with the reason."""
-    status = "proved" if proof.status == "proved" else "open"
-    where = None if proof.where is None else complex(proof.where)
-    growth = proof.growth_below if status == "proved" else None
+def _statement_of(proof: Proof, parameter: str, low: float, high: float) -> RangeStatement:
+    """What a proof says of the range; what is refuted is open to the user, with the reason."""
+    is_proved = proof.status == "proved"
     reason = proof.reason
     if proof.status == "refuted":
         reason = f"{DISAGREES}{reason}"
-    until = extent[1] if status == "proved" else high
-    more = (parameter, extent[0], until, high)
-    return RangeStatement(status, proof.by, growth, proof.data, reason, where, *more)
+    return RangeStatement(
+        status="proved" if is_proved else "open",
+        by=proof.by,
+        growth_below=proof.growth_below if is_proved else None,
+        data=proof.data,
+        reason=reason,
+        where=None if proof.where is None else complex(proof.where),
+        parameter=parameter,
+        low=low,
+        until=high,
+        high=high,
+    )
 
 
-def _places(crossings: Sequence[Crossing], low: float, high: float, half: float) -> list[Interval]:
-    """Disjoint intervals around crossings up to `high`, each wider by a share of its value."""
-    found: list[Interval] = []
-    for crossing in sorted(crossings, key=lambda one: one.mu):
-        a, b = crossing.interval
-        if a > high:
+def _intervals_of(
+    crossings: Sequence[Crossing], low: float, high: float, share: float
+) -> list[Interval]:
+    """Disjoint intervals within the range that hold the crossings, ascending.
+
+    share: of the value of a crossing, by which its interval is widened to either side.
+    """
+    intervals: list[Interval] = []
+    for crossing in sorted(crossings, key=attrgetter("mu")):
+        start, stop = crossing.interval
+        if start > high:
             continue
-        margin = half * max(abs(a), abs(b), 1e-3 * (high - low))
-        wide = (max(a - margin, low), min(b + margin, high))
-        if found and wide[0] <= found[-1][1]:
-            found[-1] = (found[-1][0], max(found[-1][1], wide[1]))
+        margin = _margin((start, stop), low, high, share)
+        start = max(start - margin, low)
+        stop = min(stop + margin, high)
+        if intervals and start <= intervals[-1][1]:
+            before_start, before_stop = intervals[-1]
+            intervals[-1] = (before_start, max(before_stop, stop))
         else:
-            found.append(wide)
-    return found
+            intervals.append((start, stop))
+    return intervals
+
+
+def _margin(interval: Interval, low: float, high: float, share: float) -> float:
+    """A share of the value of a crossing, or of a thousandth of the range if that is larger."""
+    start, stop = interval
+    return share * max(abs(start), abs(stop), 1e-3 * (high - low))
 
 
 def pad_statement(
@@ -116,8 +158,9 @@ def pad_statement(
     fastest: float,
     fold: float | None,
 ) -> tuple[RangeStatement, list[Interval]]:
-    """What is proved of a pad along its branch, beyond its first loss of stability at least, and in
-    which intervals.
+    """What is proved of a pad along its branch of equilibria, and the intervals of its thresholds.
+
+    The proof reaches beyond the first loss of stability at least.
 
     Parameters
     ----------
@@ -126,7 +169,7 @@ def pad_statement(
     start : array_like (3,)
         Its equilibrium without friction.
     crossings : sequence of Crossing
-        All that are listed.
+        All listed crossings of the imaginary axis.
     high : float
         The end of the range.
     first : float or None
@@ -139,8 +182,8 @@ def pad_statement(
     from squeal.proof.branches import PadBranch
     from squeal.proof.pads import Claim, prove_pad
 
-    listed = sorted(crossings, key=lambda one: one.mu)
-    claims = [Claim(one.mu, _rise(one)) for one in listed]
+    listed = sorted(crossings, key=attrgetter("mu"))
+    claims = [Claim(crossing.mu, _rise(crossing)) for crossing in listed]
     end = high if fold is None else fold * BEYOND_FOLD
     try:
         branch = PadBranch(model, start, 0.0, end)
@@ -169,99 +212,165 @@ def _rise(crossing: Crossing) -> int:
     return roots if crossing.direction == "up" else -roots
 
 
-def _risen(crossings: Sequence[Crossing], place: Interval) -> int:
-    """The same of all crossings in an interval."""
-    low, high = place
-    return sum(_rise(one) for one in crossings if low <= one.mu <= high)
+def _rise_within(crossings: Sequence[Crossing], interval: Interval) -> int:
+    """By how much the number of growing roots rises over an interval, after the crossings in it."""
+    low, high = interval
+    return sum(_rise(crossing) for crossing in crossings if low <= crossing.mu <= high)
 
 
-def _factor(term: Any, system: TermSystem) -> Callable[[Any], Any] | None:
-    """The factor of a term as a function of the parameter; None where it is 1."""
-    if not term.factor.names and term.factor.value({}) == 1.0:
+def _factor(term: SystemTerm, system: TermSystem) -> Factor | None:
+    """The factor of a term as a function of the parameter, of balls; None where it is 1."""
+    factor = term.factor
+    if not factor.names and factor.value({}) == 1.0:
         return None
+    assert isinstance(factor, Formula)  # real systems have no modulus, tables no enclosure
     import flint
 
     values = dict(system.parameters)
 
-    def number(x: Any) -> Any:
+    def as_ball(x: object) -> object:
         return x if isinstance(x, flint.arb_series) else flint.arb(x)
 
-    return lambda ball: term.factor.over(values | {system.parameter: ball}, number)
+    return lambda ball: factor.over(values | {system.parameter: ball}, as_ball)
 
 
 def vague_interval(intervals: Iterable[Interval], extent: float) -> Interval | None:
-    """The first interval that says next to nothing in a range of this extent, None if none does.
+    """The first interval that is wide beside a range of this extent, None if there is none.
 
     What changes twice within it would be seen by no count beside it.
     """
-    return next((one for one in intervals if one[1] - one[0] > VAGUE * extent), None)
+    for low, high in intervals:
+        if high - low > VAGUE * extent:
+            return low, high
+    return None
 
 
 def system_statement(
     system: TermSystem, crossings: Sequence[Crossing], low: float, high: float, fastest: float
 ) -> tuple[RangeStatement, list[Interval]]:
-    """What is proved of all thresholds of a real system, and in which intervals."""
-    from squeal.proof.ranges import Term, Terms, prove_thresholds
+    """What is proved of all thresholds of a real system, and the intervals in which they lie.
+
+    fastest: the largest |lambda| at the lower end of the range, rad/s. Without a proof there are no
+    intervals.
+    """
+    from squeal.proof.ranges import prove_thresholds
     from squeal.proof.referee import Proof
 
-    extent = (low, high)
-    if any(isinstance(term.factor, Tabulated) for term in system.terms):
-        proof = Proof("open", reason="tables over a parameter have no enclosure")
-        return stated(proof, system.parameter, extent, high), []
-    try:
-        M, C, K = (
-            [Term(_dense(term.matrix), _factor(term, system)) for term in part]
-            for part in system.parts
-        )
-        terms = Terms(M, C, K, HALF_ULP)
-    except ImportError:
-        return stated(Proof("open", reason=NO_BALLS), system.parameter, extent, high), []
-    states = system.n * (2 if system.C else 1)
-    most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
-    places = _places(crossings, low, high, WIDTH)
-    rises = [_risen(crossings, place) for place in places]
-    vague = vague_interval(places, high - low)
-    if vague is not None:
-        proof = Proof("open", "enclosure", reason=IS_VAGUE, where=sum(vague) / 2.0)
-        return stated(proof, system.parameter, extent, high), []
-    try:
-        proof = prove_thresholds(terms, low, high, places, RATE * fastest, rises, most)
-    except InputError as error:  # a factor has no value somewhere
-        proof = Proof("open", reason=str(error))
-    return stated(proof, system.parameter, extent, high), places if proof.status == "proved" else []
+    intervals = _intervals_of(crossings, low, high, WIDTH)
+    rises = [_rise_within(crossings, interval) for interval in intervals]
+
+    def prove() -> Proof:
+        if any(isinstance(term.factor, Tabulated) for term in system.terms):
+            return Proof("open", reason="tables over a parameter have no enclosure")
+        try:
+            terms = _terms_in_balls(system)
+        except ImportError:
+            return Proof("open", reason=NO_BALLS)
+        vague = vague_interval(intervals, high - low)
+        if vague is not None:
+            return Proof("open", "enclosure", reason=IS_VAGUE, where=sum(vague) / 2.0)
+        states = 2 * system.n if system.C else system.n
+        most = int(INTERVALS / (1.0 + (states / LARGE) ** 2))
+        try:
+            return prove_thresholds(terms, low, high, intervals, RATE * fastest, rises, most)
+        except InputError as error:  # a factor has no value somewhere
+            return Proof("open", reason=str(error))
+
+    proof = prove()
+    statement = _statement_of(proof, system.parameter, low, high)
+    if proof.status != "proved":
+        return statement, []
+    return statement, intervals
 
 
-def disagreement(
-    system: TermSystem, crossings: Sequence[Crossing], low: float, high: float
-) -> tuple[float | None, str]:
-    """The first threshold of a small system on whose two sides the referee counts growing roots
-    that the list cannot explain, and this in words; None if there is none."""
+def _terms_in_balls(system: TermSystem) -> Terms:
+    """M, C and K over the parameter, each entry known to half a unit in its last place.
+
+    Raises ImportError without the library of ball arithmetic.
+    """
+    from squeal.proof.ranges import Term, Terms
+
+    parts = []
+    for terms in system.parts:
+        parts.append([Term(_dense(term.matrix), _factor(term, system)) for term in terms])
+    M, C, K = parts
+    return Terms(M, C, K, HALF_ULP)
+
+
+def doubt_of_counts(
+    system: TermSystem, crossings: Sequence[Crossing], low: float, high: float, is_complete: bool
+) -> tuple[str, float | None]:
+    """What the referee's counts of growing roots leave in doubt of the thresholds of a small
+    system.
+
+    Counted is on both sides of each threshold and, if the list is said to be complete, at both ends
+    of the range.
+
+    Parameters
+    ----------
+    system : TermSystem
+        A small real system.
+    crossings : sequence of Crossing
+        All listed crossings of the imaginary axis.
+    low, high : float
+        The range of the free parameter.
+    is_complete : bool
+        Whether the list is said to hold every crossing of the range.
+
+    Returns
+    -------
+    doubt : str
+        Which counts are uncertain or do not differ as the list says; empty if none.
+    refuted_at : float or None
+        A value near the threshold that the counts refute, at which to search again; None if they
+        refute none.
+    """
+    doubt = ""
+    intervals = _intervals_of(crossings, low, high, share=0.0)
+    for k, (start, stop) in enumerate(intervals):
+        end_before = low if k == 0 else intervals[k - 1][1]
+        start_after = high if k == len(intervals) - 1 else intervals[k + 1][0]
+        half_gap_below = (start - end_before) / 2.0
+        half_gap_above = (start_after - stop) / 2.0
+        if min(half_gap_below, half_gap_above) <= 0.0:
+            is_complete = False  # at an end of the range, beyond which nothing is counted
+            continue
+        for share in BESIDE:
+            margin = _margin((start, stop), low, high, share)
+            below = _count(system, start - min(margin, half_gap_below))
+            above = _count(system, stop + min(margin, half_gap_above))
+            if below.is_certain and above.is_certain:
+                break
+        else:
+            middle = (start + stop) / 2.0
+            doubt = f"the referee cannot count what grows on both sides of {middle:.9g}"
+        if not _may_rise(below, above, _rise_within(crossings, (start, stop))):
+            words = f"{below.lower} roots grow below {start:.9g} and {above.lower} above"
+            return f"{DISAGREES}{words}", stop + ASIDE * half_gap_above
+    if is_complete:
+        below = _count(system, low)
+        above = _count(system, high)
+        if not _may_rise(below, above, _rise_within(crossings, (low, high))):
+            words = f"{below.lower} roots grow at {low:.9g} and {above.lower} at {high:.9g}"
+            return f"{DISAGREES}{words}", (low + high) / 2.0
+    return doubt, None
+
+
+def _may_rise(below: Count, above: Count, rise: int) -> bool:
+    """True if the number of growing roots may rise by so much from one count to the other."""
+    return above.lower - below.upper <= rise <= above.upper - below.lower
+
+
+def _count(system: TermSystem, value: float) -> Count:
+    """The referee's bounds of the number of growing roots at a value of the free parameter."""
     from squeal.proof.balls import Quadratic
     from squeal.proof.referee import unstable_count
 
-    def count(value: float) -> Count:
-        M, C, K = system.arrays({system.parameter: value})
-        damping = None if C is None else _dense(C)
-        return unstable_count(Quadratic.of(_dense(M), damping, _dense(K), HALF_ULP))
-
-    places = _places(crossings, low, high, 0.0)
-    ends = [low, *(end for place in places for end in place), high]
-    for k, (a, b) in enumerate(places):
-        expected = _risen(crossings, (a, b))
-        room = (a - ends[2 * k]) / 2.0, (ends[2 * k + 3] - b) / 2.0
-        for share in BESIDE:
-            margin = share * max(abs(a), abs(b), 1e-3 * (high - low))
-            below = count(a - min(margin, room[0]))
-            above = count(b + min(margin, room[1]))
-            if below.is_certain and above.is_certain:
-                break
-        least = above.lower - below.upper
-        most = above.upper - below.lower
-        if not least <= expected <= most and min(room) > 0.0:
-            words = f"{below.lower} roots grow below {a:.9g} and {above.lower} above"
-            return b + ASIDE * room[1], f"{DISAGREES}{words}"
-    return None, ""
+    M, C, K = system.arrays({system.parameter: value})
+    damping = None if C is None else _dense(C)
+    return unstable_count(Quadratic.of(_dense(M), damping, _dense(K), HALF_ULP))
 
 
-def _dense(matrix: Any) -> Any:
-    return matrix.toarray() if hasattr(matrix, "toarray") else np.asarray(matrix)
+def _dense(matrix: Matrix) -> NDArray:
+    """A matrix (n, n), sparse or not, as an array of doubles or of complex numbers."""
+    return matrix.toarray() if issparse(matrix) else np.asarray(matrix)

@@ -1,51 +1,248 @@
-"""State spaces of python-control from pads and systems, and systems from state spaces."""
+"""State spaces of python-control from pads and systems; friction as the gain of a loop."""
+
+from __future__ import annotations
 
 import warnings
+from typing import NamedTuple
 
 import control
 import numpy as np
 from control import StateSpace
+from numpy.typing import NDArray
 
 from squeal.errors import InputError, InputWarning
 from squeal.io.scene import Scene
-from squeal.linear.matrices import EPS, state_matrices
-from squeal.linear.system import TermSystem
+from squeal.linear.matrices import EPS, Array, dense, rank_of, state_matrices
+from squeal.linear.system import System, Term
+from squeal.queries.options import Subject, refuse_options
 from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.systems.system_analysis import SystemAnalysis
 from squeal.schema import public
 
+MOST_ROWS = 2000  # of a state space, which is dense
 STATES = ["x", "y", "theta", "x_dot", "y_dot", "theta_dot"]
 
 
 @public
-def state_space(subject: Scene | TermSystem, mu: float | None = None) -> StateSpace:
-    """A pad about its sliding equilibrium, or a system, as a :class:`control.StateSpace`.
+def state_space(subject: Subject, mu: float | None = None, loop: str | None = None) -> StateSpace:
+    """Make a :class:`control.StateSpace` of a pad about its sliding equilibrium, or of a system.
 
-    Friction mu is the scene's own if left out; of a system it is the value of its free parameter.
-    Inputs of a pad are a force along and normal to the surface (N) and a moment (N m), outputs are
-    x, y (m) and theta (rad) from the equilibrium. Inputs of a system are a force on each row,
-    outputs are its displacements. The poles are the eigenvalues. Warns (InputWarning) of what
-    speaks against the equilibrium. Raises InputError for a mu that is not allowed or a system
-    with a singular or complex matrix, ComputationError if no steady sliding exists.
+    Its poles are the eigenvalues. Inputs of a pad are a force along and normal to the surface (N)
+    and a moment (N m), outputs are x, y (m) and theta (rad) from the equilibrium. Inputs of a
+    system are a force on each row, outputs are its displacements. Rows without mass bring no more
+    states than they have roots.
+
+    With `loop`, the terms of this parameter are left out, and what they do is the loop: under the
+    negative feedback u = -p y the poles are the eigenvalues at the value p, so that `root_locus`
+    and `margin` of python-control take the parameter as the loop gain.
+
+    Parameters
+    ----------
+    subject
+        As `eigenvalues` takes it; a system of up to 2000 rows, with real matrices.
+    mu : float, optional
+        Friction of a pad, or the value of a system's free parameter; left out, its own.
+    loop : str, optional
+        A parameter of a system that K and C are linear in, friction for example.
+
+    Returns
+    -------
+    control.StateSpace
+        With `loop`, as many inputs as outputs: the rank of the parameter's terms. One contact pair
+        has rank 1. Of a greater rank r, `control.feedback(plant, p * numpy.eye(r))` closes the
+        loops, and `root_locus` and `margin` have no single one to take.
+
+    Raises
+    ------
+    InputError
+        For a mu that is not allowed, complex matrices, a parameter that is no gain, and for motions
+        that have neither mass, damper nor spring.
+    ComputationError
+        If no steady sliding exists.
+
+    Warns
+    -----
+    InputWarning
+        Of what speaks against the equilibrium of a pad.
+
+    Examples
+    --------
+    Two modes that friction couples, damped equally: flutter from mu = 3/4 (1 + 2 c^2) on.
+
+    >>> import control, squeal
+    >>> c, K = 0.1, {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> system = squeal.System([[1, 0], [0, 1]], [[c, 0], [0, c]], K)
+    >>> plant = squeal.state_space(system, loop="mu")
+    >>> gain, *_ = control.margin(plant)
+    >>> round(float(gain), 9), round(squeal.thresholds(system).first.mu, 9)
+    (0.765, 0.765)
     """
-    if isinstance(subject, TermSystem):
-        return _of_system(subject, mu)
-    analysis = analyse(subject if mu is None else subject.replace(mu=mu))
+    if isinstance(subject, Scene):
+        refuse_options("a scene", loop=loop)
+        return _of_pad(subject, mu)
+    system = SystemAnalysis.of(subject).system
+    if system.n > MOST_ROWS:
+        raise InputError(
+            f"{system.name}: {system.n} rows are too many for a state space, which takes up to "
+            f"{MOST_ROWS}; squeal.reduce(system, band=...) has fewer"
+        )
+    changes = {} if mu is None else {system.parameter: mu}
+    if loop is None:
+        ports = _Ports(np.eye(system.n), np.eye(system.n), np.zeros((system.n, system.n)))
+        return _of_system(system, changes, ports)
+    if loop in changes:
+        raise InputError(f"mu: is not allowed with loop={loop!r}; its value is the loop's gain")
+    return _of_system(system, changes | {loop: 0.0}, _ports_of_loop(system, loop, changes))
+
+
+def _of_pad(scene: Scene, mu: float | None) -> StateSpace:
+    analysis = analyse(scene if mu is None else scene.replace(mu=mu))
     for words in analysis.warnings:
-        warnings.warn(words, InputWarning, stacklevel=3)
+        warnings.warn(words, InputWarning, stacklevel=4)
     A, B = state_matrices(*analysis.matrices)
     labels = {"inputs": ["force x", "force y", "moment"], "outputs": STATES[:3], "states": STATES}
-    return control.ss(A, B, np.eye(3, 6), np.zeros((3, 3)), name=subject.model, **labels)
+    return control.ss(A, B, np.eye(3, 6), np.zeros((3, 3)), name=scene.model, **labels)
 
 
-def _of_system(system: TermSystem, value: float | None) -> StateSpace:
+class _Ports(NamedTuple):
+    """Where inputs act on the rows, and what outputs read of displacements and velocities."""
+
+    forces: Array  # (n, r)
+    displacements: Array  # (r, n)
+    velocities: Array  # (r, n)
+
+
+def _ports_of_loop(system: System, loop: str, changes: dict[str, float]) -> _Ports:
+    """Ports between which a parameter is the gain: its terms are forces times what is read.
+
+    Raises InputError where K and C are not linear in it, or M depends on it.
+    """
+    parameters = system.values(changes | {loop: 0.0})
+    terms = [term for term in system.terms if loop in term.factor.names]
+    if not terms:
+        raise InputError(f"loop: no matrix of {system.name} depends on {loop}")
+    for term in terms:
+        _refuse_unless_linear(term, loop, parameters)
+    mass, damping, stiffness = system.derivative(loop, parameters)
+    if mass is not None:
+        raise InputError(f"loop: M of {system.name} depends on {loop}; K and C alone may")
+    zero = np.zeros((system.n, system.n))
+    slopes = [zero if matrix is None else dense(matrix) for matrix in (stiffness, damping)]
+    forces, measured = _factored(np.hstack(slopes))
+    return _Ports(forces, *np.hsplit(measured, 2))
+
+
+def _refuse_unless_linear(term: Term, loop: str, parameters: dict[str, float]) -> None:
     """Raises InputError."""
-    changes = {} if value is None else {system.parameter: value}
+    if term.factor.curvature(parameters, loop, -1.0, 1.0) != 0.0:
+        raise InputError(
+            f"loop: the factor {term.factor.text} is not linear in {loop}, which is no gain then"
+        )
+
+
+def _factored(matrix: Array) -> tuple[Array, Array]:
+    """Factors (n, r) and (r, m) of a matrix of rank r, by elimination with complete pivoting.
+
+    Singular vectors would fill rows and columns of zeros with rounding, from which python-control
+    makes zeros of the transfer function that there are not.
+    """
+    left = []
+    right = []
+    rest = matrix
+    noise = 4 * EPS * len(matrix) * np.linalg.norm(matrix)
+    while np.abs(rest).max() > noise:
+        row, column = np.unravel_index(np.abs(rest).argmax(), rest.shape)
+        left.append(rest[:, column])
+        right.append(rest[row] / rest[row, column])
+        rest = rest - np.outer(left[-1], right[-1])
+    return np.array(left).T, np.array(right)
+
+
+def _of_system(system: System, changes: dict[str, float], ports: _Ports) -> StateSpace:
+    """The system between its ports. Raises InputError.
+
+    In the null vectors of M, q = V1 a + V2 b: motions b have no mass, and the states are a, a' and
+    those of b that a damper holds.
+    """
     M, C, K = system.arrays(changes)
     n = system.n
-    damping = np.zeros((n, n)) if C is None else C
-    if any(np.iscomplexobj(matrix) for matrix in (damping, K)):
+    if C is None:
+        C = np.zeros((n, n))
+    if any(np.iscomplexobj(matrix) for matrix in (M, C, K)):
         raise InputError(f"{system.name}: complex matrices have no real state space")
-    if np.linalg.cond(M) > 1.0 / EPS:
-        raise InputError(f"{system.name}: M is singular; each row needs a mass")
-    A, B = state_matrices(M, damping, K)
-    return control.ss(A, B, np.eye(n, 2 * n), np.zeros((n, n)))
+    left, masses, right = np.linalg.svd(M)
+    m = rank_of(masses)
+    if m == n:
+        left = right = np.eye(n)
+    unit = masses[0] or 1.0
+    mass, damping, stiffness = (left.T @ (matrix / unit) @ right.T for matrix in (M, C, K))
+    displacements = ports.displacements @ right.T
+    velocities = ports.velocities @ right.T
+    if velocities[:, m:].any():
+        raise InputError(f"{system.name}: the loop damps motions without mass, which has no gain")
+    E = np.eye(n + m)
+    E[m:, m : 2 * m] = mass[:, :m]
+    E[m:, 2 * m :] = damping[:, m:]
+    A = np.zeros((n + m, n + m))
+    A[:m, m : 2 * m] = np.eye(m)
+    A[m:, :m] = -stiffness[:, :m]
+    A[m:, m : 2 * m] = -damping[:, :m]
+    A[m:, 2 * m :] = -stiffness[:, m:]
+    descriptor = _Descriptor(
+        E=E,
+        A=A,
+        B=np.vstack([np.zeros((m, ports.forces.shape[1])), left.T @ (ports.forces / unit)]),
+        outputs=np.hstack([displacements[:, :m], velocities[:, :m], displacements[:, m:]]),
+    )
+    rates = 2 * m + _rank_in(damping, damping[m:, m:])
+    if rates == n + m:
+        return _solved(descriptor, system.name)
+    return _condensed(descriptor, rates, stiffness, system.name)
+
+
+class _Descriptor(NamedTuple):
+    """E z' = A z + B u, of which outputs z are read."""
+
+    E: Array
+    A: Array
+    B: Array
+    outputs: Array
+
+
+def _solved(given: _Descriptor, name: str) -> StateSpace:
+    A = np.linalg.solve(given.E, given.A)
+    B = np.linalg.solve(given.E, given.B)
+    return control.ss(A, B, given.outputs, np.zeros((len(given.outputs), B.shape[1])), name=name)
+
+
+def _condensed(given: _Descriptor, rank: int, stiffness: Array, name: str) -> StateSpace:
+    """Without the states that have no rate, where E has that rank and they follow from the others.
+
+    Raises InputError.
+    """
+    left, rates, right = np.linalg.svd(given.E)
+    A = left.T @ given.A @ right.T
+    B = left.T @ given.B
+    outputs = given.outputs @ right.T
+    held = A[rank:, rank:]
+    if _rank_in(stiffness, held) < len(held):
+        raise InputError(
+            f"{name}: some motion has neither mass, damper nor spring of its own (a Lagrange "
+            "multiplier, for example); a state space needs it eliminated"
+        )
+    following = -np.linalg.solve(held, A[rank:, :rank])
+    pushed = -np.linalg.solve(held, B[rank:])
+    return control.ss(
+        (A[:rank, :rank] + A[:rank, rank:] @ following) / rates[:rank, None],
+        (B[:rank] + A[:rank, rank:] @ pushed) / rates[:rank, None],
+        outputs[:, :rank] + outputs[:, rank:] @ following,
+        outputs[:, rank:] @ pushed,
+        name=name,
+    )
+
+
+def _rank_in(whole: NDArray, block: NDArray) -> int:
+    """The rank of a block: what is small beside the whole matrix is rounding."""
+    if not block.size:
+        return 0
+    return rank_of(np.linalg.svd(block, compute_uv=False), float(np.linalg.norm(whole, 2)))

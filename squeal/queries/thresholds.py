@@ -309,8 +309,9 @@ def system_thresholds_with_proof(
         refuted_at = None
         if can_be_proved and prove is not False:
             answer, refuted_at = _proved_system(system, answer)
-        elif is_small(system) and system.real and assembly is None and prove is not False:
-            answer, refuted_at = _counted_system(system, answer)
+        elif is_small(system) and system.real and prove is not False:
+            is_complete = selection == EigenvalueSelection()
+            answer, refuted_at = _counted_system(system, answer, is_complete)
         if refuted_at is None:
             break
         looked_at.append(refuted_at)
@@ -332,12 +333,17 @@ def _proved_system(system: TermSystem, answer: Thresholds) -> tuple[Thresholds, 
     return with_statement(answer, statement, intervals), statement.refuted_at
 
 
-def _counted_system(system: TermSystem, answer: Thresholds) -> tuple[Thresholds, float | None]:
-    """The answer, and where the counts of the referee beside its thresholds refute it."""
-    from squeal.queries.ranges import disagreement
+def _counted_system(
+    system: TermSystem, answer: Thresholds, is_complete: bool
+) -> tuple[Thresholds, float | None]:
+    """The answer, certified only if the counts of the referee agree with it, and where they refute
+    it; `is_complete` says that all thresholds are listed, not those of a band or region alone."""
+    from squeal.queries.ranges import doubt_of_counts
 
-    refuted_at, words = disagreement(system, answer.crossings, answer.low, answer.high)
-    if refuted_at is None:
+    doubt, refuted_at = doubt_of_counts(
+        system, answer.crossings, answer.low, answer.high, is_complete
+    )
+    if not doubt:
         return answer, None
-    details = {**answer.details, "doubts": [*answer.details["doubts"], words]}
+    details = {**answer.details, "doubts": [*answer.details["doubts"], doubt]}
     return replace(answer, certified=False, details=details), refuted_at

@@ -88,6 +88,14 @@ class Eigenvalues(Answer):
     holds it, and proof_line in words; unstable: the modes that grow, the fastest first; shapes:
     mode shapes as JSON holds them; details: what else the JSON object says, M, C and K among it;
     notes: lines for people; beside: what grows outside of the extent, in words.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> mass = squeal.System([[1.0]], [[0.2]], [[4.0]], name="mass")  # -0.1 +- 1.9975i
+    >>> found = squeal.eigenvalues(mass)
+    >>> found.verdict, found.values.round(4).tolist()
+    ('stable', [(-0.1+1.9975j), (-0.1-1.9975j)])
     """
 
     panel = Panel("real", "frequency_hz")
@@ -139,13 +147,34 @@ class Eigenvalues(Answer):
         return f"growth of {mode} {', '.join(map(str, numbers))} is within {within}"
 
     def mode_of(self, mode: UnstableMode) -> int | None:
-        """The number of a mode that grows, None if it is not listed."""
+        """The number of a mode that grows, None if it is not listed.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> found = squeal.eigenvalues(pair)
+        >>> [found.mode_of(mode) for mode in found.unstable]
+        [1]
+        """
         near = np.abs(self.values - mode.root) <= SAME * abs(mode.root)
         return int(self.modes[near][0]) if near.any() else None
 
     def save_shapes(self, path: Path | str) -> None:
         """Write the shapes of the modes on the nodes of a system with coordinates, as VTK (.vtk)
-        or a universal file (.unv), by the end of the name. Raises InputError."""
+        or a universal file (.unv), by the end of the name. Raises InputError.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> mass = squeal.System([[1.0]], [[0.2]], [[4.0]], name="mass")  # -0.1 +- 1.9975i
+        >>> try:
+        ...     squeal.eigenvalues(mass).save_shapes("shapes.vtk")
+        ... except squeal.InputError as error:
+        ...     print(error)
+        save_shapes: needs `coordinates: {file: nodes.csv}` in the system file
+        """
         coordinates = None
         if isinstance(self.source, SystemSource):
             coordinates = self.source.file.coordinates
@@ -161,7 +190,17 @@ class Eigenvalues(Answer):
 
     def with_onsets(self, others: KnowsOnsets) -> Eigenvalues:
         """The same with the onset of each mode that grows, where it is not known, as a sweep or the
-        thresholds tell it."""
+        thresholds tell it.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> found = squeal.eigenvalues(pair).with_onsets(squeal.thresholds(pair))
+        >>> round(found.unstable[0].onset, 9)
+        0.75
+        """
         known = others.onsets(self)
         unstable = []
         for mode in self.unstable:

@@ -22,6 +22,11 @@ class Axis:
     """One parameter of a map: n values at the middles of n equal cells between low and high.
 
     log: the cells are equal in the logarithm. Raises InputError for an empty range.
+
+    Examples
+    --------
+    >>> Axis("mu", 0.0, 1.0, 4).values.tolist()
+    [0.125, 0.375, 0.625, 0.875]
     """
 
     name: str
@@ -47,7 +52,13 @@ class Axis:
         return np.asarray(self.at((np.arange(self.n) + 0.5) / self.n))
 
     def at(self, share: Any) -> Any:
-        """Values at shares of the way from low to high."""
+        """Values at shares of the way from low to high.
+
+        Examples
+        --------
+        >>> Axis("k", 1.0, 100.0, 2, log=True).at(0.5).item()
+        10.0
+        """
         if self.log:
             low, high = np.log10(self.low), np.log10(self.high)
             return 10.0 ** (low + (high - low) * share)
@@ -60,6 +71,16 @@ class Map(Answer):
 
     codes (n1, n2): indices into `verdicts`; quantity: name, unit and values (n1, n2) of a number
     beside them; admissible (n1, n2): where a pad has an equilibrium that the model means.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, 0], [0, 2]], "gap": [[1, 0], [0, -1]], "mu": [[0, 1], [-1, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"gap": 0.5})
+    >>> axes = squeal.Axis("mu", 0, 1, 3), squeal.Axis("gap", 0, 1, 2)
+    >>> found = squeal.map(pair, axes)  # flutter from mu = gap on
+    >>> [[found.verdicts[code] for code in row] for row in found.codes]
+    [['marginal', 'marginal'], ['flutter', 'marginal'], ['flutter', 'flutter']]
     """
 
     panel = Panel(0, 1)
@@ -109,7 +130,18 @@ class Map(Answer):
         return [Table(shares, list(self.share.items()), title), *self.notes]
 
     def curves(self) -> Table:
-        """A row for each point of each curve on which stability is lost."""
+        """A row for each point of each curve on which stability is lost.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k_c=1.7e7, alpha1=1.57,
+        ...                  alpha2=3.14, mu=0.3)
+        >>> axes = squeal.Axis("mu", 0.1, 0.9, 3), squeal.Axis("k1", 1.9e7, 2.1e7, 2)
+        >>> found = squeal.map(squeal.Scene("B3", pad), axes, curves=True)
+        >>> sorted({row["kind"] for row in found.curves().records()})
+        ['flutter']
+        """
         rows = []
         for number, curve in enumerate(self.details["threshold_curve"], 1):
             for point, hertz in zip(curve["points"], curve["frequency_hz"], strict=True):

@@ -26,6 +26,13 @@ class Sensitivity(Answer):
     slopes: (m,) of the eigenvalues, not finite at a coalescence, or (2,) of the loss and of its
     frequency in Hz, empty where stability is not lost; values, units: of the parameters;
     condition (m,): of the eigenvalues, 1 of real modes, infinite where two of them coalesce.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+    >>> squeal.sensitivity(one).slopes["k"].imag.tolist()  # of +-i sqrt(k)
+    [0.25, -0.25]
     """
 
     @property
@@ -47,7 +54,16 @@ class Sensitivity(Answer):
     def table(self) -> Table:
         """What a small step of each parameter moves, the strongest first: the loss, or each mode
         of a pair's two, the fastest growing first. A step is 1 per cent, of an angle a degree, and
-        1 of what is 0 and has no unit."""
+        1 of what is 0 and has no unit.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> found = squeal.sensitivity(one)
+        >>> found.table().records()[0]["parameter"]
+        'mu'
+        """
         if self.what == "threshold":
             return self._table_of_loss()
         roots = np.asarray(self.at, complex)
@@ -100,7 +116,15 @@ class Sensitivity(Answer):
         return Table(in_order(heads), ranked, title, if_empty, itemgetter(-1))
 
     def step(self, name: str) -> tuple[float, str]:
-        """A small step of a parameter in its unit, and in words."""
+        """A small step of a parameter in its unit, and in words.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> squeal.sensitivity(one).step("k")
+        (0.04, '1 %')
+        """
         if self.units[name] == "rad":
             return DEGREE, "1 degree"
         step = 0.01 * self.values[name]
@@ -109,7 +133,16 @@ class Sensitivity(Answer):
         return step, "1 %"
 
     def parts(self) -> Sequence[str | Table]:
-        """The table, and which modes leave it in doubt."""
+        """The table, and which modes leave it in doubt.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> one = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> found = squeal.sensitivity(one)
+        >>> len(found.parts())
+        2
+        """
         if self.condition is None:
             return [self.table()]
         numbers = mode_numbers(np.asarray(self.at))

@@ -178,6 +178,14 @@ class Sweep(Answer):
     A mode keeps its number, which it has by frequency at the row `own`, that of the subject's own
     value if this lies between the others, else the first one; losses: where that is in doubt;
     names: of modes by number; basis tells of a reduced system that served.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+    >>> [step.verdict for step in squeal.sweep(pair, [0.5, 1.0]).steps]
+    ['marginal', 'flutter']
     """
 
     panel = Panel(0, "frequency_hz", Mark.LINES, "mode")
@@ -208,7 +216,16 @@ class Sweep(Answer):
         return tuple(lines)
 
     def named(self, names: Mapping[int, str]) -> Sweep:
-        """The same with names of modes by their numbers."""
+        """The same with names of modes by their numbers.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> dict(squeal.sweep(pair, [0.0, 0.5]).named({1: "in phase"}).names)
+        {1: 'in phase'}
+        """
         return replace(self, names={**self.names, **names})
 
     @property
@@ -229,7 +246,17 @@ class Sweep(Answer):
         return tuple(SweptMode.of(mode, path) for mode, path in sorted(paths.items()))
 
     def onsets(self, found: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
-        """Where modes that grow at the own value began to."""
+        """Where modes that grow at the own value began to.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> [onset] = squeal.sweep(pair, [0.5, 1.0]).onsets(squeal.eigenvalues(pair)).values()
+        >>> onset["interval"]
+        (0.5, 1.0)
+        """
         if self.own is None or found.value != self.own.value:
             return {}
         known = {mode.mode: picked(mode, "onset interval") for mode in self.modes}
@@ -246,7 +273,16 @@ class Sweep(Answer):
         return any(step.corrected is not None for step in self.steps)
 
     def table(self) -> Table:
-        """A row for each root at each value; one without numbers where there is none."""
+        """A row for each root at each value; one without numbers where there is none.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> len(squeal.sweep(pair, [0.0, 0.5]).table().rows)  # four roots each
+        8
+        """
 
         def of_root(column: Column) -> Column:
             """The column of an eigenvalue, empty in a line without one."""
@@ -338,7 +374,16 @@ class Sweep(Answer):
         return parts
 
     def lost(self) -> list[str]:
-        """A sentence for each place where it is not known which mode is which."""
+        """A sentence for each place where it is not known which mode is which.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> squeal.sweep(pair, [0.0, 0.5]).lost()  # both modes are known
+        []
+        """
         lines = []
         for loss in self.losses:
             between = f"{self.parameter} = {number(loss.low)} and {number(loss.high)}"

@@ -31,6 +31,15 @@ class Thresholds(Answer):
     those that the model means; warnings: why not farther, or why a scene's own mu is not on the
     branch. proof: what the referee says, as JSON holds it, None where it is not asked; proof_line
     in words.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+    >>> found = squeal.thresholds(pair)
+    >>> found.first.kind, round(found.first.mu, 9), found.certified
+    ('flutter', 0.75, True)
     """
 
     panel = Panel("mu", "frequency_hz")
@@ -58,7 +67,17 @@ class Thresholds(Answer):
 
     def onsets(self, found: Eigenvalues) -> dict[UnstableMode, dict[str, Any]]:
         """Where modes that grow began to: the crossings nearest in frequency, if as many lead up to
-        there as modes grow; none where that is not so."""
+        there as modes grow; none where that is not so.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}  # flutter from mu = 3/4 on
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"mu": 1.0}, name="pair")
+        >>> [onset] = squeal.thresholds(pair).onsets(squeal.eigenvalues(pair)).values()
+        >>> round(onset["onset"], 9)
+        0.75
+        """
         modes = found.unstable
         begun = [crossing for crossing in self.crossings if crossing.mu <= found.value]
         if not modes or len(begun) != len(modes) or any(c.direction != "up" for c in begun):

@@ -43,6 +43,15 @@ class Simulation(Answer):
     extrema: {signal: (min, max) or None}, forces over F_n, delta over w; response: see `Response`;
     history: column name to array. What the scene did not ask for is None. `steps` counts
     integration steps.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8,
+    ...                  L2=0.8, alpha1=1.57, alpha2=3.14, mu=0.4, F_n=4500.0)
+    >>> scene = squeal.Scene("B1", pad, stop=1e-3, samples=3, outputs=("history",))
+    >>> squeal.simulate(scene).to_dataframe()["t"].tolist()
+    [0.0, 0.0005, 0.001]
     """
 
     panel = Panel("t", "y", Mark.LINES)
@@ -66,6 +75,16 @@ class Simulation(Answer):
         """A row for each sample of the history; forces over F_n, places over w.
 
         Raises InputError where the scene's outputs do not name it.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8,
+        ...                  L2=0.8, alpha1=1.57, alpha2=3.14, mu=0.4, F_n=4500.0)
+        >>> scene = squeal.Scene("B1", pad, stop=1e-3, samples=3, outputs=("history", "shares"))
+        >>> found = squeal.simulate(scene)
+        >>> len(found.table().rows)
+        3
         """
         if self.history is None:
             raise InputError("history: missing; the scene's outputs must name it")
@@ -77,7 +96,18 @@ class Simulation(Answer):
         return Table(columns, list(zip(*values, strict=True)))
 
     def parts(self) -> Sequence[str | Table]:
-        """Final state, shares, extrema, response, contact changes, and whether sliding holds."""
+        """Final state, shares, extrema, response, contact changes, and whether sliding holds.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8,
+        ...                  L2=0.8, alpha1=1.57, alpha2=3.14, mu=0.4, F_n=4500.0)
+        >>> scene = squeal.Scene("B1", pad, stop=1e-3, samples=3, outputs=("history", "shares"))
+        >>> found = squeal.simulate(scene)
+        >>> len(found.parts()) > 1
+        True
+        """
         head = (
             f"model {self.model}, {self.method}, tolerance {self.tolerance:g}: {self.steps} steps, "
             f"{self.contact_changes} contact changes"
@@ -116,7 +146,18 @@ class Simulation(Answer):
         return rows
 
     def to_dict(self) -> dict[str, Any]:
-        """The JSON object of `squeal simulate`: only what the scene asked for."""
+        """The JSON object of `squeal simulate`: only what the scene asked for.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> pad = squeal.Pad(m=0.2, w=0.04, h=0.014, k1=2e7, k2=2.6e7, k3=8.7e6, k4=8.7e6, L1=0.8,
+        ...                  L2=0.8, alpha1=1.57, alpha2=3.14, mu=0.4, F_n=4500.0)
+        >>> scene = squeal.Scene("B1", pad, stop=1e-3, samples=3, outputs=("history", "shares"))
+        >>> found = squeal.simulate(scene)
+        >>> round(sum(found.to_dict()["shares"].values()), 9)  # of the time in each contact state
+        1.0
+        """
         result: dict[str, Any] = {
             "model": self.model,
             "final": dict(zip(UNITS, self.final, strict=True)),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -57,13 +57,25 @@ class Assembly:
 
     It holds for small motions about the seat: `seats` are the contacts under the load,
     `displacements` (n,) those of all rows. `components` are as they were joined, reduced or not,
-    and can be joined again.
+    and can be joined again; `joined_at` does so at other values of some parameters.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> fixed = squeal.Component(squeal.System([[1.0]], K=[[3.0]], name="one"), [1], [2])
+    >>> free = squeal.System([[1.0]], K=[[0.0]], name="other")
+    >>> pressed = squeal.Component(free, [1], [2], load=[-6.0])
+    >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
+    >>> found = squeal.assemble([fixed, pressed], [touch])
+    >>> len(found.components), found.cutoff, found.system.n
+    (2, inf, 2)
     """
 
     system: TermSystem
     components: tuple[Component, ...] = field(repr=False)
     seats: tuple[StaticContact, ...]
     displacements: Array = field(repr=False)
+    joined_at: Callable[[Changes], Assembly] = field(repr=False)
 
     @property
     def cutoff(self) -> float:
@@ -85,7 +97,20 @@ class Assembly:
 
     def bounded(self, system: TermSystem, roots: Sequence[Eigenvalue]) -> tuple[Eigenvalue, ...]:
         """Roots of the system at its parameters with the error of the reduction, at least rounding,
-        and a rounding raised to it: infinite above the cutoff."""
+        and a rounding raised to it: infinite above the cutoff.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> fixed = squeal.Component(squeal.System([[1.0]], K=[[3.0]], name="one"), [1], [2])
+        >>> free = squeal.System([[1.0]], K=[[0.0]], name="other")
+        >>> pressed = squeal.Component(free, [1], [2], load=[-6.0])
+        >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
+        >>> found = squeal.assemble([fixed, pressed], [touch])
+        >>> roots = squeal.eigenvalues(found.system).eigenvalues
+        >>> [root.error for root in found.bounded(found.system, roots)][:1]  # none is reduced
+        [1e-07]
+        """
         errors = self._root_errors(system, roots)
         unknown = _RootError(None, math.inf)
         bounded = []
@@ -133,6 +158,19 @@ class Assembly:
         What a component lacks moves inside with the other nodes held, above the cutoff: K, at the
         component's own parameters, alone meets the residuals there but for what contracts by
         `(|z| / cutoff)^2`.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> fixed = squeal.Component(squeal.System([[1.0]], K=[[3.0]], name="one"), [1], [2])
+        >>> free = squeal.System([[1.0]], K=[[0.0]], name="other")
+        >>> pressed = squeal.Component(free, [1], [2], load=[-6.0])
+        >>> touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), stiffness=2.0)
+        >>> found = squeal.assemble([fixed, pressed], [touch])
+        >>> [root, *_] = squeal.eigenvalues(found.system).eigenvalues
+        >>> at = found.system.parameters
+        >>> found.lack([root.value], root.right[:, None], root.left[:, None], at).known.tolist()
+        [[0j]]
         """
         z = np.asarray(roots)
         known = np.zeros((len(z), len(z)), complex)
@@ -237,7 +275,12 @@ def assemble(
         springs += _contact_springs(joint, static, is_large)
         dampers += _contact_dampers(joint, static, is_large)
     system = replace(structure, C=(*structure.C, *dampers), K=(*structure.K, *springs))
-    return Assembly(system, tuple(joined), tuple(contacts_under_load), displacements)
+
+    def joined_at(changes: Changes) -> Assembly:
+        values = {**system.parameters, **changes}
+        return assemble(joined, labelled, values, parameter, name)
+
+    return Assembly(system, tuple(joined), tuple(contacts_under_load), displacements, joined_at)
 
 
 def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Component:

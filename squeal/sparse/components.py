@@ -99,7 +99,16 @@ class Component:
         return self.system.name
 
     def rows_of(self, nodes: ArrayLike) -> Indices:
-        """The rows (m, 3) of nodes (m,), -1 where there is none. Raises InputError if unknown."""
+        """The rows (m, 3) of nodes (m,), -1 where there is none. Raises InputError if unknown.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> rows = squeal.System([[1, 0], [0, 1]], K=[[2, -1], [-1, 2]], name="plate")
+        >>> plate = squeal.Component(rows, [1, 2], [2, 2], places=[[0, 0, 0], [1, 0, 0]])
+        >>> plate.rows_of([2]).tolist()  # it moves along z alone
+        [[-1, -1, 1]]
+        """
         wanted = np.asarray(nodes).astype(str)
         labels, label_of_row = np.unique(self.nodes, return_inverse=True)
         position = np.minimum(np.searchsorted(labels, wanted), len(labels) - 1)
@@ -112,7 +121,16 @@ class Component:
         return rows[position]
 
     def places_of(self, nodes: ArrayLike) -> Array:
-        """Where nodes (m,) lie (m, 3). Raises InputError without coordinates."""
+        """Where nodes (m,) lie (m, 3). Raises InputError without coordinates.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> rows = squeal.System([[1, 0], [0, 1]], K=[[2, -1], [-1, 2]], name="plate")
+        >>> plate = squeal.Component(rows, [1, 2], [2, 2], places=[[0, 0, 0], [1, 0, 0]])
+        >>> plate.places_of([2]).tolist()
+        [[1.0, 0.0, 0.0]]
+        """
         if self.places is None:
             raise InputError(f"{self.name} has no coordinates; they are needed here")
         return self.places[self.rows_of(nodes).max(axis=1)]
@@ -224,6 +242,14 @@ class Component:
         ------
         InputError
             For an unknown node, or if these nodes do not hold the component.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> rows = squeal.System([[1, 0], [0, 1]], K=[[2, -1], [-1, 1]], name="chain")
+        >>> small = Component(rows, [1, 2], [0, 0]).reduced([2], cutoff=1.0)
+        >>> small.rows, small.nodes.tolist()  # a row of node 2, and a mode inside
+        (2, ['2', ''])
         """
         from scipy.sparse import block_diag, csc_array
 
@@ -306,7 +332,20 @@ class Component:
         self, z: ComplexArray, right: ComplexArray, left: ComplexArray, at: Changes
     ) -> InteriorLack:
         """What right and left modes (n, m) of roots z (m,) at parameters lack inside, by their
-        residuals R = P x and S = P^H y there."""
+        residuals R = P x and S = P^H y there.
+
+        Examples
+        --------
+        >>> import numpy as np, squeal
+        >>> K = np.array([[2.0, -1.0], [-1.0, 1.0]])
+        >>> chain = Component(squeal.System(np.eye(2), K=K), [1, 2], [0, 0])
+        >>> small = chain.reduced([2], cutoff=0.3)  # which keeps all modes: nothing is lacking
+        >>> [root, *_] = squeal.eigenvalues(small.system).eigenvalues
+        >>> vectors = root.right[:, None], root.left[:, None]
+        >>> lack = small.interior_lack(np.array([root.value]), *vectors, small.system.parameters)
+        >>> lack.known.real.round(9).tolist()
+        [[0.0]]
+        """
         weights = term_weights(self.system, at, z)[:, None]
         R = (weights * right).reshape(-1, len(z))
         S = (weights.conj() * left).reshape(-1, len(z))

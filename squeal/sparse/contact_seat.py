@@ -73,6 +73,12 @@ class Contact:
     slope : str
         Formula of d friction / d speed in s/m: below 0 where friction falls. Along sliding a pair
         is damped by slope N.
+
+    Examples
+    --------
+    >>> touch = Contact(("disc", "pad"), [(1, 7)], (0, 0, 1), stiffness=2e6, sliding=(1, 0, 0))
+    >>> touch.name, touch.friction
+    ('disc - pad', 'mu')
     """
 
     between: tuple[str, str]
@@ -108,7 +114,19 @@ class Contact:
         return " - ".join(self.between)
 
     def labelled(self, bodies: Mapping[str, Component]) -> Contact:
-        """The same contact with the labels of its pairs (m, 2). Raises InputError."""
+        """The same contact with the labels of its pairs (m, 2). Raises InputError.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> rows = squeal.System([[1, 0], [0, 1]], K=[[2, -1], [-1, 2]], name="plate")
+        >>> plate = squeal.Component(rows, [1, 2], [2, 2], places=[[0, 0, 0], [1, 0, 0]])
+        >>> block = squeal.System([[1.0]], K=[[1.0]], name="other")
+        >>> other = squeal.Component(block, [7], [2], [[1, 0, 0]])
+        >>> touch = squeal.Contact(("plate", "other"), 0.1, (0, 0, 1), 2e6)  # nodes within 0.1 m
+        >>> touch.labelled({"plate": plate, "other": other}).pairs.tolist()
+        [['2', '7']]
+        """
         if len(bodies.keys() & {*self.between}) != 2:
             raise InputError(f"is not allowed; it must be two of {', '.join(bodies)}")
         pairs = np.asarray(self.pairs)

@@ -395,6 +395,11 @@ class FirstLook(Reduction):
         problem."""
         return self.estimate(changes).values
 
+    def basis_values(self, changes: Changes) -> ComplexArray:
+        """The values of the roots of the projected problem in the region."""
+        values = self._projected_values(changes)
+        return values[self.region.contains(values)]
+
     @property
     def searched(self) -> Compression | Reduction:
         """Where roots are followed: the few modes, if there are some."""

@@ -1,5 +1,7 @@
 """The site: its examples run, and its pages name every equation, finding and command."""
 
+import ast
+import importlib
 import inspect
 import re
 import runpy
@@ -23,11 +25,23 @@ KINDS: dict[str, Callable[[object], bool]] = {
 }
 PAGES = {page.stem: page.read_text(encoding="utf-8") for page in DOCS.glob("*.md")}
 PRINTED = {  # what the examples say, each known otherwise
+    "brake_damping": r"4 values of friction",
+    "brake_energy": r"friction puts in 131\.4 1/s, damping takes 28\.22; in all 103\.2 1/s",
+    "brake_shape": r"6697 Hz, damping -0\.25 %",  # as the README prints
+    "brake_sweep": r"\d+ 1/s at most",
+    "campbell": r"flutter",
+    "chart": r"flutter in 49% of the area",  # 60 * 59 / 2 of 60 * 60 cells lie beyond mu = gap
     "column": r"flutter from P = 20\.051\d on",  # Beck 1952: 20.05
     "angles": r"'flutter': 0\.\d+",
+    "critical_speeds": r"2 critical speeds",
+    "friction_loop": r"gain margin 0\.765000",  # closed form
     "hammering": r"37 changes of contact",  # as results/b2-c.json has
     "levers": r"flutter from mu = 0\.315282",  # the README's threshold
     "mode_coupling": r"flutter from mu = 0\.750000000000\d+\n",  # closed form
+    "pad_cycles": r"11 cycles",
+    "pad_modes": r"1775 Hz",
+    "pad_motion": r"both edges press 88% of the time",
+    "scattered": r"\[0\.5\]",  # (a - b) / 2
     "thresholds": r"flutter from mu = 0\.315281722 at 1768\.9 Hz",
 }
 
@@ -42,6 +56,45 @@ def test_examples_run_and_say_what_is_known(name, capsys, monkeypatch):
     assert len(plt.get_fignums()) >= 1
     plt.close("all")
     assert re.search(PRINTED[name], capsys.readouterr().out)
+
+
+def test_twelve_pictures_of_the_gallery_take_ten_lines_each():
+    short = []
+    for path in (DOCS / "gallery").glob("*.py"):
+        _, *statements = ast.parse(path.read_text(encoding="utf-8")).body
+        own = [one for one in statements if not isinstance(one, ast.Import | ast.ImportFrom)]
+        if sum(one.end_lineno - one.lineno + 1 for one in own if one.end_lineno) <= 10:
+            short.append(path.stem)
+    assert len(short) >= 12
+
+
+CODE = re.compile(r"^```(?:console|python|yaml|text|sh)\n(.*?)^```", re.DOTALL | re.MULTILINE)
+
+
+@pytest.mark.parametrize("page", sorted(PAGES))
+def test_code_is_at_most_88_columns_wide(page):
+    """What commands print is folded where it is wider."""
+    for block in CODE.findall(PAGES[page]):
+        assert max(map(len, block.split("\n"))) <= 88, block
+
+
+TABLE = "  name   one   two\n  a        1     2\n  ... 3 more rows\n  b       10    20"
+FOLDED = (
+    "  name   one\n  a        1\n  ... 3 more rows\n  b       10\n\n"
+    "  name   two\n  a        2\n  ... 3 more rows\n  b       20"
+)
+
+
+def test_what_is_wide_is_folded(monkeypatch):
+    monkeypatch.syspath_prepend(DOCS / "_extensions")
+    run = importlib.import_module("run")
+    monkeypatch.setattr(run, "WIDTH", 14)
+    assert run.folded_output(TABLE) == FOLDED
+    assert run.folded_output("a few words in a line") == "a few words in\n    a line"
+    monkeypatch.setattr(run, "WIDTH", 30)
+    assert (
+        run.folded_command("squeal it --band 1:2 --n 3") == "$ squeal it --band 1:2 \\\n    --n 3"
+    )
 
 
 def test_theory_holds_every_equation_and_links_every_finding_that_changes_one():

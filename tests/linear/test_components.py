@@ -78,6 +78,24 @@ def test_equal_parts_that_act_on_each_other_one_way_have_vectors():
         assert np.abs(root.left) == pytest.approx([0.0, 1.0], abs=1e-12)
 
 
+def test_a_driven_row_lengthens_the_vector_of_a_damped_root_and_its_condition():
+    """Null vectors e1 and e2 of K are orthogonal: at zero y^H P' x is C21, and y^H x says nothing.
+    The third row follows the first, at -1/(z^2 + z/10 + 5) of it."""
+    K, C = np.array([[0.0, 1.0], [0.0, 0.0]]), np.array([[0.3, 0.0], [1.0, 0.2]])
+    driving = np.pad(K, (0, 1)) + np.diag([0.0, 0.0, 5.0])
+    driving[2, 0] = 1.0
+    damping = np.pad(C, (0, 1)) + np.diag([0.0, 0.0, 0.1])
+    roots = complex_eigenvalues(np.eye(3), damping, driving).eigenvalues
+    for alone in complex_eigenvalues(np.eye(2), C, K).eigenvalues:
+        root = min(roots, key=lambda other: abs(other.value - alone.value))
+        z = alone.value
+        x = np.append(alone.right, -alone.right[0] / (z * z + 0.1 * z + 5.0))
+        length = np.linalg.norm(x)
+        assert np.abs(root.right) == pytest.approx(np.abs(x) / length, rel=1e-12)
+        assert np.abs(root.left) == pytest.approx([*np.abs(alone.left), 0.0], abs=1e-12)
+        assert root.condition == pytest.approx(alone.condition * length, rel=1e-12)
+
+
 def test_the_threshold_of_a_driven_pad_is_its_own():
     """Two pads with thresholds at 1/2 and 3/4, the first of which drives the second."""
     pads = np.array([[2.0, 0, 3, 1], [0, 3.0, 2, 5], [0, 0, 2.0, 0], [0, 0, 0, 3.5]])

@@ -5,7 +5,7 @@ import pytest
 
 from squeal import System
 from squeal.errors import InputError
-from squeal.proof import HALF_ULP, Term, Terms, prove_gap, prove_thresholds
+from squeal.proof import HALF_ULP, Term, Terms, prove_thresholds
 from tests.known import known_system
 
 pytest.importorskip("flint")
@@ -115,12 +115,12 @@ def test_symmetry_is_read_from_terms_not_from_their_sum():
     twist = np.array([[0.0, 1.0], [-1.0, 0.0]])
     terms = Terms([Term(np.eye(2))], [], [Term(np.eye(2)), Term(twist, lambda mu: mu)])
     assert not terms.is_symmetric
-    assert prove_gap(terms, -1e-3, 1e-3, 0, 1e-8).status != "proved"
+    assert prove_thresholds(terms, -1e-3, 1e-3, [], 1e-8).status != "proved"
 
 
 def test_a_pole_of_a_factor_is_open():
     terms = Terms([Term(np.eye(2))], [], [Term(SPRINGS), Term(FRICTION, lambda mu: 1 / mu)])
-    proof = prove_gap(terms, -1.0, 1.0, 0, 1e-6)
+    proof = prove_thresholds(terms, -1.0, 1.0, [], 1e-6)
     assert proof.status in ("open", "refuted")
 
 

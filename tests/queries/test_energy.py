@@ -9,7 +9,9 @@ import scipy.linalg
 from scipy.sparse import csc_array
 
 import squeal
+from squeal.cli.main import main
 from squeal.errors import InputError
+from squeal.examples.brake import solid_brake
 from squeal.io.system import SystemFile
 from squeal.queries.energy import named_terms, pad_terms
 from squeal.results.sources import PadSource
@@ -208,3 +210,82 @@ def test_a_loss_factor_takes_half_of_itself_per_radian():
     assert row.role == "damping"
     assert row.growth == pytest.approx(root.real, rel=1e-12)
     assert row.frequency == pytest.approx(root.imag / (2 * np.pi), rel=1e-12)
+
+
+def swept(subject, values, **selection):
+    """Contributions over a sweep by value and mode, and the answer."""
+    answer = squeal.energy_sweep(squeal.sweep(subject, values, **selection))
+    rows: dict[tuple[float, int], list[Any]] = {}
+    for value, mode, row in answer.contributions:
+        assert mode is not None
+        rows.setdefault((value, mode), []).append(row)
+    return rows, answer
+
+
+def test_terms_over_a_sweep_sum_to_each_root_and_move_it_as_differences_say():
+    """Of the sweep of friction: d lambda / d mu is what its terms do, over mu."""
+    K1, C1 = np.array([[0.0, 40.0], [-30.0, 5.0]]), np.array([[0.06, 0.03], [0.0, 0.12]])
+
+    def roots(mu):
+        damping = np.diag([0.5, 0.2]) + 0.3 * TURN + mu * C1
+        found = roots_by_companion(EYE, damping, STIFF + mu * K1)
+        return found[found.imag > 0.0]
+
+    values = [0.1, 0.2, 0.5, 0.8, 1.1]
+    rows, _ = swept(brake(), values)
+    assert {value for value, _ in rows} == set(values)
+    for (mu, _), of_mode in rows.items():
+        rate = of_mode[0].growth_rate
+        assert sum(row.growth for row in of_mode) == pytest.approx(rate, abs=1e-10)
+        root = rate + 2j * np.pi * of_mode[0].frequency_hz
+        assert np.min(np.abs(roots(mu) - root)) < 1e-9
+        nearest = [
+            found[np.argmin(abs(found - root))] for found in (roots(mu + 1e-5), roots(mu - 1e-5))
+        ]
+        slope = (nearest[0] - nearest[1]) / 2e-5
+        by_friction = sum(100 * row.d_real for row in of_mode if "mu" in row.term) / mu
+        assert by_friction == pytest.approx(slope.real, rel=1e-5, abs=1e-6)
+
+
+def test_modes_have_the_numbers_of_the_sweep():
+    """Two modes whose frequencies cross keep their numbers and their damping."""
+    K = {"1": np.diag([100.0, 144.0]), "p": np.diag([100.0, 0.0])}
+    system = squeal.System(EYE, np.diag([0.2, 0.6]), K, parameter="p")
+    rows, answer = swept(system, [0.0, 0.2, 0.3, 0.6, 1.0])
+    for (_, mode), of_mode in rows.items():
+        assert sum(row.growth for row in of_mode) == pytest.approx({1: -0.1, 2: -0.3}[mode])
+    values, rates, terms = answer.growth_of(1)
+    assert (values, list(terms)) == ([0.0, 0.2, 0.3, 0.6, 1.0], ["C: 1"])
+    assert rates == pytest.approx([-0.1] * 5)
+
+
+def test_a_damped_pad_over_friction_and_its_command(capsys, monkeypatch, tmp_path):
+    """The terms of each value are those of `energy` there, and the command prints the same."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["example", "pad"]) == 0
+    capsys.readouterr()
+    typed = ["eigenvalues", "pad.yaml", "--set", "damping.ratios=[0.02, 0.02, 0.02]"]
+    assert main([*typed, "--sweep", "0.2:0.4:3", "--energy", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert {row["mu"] for row in found["energy_sweep"]} == {0.2, 0.2 + 0.2 / 2, 0.4}
+    own = sorted((row["growth"], row["term"]) for row in found["energy"])
+    last = [row for row in found["energy_sweep"] if row["mu"] == 0.4]
+    same = sorted((row["growth"], row["term"]) for row in last)
+    for (growth, term), (other, name) in zip(own, same, strict=True):
+        assert term == name
+        assert growth == pytest.approx(other, abs=1e-6)
+    assert main([*typed, "--sweep", "0.2:0.4:3", "--energy"]) == 0
+    text = capsys.readouterr().out
+    assert "what each term does to mode 1 over mu, 1/s" in text
+
+
+def test_a_sweep_of_a_large_brake_is_solved_on_the_full_system():
+    rows, _ = swept(solid_brake(500).system, [0.3, 0.6], band=(6000.0, 7000.0))
+    for of_mode in rows.values():
+        rate = of_mode[0].growth_rate
+        assert sum(row.growth for row in of_mode) == pytest.approx(rate, abs=1e-6)
+    fastest = max(rows.values(), key=lambda of_mode: of_mode[0].growth_rate)
+    assert {row.term: row.growth > 0 for row in fastest if abs(row.growth) > 1.0} == {
+        "1": False,
+        "mu*contact": True,
+    }

@@ -11,7 +11,7 @@ import squeal
 from squeal import Term
 from squeal.errors import ComputationError, InputError, InputWarning
 from squeal.numerics.differentiation import Formula
-from squeal.queries.advise import Outcome, ParameterSpace
+from squeal.queries.parameter_space import Outcome, ParameterSpace
 from squeal.queries.scatter import scatter
 from tests.queries.test_advise import SCENE, first
 

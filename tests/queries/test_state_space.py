@@ -59,7 +59,129 @@ def test_a_system_becomes_a_state_space_with_its_roots():
     plant = state_space(system, 4.0)
     assert apart(plant.poles(), np.roots([1.0, 1.5, 10.0])) < 1e-14
     assert plant.dcgain() == pytest.approx(1 / 20)
-    with pytest.raises(InputError, match="M is singular"):
-        state_space(squeal.System(np.diag([1.0, 0.0]), np.eye(2), np.eye(2)))
     with pytest.raises(InputError, match="complex"):
         state_space(squeal.System([[1.0]], K=[[1.0 + 0.1j]]))
+    with pytest.raises(InputError, match="2001 rows are too many"):
+        state_space(squeal.System(np.eye(2001), K=np.eye(2001)))
+
+
+STIFFNESS = [[2.0, -1.0, 0.3], [-1.0, 3.0, -1.0], [0.3, -1.0, 2.0]]
+# masses and dampers of three rows: with all, first order, and of some motions neither
+RIGGED = {
+    "second order": ((1.0, 2.0, 3.0), (0.1, 0.2, 0.3), 6),
+    "first order": ((0.0, 0.0, 0.0), (0.1, 0.2, 0.3), 3),
+    "a damper without mass": ((1.0, 2.0, 0.0), (0.1, 0.1, 0.5), 5),
+    "a spring without mass": ((1.0, 2.0, 0.0), (0.1, 0.1, 0.0), 4),
+    "both": ((1.0, 0.0, 0.0), (0.1, 0.3, 0.0), 3),
+}
+
+
+@pytest.mark.parametrize("name", RIGGED)
+@pytest.mark.parametrize("unit", [1.0, 1e-12])
+def test_rows_without_mass_are_states_only_where_they_have_roots(name, unit):
+    """The response to forces is the inverse of the dynamic stiffness, at any frequency."""
+    masses, dampers, states = RIGGED[name]
+    M, C, K = unit * np.diag(masses), unit * np.diag(dampers), unit * np.array(STIFFNESS)
+    plant = state_space(squeal.System(M, C, K))
+    assert plant.nstates == states
+    for z in (0.7j, 2.0 - 1.0j):
+        response = np.linalg.inv(z * z * M + z * C + K)
+        assert np.allclose(plant(z), response, rtol=1e-12, atol=1e-12 * np.abs(response).max())
+
+
+def test_a_constraint_is_refused_in_a_sentence():
+    held = squeal.System(np.diag([1.0, 0.0]), K=[[2.0, 1.0], [1.0, 0.0]], name="held")
+    with pytest.raises(InputError, match=r"held: some motion has neither mass, damper nor spring"):
+        state_space(held)
+
+
+def coupled(c, K1=((0.0, 4.0), (0.0, 0.0))):
+    """Two modes that friction couples, damped equally: s^2 + c s + 2 -+ sqrt(1 - 4 mu / 3) = 0."""
+    K = {"1": [[2.0, -1.0], [-1.0, 2.0]], "mu / 3": K1}
+    return squeal.System(np.eye(2), c * np.eye(2), K, name="coupled")
+
+
+@pytest.mark.parametrize("c", [0.02, 0.1, 0.3])
+def test_the_gain_margin_of_the_friction_loop_is_the_threshold(c):
+    """At s = i w: w^2 = 2 and (c w)^2 = 4 mu / 3 - 1, so that mu = 3/4 (1 + 2 c^2)."""
+    exact = 0.75 * (1.0 + 2.0 * c * c)
+    plant = state_space(coupled(c), loop="mu")
+    gain, _, frequency, _ = control.margin(plant)
+    assert gain == pytest.approx(exact, rel=1e-9)
+    assert frequency == pytest.approx(np.sqrt(2.0), rel=1e-9)
+    assert squeal.thresholds(coupled(c)).first.mu == pytest.approx(gain, rel=1e-9)
+
+
+def test_the_root_locus_over_the_friction_loop_is_that_of_the_roots():
+    gains = np.array([0.0, 0.3, 1.2])
+    plant = state_space(coupled(0.1), loop="mu")
+    for gain, loci in zip(gains, control.root_locus_map(plant, gains).loci, strict=True):
+        inner = np.sqrt(1.0 - 4.0 * gain / 3.0 + 0j)
+        exact = np.concatenate([np.roots([1.0, 0.1, 2.0 + sign * inner]) for sign in (1, -1)])
+        assert apart(loci, exact) < 1e-9
+
+
+@pytest.mark.parametrize("name", RIGGED)
+@pytest.mark.parametrize("rank", [1, 2, 3])
+def test_closed_loops_have_the_roots_at_that_friction(name, rank):
+    """Of any rank of the terms, other parameters at their values: the residual of each root."""
+    masses, dampers, states = RIGGED[name]
+    M, C, K0 = np.diag(masses), np.diag(dampers), np.array(STIFFNESS)
+    K1 = np.array([[0.0, 1.0, 0.0], [0.0, 0.4, 0.0], [0.5 * (rank > 1), 0.0, 0.0]])
+    K1[1, 2] = 0.2 * (rank > 2)
+    system = squeal.System(M, C, {"1": K0, "2 * mu * k": K1}, {"k": 0.5, "mu": 9.0})
+    plant = state_space(system, loop="mu")
+    assert (plant.ninputs, plant.noutputs) == (rank, rank)
+    poles = control.feedback(plant, 0.3 * np.eye(rank)).poles()
+    assert len(poles) == states
+    for z in poles:
+        dynamic = z * z * M + z * C + K0 + 0.3 * K1
+        assert np.linalg.svd(dynamic)[1][-1] < 1e-11 * np.abs(dynamic).max()
+
+
+def test_friction_that_damps_is_in_the_loop():
+    """One mass: s^2 + (0.5 - mu) s + 4 grows from mu = 0.5 on."""
+    system = squeal.System([[1.0]], {"1": [[0.5]], "mu": [[-1.0]]}, [[4.0]])
+    assert control.margin(state_space(system, loop="mu"))[0] == pytest.approx(0.5)
+
+
+def test_what_is_no_loop_is_refused_in_a_sentence():
+    for system, loop, words in (
+        (squeal.System([[1.0]], K={"mu**2": [[1.0]]}), "mu", "not linear in mu"),
+        (squeal.System({"mu": [[1.0]]}, K=[[1.0]], parameters={"mu": 1.0}), "mu", "M of system"),
+        (coupled(0.1), "nu", "nu: is no parameter; allowed are mu"),
+        (squeal.System([[1.0]], K=[[1.0]]), "mu", "no matrix of system depends on mu"),
+        (scene_of("b3"), "mu", "loop: is not allowed with a scene"),
+    ):
+        with pytest.raises(InputError, match=words):
+            state_space(system, loop=loop)
+    with pytest.raises(InputError, match="its value is the loop's gain"):
+        state_space(coupled(0.1), 0.3, "mu")
+
+
+def test_a_reduced_system_has_one_loop_for_one_contact():
+    """60 masses, of which friction couples two: the threshold of all rows is the gain margin."""
+    frequencies = np.arange(1.0, 61.0)
+    frequencies[1] = 1.05
+    weights = np.zeros(60)
+    weights[:2] = 1.0, -1.0
+    K = {"1": np.diag(frequencies**2), "mu": np.outer(np.eye(60)[0], weights)}
+    full = squeal.System(np.eye(60), 0.01 * np.eye(60), K)
+    reduced = squeal.reduce(full, values=[0.0, 0.1], band=(0.1, 0.6))
+    for system in (full, reduced):
+        assert state_space(system, loop="mu").ninputs == 1
+
+
+def test_an_assembly_has_the_loop_of_its_contact():
+    """Two masses in one contact pair, pressed by 6 N: friction of one pair has rank 1."""
+    fixed = squeal.Component(
+        squeal.System(np.eye(3), K=3.0 * np.eye(3), name="one"), [1] * 3, [0, 1, 2]
+    )
+    free = squeal.System(np.eye(3), K=np.eye(3), name="other")
+    pressed = squeal.Component(free, [1] * 3, [0, 1, 2], load=[0.0, 0.0, -6.0])
+    touch = squeal.Contact(("one", "other"), [(1, 1)], (0, 0, 1), sliding=(1, 0, 0), stiffness=2.0)
+    joined = squeal.assemble([fixed, pressed], [touch])
+    plant = state_space(joined, loop="mu")
+    assert plant.ninputs == 1
+    at = squeal.eigenvalues(joined.system.replace({"mu": 0.4})).values
+    assert apart(control.feedback(plant, 0.4).poles(), at) < 1e-9

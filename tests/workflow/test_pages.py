@@ -1,6 +1,7 @@
 """The trial of the pages: which steps it reads, and that it tells of one that fails."""
 
 import os
+from importlib.metadata import distribution
 
 from tests.conftest import ROOT
 from workflow.trials.pages import EXTRAS, NAME, Step, required, run_step, steps_of
@@ -50,7 +51,7 @@ def test_steps_of_a_page_share_a_folder_and_errors_stand_in_the_output(tmp_path)
 
 
 def test_the_environment_holds_what_the_wheel_requires_and_nothing_else():
-    names = {package.metadata["Name"].lower() for package in required(NAME, EXTRAS)}
+    names = {package.metadata["Name"].lower() for package in required(distribution(NAME), EXTRAS)}
     assert {"numpy", "matplotlib", "pillow", "python-flint"} <= names
     assert not {"pytest", "pandas", "snakemake", "sphinx", "brake-squeal"} & names
 

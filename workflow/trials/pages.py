@@ -18,7 +18,7 @@ import time
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from importlib.metadata import Distribution, distribution
+from importlib.metadata import Distribution, distribution, distributions
 from pathlib import Path
 
 from packaging.requirements import Requirement
@@ -34,6 +34,7 @@ ELSEWHERE = {
     r"sbatch": "needs a cluster",
     r"pip|python -m venv": "installs what is installed here",
     r"python brake_from_mesh\.py|squeal \w+(-\w+)* decks/": "needs CalculiX",
+    r"squeal conditions hot\.yaml": "needs matrices of yours",
     r"import ross": "needs ROSS",
     r"squeal article take fig\d+": "needs a build in a clone",
 }
@@ -88,19 +89,19 @@ def steps_of(page: str, text: str) -> Iterator[Step]:
                 yield Step(page, number, line.removeprefix("$ "))
 
 
-def required(name: str, extras: frozenset[str]) -> list[Distribution]:
-    """The installed distributions that one with these extras requires, directly or not."""
+def required(wheel: Distribution, extras: frozenset[str]) -> list[Distribution]:
+    """The installed distributions that a wheel with these extras requires, directly or not."""
     found: dict[str, Distribution] = {}
-    waiting = [(name, extras)]
+    waiting = [(wheel, extras)]
     while waiting:
         asking, options = waiting.pop()
-        for line in distribution(asking).requires or ():
+        for line in asking.requires or ():
             requirement = Requirement(line)
             marker = requirement.marker
             applies = marker is None or any(marker.evaluate({"extra": e}) for e in {"", *options})
             if applies and requirement.name not in found:
                 found[requirement.name] = distribution(requirement.name)
-                waiting.append((requirement.name, frozenset(requirement.extras)))
+                waiting.append((found[requirement.name], frozenset(requirement.extras)))
     return list(found.values())
 
 
@@ -119,7 +120,8 @@ def install(folder: Path) -> Path:
     pip = [python, "-m", "pip", "--python", str(programs / "python"), "install", "--quiet"]
     subprocess.run([*pip, "--no-deps", "--no-index", str(wheel)], check=True)
     (site,) = (place / "lib").glob("python*/site-packages")
-    for package in required(NAME, EXTRAS):
+    (installed,) = distributions(name=NAME, path=[str(site)])
+    for package in required(installed, EXTRAS):
         for file in package.files or ():
             entry = file.parts[0]
             link = site / entry

@@ -21,13 +21,15 @@ ALL_ROWS = 400  # up to so many rows all roots are computed
 
 
 def is_symmetric(matrix: Matrix) -> bool:
-    """True if A and A' differ by rounding only."""
-    rest = abs(matrix - matrix.T).max() if matrix.shape[0] else 0.0
-    return bool(rest <= 1e-12 * abs(matrix).max())
+    """True if a matrix (n, n) and its transpose differ by rounding only."""
+    if not matrix.shape[0]:
+        return True
+    difference = abs(matrix - matrix.T).max()
+    return bool(difference <= 1e-12 * abs(matrix).max())
 
 
 def _words(matrix: Matrix) -> str:
-    """Symmetry of M or K; of a small one whether it is definite, and its condition."""
+    """Symmetry of M or K in words; of a small one whether it is definite, and its condition."""
     if np.iscomplexobj(matrix):
         return "complex"
     parts = ["symmetric" if is_symmetric(matrix) else "not symmetric"]
@@ -79,12 +81,55 @@ def matrix_list(file: SystemFile) -> list[dict[str, Any]]:
 def write_system(
     folder: Path, system: TermSystem, suffix: str, **more: Any
 ) -> list[dict[str, Any]]:
-    """Write the terms of a system and a system file into a folder; a row for each matrix.
+    """Write each term of a system to a file, and the system file that reads them again.
 
-    `more` are other keys of the system file. Raises InputError for what the format does not hold;
-    nothing is written then.
+    Parameters
+    ----------
+    folder : Path
+        Where, made if it is not there.
+    system : TermSystem
+        What is written.
+    suffix : str
+        Of the files of matrices, which says their format: mtx, mat or npz.
+    **more
+        Further keys of the system file.
+
+    Returns
+    -------
+    list of dict
+        Of each matrix its part (M, C or K), file, factor and fingerprint.
+
+    Raises
+    ------
+    InputError
+        For what the format does not hold; nothing is written then.
     """
     rows = []
+    document = _keys_of_parameters(system)
+    with whole_folder(folder) as place:
+        for part, terms in zip("MCK", system.parts, strict=True):
+            for i, term in enumerate(terms):
+                file = f"{part}{i}.{suffix}"
+                write_matrix(place / file, term.matrix, part)
+                row = {
+                    "part": part,
+                    "file": file,
+                    "factor": term.factor.text,
+                    "fingerprint": fingerprint(term.matrix),
+                }
+                rows.append(row)
+                entry = {"file": file} | _write_factor(place, f"{part}{i}.csv", term)
+                is_structural_damping = isinstance(term.factor, Modulus) and term.factor.imaginary
+                if is_structural_damping:
+                    document.setdefault("damping", {}).setdefault("K4", []).append(entry)
+                else:
+                    document.setdefault(part, []).append(entry)
+        write_text(place / "system.yaml", document_text(document | more))
+    return rows
+
+
+def _keys_of_parameters(system: TermSystem) -> dict[str, Any]:
+    """The keys of a system file that give its name, its parameters and the free one of them."""
     document: dict[str, Any] = {"name": system.name}
     parameters = {}
     for name, value in system.parameters.items():
@@ -95,24 +140,14 @@ def write_system(
         document["parameters"] = parameters
     if system.parameter in parameters:
         document["parameter"] = system.parameter
-    with whole_folder(folder) as place:
-        for part, terms in zip("MCK", system.parts, strict=True):
-            for i, term in enumerate(terms):
-                file = f"{part}{i}.{suffix}"
-                write_matrix(place / file, term.matrix, part)
-                row = {"part": part, "file": file, "factor": term.factor.text}
-                rows.append(row | {"fingerprint": fingerprint(term.matrix)})
-                entry = {"file": file} | _write_factor(place, f"{part}{i}.csv", term)
-                if isinstance(term.factor, Modulus) and term.factor.imaginary:
-                    document.setdefault("damping", {}).setdefault("K4", []).append(entry)
-                else:
-                    document.setdefault(part, []).append(entry)
-        write_text(place / "system.yaml", document_text(document | more))
-    return rows
+    return document
 
 
 def _write_factor(folder: Path, file: str, term: Term) -> dict[str, Any]:
-    """The keys of a system file that give the factor of a term; its table goes to a file."""
+    """The keys of a system file that give the factor of a term.
+
+    A table that the factor has is written to `file` in the folder.
+    """
     factor = term.factor
     if isinstance(factor, Modulus):
         keys: dict[str, Any] = {"factor": factor.factor.text}
@@ -137,13 +172,15 @@ def write_components(
 ) -> list[dict[str, Any]]:
     """Write each component into a folder of its name, with the nodes of its rows and its load.
 
-    A row for each matrix. Raises InputError as `write_system` does.
+    Returns a row for each matrix, and raises InputError, as `write_system` does.
     """
     rows = []
     for body in components:
         home = folder / body.name
         written = write_system(home, body.system, suffix, coordinates={"file": "nodes.csv"})
-        rows += [row | {"file": f"{body.name}/{row['file']}"} for row in written]
+        for row in written:
+            row["file"] = f"{body.name}/{row['file']}"
+        rows += written
         nodes = [node or "-" for node in body.nodes.tolist()]
         dofs = ["xyz-"[direction] for direction in body.directions]
         places = np.zeros((len(nodes), 3)) if body.places is None else body.places
@@ -152,9 +189,9 @@ def write_components(
         if body.lacks is not None:
             write_matrix(home / f"lacks.{suffix}", body.lacks, "lacks")
         if body.load is not None:
-            pressed = np.flatnonzero((body.load != 0.0) & (body.directions >= 0))
-            loads = ((nodes[i], dofs[i], float(body.load[i])) for i in pressed)
-            write_csv(home / "load.csv", ["node", "dof", "force"], loads)
+            is_loaded = (body.load != 0.0) & (body.directions >= 0)
+            forces = [(nodes[i], dofs[i], float(body.load[i])) for i in np.flatnonzero(is_loaded)]
+            write_csv(home / "load.csv", ["node", "dof", "force"], forces)
     return rows
 
 
@@ -163,26 +200,43 @@ def write_assembly(
 ) -> list[dict[str, Any]]:
     """Write the components of an assembly as they were joined, and a file that joins them again.
 
-    `document` is that of the file, in the folder `home`. A row for each matrix.
+    Parameters
+    ----------
+    folder : Path
+        Where.
+    file : SystemFile
+        What was read.
+    document : dict
+        The content of the assembly file, as it stands there.
+    home : Path
+        The folder of that file.
+    suffix : str
+        Of the files of matrices.
+
+    Returns
+    -------
+    list of dict
+        A row for each matrix, as of `write_system`.
     """
-    rows = write_components(folder, file.assembly.components, suffix)
-    joined = {key: deepcopy(value) for key, value in document.items() if key != "cutoff"}
-    for (name, one), body in zip(
-        joined["components"].items(), file.assembly.components, strict=True
-    ):
-        one["file"] = f"{name}/system.yaml"
-        one.pop("rotation", None)  # its terms are among the matrices
+    components = file.assembly.components
+    rows = write_components(folder, components, suffix)
+    joined = deepcopy(document)
+    joined.pop("cutoff", None)  # the components are reduced already
+    for (name, keys), body in zip(joined["components"].items(), components, strict=True):
+        keys["file"] = f"{name}/system.yaml"
+        keys.pop("rotation", None)  # its terms are among the matrices
         if body.rows:
-            known = {"rows": body.rows, "cutoff": body.cutoff}
-            one["reduced"] = known | {"lacks": f"{name}/lacks.{suffix}"}
-        if load := one.get("load"):  # it was written as it is at these parameters
+            lacks = f"{name}/lacks.{suffix}"
+            keys["reduced"] = {"rows": body.rows, "cutoff": body.cutoff, "lacks": lacks}
+        load = keys.get("load")
+        if load:  # its forces were written multiplied by the factor at these parameters
             factor = Formula(load.get("factor", "1"))
             text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"
-            one["load"] = {"file": f"{name}/load.csv", "factor": text}
-    for i, one in enumerate(joined["contact"], 1):
-        if "pairs" in one:
-            text = (home / one["pairs"]["file"]).read_text(encoding="utf-8")
-            one["pairs"] = {"file": f"pairs{i}.csv"}
+            keys["load"] = {"file": f"{name}/load.csv", "factor": text}
+    for i, keys in enumerate(joined["contact"], 1):
+        if "pairs" in keys:
+            text = (home / keys["pairs"]["file"]).read_text(encoding="utf-8")
+            keys["pairs"] = {"file": f"pairs{i}.csv"}
             write_text(folder / f"pairs{i}.csv", text)
     write_text(folder / "assembly.yaml", document_text(joined))
     return rows

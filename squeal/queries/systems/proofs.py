@@ -31,17 +31,17 @@ Words = tuple[str | None, str]
 
 @dataclass(frozen=True, eq=False)
 class Data:
-    """What is assumed of the entries of M, C and K.
+    """How precisely the entries of M, C and K are known.
 
-    words: in words; radii: how far each entry (n, n) of the three may lie from the given one beside
-    half an ulp, None if the words say it.
+    words: the same for people; radii: of each of the three an array (n, n), how far an entry may
+    lie from the given one beside half a unit in its last place; None if that is all.
     """
 
     words: str = HALF_ULP
     radii: tuple[NDArray[np.float64], ...] | None = None
 
     def around(self, M: NDArray[Any], C: NDArray[Any] | None, K: NDArray[Any]) -> Quadratic:
-        """The system in balls as wide as the data.
+        """The system with each entry a ball that holds all values it may have.
 
         Raises ValueError where an entry is no double.
         """
@@ -50,10 +50,10 @@ class Data:
         if self.radii is None:
             return Quadratic.of(M, C, K, self.words)
         system = Quadratic.of(M, C, K, HALF_ULP)
-        balls = (
-            Balls(X.mid, np.where(radius > 0.0, upper(X.rad + radius, 2), X.rad))
-            for X, radius in zip(system.parts, self.radii, strict=True)
-        )
+        balls = []
+        for X, radius in zip(system.parts, self.radii, strict=True):
+            wider = np.where(radius > 0.0, upper(X.rad + radius, 2), X.rad)
+            balls.append(Balls(X.mid, wider))
         mass, damping, stiffness = balls
         return replace(system, M=mass, C=damping, K=stiffness, data=self.words)
 
@@ -62,9 +62,20 @@ class Data:
 class Statement:
     """What is known of a list of roots, as JSON holds it under `proof`.
 
-    status: `proved`, `counted` or `open`; by: `exact`, `enclosure` or `count`; growth_below: no
-    other root grows faster, 1/s, None if that is not known; data: what is assumed of the entries;
-    reason and where: why it is open, and at which root.
+    Attributes
+    ----------
+    status : {"proved", "counted", "open"}
+        Whether the list is proved complete, confirmed by a count, or neither.
+    by : {"exact", "enclosure", "count"} or None
+        The means: exact arithmetic, enclosures in balls, or a count by the argument principle.
+    growth_below : float or None
+        No root beside the listed ones grows faster, 1/s; None if that is not known.
+    data : str or None
+        What is assumed of the entries of the matrices.
+    reason : str
+        Why it is open.
+    where : complex or None
+        The root, rad/s, at which it is open.
     """
 
     status: str
@@ -76,19 +87,20 @@ class Statement:
 
     @property
     def words(self) -> str:
-        """In a line below a list."""
-        if self.status == "proved":
-            growth = "" if not self.growth_below else f" by more than {self.growth_below:.3g} 1/s"
-            given = ""
-            if self.data == AS_GIVEN:
-                given = " (entries as given)"
-            elif self.data != HALF_ULP:
-                given = f" (entries known to {self.data})"
-            return f"proved: no other mode grows{growth}{given}"
+        """The statement in a line below a list."""
         if self.status == "counted":
             return "counted: an argument-principle count agrees"
-        where = "" if self.where is None else f" (near {self.where:.6g} rad/s)"
-        return f"{OPEN}{self.reason}{where}"
+        if self.status == "open":
+            where = "" if self.where is None else f" (near {self.where:.6g} rad/s)"
+            return f"{OPEN}{self.reason}{where}"
+        words = "proved: no other mode grows"
+        if self.growth_below:
+            words += f" by more than {self.growth_below:.3g} 1/s"
+        if self.data == AS_GIVEN:
+            words += " (entries as given)"
+        elif self.data != HALF_ULP:
+            words += f" (entries known to {self.data})"
+        return words
 
     def to_dict(self) -> dict[str, Any]:
         """As JSON holds it."""
@@ -107,19 +119,42 @@ def counted(agrees: bool) -> Statement:
 def refereed(
     matrices: tuple[Matrix, Matrix | None, Matrix], every: Known, words: Words, data: Data
 ) -> tuple[Known, Words, Statement]:
-    """All finite roots and the verdict on them as far as the referee lets them pass.
+    """The roots of a small system as far as the referee confirms them.
 
-    What it refutes is replaced by the roots that it knows. Raises ValueError where an entry
-    is no double.
+    If it refutes them, the roots that it knows itself take their place, if they pass.
+
+    Parameters
+    ----------
+    matrices : (M, C, K)
+        Arrays or sparse matrices (n, n), C may be None.
+    every : tuple of Eigenvalue
+        All finite roots as they were computed.
+    words : (str or None, str)
+        The verdict on them, and what decided it.
+    data : Data
+        How precisely the entries of the matrices are known.
+
+    Returns
+    -------
+    every, words
+        The same of the roots that passed, with the errors that are proved.
+    statement : Statement
+        What is proved of the list.
+
+    Raises
+    ------
+    ValueError
+        Where an entry is no double.
     """
-
-    M, K = dense(matrices[0]), dense(matrices[2])
-    C = None if matrices[1] is None else dense(matrices[1])
     from squeal.proof.referee import (  # here, since scenes start without it
         FREE,
         RootList,
         prove_roots,
     )
+
+    M = dense(matrices[0])
+    C = None if matrices[1] is None else dense(matrices[1])
+    K = dense(matrices[2])
 
     system = data.around(M, C, K)
 
@@ -138,7 +173,7 @@ def refereed(
             stacklevel=2,
         )
         refutation = proof.reason
-        verdict = next(iter(proof.verdicts)) if len(proof.verdicts) == 1 else None
+        verdict = _only_verdict(proof)
         values = _centres(proof.pieces)
         found = tuple(_solved((M, C, K), z) for z in values[ordered(values)].tolist())
         proof = judge(found, verdict)
@@ -146,18 +181,21 @@ def refereed(
             statement = Statement("open", proof.by, None, proof.data, refutation, None)
             return every, (None, f"{OPEN}{refutation}"), statement
         every = found
-        words = verdict, f"{OPEN}{refutation}" if verdict is None else "roots of the referee"
-    status, reason = proof.status, proof.reason
+        words = (verdict, "roots of the referee")
+        if verdict is None:
+            words = (None, f"{OPEN}{refutation}")
+    status = proof.status
+    reason = proof.reason
     where = None if proof.where is None else complex(proof.where)
     if status == "open" and proof.verdicts and proof.verdicts != {words[0]}:
-        words = None, f"{OPEN}{reason}"
+        words = (None, f"{OPEN}{reason}")
     elif status == "proved" and words[0] is None:
-        verdict = next(iter(proof.verdicts)) if len(proof.verdicts) == 1 else None
+        verdict = _only_verdict(proof)
         # what is known to few digits neither grows nor decays
         if not every:
-            words = verdict, f"{verdict}: {NO_MOTION}"
+            words = (verdict, f"{verdict}: {NO_MOTION}")
         elif data.words == HALF_ULP and verdict is not None:
-            words = verdict, f"{verdict}, which is proved although rounding hides it"
+            words = (verdict, f"{verdict}, which is proved although rounding hides it")
         elif any(piece.side == "free" for piece in proof.pieces):
             status = "open"
             reason = FREE
@@ -167,6 +205,13 @@ def refereed(
     every = with_proved_errors(every, proof.errors, words[0])
     growth = proof.growth_below if proof.growth_below < math.inf else None
     return every, words, Statement(status, proof.by, growth, proof.data, reason, where)
+
+
+def _only_verdict(proof: Proof) -> str | None:
+    """The verdict that a proof leaves, None if it leaves several or none."""
+    if len(proof.verdicts) != 1:
+        return None
+    return next(iter(proof.verdicts))
 
 
 def exact_spectrum(M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularTogetherError) -> Known:
@@ -197,9 +242,18 @@ def exact_spectrum(M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularToget
 
 
 def with_proved_errors(every: Known, errors: NDArray[np.float64], verdict: str | None) -> Known:
-    """Roots with the distances that are proved where these exceed what rounding is taken for.
+    """Roots with the proved distances from the exact ones, where these exceed their rounding.
 
-    One that the printed digits would hide is the error of the root, which is listed.
+    Parameters
+    ----------
+    every : tuple of m Eigenvalue
+        The roots.
+    errors : array (m,)
+        How far each may lie from the exact root, 1/s; infinite where that is not known. A distance
+        that shows in the printed digits becomes the listed error of the root.
+    verdict : str or None
+        On these roots. If all growing ones lost their growth to the errors, the roots are
+        returned as they were: the mode that names the verdict stays in the list of growing ones.
     """
     wide = []
     for root, distance in zip(every, errors.tolist(), strict=True):
@@ -208,8 +262,9 @@ def with_proved_errors(every: Known, errors: NDArray[np.float64], verdict: str |
             if distance > PRINTED * abs(root.value):
                 root = replace(root, error=max(root.error or 0.0, distance))
         wide.append(root)
-    # the mode that names the verdict stays in the list of those that grow
-    return every if verdict in GROWING and not growing(wide) else tuple(wide)
+    if verdict in GROWING and not growing(wide):
+        return every
+    return tuple(wide)
 
 
 def _centres(pieces: Sequence[Piece]) -> NDArray[np.complex128]:
@@ -223,15 +278,22 @@ def _centres(pieces: Sequence[Piece]) -> NDArray[np.complex128]:
 
 
 def _solved(matrices: tuple[Any, Any, Any], z: complex) -> Eigenvalue:
-    """A root with its vectors, M-normalised if that is possible, and its backward error."""
+    """A root z of (M, C, K) with its vectors, M-normalised if that is possible.
+
+    The vectors are the singular ones of z^2 M + z C + K of least singular value, which over the
+    norms of the three parts is the backward error.
+    """
     M, C, K = matrices
-    parts = [z**2 * M, z * C if C is not None else 0.0 * M, K]
-    left, sizes, right = np.linalg.svd(sum(parts))
-    x, y = right[-1].conj(), left[:, -1]
+    parts = [z**2 * M, K]
+    if C is not None:
+        parts.insert(1, z * C)
+    left, singular_values, right = np.linalg.svd(sum(parts))
+    x = right[-1].conj()
+    y = left[:, -1]
     energy = abs(np.vdot(x, M @ x))
     if energy > 0.0:
         x = x / math.sqrt(energy)
         y = y / math.sqrt(energy)
     size = sum(float(np.linalg.norm(part)) for part in parts)
-    residual = float(sizes[-1]) / size if size else 0.0
+    residual = float(singular_values[-1]) / size if size else 0.0
     return Eigenvalue(z, x, y, residual, math.inf)

@@ -14,8 +14,10 @@ from squeal.errors import InputError, InputWarning
 from squeal.io.processes import one_thread
 from squeal.io.writing import picked
 from squeal.linear.continuation import ProblemClass, problem_class_of
+from squeal.linear.eigen import Eigenvalue, ordered
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
+from squeal.queries.systems.verdicts import rounding_of
 from squeal.results.sources import EigenvalueSelection
 from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.dispersive import DispersiveReduction, frequencies
@@ -85,22 +87,53 @@ def reduced_for(
     return reduction
 
 
-def served_for_thresholds(
+def first_look_for_thresholds(
     system: TermSystem, selection: EigenvalueSelection, values: Sequence[Changes]
-) -> Reduction:
-    """The reduced system in which thresholds are searched: the few modes of a first look where a
-    region above the real axis is searched in a damped system and these reach their accuracy."""
+) -> FirstLook | None:
+    """A first look whose few modes serve a search for thresholds: of a region above the real axis,
+    in a damped system; None where there is none."""
     region = selection.rectangle
     may_serve = system.real and system.C and not system.follows
     if region is None or region.low_imag <= 0.0 or not may_serve:
-        return reduced_for(system, selection, values)
+        return None
     with one_thread(), suppress(InputError):  # no structure without friction
         first_look = FirstLook(ScaledSystem(system), region, values).build()
         matrices = [first_look.system.arrays(changes) for changes in values]
         is_damped = problem_class_of(matrices) is ProblemClass.DAMPED
         if is_damped and first_look.converged and first_look.compressed.size:
             return first_look
-    return reduced_for(system, selection, values)
+    return None
+
+
+def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue, ...]:
+    """The roots of a reduced system at some parameters, by rising frequency, with right vectors in
+    its coordinates."""
+    if isinstance(reduction, FirstLook):
+        look = reduction.estimate(changes)
+        values = look.values
+        residuals = look.residuals
+        rounding = np.maximum(look.errors, rounding_of(reduction.scaled.system, values))
+        # corrected values have no vectors of their own
+        nearest = np.argmin(np.abs(look.projected.values[:, None] - values), axis=0)
+        right = look.projected.right[:, nearest]
+    else:
+        modes, residuals, _ = reduction.modes(changes)
+        values = modes.values
+        right = modes.right
+        rounding = rounding_of(reduction.system, values)
+    no_vector = np.empty(0, dtype=complex)
+    roots = []
+    for k in ordered(values):
+        root = Eigenvalue(
+            complex(values[k]),
+            right=right[:, k],
+            left=no_vector,
+            residual=float(residuals[k]),
+            condition=math.nan,
+            rounding=float(rounding[k]),
+        )
+        roots.append(root)
+    return tuple(roots)
 
 
 def basis_of(reduction: Reduction | None, selection: EigenvalueSelection) -> dict[str, Any] | None:

@@ -40,10 +40,20 @@ Located = TypeVar("Located", CriticalPoint, Crossing)
 
 
 def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
-    """The system with a parameter of value 0 for each name, a factor of the given matrices; those
-    whose files name their rows stand where the system's do.
+    """The system with given changes of its matrices, each multiplied by a new parameter.
 
-    Raises InputError.
+    Parameters
+    ----------
+    file : SystemFile
+        The system, and the labels of its rows.
+    matrices : mapping of str to mapping
+        Of each new parameter, whose value is 0, what it adds to M, C and K: arrays (n, n), or files
+        whose labelled rows are placed where the system has them.
+
+    Raises
+    ------
+    InputError
+        For a name that is a parameter already, and for matrices that do not fit the system.
     """
     system = file.system
     parts = {"M": list(system.M), "C": list(system.C), "K": list(system.K)}
@@ -56,9 +66,10 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
             if part not in parts:
                 raise (at / part).refuse("is not allowed; it must be one of M, C, K")
             with (at / part).named():
+                added = given
                 if isinstance(given, str | Path):
-                    given = _on_rows_of(file, read_matrix(given))
-                matrix = given_matrix(given, real=part == "M")
+                    added = _on_rows_of(file, read_matrix(given))
+                matrix = given_matrix(added, real=part == "M")
             if matrix.shape != (system.n, system.n):
                 words = f"shape {matrix.shape} is not allowed; the system has {system.n} rows"
                 raise (at / part).refuse(words)
@@ -73,8 +84,11 @@ def with_matrices(file: SystemFile, matrices: Matrices) -> TermSystem:
     )
 
 
-def _on_rows_of(file: SystemFile, given: MatrixFile) -> Any:
-    """A matrix from a file on the rows of a system."""
+def _on_rows_of(file: SystemFile, given: MatrixFile) -> csc_array:
+    """A matrix from a file on the rows of a system, by their labels where both have them.
+
+    Raises InputError for labelled rows that the system has not.
+    """
     labelled = len(file.labels)
     if not (labelled and given.labels):
         return given.matrix
@@ -95,28 +109,29 @@ def derivatives(system: TermSystem) -> dict[str, Change]:
 
 
 def root_sensitivity(system: TermSystem, answer: Eigenvalues) -> Sensitivity:
-    """What moves the roots of an answer, which the system has."""
-    system = system.replace({system.parameter: answer.value})
-    roots = answer.eigenvalues
-    # of matrices that follow the frequency each root has its own
-    groups = [(root,) for root in roots] if roots and system.follows else [roots]
+    """How the eigenvalues of an answer move with each parameter of the system that has them."""
+    at_value = system.replace({system.parameter: answer.value})
+    groups = [answer.eigenvalues]
+    if answer.eigenvalues and system.follows:  # each root has its own matrices
+        groups = [(root,) for root in answer.eigenvalues]
     slopes_of_groups = []
     conditions = []
     for group in groups:
         omega = max((root.value.imag for root in group), default=None)
-        frozen = system.frozen(omega)
-        slopes, condition = sensitivities(frozen.at(), derivatives(frozen), group)
-        slopes_of_groups.append(at_own_frequency(system, slopes, np.imag))
+        frozen = at_value.frozen(omega)
+        at_held_frequency, condition = sensitivities(frozen.at(), derivatives(frozen), group)
+        slopes_of_groups.append(at_own_frequency(at_value, at_held_frequency, np.imag))
         conditions.append(condition)
-    values = system.given
+    values = at_value.given
+    slopes = {}
+    for name in values:
+        slopes[name] = np.concatenate([of_group[name] for of_group in slopes_of_groups])
     return Sensitivity(
         what="eigenvalues",
         parameter=system.parameter,
         at=answer.values,
         kind=answer.verdict or "",
-        slopes={
-            name: np.concatenate([slopes[name] for slopes in slopes_of_groups]) for name in values
-        },
+        slopes=slopes,
         values=values,
         units=dict.fromkeys(values, ""),
         condition=np.concatenate(conditions),
@@ -128,11 +143,24 @@ def at_own_frequency(
     slopes: Mapping[str, NDArray],
     frequency_slope: Callable[[NDArray], NDArray],
 ) -> dict[str, NDArray]:
-    """Derivatives of roots or crossings whose matrices follow their frequency, from those at a
-    frequency that is held, that by the frequency among them.
+    """Derivatives of roots or crossings whose matrices depend on their own frequency.
 
-    With v = v_q dq + v_w dw, where dw is what v itself makes of the frequency w:
-    `frequency_slope` of a derivative of v.
+    A root v depends on a parameter q directly and by its frequency w: dv = v_q dq + v_w dw. The
+    frequency is that of the root, w = f(v) with a linear f, so that dw = f(v_q) / (1 - f(v_w)) dq.
+
+    Parameters
+    ----------
+    system : TermSystem
+        The system; without matrices that follow the frequency the slopes are returned as they are.
+    slopes : mapping of str to array
+        Derivatives at a held frequency: v_q by each parameter, v_w by those that the frequency is.
+    frequency_slope : callable
+        f: the derivative of the frequency in rad/s from one of v.
+
+    Returns
+    -------
+    dict of str to array
+        Derivatives by each parameter but those that the frequency is.
     """
     if not system.follows:
         return dict(slopes)
@@ -141,15 +169,16 @@ def at_own_frequency(
     moved = {}
     for name, held in slopes.items():
         if name not in system.follows:
-            turned = frequency_slope(held) / (1.0 - frequency_slope(by_frequency))
-            moved[name] = held + by_frequency * turned
+            slope_of_omega = frequency_slope(held) / (1.0 - frequency_slope(by_frequency))
+            moved[name] = held + by_frequency * slope_of_omega
     return moved
 
 
 def threshold_sensitivity(system: TermSystem, answer: Thresholds) -> Sensitivity:
-    """What moves the first loss of stability of an answer; nothing where it is lost from the start.
+    """How the first loss of stability of an answer moves with each parameter.
 
-    Raises ComputationError where several roots cross at once.
+    There are no slopes where stability is lost from the start or nowhere. Raises ComputationError
+    where several roots cross at once.
     """
     first = None if answer.verdict in GROWING else answer.first
     slopes: dict[str, NDArray] = {}
@@ -170,8 +199,25 @@ def threshold_sensitivity(system: TermSystem, answer: Thresholds) -> Sensitivity
 def threshold_slopes(
     system: TermSystem, crossings: Sequence[tuple[float, float]]
 ) -> list[dict[str, NDArray[np.float64]]]:
-    """Derivatives of crossings of the imaginary axis, at values of the free parameter and Hz, and
-    of their frequencies (2,), by each other parameter. Raises ComputationError."""
+    """How crossings of the imaginary axis move with each parameter but the free one.
+
+    Parameters
+    ----------
+    system : TermSystem
+        The system, real and not reduced.
+    crossings : sequence of (float, float)
+        Of each crossing the value of the free parameter and the frequency in Hz.
+
+    Returns
+    -------
+    list of dict
+        For each crossing, by parameter, the derivatives (2,) of its value and of its frequency.
+
+    Raises
+    ------
+    ComputationError
+        Where several modes cross at once, or none does.
+    """
     scaled = ScaledSystem(system)
     slopes = []
     for value, hertz in crossings:
@@ -188,29 +234,17 @@ def threshold_slopes(
 
 
 def widened_by_reduction(system: TermSystem, assembly: Assembly, answer: Thresholds) -> Thresholds:
-    """Thresholds of an assembly whose intervals hold what its reduction moves, the whole range
-    where that is not known."""
-    scaled = ScaledSystem(system)
-    parameter = system.parameter
+    """Thresholds of an assembly, their intervals widened by what its reduction may move them.
 
-    def shift(value: float, root: complex) -> float:
-        frozen = system.replace({parameter: value, **system.frequency(abs(root))})
-        at = singular_at(scaled, value, root)
-        x = at.right[:, None]
-        y = at.left[:, None]
-        residuals = assembly.lack([root], x, y, frozen.parameters)
-        residual = sum(abs(part.item()) for part in residuals)
-        if not math.isfinite(residual):  # beyond the cutoff
-            return math.inf
-        dK = residual * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
-        changes = {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
-        moves = crossing_slopes(at, frozen.at(), frozen.derivative(parameter), changes)
-        return math.hypot(moves["real"][0], moves["imaginary"][0])
+    An interval becomes the whole range where that is not known.
+    """
+    scaled = ScaledSystem(system)
 
     def widened(located: Located) -> Located:
         distance = math.inf
         with suppress(ComputationError):
-            distance = shift(located.mu, 2j * np.pi * located.frequency_hz)
+            omega = 2 * np.pi * located.frequency_hz
+            distance = _shift_by_reduction(scaled, assembly, located.mu, omega)
         low, high = located.interval
         interval = (max(low - distance, answer.low), min(high + distance, answer.high))
         return replace(located, interval=interval)
@@ -227,19 +261,68 @@ def widened_by_reduction(system: TermSystem, assembly: Assembly, answer: Thresho
     )
 
 
-def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
-    """The system where a root crosses the axis at a value of its free parameter.
+def _shift_by_reduction(
+    scaled: ScaledSystem, assembly: Assembly, value: float, omega: float
+) -> float:
+    """How far the reduction of an assembly may move a crossing at a value of the free parameter.
 
-    Raises ComputationError if none does, or two do.
+    The smallest change of K that makes up for the residual r of the mode x with left vector y is
+    the matrix r y x^H / (|x| |y|)^2, of unknown phase: the shifts by its real and imaginary
+    multiple are combined. Infinite where the residual is not known. Raises ComputationError.
+    """
+    system = scaled.system
+    root = 1j * omega
+    frozen = system.replace({system.parameter: value, **system.frequency(omega)})
+    at = singular_at(scaled, value, root)
+    x = at.right[:, None]
+    y = at.left[:, None]
+    residuals = assembly.lack([root], x, y, frozen.parameters)
+    residual = sum(abs(part.item()) for part in residuals)
+    if not math.isfinite(residual):  # beyond the cutoff
+        return math.inf
+    dK = residual * y @ x.conj().T / (np.linalg.norm(x) * np.linalg.norm(y)) ** 2
+    changes = {"real": (None, None, dK), "imaginary": (None, None, 1j * dK)}
+    by_parameter = frozen.derivative(system.parameter)
+    slopes = crossing_slopes(at, frozen.at(), by_parameter, changes)
+    shift, _ = slopes["real"]
+    shift_of_imaginary, _ = slopes["imaginary"]
+    return math.hypot(shift, shift_of_imaginary)
+
+
+def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
+    """The singular matrix P = z^2 M + z C + K of a root z on the imaginary axis, with its vectors.
+
+    Parameters
+    ----------
+    scaled : ScaledSystem
+        The system.
+    value : float
+        Of the free parameter, at which the root crosses the axis.
+    root : complex
+        z, which may be 0.
+
+    Returns
+    -------
+    Singular
+        Right and left vectors x and y (n,) with P x = 0 and y^H P = 0, and the solution with P.
+
+    Raises
+    ------
+    ComputationError
+        If no root crosses there, or two do.
     """
     system = scaled.system
     problem = scaled.at({system.parameter: value, **system.frequency(abs(root))})
     _, factor = factorise_at(problem, root)
 
     def solve(b: NDArray, adjoint: bool) -> NDArray:
-        return factor.solve(b.conj(), True).conj() if adjoint else factor.solve(b)
+        """P^-1 b, or P^-H b."""
+        if adjoint:  # P^H is the conjugate of the transpose, which the factor solves with
+            return factor.solve(b.conj(), True).conj()
+        return factor.solve(b)
 
-    # the inverse and its adjoint by turns: singular vectors, a second pair tells a double root
+    # by turns P^-1 and P^-H, as P is nearly singular, give its singular vectors of least value; a
+    # second pair of vectors tells a double root
     count = min(2, problem.n)
     x: NDArray = np.random.default_rng(1).standard_normal((problem.n, count)) + 0j
     for _ in range(ITERATIONS):
@@ -248,15 +331,15 @@ def singular_at(scaled: ScaledSystem, value: float, root: complex) -> Singular:
     residual = np.abs(np.sum(y.conj() * problem.apply(np.full(count, root), x), axis=0))
     mass_of_x = np.abs(np.sum(x.conj() * (problem.M @ x), axis=0))
     mass_of_y = np.abs(np.sum(y.conj() * (problem.M @ y), axis=0))
-    near = residual <= NEAR * 2 * abs(root) ** 2 * np.sqrt(mass_of_x * mass_of_y)
-    if root and near.sum() != 1:
-        crosses = "several modes cross" if near.any() else "no mode crosses"
+    # y^H P x = 2 z dz y^H M x of a root that lies dz away
+    crosses_here = residual <= NEAR * 2 * abs(root) ** 2 * np.sqrt(mass_of_x * mass_of_y)
+    if root and crosses_here.sum() != 1:
+        crosses = "several modes cross" if crosses_here.any() else "no mode crosses"
         where = f"{system.parameter} = {value:.9g}, {abs(root) / (2 * np.pi):.6g} Hz"
         raise ComputationError(f"{crosses} the imaginary axis at {where}: no derivative is known")
     scale = scaled.scale
-    return Singular(
-        root,
-        scale * x[:, 0],
-        scale * y[:, 0],
-        lambda b, adjoint: scale * solve(scale * b, adjoint),
-    )
+
+    def solve_unscaled(b: NDArray, adjoint: bool) -> NDArray:
+        return scale * solve(scale * b, adjoint)
+
+    return Singular(root, scale * x[:, 0], scale * y[:, 0], solve_unscaled)

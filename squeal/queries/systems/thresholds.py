@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import counted, mapped
 from squeal.io.system import SystemFile
-from squeal.linear import thresholds
+from squeal.linear import CriticalPoint, Crossing, thresholds
 from squeal.linear.continuation import (
     Continuation,
     ContinuationOptions,
@@ -29,17 +28,13 @@ from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
 from squeal.queries.ranges import IS_VAGUE, vague_interval
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
-from squeal.queries.systems.reduced import basis_of, served_for_thresholds
+from squeal.queries.systems.reduced import basis_of, first_look_for_thresholds, reduced_for
 from squeal.queries.systems.verdicts import rounding_of, verdict_of
 from squeal.results.columns import basis_text
 from squeal.results.sources import EigenvalueSelection, SystemSource
 from squeal.results.thresholds import MISSED, Thresholds
-from squeal.sparse.crossings import (
-    CrossingGuess,
-    coalescences,
-    crossings_along,
-    singular_stiffness,
-)
+from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.crossings import CrossingGuess, coalescences, crossings_along, singular_stiffness
 from squeal.sparse.dispersive import DispersiveReduction
 from squeal.sparse.eigensolver import modes_in
 from squeal.sparse.first_look import FirstLook
@@ -47,8 +42,42 @@ from squeal.sparse.quadratic import PROGRESS
 from squeal.sparse.reduction import Reduction
 
 STEPS = 13  # values at which a reduced system has to be good
-Roots = Callable[[Changes], ComplexArray]
 COUNTED_ROWS = 20_000  # larger systems are not counted again between their thresholds
+SAME = 1e-9  # of the range: events no further apart are one cluster
+BESIDE = 1e-6  # of the range: so close to an event the verdicts of both its sides are right
+
+Roots = Callable[[Changes], ComplexArray]
+"""The selected roots (m,) of a system with some parameters changed."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Located:
+    """Thresholds and crossings in the range, and what speaks against the list.
+
+    Attributes
+    ----------
+    points, crossings
+        Changes of the verdict, and crossings of the imaginary axis, by rising parameter.
+    certified : bool or None
+        Whether counts of growing roots agree with the list; None where nothing was counted.
+    doubts : sequence of str
+        Why it is not certified, but for `unconfirmed`.
+    unconfirmed, left_out : sequence of str
+        What the full system did not confirm, and what leaves the band while it grows.
+    outside : int or None
+        Number of crossings outside of the band; None if they were not looked for.
+    reduction : Reduction or None
+        The reduced system that served.
+    """
+
+    points: Sequence[CriticalPoint]
+    crossings: Sequence[Crossing]
+    certified: bool | None
+    doubts: Sequence[str] = ()
+    unconfirmed: Sequence[str] = ()
+    left_out: Sequence[str] = ()
+    outside: int | None = None
+    reduction: Reduction | None = None
 
 
 def system_thresholds(
@@ -60,129 +89,285 @@ def system_thresholds(
     served: Reduction | None = None,
     looked_at: Sequence[float] = (),
 ) -> Thresholds:
-    """Every threshold of a system in low <= p <= high, of the band if one is wanted.
+    """Every threshold of a system over its free parameter p.
 
     Of a small system they are those of `linear.thresholds`. Of a large one, of a band of more than
-    40 rows, and where M is singular or matrices are complex, they are found on a reduced system and
-    confirmed on the full one. Then
-    `certified` says that between neighbouring crossings a count of growing roots that needs no
-    eigenvalue agrees, at one value each, and so do the roots at all values that were looked at;
-    None if it was not made. It does not prove that no window lies between these values.
+    40 rows, and where M is singular or matrices are complex, they are searched on a reduced system
+    and located on the full one. Growing roots are then counted on the full system, at one value
+    between each two neighbouring crossings. `certified` says whether these counts agree, and
+    whether the roots at all computed values do. That does not prove that no interval of
+    instability lies between these values.
 
-    Without `low` the range begins at 0, or at high / 1000 where a factor divides by the parameter.
-    In the details `unconfirmed` names what the full system did not confirm, `left_out` what leaves
-    the band while it grows, `doubts` why the answer is not certified. `served` is a large system as
-    it was reduced already; nothing is counted then. At the values `looked_at` steps end. Raises
-    InputError for an empty range, and for a large system or complex matrices without a band or
-    region.
+    Parameters
+    ----------
+    system : TermSystem
+        The system.
+    high, low : float
+        The range of p. Without `low` it begins at 0, or at high / 1000 where a factor divides by p.
+    wanted : EigenvalueSelection, optional
+        The band or region whose roots are judged; all roots if left out.
+    workers : int
+        Processes that count roots.
+    served : Reduction, optional
+        The reduced system of a large one, where it is known already; nothing is counted then.
+    looked_at : sequence of float
+        Values of p at which steps of the search end.
+
+    Returns
+    -------
+    Thresholds
+        In its details `unconfirmed` names what the full system did not confirm, `left_out` what
+        leaves the band while it grows, and `doubts` why the answer is not certified.
+
+    Raises
+    ------
+    InputError
+        For an empty range, and for a large system or complex matrices without a band or region.
     """
-    wanted, name = wanted or EigenvalueSelection(), system.parameter
-    region = wanted.rectangle
-    if not system.real and region is None:
+    selection = wanted or EigenvalueSelection()
+    if not system.real and selection.rectangle is None:
         raise InputError(NO_BAND)
     if low is None:
-        try:
-            system.derivative(name, {name: 0.0})
-            system.frozen()(low := 0.0)
-        except InputError:
-            low = high / 1000
+        low = _start_of_range(system, high)
     if not low < high:
         raise InputError(f"high: {high:g} is not allowed; it must exceed {low:g}")
+    roots: Roots = partial(roots_of_all, system, selection)
+    if _all_roots_are_followed(system, selection, low):
+        located = _located_among_all(system, selection, low, high, looked_at, roots)
+    else:
+        values = _values_of_reduction(low, high, looked_at)
+        changes = [{system.parameter: value} for value in values]
+        reduction = served
+        if served is None and system.n <= COUNTED_ROWS:
+            reduction = first_look_for_thresholds(system, selection, changes)
+        is_first_look = reduction is not None and served is None
+        reduction = reduction or reduced_for(system, selection, changes)
+        was_served = served is not None
+        located = _located_on_reduction(system, selection, reduction, values, workers, was_served)
+        if is_first_look and not located.certified:  # a larger basis may show what it lacks
+            reduction = reduced_for(system, selection, changes)
+            located = _located_on_reduction(
+                system, selection, reduction, values, workers, was_served
+            )
+        roots = reduction.values
+    located = _without_vague_certificate(located, system.parameter, high - low)
+    at_start = roots({system.parameter: low})
+    basis = basis_of(located.reduction, selection)
+    doubts: list[str] = []
+    if located.certified is not None:
+        doubts = [*located.doubts, *located.unconfirmed]
+    return Thresholds(
+        name=system.name,
+        parameter=system.parameter,
+        low=low,
+        high=high,
+        verdict=verdict_of(at_start, rounding_of(system, at_start)),
+        points=tuple(located.points),
+        crossings=tuple(located.crossings),
+        end=f"{system.parameter} = {high:g} is reached",
+        certified=located.certified,
+        notes=tuple(_notes(system, selection, located)),
+        details={
+            "parameters": system.given,
+            "admissible_to": high,
+            "unconfirmed": list(located.unconfirmed),
+            "doubts": doubts,
+            "left_out": list(located.left_out),
+            "crossings_outside": located.outside,
+            "basis": basis,
+        },
+        source=SystemSource(SystemFile(system), selection, located.reduction),
+    )
+
+
+def _start_of_range(system: TermSystem, high: float) -> float:
+    """Where a range begins that has no lower end: at 0, or above where the matrices have no value
+    or no derivative there."""
+    try:
+        system.derivative(system.parameter, {system.parameter: 0.0})
+        system.frozen()(0.0)
+    except InputError:
+        return high / 1000
+    return 0.0
+
+
+def _all_roots_are_followed(system: TermSystem, selection: EigenvalueSelection, low: float) -> bool:
+    """True if thresholds are searched among all roots of the system, not on a reduced one."""
+    if not (is_small(system) and system.real):
+        return False
+    if selection.rectangle is None:
+        return True
+    # to follow all roots costs more than those of a band, and M has to be inverted
+    if system.n > ContinuationOptions.small:
+        return False
+    M, _, _ = system(low)
+    return bool(ILL * np.linalg.cond(unit_diagonal(dense(M))) < 1.0)
+
+
+def _values_of_reduction(low: float, high: float, looked_at: Sequence[float]) -> list[float]:
+    """Rising values of p at which a reduced system has to be good, both ends among them."""
+    values = [low, *looked_at, high]
+    for k in range(1, STEPS - 1):  # uneven, as thresholds often lie at round numbers
+        share = (k + 0.0371 * (1 + k % 3)) / (STEPS - 1)
+        values.append(low + share * (high - low))
+    return sorted(values)
+
+
+def _located_among_all(
+    system: TermSystem,
+    selection: EigenvalueSelection,
+    low: float,
+    high: float,
+    looked_at: Sequence[float],
+    roots: Roots,
+) -> _Located:
+    """The thresholds of a small system, found by following all its roots; of a band those of its
+    crossings whose frequency lies in it."""
+    every = thresholds(system, high, looked_at, low)
+    doubts = [words for part in every.searched for words in part.doubts or ()]
+    region = selection.rectangle
+    if region is None:
+        return _Located(every.points, every.crossings, every.certified, doubts)
+    events = _events_inside(every.searched, region)
+    values = [low, *sorted(looked_at), high]
+    continuation = BandContinuation(system, low, high, roots)
+    comparison = _compare(continuation, events, values, selection.words())
+    points, crossings = points_and_crossings(comparison.found)
+    return _Located(
+        points=points,
+        crossings=crossings,
+        certified=bool(every.certified) and not comparison.unexplained,
+        doubts=doubts,
+        unconfirmed=comparison.unexplained,
+        left_out=comparison.left_out,
+        outside=len(every.crossings) - len(events),
+    )
+
+
+def _events_inside(searched: Iterable[SearchResult], region: Rectangle) -> list[Event]:
+    """The events of searches whose frequency lies in a region."""
+    inside = []
+    for part in searched:
+        for event in itertools.chain(*part.clusters):
+            if region.low_imag <= event.omega <= region.high_imag:
+                inside.append(event)
+    return inside
+
+
+def _located_on_reduction(
+    system: TermSystem,
+    selection: EigenvalueSelection,
+    reduction: Reduction,
+    values: Sequence[float],
+    workers: int,
+    was_served: bool,
+) -> _Located:
+    """The thresholds of a band, searched on a reduced system and located on the full one.
+
+    values: of p, rising, at which the reduction is good; was_served: whether it was made for
+    several systems, of which this is one. Nothing is counted then.
+    """
+    name = system.parameter
     unconfirmed: list[str] = []
     unclear: list[str] = []
+    zero_roots: list[CrossingGuess] = []
+    region = reduction.region
+    if system.real and not was_served and region.low_imag < 0.0:
+        zero_roots, unclear = singular_stiffness(reduction.scaled, values)
+        for guess in zero_roots:
+            reduction.extend(np.column_stack([guess.right, guess.left]))
+    PROGRESS.get()("following the roots of the reduced system")
+    events: Sequence[Event]
+    if isinstance(reduction, DispersiveReduction) and system.undamped:
+        events = coalescences(reduction, name, values)
+    elif not system.real or problem_class_of(matrices_of(reduction.system, values)) == "damped":
+        events, unconfirmed = crossings_along(reduction, name, values, zero_roots)
+    else:  # coalescences of the reduced system, which are not located on the full one
+        searched = search(reduction.system, values[0], values[-1])
+        on_reduced = _events_inside([searched], region)
+        events = [replace(event, residual=reduction.worst) for event in on_reduced]
+    continuation = BandContinuation(system, values[0], values[-1], reduction.values)
+    comparison = _compare(continuation, events, values, selection.words())
+    if isinstance(reduction, FirstLook):  # where a root crosses its sign decides nothing
+        for event in events:
+            continuation.set_roots(event.value, reduction.basis_values({name: event.value}))
+    points, crossings = points_and_crossings(comparison.found)
+    unconfirmed = [*unconfirmed, *comparison.unexplained, *unclear]
+    certified = None
     doubts: list[str] = []
-    left_out: list[str] = []
-    rows: Sequence[Event] = []
-    searched: Sequence[SearchResult] = ()
-    reduction, outside, certified = None, None, None
-    values = [low, *sorted(looked_at), high]
-    roots: Roots = partial(roots_of_all, system, wanted)
-    whole = is_small(system) and system.real
-    if whole and region is not None:  # all roots cost more than its own, and M has to be inverted
-        whole = system.n <= ContinuationOptions.small
-        whole &= ILL * np.linalg.cond(unit_diagonal(dense(system(low)[0]))) < 1.0
-    if whole:
-        every = thresholds(system, high, looked_at, low)
-        searched, certified = every.searched, every.certified
-        points, crossings = every.points, every.crossings
-    else:
-        # inner values that thresholds do not like to lie at
-        inner = [(k + 0.0371 * (1 + k % 3)) / (STEPS - 1) for k in range(1, STEPS - 1)]
-        values = sorted([*values, *(low + x * (high - low) for x in inner)])
-        reduction = served or served_for_thresholds(system, wanted, [{name: v} for v in values])
-        roots, region = reduction.values, reduction.region
-        still: list[CrossingGuess] = []
-        if system.real and not served and region.low_imag < 0.0:
-            still, unclear = singular_stiffness(reduction.scaled, values)
-            for one in still:
-                reduction.extend(np.column_stack([one.right, one.left]))
-        PROGRESS.get()("following the roots of the reduced system")
-        if isinstance(reduction, DispersiveReduction) and system.undamped:
-            rows = coalescences(reduction, name, values)
-        elif not system.real or problem_class_of(matrices_of(reduction.system, values)) == "damped":
-            rows, unconfirmed = crossings_along(reduction, name, values, still)
-        else:  # coalescences of the reduced system
-            searched = (search(reduction.system, low, high),)
-    doubts += [words for part in searched for words in part.doubts or ()]
-    line = _Band(system, low, high, roots)
-    if region is not None:
-        for part in searched:
-            events = itertools.chain(*part.clusters)
-            inside = [c for c in events if region.low_imag <= c.omega <= region.high_imag]
-            rows = [*rows, *inside]
-        outside = len(crossings) - len(rows) if whole else None
-        if reduction is not None and searched:
-            rows = [replace(c, residual=reduction.worst) for c in rows]
-        found, between, unexplained, left_out = _explained(line, rows, values, wanted.words())
-        if isinstance(reduction, FirstLook):  # where a root crosses no sign is open
-            for event in rows:
-                line.see(event.value, reduction.compressed.roots({name: event.value}).values)
-        points, crossings = points_and_crossings(found)
-        unconfirmed = [*unconfirmed, *unexplained, *unclear]
-        if whole:
-            certified = bool(certified) and not unconfirmed
-        elif served is None and system.n <= COUNTED_ROWS and not system.follows:
-            tasks = [] if unconfirmed else [(p, line.at(p).unstable_count.roots) for p in between]
-            agrees = mapped(_counted, tasks, workers, reduction)
-            told = counted(agrees, len(tasks), PROGRESS.get(), "counts")
-            wrong = [p for (p, _), agreed in zip(tasks, told, strict=True) if not agreed]
-            doubts = [f"a count on the full system at {name} = {p:.9g} disagrees" for p in wrong]
-            certified = not unconfirmed and not doubts
-    vague = vague_interval((one.interval for one in crossings), high - low)
-    if certified and vague is not None:
-        certified = False
-        doubts = [*doubts, f"{IS_VAGUE} ({name} = {vague[0]:.6g} to {vague[1]:.6g})"]
-    notes = [f"not confirmed on the full system: {words}" for words in unconfirmed] + left_out
-    notes += ["each root at its own frequency"] * bool(system.follows)
-    if region is not None:
-        beside = "not looked for" if outside is None else f"{outside}"
-        notes.append(f"crossings outside {wanted.words()}: {beside}")
-    if certified is not None:
+    if not was_served and system.n <= COUNTED_ROWS and not system.follows:
+        if not unconfirmed:
+            doubts = _disagreeing_counts(reduction, continuation, comparison.middles, workers)
+        certified = not unconfirmed and not doubts
+    return _Located(
+        points=points,
+        crossings=crossings,
+        certified=certified,
+        doubts=doubts,
+        unconfirmed=unconfirmed,
+        left_out=comparison.left_out,
+        reduction=reduction,
+    )
+
+
+def _disagreeing_counts(
+    reduction: Reduction,
+    continuation: BandContinuation,
+    values: Sequence[float],
+    workers: int,
+) -> list[str]:
+    """A sentence for each value at which not as many roots of the full system grow as of the
+    reduced one."""
+    tasks = [(value, continuation.at(value).unstable_count.roots) for value in values]
+    agreements = counted(
+        mapped(_counted, tasks, workers, reduction), len(tasks), PROGRESS.get(), "counts"
+    )
+    doubts = []
+    for value, agrees in zip(values, agreements, strict=True):
+        if not agrees:
+            at = f"{continuation.name} = {value:.9g}"
+            doubts.append(f"a count on the full system at {at} disagrees")
+    return doubts
+
+
+def _without_vague_certificate(located: _Located, parameter: str, extent: float) -> _Located:
+    """The same, not certified if the interval of a crossing is so wide that it may hold more."""
+    vague = vague_interval((crossing.interval for crossing in located.crossings), extent)
+    if not located.certified or vague is None:
+        return located
+    low, high = vague
+    doubt = f"{IS_VAGUE} ({parameter} = {low:.6g} to {high:.6g})"
+    return replace(located, certified=False, doubts=[*located.doubts, doubt])
+
+
+def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located) -> list[str]:
+    """What is said below the list."""
+    notes = [f"not confirmed on the full system: {words}" for words in located.unconfirmed]
+    notes += located.left_out
+    if system.follows:
+        notes.append("each root at its own frequency")
+    if selection.rectangle is not None or located.reduction is not None:
+        outside = "not looked for" if located.outside is None else f"{located.outside}"
+        notes.append(f"crossings outside {selection.words()}: {outside}")
+    if located.certified is not None:
         missed = "Very narrow unstable ranges" if system.real else "Narrow unstable ranges"
         notes.append(f"{missed} {MISSED}")
-    basis = basis_of(reduction, wanted)
-    doubts = [] if certified is None else doubts + unconfirmed
-    details = {"parameters": system.given, "admissible_to": high, "unconfirmed": unconfirmed}
-    details |= {"doubts": doubts, "left_out": left_out, "crossings_outside": outside}
-    details |= {"basis": basis}
-    notes += [basis_text(basis, counted=certified is not None)] if basis else []
-    verdict = verdict_of(first := roots({name: low}), rounding_of(system, first))
-    head = system.name, name, low, high, verdict, tuple(points), tuple(crossings)
-    more: Any = {
-        "notes": tuple(notes),
-        "details": details,
-        "source": SystemSource(SystemFile(system), wanted, reduction),
-    }
-    return Thresholds(*head, f"{name} = {high:g} is reached", certified, **more)
+    basis = basis_of(located.reduction, selection)
+    if basis:
+        notes.append(basis_text(basis, counted=located.certified is not None))
+    return notes
 
 
 def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
-    """True if as many roots of the full system in the region grow at a value as are expected."""
+    """True if as many roots of the full system in the region grow as are expected.
+
+    task: the value of the parameter and the expected number, where a pair counts as two.
+    """
     value, expected = task
     name = reduction.system.parameter
     PROGRESS.get()(f"counting growing roots at {name} = {value:.6g}")
-    if isinstance(reduction, FirstLook) and reduction.misses_none({name: value}, expected // 2):
-        return True
+    if isinstance(reduction, FirstLook):
+        return reduction.misses_none({name: value}, expected // 2)
     problem = reduction.scaled.at({name: value})
     try:
         full = modes_in(problem, reduction.region)
@@ -192,61 +377,126 @@ def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
     return full.certified and roots == expected
 
 
-class _Band(Continuation):
-    """What grows among the roots of a band alone, which `roots` gives."""
+class BandContinuation(Continuation):
+    """The roots of a band over the parameter, as a function gives them, without vectors.
+
+    Only what grows is known of them: no slopes, no coupling.
+    """
 
     def __init__(self, system: TermSystem, low: float, high: float, roots: Roots) -> None:
-        self.name, self.low, self.high, self.roots = system.parameter, low, high, roots
         self.system: TermSystem = system
+        self.name = system.parameter
+        self.low = low
+        self.high = high
+        self.roots = roots
+        self.options = ContinuationOptions()
+        self.problem = ProblemClass.DAMPED
         self._states = {}
-        self.options, self.problem = ContinuationOptions(), ProblemClass.DAMPED
 
     def at(self, p: float) -> SpectrumAtParameter:
-        """The roots at p without vectors and slopes, those above the axis with their conjugates."""
+        """The roots at p, those above the real axis with their conjugates."""
         if p not in self._states:
-            self.see(p, self.roots({self.name: p}))
+            self.set_roots(p, self.roots({self.name: p}))
         return self._states[p]
 
-    def see(self, p: float, roots: ComplexArray) -> None:
-        """Take these for the roots at p."""
-        z = np.concatenate([roots[roots.imag >= 0.0], roots[roots.imag > 0.0].conj()])
-        none, still = np.zeros((0, len(z)), complex), np.zeros((len(z), len(z)), complex)
-        self._states[p] = SpectrumAtParameter(p, z, none, none, still, rounding_of(self.system, z))
+    def set_roots(self, p: float, selected: ComplexArray) -> None:
+        """Take these for the roots of the band at p."""
+        upper = selected[selected.imag >= 0.0]
+        roots = np.concatenate([upper, selected[selected.imag > 0.0].conj()])
+        m = len(roots)
+        no_vectors = np.zeros((0, m), complex)
+        self._states[p] = SpectrumAtParameter(
+            value=p,
+            roots=roots,
+            right=no_vectors,
+            left=no_vectors,
+            coupling=np.zeros((m, m), complex),
+            rounding=rounding_of(self.system, roots),
+        )
 
 
-def _explained(
-    line: _Band, rows: Sequence[Event], values: Sequence[float], words: str
-) -> tuple[SearchResult, list[float], list[str], list[str]]:
-    """Events by rising value in their places, and what grows between these; values between them;
-    what grows without an event, and what leaves the band, which `words` name, while it grows.
+@dataclass(frozen=True, eq=False)
+class _Comparison:
+    """Located events beside what grows at computed values.
 
-    `values` from the first to the last are looked at.
+    Attributes
+    ----------
+    found : SearchResult
+        The events by rising value, in clusters, and what grows between these.
+    middles : list of float
+        A value between each two neighbouring clusters, and beside the first and last one.
+    unexplained : list of str
+        A sentence for each value at which more roots grow than follows from the events.
+    left_out : list of str
+        A sentence for each interval between clusters in which less grows than follows from them: a
+        growing root has left the band.
     """
-    low, high, wide = line.low, line.high, line.high - line.low
-    groups = cluster_events(rows, 1e-9 * wide)
-    margin = 1e-6 * wide  # of verdicts that are of either side
-    beyond = bool(groups) and high - groups[-1][-1].value <= margin  # what follows is seen
-    edges = [low, *(group[0].value for group in groups), high + 2 * margin * beyond]
-    inside = [v for v in values if all(abs(v - c.value) > margin for c in rows)]
-    between = [(a + b) / 2 for a, b in itertools.pairwise(edges)]
-    number, growths, first = line.at(between[0]).unstable_count.roots, [], []
-    for k, (a, b) in enumerate(itertools.pairwise(edges)):
-        if k:
-            number += sum(c.direction * (2 if c.omega else 1) for c in groups[k - 1])
-        tried = [between[k], *(v for v in inside if a < v < b), a + margin, b - margin]
-        agrees = (v for v in tried if a < v < b and line.at(v).unstable_count.roots == number)
-        first.append(next(agrees, between[k]))
-        growths.append(line.at(first[k]).unstable_count)
-    unexplained, left = [], dict[int, str]()
-    for v in sorted({*inside, *between}):
-        k, seen = sum(group[0].value < v for group in groups), line.at(v).unstable_count
-        here, there = (f"{line.name} = {x:.6g}" for x in (v, first[k]))
-        if seen.verdict != growths[k].verdict and seen.roots > growths[k].roots:
+
+    found: SearchResult
+    middles: list[float]
+    unexplained: list[str]
+    left_out: list[str]
+
+
+def _compare(
+    continuation: BandContinuation, events: Sequence[Event], values: Sequence[float], band: str
+) -> _Comparison:
+    """Compare what grows at computed values with what follows from the located events.
+
+    Parameters
+    ----------
+    continuation : BandContinuation
+        The roots of the band over the parameter.
+    events : sequence of Event
+        Crossings that were located, by rising value.
+    values : sequence of float
+        The computed values of the parameter, from the first to the last of the range.
+    band : str
+        The band in words, for sentences.
+    """
+    low = continuation.low
+    high = continuation.high
+    margin = BESIDE * (high - low)
+    clusters = cluster_events(events, SAME * (high - low))
+    end = high
+    if clusters and high - clusters[-1][-1].value <= margin:
+        end = high + 2 * margin  # what follows an event at the end of the range is seen beyond it
+    edges = [low, *(cluster[0].value for cluster in clusters), end]
+    intervals = list(itertools.pairwise(edges))
+    middles = [(start + stop) / 2 for start, stop in intervals]
+    computed = []
+    for value in values:
+        if all(abs(value - event.value) > margin for event in events):
+            computed.append(value)
+    # of each interval the value at which the count follows from the events, if there is one
+    typical = []
+    expected = continuation.at(middles[0]).unstable_count.roots
+    for k, (start, stop) in enumerate(intervals):
+        if k > 0:
+            for event in clusters[k - 1]:
+                roots_crossing = 2 if event.omega else 1
+                expected += event.direction * roots_crossing
+        candidates = [middles[k], *computed, start + margin, stop - margin]
+        typical.append(middles[k])
+        for value in candidates:
+            if start < value < stop and continuation.at(value).unstable_count.roots == expected:
+                typical[k] = value
+                break
+    counts = [continuation.at(value).unstable_count for value in typical]
+    unexplained = []
+    left_out: dict[int, str] = {}  # by the number of the interval
+    for value in sorted({*computed, *middles}):
+        k = sum(cluster[0].value < value for cluster in clusters)
+        count = continuation.at(value).unstable_count
+        if count.verdict == counts[k].verdict:
+            continue
+        here = f"{continuation.name} = {value:.6g}"
+        if count.roots > counts[k].roots:
             unexplained.append(
-                f"{seen.verdict} at {here} follows from no threshold that was located"
+                f"{count.verdict} at {here} follows from no threshold that was located"
             )
-        elif seen.verdict != growths[k].verdict and seen.roots < growths[k].roots:
-            text = f"what grows at {there} leaves {words} by {here} and is left out there"
-            left.setdefault(k, text)
-    found = SearchResult(tuple(map(tuple, groups)), tuple(growths), line)
-    return found, between, unexplained, list(left.values())
+        elif count.roots < counts[k].roots and k not in left_out:
+            grows_at = f"{continuation.name} = {typical[k]:.6g}"
+            left_out[k] = f"what grows at {grows_at} leaves {band} by {here} and is left out there"
+    found = SearchResult(tuple(map(tuple, clusters)), tuple(counts), continuation)
+    return _Comparison(found, middles, unexplained, list(left_out.values()))

@@ -42,6 +42,7 @@ def judge_roots(
     if not complete or len(solved) < len(roots):
         rate = f"largest Re lambda = {judgement.value:.6g}"
         return None, f"none of {len(solved)} roots grows: {rate}; the others are not known"
+    # sweeps and comparisons of designs need this: of their roots the referee is not asked
     undecided = [root for root in solved if 0.0 < abs(root.value.real) <= root.rounding]
     if not undecided or conservative:
         return judgement.verdict, str(judgement)

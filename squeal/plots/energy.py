@@ -1,0 +1,40 @@
+"""What each term does to the growth of a mode over a parameter."""
+
+from typing import Any
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from squeal.plots.maps import symbol_of
+from squeal.plots.style import DOUBLE, Drawing, literal, origin, style
+from squeal.queries.energy_sweep import TABLES, EnergySweep
+
+
+def energy_sweep_drawing(answer: EnergySweep, name: str) -> Drawing:
+    """A panel for each of the fastest modes: growth rate in black, and what each term adds."""
+    modes = answer.modes[:TABLES]
+    with style():
+        figure = Figure(figsize=(DOUBLE, 3.0))
+        for mode, axes in zip(modes, figure.subplots(1, len(modes), squeeze=False)[0], strict=True):
+            draw_terms(answer, axes, mode)
+            axes.axhline(0.0, color="0.7", lw=0.6, zorder=0)
+        figure.legend(
+            *figure.axes[0].get_legend_handles_labels(), loc="outside upper center", ncols=4
+        )
+    text = f"Growth that each term adds to modes {modes} of {name} over {answer.parameter}."
+    return Drawing(figure, text, f"Energy of {name} over {answer.parameter}", origin(__name__))
+
+
+def draw_terms(answer: EnergySweep, axes: Axes, mode: int | None = None, **look: object) -> None:
+    """Draw one mode, the fastest if left out, into an Axes; `look` goes to the lines."""
+    number = answer.modes[0] if mode is None else mode
+    values, rates, terms = answer.growth_of(number)
+    own: dict[str, Any] = {"color": "k", "linewidth": 1.6, "label": "growth rate"}
+    own.update(look)
+    axes.plot(values, rates, **own)
+    for term, growth in terms.items():
+        own = {"label": literal(term)}
+        own.update(look)
+        axes.plot(values, growth, **own)
+    axes.set_title(f"mode {number}", loc="left")
+    axes.set(xlabel=symbol_of(answer.parameter), ylabel="growth rate [1/s]")

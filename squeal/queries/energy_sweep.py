@@ -1,0 +1,167 @@
+"""Which term feeds each mode at each value of a sweep: energies as `squeal.queries.energy` has
+them, with the numbers that modes have over the sweep."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from operator import attrgetter
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, in_order
+from squeal.queries.eigenvalues import pad_eigenvalues
+from squeal.queries.energy import Contribution, energy
+from squeal.results.columns import parameter_heading
+from squeal.results.eigenvalues import Eigenvalues
+from squeal.results.sources import PadSource
+from squeal.results.sweep import Step, Sweep
+from squeal.schema import public
+
+ROUNDING = 1e-12  # of |Im lambda|: a growth below it is no work
+TABLES = 3  # modes that have a table for people
+
+
+class SweptContribution(NamedTuple):
+    """What a term does to a mode at a value; mode: its number in the sweep, None if not known."""
+
+    value: float
+    mode: int | None
+    of_term: Contribution
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class EnergySweep(Answer):
+    """Contributions of each term to each mode with Im lambda >= 0, at each value of a sweep."""
+
+    panel = Panel(0, "growth", Mark.LINES, "term")
+
+    name: str
+    parameter: str
+    contributions: tuple[SweptContribution, ...] = field(repr=False)
+
+    @property
+    def modes(self) -> list[int]:
+        """Numbers of the modes, the fastest growing first."""
+        fastest: dict[int, float] = {}
+        for _, mode, row in self.contributions:
+            if mode is not None:
+                fastest[mode] = max(fastest.get(mode, row.growth_rate), row.growth_rate)
+        return sorted(fastest, key=lambda mode: -fastest[mode])
+
+    def growth_of(self, mode: int) -> tuple[list[float], list[float], dict[str, list[float]]]:
+        """Over the values that have a mode: these, its growth rate, and what each term adds, 1/s.
+
+        Terms that do no work but for rounding are left out; a root that does not oscillate has NaN.
+        """
+        rates: dict[float, float] = {}
+        rounding = 0.0
+        terms: dict[str, dict[float, float]] = {}
+        for value, number, row in self.contributions:
+            if number == mode:
+                rates[value] = row.growth_rate
+                rounding = max(rounding, ROUNDING * math.tau * row.frequency_hz)
+                growth = np.nan if row.growth is None else row.growth
+                terms.setdefault(f"{row.part}: {row.term}", {})[value] = growth
+        values = sorted(rates)
+        added = {}
+        for term, at in terms.items():
+            growths = [at.get(value, 0.0) for value in values]
+            if max(map(abs, growths)) > rounding:
+                added[term] = growths
+        return values, [rates[value] for value in values], added
+
+    def table(self) -> Table:
+
+        def of_term(column: Column) -> Column:
+            return Column(column.name, column.unit, lambda row: column.of(row.of_term))
+
+        others = [
+            Column("mode"),
+            of_term(Column("frequency_hz")),
+            of_term(Column("growth_rate", "1/s")),
+            *map(of_term, columns("part term role")),
+            of_term(Column("growth", "1/s")),
+            of_term(Column("frequency", "Hz")),
+            of_term(Column("d_real", "1/s")),
+            of_term(Column("d_hz")),
+        ]
+        name = parameter_heading(self.parameter, [column.name for column in others])
+        return Table([Column(name, value=attrgetter("value")), *others], self.contributions)
+
+    def parts(self) -> Sequence[str | Table]:
+        parts: list[str | Table] = []
+        for mode in self.modes[:TABLES]:
+            values, rates, terms = self.growth_of(mode)
+            heads = [(self.parameter, ""), ("growth_rate", "1/s"), *((term, "") for term in terms)]
+            rows = list(zip(values, rates, *terms.values(), strict=True))
+            title = f"what each term does to mode {mode} over {self.parameter}, 1/s"
+            parts.append(Table(in_order(heads), rows, title))
+        return parts
+
+    def to_dict(self) -> dict[str, Any]:
+        return {"energy_sweep": self.table().records()}
+
+
+@public
+def energy_sweep(swept: Sweep) -> EnergySweep:
+    """Compute what each term of M, C and K does to each mode at each value of a sweep.
+
+    Each value is solved on the system itself, also where a reduced one served the sweep.
+
+    Parameters
+    ----------
+    swept : Sweep
+        Of a pad or of a system.
+
+    Returns
+    -------
+    EnergySweep
+        As `energy` says of one value; growth in 1/s sums to Re lambda of each mode.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], [[0.2, 0], [0, 0.2]], K)
+    >>> found = squeal.energy_sweep(squeal.sweep(pair, [0.5, 1.0, 1.5]))
+    >>> values, rates, terms = found.growth_of(found.modes[0])
+    >>> [round(growth, 3) for growth in terms["K: mu"]]
+    [0.0, 0.204, 0.348]
+    """
+    contributions: list[SweptContribution] = []
+    for step, found in _solved(swept):
+        numbers = _numbers(step, found)
+        for row in energy(found).contributions:
+            contributions.append(SweptContribution(step.value, numbers.get(row.mode), row))
+    return EnergySweep(swept.name, swept.parameter, tuple(contributions))
+
+
+def _solved(swept: Sweep) -> Iterator[tuple[Step, Eigenvalues]]:
+    """Each value that has roots, with the eigenvalues and vectors there."""
+    steps = [step for step in swept.steps if step.roots is not None]
+    source = swept.source
+    if isinstance(source, PadSource):
+        for step in steps:
+            yield step, pad_eigenvalues(source.scene.replace(mu=step.value), prove=False)
+        return
+    assert source is not None
+    from squeal.queries.systems.eigenvalues import system_eigenvalues
+    from squeal.queries.systems.system_analysis import SystemAnalysis
+
+    analysis = SystemAnalysis(source.file, source.selection)
+    for step in steps:
+        yield step, system_eigenvalues(analysis, step.value, prove=False)
+
+
+def _numbers(step: Step, found: Eigenvalues) -> dict[int, int | None]:
+    """The number that a sweep gives each mode, by its number at this value alone."""
+    assert step.roots is not None
+    distances = np.abs(found.values[:, None] - step.roots)
+    numbers: dict[int, int | None] = {}
+    for k, nearest in np.transpose(linear_sum_assignment(distances)).tolist():
+        numbers.setdefault(int(found.modes[k]), step.numbers[nearest])
+    return numbers

@@ -1,0 +1,262 @@
+"""The operating matrix: what grows at each combination of operating conditions, and how often."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from operator import attrgetter
+from typing import Any
+
+from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
+from squeal.results.columns import basis_text, parameter_heading
+
+
+def at_parameters(parameters: Mapping[str, float]) -> str:
+    """Parameters with their values in words."""
+    return ", ".join(f"{name} = {number(value)}" for name, value in parameters.items())
+
+
+@dataclass(frozen=True)
+class ModeAtCondition:
+    """A mode at one condition, with Im lambda >= 0, and whether it grows there; `mode` is its
+    number in `Conditions.modes`, None where it grows nowhere."""
+
+    frequency_hz: float
+    growth_rate: float
+    damping_ratio: float
+    grows: bool
+    mode: int | None = None
+
+
+@dataclass(frozen=True)
+class Condition:
+    """One combination of parameters and the modes (`rows`) that were found there.
+
+    The verdict is None where what is known decides nothing; reason: why nothing is known.
+    """
+
+    parameters: Mapping[str, float]
+    verdict: str | None = None
+    rows: tuple[ModeAtCondition, ...] = ()
+    admissible: bool = True
+    reason: str | None = None
+
+    @property
+    def modes(self) -> list[ModeAtCondition]:
+        """The modes that grow, the fastest first."""
+        return sorted((row for row in self.rows if row.grows), key=lambda row: -row.growth_rate)
+
+    @property
+    def unstable(self) -> int | None:
+        """How many modes grow; None where that is not known."""
+        return None if self.reason else len(self.modes)
+
+    @property
+    def worst(self) -> ModeAtCondition | None:
+        """The fastest growing, or least damped, mode; None where none is damped or known."""
+        if self.verdict == "marginal":
+            return None
+        return max(self.rows, key=lambda row: row.growth_rate, default=None)
+
+    @property
+    def rank(self) -> float:
+        """The growth rate in three digits, by which long tables show rows."""
+        return float(number(self.worst.growth_rate, 3)) if self.worst else -math.inf
+
+
+def _of_worst(name: str, unit: str = "", percent: bool = False) -> Column:
+    """A column of the worst mode of a condition, empty without one."""
+
+    def value(condition: Condition) -> float | None:
+        return None if condition.worst is None else getattr(condition.worst, name)
+
+    return Column(name, unit, value, percent=percent)
+
+
+GROWTH = (
+    *columns("mode frequency_hz"),
+    Column("growth_rate", "1/s"),
+    *columns("damping_ratio%"),
+)
+OUTCOME = (
+    *columns("verdict unstable"),
+    _of_worst("mode"),
+    _of_worst("frequency_hz"),
+    _of_worst("growth_rate", "1/s"),
+    _of_worst("damping_ratio", percent=True),
+)
+"""Columns of a mode, and of a condition beside its parameters: their keys in JSON."""
+
+
+@dataclass(frozen=True)
+class ModePropensity:
+    """A mode over all conditions.
+
+    low_hz, high_hz: its frequencies where it grows, at `unstable` conditions; propensity: the share
+    of these; frequency_hz, growth_rate (1/s), damping_ratio: where it grows fastest, at `at`.
+    """
+
+    mode: int
+    low_hz: float
+    high_hz: float
+    unstable: int
+    propensity: float
+    frequency_hz: float
+    growth_rate: float
+    damping_ratio: float
+    at: Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Conditions(Answer):
+    """What grows at each combination of the values of some parameters, the last one fastest.
+
+    axes: values by name; extent: which roots were looked at, in words; tolerance: by how much of
+    its frequency a mode may differ from one condition to the next; seated: whether contact was
+    seated anew at each condition; basis: the reduced system that served.
+    """
+
+    panel = Panel(0, "growth_rate", Mark.POINTS)
+
+    name: str
+    axes: Mapping[str, tuple[float, ...]]
+    conditions: tuple[Condition, ...] = field(repr=False)
+    tolerance: float
+    extent: str = ""
+    seated: bool = False
+    basis: Mapping[str, Any] | None = None
+
+    @property
+    def grid(self) -> tuple[int, ...]:  # type: ignore[override]
+        """The columns of the axes."""
+        return tuple(range(len(self.axes)))
+
+    @property
+    def modes(self) -> list[ModePropensity]:
+        """The modes that grow somewhere, by number: by their lowest frequency where they grow."""
+        places: dict[int, list[tuple[ModeAtCondition, Condition]]] = {}
+        for condition in self.conditions:
+            for row in condition.modes:
+                assert row.mode is not None
+                places.setdefault(row.mode, []).append((row, condition))
+        modes = []
+        for mode, grown in sorted(places.items()):
+            fastest, condition = max(grown, key=lambda place: place[0].growth_rate)
+            hertz = [row.frequency_hz for row, _ in grown]
+            propensity = ModePropensity(
+                mode=mode,
+                low_hz=min(hertz),
+                high_hz=max(hertz),
+                unstable=len(grown),
+                propensity=len(grown) / self.solved,
+                frequency_hz=fastest.frequency_hz,
+                growth_rate=fastest.growth_rate,
+                damping_ratio=fastest.damping_ratio,
+                at=condition.parameters,
+            )
+            modes.append(propensity)
+        return modes
+
+    @property
+    def solved(self) -> int:
+        """At how many conditions roots are known."""
+        return sum(one.reason is None for one in self.conditions)
+
+    @property
+    def unstable(self) -> int:
+        """At how many conditions some mode grows."""
+        return sum(bool(one.modes) for one in self.conditions)
+
+    @property
+    def propensity(self) -> float | None:
+        """The share of the conditions that were solved at which some mode grows."""
+        return self.unstable / self.solved if self.solved else None
+
+    @property
+    def worst(self) -> Condition | None:
+        """The condition of the fastest growth; None where nothing grows."""
+        growing = [one for one in self.conditions if one.modes]
+        return max(growing, key=lambda one: one.modes[0].growth_rate, default=None)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
+        """How many conditions have no answer, or an equilibrium that the model does not mean."""
+        unsolved = [one for one in self.conditions if one.reason]
+        inadmissible = [one for one in self.conditions if not one.admissible]
+        lines = []
+        for found, words in (
+            (unsolved, f"have no answer: {unsolved[0].reason}" if unsolved else ""),
+            (inadmissible, "have no equilibrium that the model means"),
+        ):
+            if found:
+                count = f"{len(found)} of {len(self.conditions)} conditions"
+                first = at_parameters(found[0].parameters)
+                lines.append(f"conditions: {count}, the first of them {first}, {words}")
+        return tuple(lines)
+
+    @property
+    def conclusion(self) -> str:
+        """At how many conditions something grows, and the worst of them, in a line."""
+        extent = f", {self.extent}" if self.extent else ""
+        worst = self.worst
+        if worst is None:
+            return f"No unstable mode at {self.solved} conditions{extent}"
+        fastest = worst.modes[0]
+        return (
+            f"Unstable at {self.unstable} of {self.solved} conditions{extent}: the worst "
+            f"{fastest.frequency_hz:.4g} Hz, growth {fastest.growth_rate:.4g} 1/s, damping "
+            f"{100 * fastest.damping_ratio:.2g} %, at {at_parameters(worst.parameters)}"
+        )
+
+    def table(self) -> Table:
+        """A row for each condition."""
+        others = [column.name for column in OUTCOME]
+        axes = []
+        for name in self.axes:
+
+            def value(condition: Condition, name: str = name) -> float:
+                return condition.parameters[name]
+
+            axes.append(Column(parameter_heading(name, others), value=value))
+        return Table((*axes, *OUTCOME), self.conditions, "conditions", rank=attrgetter("rank"))
+
+    def _table_of_modes(self) -> Table:
+        table = (
+            *columns("mode low_hz high_hz unstable propensity% frequency_hz"),
+            Column("growth_rate", "1/s"),
+            *columns("damping_ratio%"),
+            Column("at", shown=lambda mode: at_parameters(mode.at)),
+        )
+        title = (
+            "modes that grow, matched from one condition to the next by MAC and frequency, within "
+            f"{100 * self.tolerance:g} %"
+        )
+        return Table(table, self.modes, title, rank=attrgetter("propensity"))
+
+    def parts(self) -> Sequence[str | Table]:
+        parts: list[str | Table] = [f"{self.name}\n{self.conclusion}"]
+        if self.modes:
+            parts.append(self._table_of_modes())
+        parts.append(self.table())
+        if self.seated:
+            parts.append("contact was seated anew at each condition")
+        if self.basis is not None:
+            parts.append(basis_text(self.basis))
+        return parts
+
+    def to_dict(self) -> dict[str, Any]:
+        rows = []
+        for condition in self.conditions:
+            row: dict[str, Any] = {"parameters": dict(condition.parameters)}
+            row |= Table(OUTCOME, [condition]).records()[0]
+            row["modes"] = Table(GROWTH, condition.modes).records()
+            rows.append(row | picked(condition, "admissible reason"))
+        axes = [{"name": name, "values": list(values)} for name, values in self.axes.items()]
+        return {
+            "name": self.name,
+            "axes": axes,
+            "conditions": rows,
+            "modes": [asdict(mode) for mode in self.modes],
+            **picked(self, "propensity tolerance extent seated basis"),
+        }

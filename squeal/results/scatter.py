@@ -1,0 +1,317 @@
+"""The answer of `scatter`: samples by rising value, their quantiles, shares and Sobol indices."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from squeal.io.writing import Answer, Mark, Panel, Table, in_order, number, picked
+from squeal.results.columns import parameter_heading
+
+LEVELS = (0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99)  # of the quantiles that are reported
+CONFIDENCE = 0.95
+
+Spread: TypeAlias = Mapping[str, float | Sequence[float]]
+"""One of the keys relative, absolute, within and between, with its size."""
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One drawn set of parameters and the stability that was computed for it.
+
+    Attributes
+    ----------
+    parameters : mapping of str to float
+        The values that were drawn, by the parameter's name.
+    value : float
+        Of a threshold the critical friction, NaN if there is none in the range; of growth the
+        largest real part of the roots in the band, 1/s.
+    kind : str or None
+        What happens there: flutter, divergence or the like; of growth the verdict.
+    frequency_hz : float or None
+        Frequency of the mode that loses stability, or that grows fastest.
+    unstable : int or None
+        Of growth: how many modes of the band grow.
+    propensity : float or None
+        Of growth: the sum of the negative damping ratios ``Re / |lambda|`` of these modes.
+    residual : float or None
+        On a reduced system: the largest backward error of a root in the full problem.
+    reason : str or None
+        Why nothing could be computed; all other results are missing then.
+    """
+
+    parameters: Mapping[str, float]
+    value: float = math.nan
+    kind: str | None = None
+    frequency_hz: float | None = None
+    unstable: int | None = None
+    propensity: float | None = None
+    residual: float | None = None
+    reason: str | None = None
+
+
+class Index(NamedTuple):
+    """Sobol indices of a parameter, each with its confidence interval (low, high).
+
+    first: share of the variance that the parameter makes alone; total: share that it makes
+    together with all its interactions.
+    """
+
+    parameter: str
+    first: float
+    first_interval: tuple[float, float]
+    total: float
+    total_interval: tuple[float, float]
+
+
+class Quantile(NamedTuple):
+    """The value below which a share `level` of the samples lies, and its confidence interval.
+
+    None: of `value` beyond the range or unknown, of `low` and `high` an open end.
+    """
+
+    level: float
+    value: float | None
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Scatter(Answer):
+    """The stability of many samples whose parameters scatter.
+
+    Attributes
+    ----------
+    name : str
+        The friction or free parameter.
+    of : {"threshold", "growth"}
+        What was computed of each sample: its first loss of stability up to `mu_max`, or the largest
+        growth rate of its roots in `band`.
+    mu : float
+        Value of the friction or free parameter of the subject itself.
+    spreads, design, seed, samples
+        How the samples were drawn, and how many.
+    rows : tuple of Sample
+        Samples that were computed, by rising value, NaN last.
+    no_pad : int
+        Samples left out, as they are no possible pad or system, or have no equilibrium in contact
+        without friction.
+    failed : int
+        Samples that could not be computed. Nothing is known of them, which widens all intervals.
+    stable : float
+        Share of the samples that are stable at their own friction.
+    interval : (float, float)
+        Confidence interval of that share.
+    indices : tuple of Index
+        Sobol indices of the parameters, that of the largest total index first.
+    basis : mapping or None
+        The reduced system on which the samples were computed.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
+    >>> found = squeal.scatter(pair, {"a": {"within": 0.1}}, samples=16)  # mu = (a - b) / 2
+    >>> bool(0.45 <= found.values.min() <= found.values.max() <= 0.55)
+    True
+    """
+
+    panel = Panel(0, "share", Mark.STEPS)
+
+    name: str
+    of: Literal["threshold", "growth"]
+    mu: float
+    mu_max: float
+    band: tuple[float, float] | None
+    spreads: Mapping[str, Spread]
+    design: str
+    seed: int
+    samples: int
+    rows: tuple[Sample, ...] = field(repr=False)
+    no_pad: int
+    failed: int
+    stable: float
+    interval: tuple[float, float]
+    indices: tuple[Index, ...] = ()
+    basis: Mapping[str, object] | None = None
+
+    @property
+    def warnings(self) -> tuple[str, ...]:  # type: ignore[override]
+        """How many samples could not be computed, if any."""
+        if not self.failed:
+            return ()
+        count = f"{self.failed} of {self.samples} samples could not be computed"
+        return (f"{count}; the quantiles are those of the others",)
+
+    @property
+    def values(self) -> NDArray[np.float64]:
+        """Critical frictions, NaN beyond `mu_max`, or growth rates in 1/s (n,), rising."""
+        return np.array([sample.value for sample in self.rows])
+
+    @property
+    def propensity(self) -> float | None:
+        """The squeal propensity index; None of thresholds.
+
+        It is the mean over the samples of the sum of ``Re / |lambda|``, the negative damping
+        ratios, of the modes that grow.
+        """
+        known = [sample.propensity for sample in self.rows if sample.propensity is not None]
+        if not known:
+            return None
+        return math.fsum(known) / len(known)
+
+    @property
+    def quantiles(self) -> tuple[Quantile, ...]:
+        """The values below which given shares of the samples lie, with confidence intervals.
+
+        Of n samples the number below the true quantile of level p is binomial (n, p), whatever
+        the distribution of the values. The ranks between which that number lies with the
+        probability `CONFIDENCE` are therefore the ends of the interval (David and Nagaraja, Order
+        Statistics, 3rd ed., 7.1). A failed sample may have any value: the lower rank counts all of
+        them as smallest, the upper rank as largest.
+        """
+        from scipy.stats import binom  # slow to load, and no figure of another answer needs it
+
+        known = len(self.rows)
+        count = known + self.failed
+        values = [None if math.isnan(value) else value for value in self.values.tolist()]
+        quantiles = []
+        for level in LEVELS:
+            lower_rank = int(binom.ppf((1 - CONFIDENCE) / 2, count, level)) - 1 - self.failed
+            upper_rank = int(binom.ppf((1 + CONFIDENCE) / 2, count, level))
+            rank = max(math.ceil(level * known) - 1, 0)
+            # beyond the samples the interval is open; only a friction is known to be at least 0
+            low = 0.0 if self.of == "threshold" else None
+            high = None
+            if lower_rank >= 0:
+                low = values[lower_rank]
+            if upper_rank < known:
+                high = values[upper_rank]
+            quantiles.append(Quantile(level, values[rank], low, high))
+        return tuple(quantiles)
+
+    @property
+    def beyond(self) -> int:
+        """How many have no threshold up to `mu_max`."""
+        return int(np.isnan(self.values).sum())
+
+    def table(self) -> Table:
+        """A row for each sample, by rising value, with the share of the samples up to it.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"a": 3.0, "b": 2.0})
+        >>> len(squeal.scatter(pair, {"a": {"within": 0.1}}, samples=16).table().rows)
+        16
+        """
+        results = ["kind", "frequency_hz"]
+        if self.of == "growth":
+            value = ("growth_rate", "1/s")
+            results += ["unstable", "propensity", "residual"]
+        else:
+            value = (self.name, "")
+            if self.basis is not None:
+                results.append("residual")
+        parameters = [parameter_heading(name, [self.name]) for name in self.spreads]
+        heads = [value, ("share", "")]
+        heads += [(name, "") for name in results + parameters]
+        rows = []
+        for rank, sample in enumerate(self.rows, 1):
+            row = [sample.value, rank / len(self.rows)]
+            row += [getattr(sample, name) for name in results]
+            row += [sample.parameters[name] for name in self.spreads]
+            rows.append(row)
+        return Table(in_order(heads), rows)
+
+    def _table_of_quantiles(self) -> Table:
+        """The quantiles for people, with what was computed and how the samples were drawn."""
+        if self.of == "growth":
+            heads = ("share of the samples, %", "growth rate", "from", "to")
+            without_value = "-"
+            what = "largest growth rate"
+            if self.band is not None:
+                what += f" from {self.band[0]:g} to {self.band[1]:g} Hz"
+            what += ", 1/s"
+        else:
+            heads = ("share unstable, %", self.name, "from", "to")
+            without_value = f"> {self.mu_max:g}"
+            what = f"first loss of stability up to {self.name} = {self.mu_max:g}"
+        rows = []
+        for quantile in self.quantiles:
+            values = (quantile.value, quantile.low, quantile.high)
+            shown = [without_value if value is None else value for value in values]
+            rows.append((100 * quantile.level, *shown))
+        drawn = f"{self.samples} samples"
+        if self.indices:
+            drawn += f" (2 x {self.samples // 2} for the indices)"
+        title = f"{drawn}, {self.design}, seed {self.seed}: {what}; "
+        title += f"intervals of {100 * CONFIDENCE:g} % confidence"
+        return Table(in_order((head, "") for head in heads), rows, title)
+
+    def _line_of_shares(self) -> str:
+        """How many samples are stable, in a line, and what became of the others."""
+        at = ""
+        if self.name not in self.spreads:
+            at = f" at {self.name} = {number(self.mu)}"
+        low, high = self.interval
+        line = f"stable{at}: {100 * self.stable:.1f} % of the samples "
+        line += f"({100 * low:.1f} to {100 * high:.1f} %)"
+        if self.of == "growth":
+            line += f"; squeal propensity index {number(self.propensity or 0.0, 4)}"
+        else:
+            line += f"; without a threshold {self.beyond}"
+        if self.no_pad:
+            line += f"; no possible pad or system: {self.no_pad}"
+        if self.failed:
+            line += f"; not computed: {self.failed}"
+        return line
+
+    def _table_of_indices(self) -> Table:
+        rows = []
+        for index in self.indices:
+            first_low, first_high = index.first_interval
+            total_low, total_high = index.total_interval
+            first = f"{index.first:.2f} ({first_low:.2f} to {first_high:.2f})"
+            total = f"{index.total:.2f} ({total_low:.2f} to {total_high:.2f})"
+            rows.append((index.parameter, first, total))
+        names = (("parameter", ""), ("first", ""), ("total", ""))
+        return Table(in_order(names), rows, "Sobol indices: shares of the variance")
+
+    def parts(self) -> Sequence[str | Table]:
+        parts: list[str | Table] = [self._table_of_quantiles(), self._line_of_shares()]
+        if self.indices:
+            parts.append(self._table_of_indices())
+        elif len(self.spreads) > 1:
+            parts.append("which parameter decides: `indices: true` in the file of spreads tells")
+        if self.basis is not None:
+            rows = self.basis["rows"]
+            residual = self.basis["residual"]
+            where = f"in the equations of all {rows} rows, over all samples: {residual:.2g}"
+            size = self.basis["size"]
+            parts.append(f"on a basis of {size} vectors; worst residual of a root {where}")
+        return parts
+
+    def to_dict(self) -> dict[str, Any]:
+        scatter: dict[str, Any] = {"parameter": self.name, "value": self.mu}
+        scatter |= picked(self, "of mu mu_max band samples seed design failed no_pad beyond stable")
+        scatter["spreads"] = []
+        for name, spread in self.spreads.items():
+            ((kind, size),) = spread.items()
+            scatter["spreads"].append({"name": name, "kind": kind, "size": size})
+        value_key = "mu" if self.of == "threshold" else "growth_rate"
+        scatter["quantiles"] = []
+        for level, value, low, high in self.quantiles:
+            entry = {"level": level, value_key: value, "low": low, "high": high}
+            scatter["quantiles"].append(entry)
+        scatter |= picked(self, "interval propensity basis")
+        scatter["confidence"] = CONFIDENCE
+        scatter["indices"] = [index._asdict() for index in self.indices]
+        return {"scatter": scatter}
