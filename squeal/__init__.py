@@ -54,6 +54,7 @@ if TYPE_CHECKING:
     from squeal.simulation.run import Simulation, simulate
     from squeal.sparse.assembly import Assembly, assemble
     from squeal.sparse.components import Component
+    from squeal.sparse.contact_faces import Surface, contact_between_faces
     from squeal.sparse.contact_seat import Contact
 
 _HOMES = {
@@ -94,6 +95,7 @@ _HOMES = {
     "simulation.run": "Simulation simulate",
     "sparse.assembly": "Assembly assemble",
     "sparse.components": "Component",
+    "sparse.contact_faces": "Surface contact_between_faces",
     "sparse.contact_seat": "Contact",
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names.split()}
@@ -102,11 +104,11 @@ __all__ = [
     "Advice", "Answer", "Assembly", "Axis", "Check", "Column", "Component", "ComputationError",
     "Conditions", "Contact", "CriticalSpeeds", "Cycles", "Damping", "Eigenvalues", "Energy",
     "EnergySweep", "Formulation", "InputError", "Map", "Optimum", "Pad", "Pairs", "Report",
-    "Scatter", "Scene", "Sensitivity", "Simulation", "Sweep", "System", "SystemFile", "Table",
-    "Term", "TermSystem", "Thresholds", "advise", "assemble", "check", "compare", "conditions",
-    "critical_speeds", "cycles", "eigenvalues", "energy", "energy_sweep", "mac", "map", "optimise",
-    "read_scene", "read_spreads", "read_system", "reduce", "report", "scatter", "sensitivity",
-    "simulate", "state_space", "sweep", "thresholds",
+    "Scatter", "Scene", "Sensitivity", "Simulation", "Surface", "Sweep", "System", "SystemFile",
+    "Table", "Term", "TermSystem", "Thresholds", "advise", "assemble", "check", "compare",
+    "conditions", "contact_between_faces", "critical_speeds", "cycles", "eigenvalues", "energy",
+    "energy_sweep", "mac", "map", "optimise", "read_scene", "read_spreads", "read_system",
+    "reduce", "report", "scatter", "sensitivity", "simulate", "state_space", "sweep", "thresholds",
 ]
 # fmt: on
 

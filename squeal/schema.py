@@ -86,6 +86,18 @@ def shown(value: Value) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
+def refuse_unit(value: object, at: Place) -> None:
+    """Refuse a quantity of pint or astropy, of which NumPy would take the number without its unit.
+
+    Raises InputError.
+    """
+    if hasattr(value, "to_value") or (hasattr(value, "magnitude") and hasattr(value, "units")):
+        raise at.refuse(
+            "a quantity with a unit is not allowed; it must be its number, in SI units or, of "
+            "matrices, in units that fit together"
+        )
+
+
 class Kind:
     """What a value may be: `named` follows "it must be".
 
@@ -101,6 +113,7 @@ class Kind:
 
     def read(self, value: Value, at: Place, model: str = "") -> Value:
         """The value of a file, converted; `model`: that of the file. Raises InputError."""
+        refuse_unit(value, at)
         if getattr(value, "shape", None) == ():  # a scalar of NumPy
             value = value.item()
         result = self.convert(value)
@@ -149,6 +162,7 @@ class Number(Kind):
 
         Symbols, dual numbers, complex steps and more digits are taken on trust.
         """
+        refuse_unit(value, at / name)
         real = isinstance(value, np.ndarray) and value.dtype.kind in "biuf"
         if real and not self._holds(value).all():
             entry = tuple(np.argwhere(~self._holds(value))[0])
@@ -229,6 +243,7 @@ class Several(Kind):
         super().__init__(named)
 
     def read(self, value: Value, at: Place, model: str = "") -> Value:
+        refuse_unit(value, at)
         try:
             entries = None if isinstance(value, str | dict) else tuple(value)
         except TypeError:
@@ -534,6 +549,9 @@ def public(function: _Function) -> _Function:
 
     @wraps(function)
     def checked(*values: Value, **named: Value) -> Value:
+        for name in named.keys() - parameters.parameters.keys():
+            allowed = meant(name, parameters.parameters)
+            raise TypeError(f"{function.__name__}: {name} is no argument; {allowed}")
         given = parameters.bind(*values, **named)
         for name, value in given.arguments.items():
             hint = hints.get(name, object)

@@ -24,8 +24,8 @@ INSTALLED: tuple[Literal["heyoka", "scipy"], ...] = ("heyoka", "scipy") if HEYOK
 # fmt: off
 LONG = (  # files that take long: a worker runs a file whole, and none of these should be the last
     "article/test_ensemble", "article/test_measures", "article/test_stability", "cli/test_cli",
-    "analysis/test_sensitivity", "simulation/test_falling", "cli/test_installed",
-    "analysis/test_maps", "analysis/test_slow_roots", "workflow/test_workflow",
+    "queries/test_sensitivity", "simulation/test_falling", "cli/test_installed",
+    "queries/test_maps", "queries/test_slow_roots", "workflow/test_workflow",
     "simulation/test_simulation", "equilibrium/test_admissible",
 )
 RANGES = {  # of the dimensionless parameters of a plausible pad, in the order of the draws

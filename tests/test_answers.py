@@ -143,3 +143,17 @@ def test_the_panel_of_a_sweep_shows_what_was_computed():
         x, y = np.unique(np.array(line.get_data()), axis=1)
         assert x == pytest.approx(values)
         assert y == pytest.approx(np.sqrt(square) / (2 * np.pi))
+
+
+@each
+def test_a_notebook_shows_its_lines_apart_and_heads_of_tables(name):
+    shown = answer(name)._repr_html_()
+    lines = [part.count("\n") for part in answer(name).parts() if isinstance(part, str)]
+    assert shown.count("<br>") == sum(lines)
+    assert "<p></p>" not in shown
+    assert "frozenset" not in shown
+
+
+def test_a_system_names_itself_shortly():
+    assert repr(SYSTEM) == "<System two masses: 2 rows, 5 terms, mu = 1, k = 0.1>"
+    assert repr(SYSTEM.K[1].factor) == "Formula(text='mu')"

@@ -22,9 +22,9 @@ MODULES = {module_of(file, ROOT): file for file in sorted((ROOT / "squeal").rglo
 CEILINGS = {
     "tokens": (290_000, 175_000),
     "tokens a code line": (10.2, 9.5),
-    "paired assignments per 1,000 code lines": (1.9, 3),
-    "comprehensions per 1,000 code lines": (39.1, 15),
-    "conditional expressions per 1,000 code lines": (25.4, 12),
+    "paired assignments per 1,000 code lines": (1.8, 3),
+    "comprehensions per 1,000 code lines": (38.8, 15),
+    "conditional expressions per 1,000 code lines": (25.3, 12),
     "Any in signatures": (119, 60),
     "calls of locals()": (0, 0),
     "modules of our own loaded by a string": (2, 0),

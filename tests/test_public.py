@@ -24,6 +24,18 @@ COUPLED = {"1": [[2.0, -1.0], [-1.0, 2.0]], "mu": [[0.0, 4 / 3], [0.0, 0.0]]}
 SYSTEM: typing.Any = api.System(np.eye(2), K=COUPLED)
 
 
+class Quantity:
+    """As pint has them: NumPy takes the magnitude and leaves out the unit."""
+
+    units = "kilogram"
+
+    def __init__(self, magnitude):
+        self.magnitude = magnitude
+
+    def __array__(self, dtype=None, copy=None):
+        return np.asarray(self.magnitude, dtype)
+
+
 PAD: typing.Any = api.read_scene(ROOT / "workflow" / "scenes" / "b2-c.yaml")
 EYE = np.eye(2)
 WRONG: list = [
@@ -141,3 +153,47 @@ def test_wrong_arguments_are_refused_in_a_sentence(wrong):
         wrong()
     assert "\n" not in str(caught.value)
     assert "--" not in str(caught.value)  # words of Python, not of the command line
+
+
+BODY = api.System(np.eye(3), K=np.eye(3), name="body")
+WITH_UNITS: dict = {
+    "matrix: a": lambda: api.System(Quantity(EYE), K=EYE),
+    "k: a": lambda: api.System(EYE, K={"k": EYE}, parameters={"k": Quantity(1.0)}),
+    "m: a": lambda: PAD.replace(m=Quantity(0.2)),
+    "high: a": lambda: api.thresholds(SYSTEM, Quantity(1.0)),
+    "values: a": lambda: api.sweep(SYSTEM, Quantity([0.0, 0.5])),
+    "band.1: a": lambda: api.eigenvalues(SYSTEM, band=(Quantity(1.0), 2.0)),
+    "ratios.1: a": lambda: api.Damping(ratios=(Quantity(0.1), 0.1, 0.1)),
+    "low: a": lambda: api.Axis("mu", Quantity(0.0), 1.0, 3),
+    "load: a": lambda: api.Component(BODY, [1] * 3, [0, 1, 2], load=Quantity(np.ones(3))),
+    "stiffness: a": lambda: api.Contact(("a", "b"), [(1, 1)], (0, 0, 1), Quantity(1e6)),
+}
+
+
+@pytest.mark.parametrize("words", WITH_UNITS)
+def test_quantities_with_units_are_refused_in_a_sentence(words):
+    with pytest.raises(InputError, match=f"{words} quantity with a unit is not allowed"):
+        WITH_UNITS[words]()
+
+
+def test_a_misspelt_argument_has_a_hint():
+    with pytest.raises(TypeError, match=r"eigenvalues: bands is no argument; did you mean band\?"):
+        api.eigenvalues(SYSTEM, bands=(1.0, 2.0))
+
+
+def test_random_numbers_are_those_of_a_seed_or_of_a_generator():
+    """SPEC 7 of Scientific Python: the argument is called rng."""
+    K = {"a": [[1, 0], [0, 0]], "b": [[0, 0], [0, 1]], "mu": [[0, 1], [-1, 0]]}
+    pair = api.System(EYE, K=K, parameters={"a": 3.0, "b": 2.0})
+    spreads = {"a": {"within": 0.1}}
+    drawn = api.scatter(pair, spreads, samples=8, rng=np.random.default_rng(5))
+    again = api.scatter(pair, spreads, samples=8, rng=drawn.seed)
+    assert np.array_equal(drawn.values, again.values)
+    other = api.scatter(pair, spreads, samples=8, rng=drawn.seed - 1)
+    assert not np.array_equal(drawn.values, other.values)
+    for verb in (
+        lambda: api.scatter(pair, spreads, samples=8, rng=-1),
+        lambda: api.optimise(pair, {"a": (2.0, 4.0)}, rng="one"),
+    ):
+        with pytest.raises(InputError, match=r"rng: .* is not allowed"):
+            verb()

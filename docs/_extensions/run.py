@@ -43,10 +43,10 @@ def folded_output(text: str) -> str:
     for in_table, group in groupby(text.split("\n"), lambda line: line.startswith(IN_TABLE)):
         block = list(group)
         if in_table and max(map(len, block)) > WIDTH:
-            lines += folded_table(block)
-            continue
+            block = folded_table(block)
         for line in block:
-            lines += textwrap.wrap(line, WIDTH, subsequent_indent="    ") or [""]
+            indent = " " * (len(line) - len(line.lstrip()) + 4)
+            lines += textwrap.wrap(line, WIDTH, subsequent_indent=indent) or [""]
     return "\n".join(lines)
 
 

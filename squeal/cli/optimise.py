@@ -44,7 +44,7 @@ def run(given: argparse.Namespace) -> Reply:
         band=given.band,
         region=given.region,
         starts=given.starts,
-        seed=given.seed,
+        rng=given.seed,
         memory=given.memory,
         progress=steps(),
     )

@@ -19,9 +19,8 @@ import numpy as np
 from numpy.polynomial.polynomial import polyder, polyval
 
 from squeal.equilibrium.statics import Equilibria, Statics, newton, solve_stack
-from squeal.model.equations import natural_units, net_loads
-from squeal.numerics import differentiation
-from squeal.numerics.differentiation import Dual
+from squeal.model.equations import natural_units
+from squeal.numerics.differentiation import with_derivative
 from squeal.schema import Place
 
 
@@ -296,6 +295,8 @@ class _Located(NamedTuple):
 
 
 NO_EVENT = -1
+Linearised = tuple[np.ndarray, np.ndarray]
+"""Values (m, k) and their derivatives (m, 4, k) at places."""
 
 
 class _Front(NamedTuple):
@@ -335,15 +336,16 @@ class _Front(NamedTuple):
         return _Front(self.part.pick(i), *(array[..., i] for array in self[1:]))
 
     def solve(
-        self, start: np.ndarray, condition: Callable[[_Front, np.ndarray, np.ndarray], np.ndarray]
+        self, start: np.ndarray, condition: Callable[[_Front, np.ndarray, np.ndarray], Linearised]
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
         """Zeros of the balance and one more condition (of some branches, places and numbers), the
         tangents there, derivatives of the condition, and where they were found."""
 
-        def conditions(z: np.ndarray, i: np.ndarray) -> np.ndarray:
+        def conditions(z: np.ndarray, i: np.ndarray) -> Linearised:
             some = self if i.size == self.owner.size else self.pick(i)
-            balance = some.part.residual(z, 1.0 * some.state[:, None])
-            return np.concatenate([balance, condition(some, z, i)[None]])
+            balance, slopes = some.part.linearised(z, 1.0 * some.state)
+            value, slope = condition(some, z, i)
+            return np.concatenate([balance, value]), np.concatenate([slopes, slope])
 
         z, J, good = newton(conditions, start, 1.0 / self.scale[0])
         with np.errstate(all="ignore"):
@@ -360,13 +362,10 @@ class _Front(NamedTuple):
         return np.concatenate([outwards * self.part.gaps(z), (past_upright, past_range)])
 
     def determinant(self, z: np.ndarray) -> np.ndarray:
-        """Of the balance's derivative by q, zero at folds, at z (4, ..., k)."""
-        c = self.part.model.c._replace(mu=z[3])
-        directions = np.eye(3).reshape(3, 3, *[1] * (z.ndim - 1))
-        q = tuple(map(Dual, self.part.place(z), directions))
-        loads = net_loads(differentiation, c, self.part.model.law, q, 1.0 * self.state[:, None])
-        by_x, by_y, by_turn = (load.slope for load in loads)
-        return np.asarray((by_x * np.cross(by_y, by_turn, axis=0)).sum(axis=0))
+        """Of the balance's derivative by q, zero at folds, at z (4, ..., k), shape (1, ..., k)."""
+        _, slopes = self.part.linearised(z, 1.0 * self.state[:, None])
+        of_x, of_y, of_moment = slopes[:, :3]
+        return np.asarray((of_x * np.cross(of_y, of_moment, axis=0)).sum(axis=0, keepdims=True))
 
     def over(self, z: np.ndarray) -> np.ndarray:
         """Which events but the fold lie behind places (4, ..., k), beyond rounding."""
@@ -403,10 +402,12 @@ class _Front(NamedTuple):
             high = np.where(beyond, middle, high)
         event = np.argmax(self.past(curve, high, fold), axis=0)
 
-        def condition(some: _Front, z: np.ndarray, i: np.ndarray) -> np.ndarray:
+        def condition(some: _Front, z: np.ndarray, i: np.ndarray) -> Linearised:
             if fold:
-                return some.determinant(z)
-            return some.event_functions(z)[event[i], :, np.arange(i.size)].T
+                return with_derivative(some.determinant, z)
+            value, slope = with_derivative(some.event_functions, z)
+            which = event[i], np.arange(i.size)
+            return value[which][None], slope[which[0], :, which[1]].T[None]
 
         z, tangent, slope, good = self.solve(polyval(high, curve, tensor=False), condition)
         if fold:
@@ -457,8 +458,9 @@ class _Front(NamedTuple):
         guess = self.z + self.step * self.ahead / self.scale
         plane = (normal * guess).sum(axis=0)
 
-        def in_plane(_some: _Front, z: np.ndarray, i: np.ndarray) -> np.ndarray:
-            return np.asarray((normal[:, None, i] * z).sum(axis=0) - plane[i])
+        def in_plane(_some: _Front, z: np.ndarray, i: np.ndarray) -> Linearised:
+            across = normal[:, i]
+            return (across * z).sum(axis=0, keepdims=True) - plane[i], across[None]
 
         z, tangent, slope, good = self.solve(guess, in_plane)
         with np.errstate(all="ignore"):

@@ -12,8 +12,9 @@ import numpy as np
 
 from squeal.model.contact import Touching
 from squeal.model.equations import PadModel, Units, natural_units, net_loads
-from squeal.model.pad import Coefficients, Pose, pose, springs
-from squeal.numerics.differentiation import with_derivative
+from squeal.model.pad import Coefficients, Number, Operations, Pose, pose, springs
+from squeal.numerics import differentiation
+from squeal.numerics.differentiation import Dual
 
 ROUNDING = 8.0 * float(np.finfo(float).eps)  # of a sum, over the sizes of what is added
 NEWTON_ROUNDING = 0.1  # size of what Newton's method rounds, where the load displaces by about one
@@ -51,13 +52,14 @@ def solve_stack(A: np.ndarray, b: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def newton(
-    conditions: Callable[[np.ndarray, np.ndarray], np.ndarray],
+    conditions: Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]],
     start: np.ndarray,
     unit: np.ndarray,
     passes: int = 15,
     longest: np.ndarray | None = None,
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Zeros (m, k) of analytic conditions of places (m, ..., j) and their columns' numbers (j,).
+    """Zeros (m, k) of conditions, values (m, j) and derivatives (m, m, j) at places (m, j) whose
+    columns' numbers are (j,).
 
     unit (k,): beside which (x, y, w theta) are rounded; longest (m, k): the longest step. Returns
     also the derivative (m, m, k) before the last step, and where (k,) it converged to rounding.
@@ -70,7 +72,7 @@ def newton(
     going = np.arange(k)
     for _ in range(passes):
         with np.errstate(all="ignore"):
-            value, J = with_derivative(lambda x: conditions(x, going), x[:, going])  # noqa: B023
+            value, J = conditions(x[:, going], going)
             step, regular = solve_stack(np.moveaxis(J, -1, 0), value.T[:, :, None])
             move = step[:, :, 0].T
             if longest is not None:
@@ -129,16 +131,18 @@ class Statics:
         length = self.units.length
         return np.array([z[0] * length, z[1] * length, z[2] / self.model.pad.w])
 
-    def residual(self, z: np.ndarray, state: Touching) -> np.ndarray:
-        """Net loads (Fx, Fy, M/w) of a contact state, shape (3, ...), real or complex."""
+    def residual(self, z: Number, state: Touching, ops: Operations = np) -> tuple[Number, ...]:
+        """Net loads (Fx, Fy, M/w) of a contact state at z, four numbers of any kind."""
         c = self.model.c._replace(mu=z[3])
-        f = net_loads(np, c, self.model.law, tuple(self.place(z)), state)
-        return np.array([f.x, f.y, f.moment / self.model.pad.w])
+        f = net_loads(ops, c, self.model.law, c.place(z), state)
+        return f.x, f.y, f.moment / c.w
 
     def linearised(self, z: np.ndarray, state: Touching) -> tuple[np.ndarray, np.ndarray]:
         """The residual (3, ...) and its derivative (3, 4, ...) by z."""
+        directions = np.eye(4).reshape(4, 4, *[1] * (z.ndim - 1))
         with np.errstate(divide="ignore", invalid="ignore"):  # a search that hits the law's pole
-            return with_derivative(lambda z: self.residual(z, state), z)
+            loads = self.residual([*map(Dual, z, directions)], state, differentiation)
+        return np.array([load.value for load in loads]), np.array([load.slope for load in loads])
 
     def gaps(self, z: np.ndarray) -> np.ndarray:
         """Gaps of the contact points, shape (points, ...)."""
@@ -209,16 +213,17 @@ class Statics:
         n = z.shape[1]
         pad = self.model.pad
 
-        def balance(q: np.ndarray, i: np.ndarray) -> np.ndarray:
+        def balance(q: np.ndarray, i: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             part = self if i.size == n else self.pick(i)
-            at = np.array([*q, np.broadcast_to(z[3, i], q.shape[1:])])
+            at = np.array([*q, z[3, i]])
             if touching is None:
-                gaps = part.gaps(at[:, 0].real)
+                gaps = part.gaps(at)
                 separated = np.all(gaps >= 0.0, axis=0)
                 on = (gaps < 0.0) + 1.0 * separated
             else:
                 on = touching[:, i]
-            return part.residual(at, on[:, None])
+            value, J = part.linearised(at, on)
+            return value, J[:, :3]
 
         # no leap to a place that the start has nothing to do with
         longest = np.empty((3, n))

@@ -1,9 +1,11 @@
 """Files of an assembly: components, each a system file, and the contact between them."""
 
+from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,21 +13,25 @@ from numpy.typing import NDArray
 from squeal.errors import InputError
 from squeal.io.coordinates import DIRECTIONS, DOF, Coordinates
 from squeal.io.matrices import read_matrix
+from squeal.io.surfaces import ALL, read_surface
 from squeal.io.system import Origin, SystemFile
 from squeal.io.system_keys import CSV, FACTOR, SYSTEM, Document
-from squeal.io.tables import number_in, read_table
+from squeal.io.tables import Line, number_in, read_table
+from squeal.io.writing import write_csv
 from squeal.numerics.differentiation import Formula
 from squeal.schema import FLAG, TEXT, Group, Key, Named, Number, Place, Several, Whole, row
 from squeal.sparse.assembly import OWN, Assembly, assemble
 from squeal.sparse.components import Component
+from squeal.sparse.contact_faces import ContactPoints, contact_between_faces
 from squeal.sparse.contact_seat import Contact
 from squeal.sparse.quadratic import Changes
 
 BETWEEN = Several(TEXT, "a list of two names of components", 2)
+SURFACES = Several(TEXT, f"a list of two names of surfaces or {ALL}", 2)
 POSITIVE = Number(low=0.0)
 # fmt: off
 LOAD = Group({
-    "file": Key("table with the columns node, dof, force", TEXT, "N", required=True),
+    "file": Key("table with the columns node, dof, force, or row, force", TEXT, "N", required=True),
     "factor": Key("what the forces are multiplied with, such as a pressure", FACTOR, default="1"),
 }, owner="load")
 REDUCED = Group({
@@ -51,10 +57,14 @@ COMPONENT = Group({
 CONTACT = Group({
     "between": Key("the components", BETWEEN, required=True),
     "pairs": Key(
-        "table of node pairs: first, second; optional area, gap, nx, ny, nz", CSV, required=True,
-        unless="distance", default="refused, unless distance is given"),
-    "distance": Key("pairs each node of the second with the nearest of the first within it",
-                    POSITIVE, "m", instead="pairs"),
+        "table of node pairs: first, second; optional area, gap, nx, ny, nz; with point, "
+        "first_weight and second_weight several nodes of either side make a point", CSV,
+        required=True, unless="distance", default="refused, unless distance is given"),
+    "distance": Key("pairs each node of the second with the nearest of the first within it; of "
+                    "faces how far they may be from each other", POSITIVE, "m", instead="pairs"),
+    "faces": Key(f"joins faces in place of nodes: of each component {ALL}, or a surface of its "
+                 "deck; gives area and normal", SURFACES, default="nodes are joined",
+                 needs=("distance",)),
     "normal": Key(
         "from the first to the second", row(3), default="the columns nx, ny, nz of the table"),
     "stiffness": Key("normal stiffness", FACTOR, "N/m^3, N/m without area", required=True),
@@ -102,14 +112,16 @@ def assembly_file(
     """
     keys = ASSEMBLY.read(document, at)
     values = OWN | keys.get("parameters", {})
-    bodies: list[Component] = []
+    read: list[_Side] = []
     origins: list[Origin] = []
     inputs: list[Path] = []
     assumptions: list[str] = []
     for name, component in keys["components"].items():
         path = folder / component["file"]
         file = read_component(path)
-        bodies.append(_component(name, component, file, at / "components" / name, folder, values))
+        body = _component(name, component, file, at / "components" / name, folder, values)
+        assert file.coordinates is not None  # or the component were refused
+        read.append(_Side(body, file.coordinates))
         origins += [origin._replace(part=f"{name}.{origin.part}") for origin in file.origins]
         assumptions += [f"{name}: {words}" for words in file.assumptions]
         inputs += [path, *file.inputs]
@@ -120,6 +132,8 @@ def assembly_file(
     for contact in keys["contact"]:
         if "pairs" in contact:
             inputs.append(folder / contact["pairs"]["file"])
+    sides = {side.body.name: side for side in read}
+    bodies = [side.body for side in read]
     if "cutoff" in keys and all(body.lacks is not None for body in bodies):
         words = "is not allowed; all components are reduced already, up to"
         raise (at / "cutoff").refuse(f"{words} {min(body.cutoff for body in bodies):g} Hz")
@@ -128,7 +142,8 @@ def assembly_file(
         """The components in the contact that some parameters give; they may be joined again."""
         contacts = []
         for number, contact in enumerate(keys["contact"], 1):
-            contacts.append(_contact(contact, at / "contact" / str(number), folder, values))
+            here = at / "contact" / str(number)
+            contacts.append(_contact(contact, here, folder, values, sides))
         parameter = keys.get("parameter", "mu")
         name = keys.get("name") or Path(at.source).stem
         with at.named():
@@ -155,6 +170,13 @@ def assembly_file(
         assembly=assembly,
         assumptions=tuple(assumptions),
     )
+
+
+class _Side(NamedTuple):
+    """A component and the coordinates of its file."""
+
+    body: Component
+    coordinates: Coordinates
 
 
 def _formula_value(keys: Document, key: str, at: Place, values: Mapping[str, float]) -> float:
@@ -222,22 +244,47 @@ def _loaded_anew(
 def _load(path: Path, body: Component) -> NDArray[np.float64]:
     """The forces (n,) on the rows of a component from a table. Raises InputError."""
     load = np.zeros(body.system.n)
-    _, lines = read_table(path, ("node", "dof", "force"))
+    _, lines = read_table(path, ("force",))
+    if not lines or "row" not in lines[0].cells:
+        _, lines = read_table(path, ("node", "dof", "force"))
     for at, cells in lines:
-        with at.named():
-            rows = body.rows_of([cells["node"]])[0]
-        direction = DIRECTIONS[DOF.read(cells["dof"].lower(), at / "dof")]
-        if direction < 0 or rows[direction] < 0:
-            raise at.refuse(f"{body.name} has no such row; a displacement of a node is needed")
-        load[rows[direction]] += number_in(cells["force"], at / "force")
+        row = _loaded_row(body, at, cells)
+        load[row] += number_in(cells["force"], at / "force")
     return load
 
 
-def _contact(keys: Document, at: Place, folder: Path, values: Mapping[str, float]) -> Contact:
-    """A contact from its keys and the table of its pairs. Raises InputError."""
-    law = {key: value for key, value in keys.items() if key not in ("pairs", "distance")}
+def _loaded_row(body: Component, at: Place, cells: Mapping[str, str]) -> int:
+    """The index of the row that a line names by its number, or by node and direction. Raises
+    InputError."""
+    if "row" in cells:
+        text = cells["row"].strip()
+        number = int(text) if text.isdecimal() else text
+        return Whole(1, body.system.n).read(number, at / "row") - 1
+    with at.named():
+        rows = body.rows_of([cells["node"]])[0]
+    direction = DIRECTIONS[DOF.read(cells["dof"].lower(), at / "dof")]
+    if direction < 0 or rows[direction] < 0:
+        raise at.refuse(f"{body.name} has no such row; a displacement of a node is needed")
+    return int(rows[direction])
+
+
+def _contact(
+    keys: Document,
+    at: Place,
+    folder: Path,
+    values: Mapping[str, float],
+    sides: Mapping[str, _Side],
+) -> Contact:
+    """A contact from its keys and the table of its pairs, or the faces of both components.
+
+    Raises InputError.
+    """
+    law = {key: value for key, value in keys.items() if key not in ("pairs", "distance", "faces")}
+    columns: dict[str, Any]
     if "pairs" in keys:
         columns = _pairs(folder / keys["pairs"]["file"])
+    elif "faces" in keys:
+        columns = _face_contact(keys, at, sides)
     else:
         columns = {"pairs": keys.get("distance")}
     if "normal" not in law and "normal" not in columns:
@@ -247,18 +294,50 @@ def _contact(keys: Document, at: Place, folder: Path, values: Mapping[str, float
             law[key] = _formula_value(law, key, at, values)
     for key in sorted(law.keys() & columns.keys()):
         if key != "gap":  # lengths add
-            raise (at / key).refuse("is not allowed beside columns of pairs that give it")
+            giver = "faces, which give it" if "faces" in keys else "columns of pairs that give it"
+            raise (at / key).refuse(f"is not allowed beside {giver}")
         law[key] += columns[key]
     return Contact(**columns | law)
 
 
+def _face_contact(keys: Document, at: Place, sides: Mapping[str, _Side]) -> dict[str, Any]:
+    """Points, area and normal of a contact between faces. Raises InputError."""
+    for name in keys["between"]:
+        if name not in sides:
+            raise (at / "between").must_be(name, f"one of {', '.join(sides)}")
+    first, second = (sides[name] for name in keys["between"])
+    surface_of_first, surface_of_second = keys["faces"]
+    here = at / "faces"
+    with (here / first.body.name).named():
+        on_first = read_surface(first.coordinates, surface_of_first)
+    with (here / second.body.name).named():
+        on_second = read_surface(second.coordinates, surface_of_second)
+    with here.named():
+        found = contact_between_faces(
+            first.body, second.body, on_first, on_second, keys["distance"]
+        )
+    return {"pairs": found.points, "area": found.area, "normal": found.normal}
+
+
+POINT_COLUMNS = ("point", "first", "first_weight", "second", "second_weight")
+
+
 def _pairs(path: Path) -> dict[str, Any]:
-    """Pairs (m, 2), and area, gap (m,) and normal (m, 3) as far as a table has them."""
+    """Pairs (m, 2) or points (m,), and area, gap (m,) and normal (m, 3) as far as a table has
+    them. Raises InputError."""
     at, lines = read_table(path, ("first", "second"))
     if not lines:
         raise at.refuse("no pair; at least one line below the heads is needed")
-    columns: dict[str, Any] = {"pairs": [(cells["first"], cells["second"]) for _, cells in lines]}
     unused = lines[0].cells.keys() - {"first", "second"}
+    columns: dict[str, Any] = {}
+    if "point" in unused:
+        missing = [name for name in POINT_COLUMNS if name not in lines[0].cells]
+        if missing:
+            raise at.refuse(f"no column {missing[0]}; it is needed beside point")
+        columns["pairs"], lines = _points(lines)
+        unused = unused - {*POINT_COLUMNS, *"xyz"}
+    else:
+        columns["pairs"] = [(cells["first"], cells["second"]) for _, cells in lines]
     for head in ("area", "gap"):
         if head in unused:
             columns[head] = np.array([number_in(cells[head], at / head) for at, cells in lines])
@@ -273,6 +352,73 @@ def _pairs(path: Path) -> dict[str, Any]:
         words = "no use is made of them; area, gap and all of nx, ny, nz have one"
         at.warn(f"columns {', '.join(sorted(unused))}: {words}")
     return columns
+
+
+def _points(lines: Sequence[Line]) -> tuple[ContactPoints, list[Line]]:
+    """The points of a table with a line for each of their nodes, and the first line of each.
+
+    Raises InputError.
+    """
+    lines_of_points: dict[str, list[Line]] = defaultdict(list)
+    for line in lines:
+        lines_of_points[line.cells["point"].strip()].append(line)
+    labels: dict[str, list[list[str]]] = {"first": [], "second": []}
+    weights: dict[str, list[list[float]]] = {"first": [], "second": []}
+    for of_point in lines_of_points.values():
+        for side in ("first", "second"):
+            named = [line for line in of_point if line.cells[side].strip()]
+            if not named:
+                raise of_point[0].at.refuse(f"its point has no node in the column {side}")
+            head = f"{side}_weight"
+            labels[side].append([line.cells[side].strip() for line in named])
+            weights[side].append([number_in(line.cells[head], line.at / head) for line in named])
+    first_lines = [of_point[0] for of_point in lines_of_points.values()]
+    places = None
+    if {*"xyz"} <= lines[0].cells.keys():
+        places = np.array(
+            [[number_in(cells[axis], at / axis) for axis in "xyz"] for at, cells in first_lines]
+        )
+    points = ContactPoints(
+        first=_padded(labels["first"]),
+        second=_padded(labels["second"]),
+        first_weights=_padded_with_zeros(weights["first"]),
+        second_weights=_padded_with_zeros(weights["second"]),
+        places=places,
+    )
+    return points, first_lines
+
+
+def _padded(rows: Sequence[Sequence[str]]) -> NDArray[np.str_]:
+    """Rows of one length; the first label fills what is missing."""
+    width = max(len(row) for row in rows)
+    return np.array([[*row, *[row[0]] * (width - len(row))] for row in rows])
+
+
+def _padded_with_zeros(rows: Sequence[Sequence[float]]) -> NDArray[np.float64]:
+    width = max(len(row) for row in rows)
+    return np.array([[*row, *[0.0] * (width - len(row))] for row in rows])
+
+
+def write_points(path: Path, contact: Contact) -> None:
+    """The points of a contact between faces as the table that `pairs` names.
+
+    A point has as many lines as the side of more nodes; what is known of the point stands in each.
+    """
+    points = contact.pairs
+    rows: list[list[object]] = []
+    for i in range(len(points)):
+        sides = []
+        for number in (0, 1):
+            labels, weights = points.side(number)
+            used = np.flatnonzero(weights[i])
+            if not len(used):  # a point of nodes that do not move
+                used = np.array([0])
+            nodes = labels[i, used].tolist()
+            sides.append(zip(nodes, weights[i, used].tolist(), strict=True))
+        of_point = [contact.area[i], *contact.normal[i], *points.places[i]]
+        for first, second in zip_longest(*sides, fillvalue=("", "")):
+            rows.append([i + 1, *first, *second, *of_point])
+    write_csv(path, [*POINT_COLUMNS, "area", "nx", "ny", "nz", "x", "y", "z"], rows)
 
 
 def _coordinates(full: Sequence[Component], reduced: Sequence[Component]) -> Coordinates:

@@ -26,8 +26,9 @@ class Coordinates:
 
     `nodes` (n,) indices into `places` (nodes, 3); `directions` (n,) 0 to 2 for x, y, z, -1 for
     rotations and other degrees of freedom, which move nothing. `names` (nodes,) of the nodes;
-    `cells` kind and corners (indices of nodes) of each element. `bases` are the diagonal blocks of
-    what gives these rows from those of a reduced system.
+    `cells` kind and nodes (indices) of each element, corners first, and `elements` their labels, of
+    the file `elements_file`.
+    `bases` are the diagonal blocks of what gives these rows from those of a reduced system.
     """
 
     nodes: NDArray[np.intp] = field(repr=False)
@@ -35,6 +36,8 @@ class Coordinates:
     places: NDArray[np.float64] = field(repr=False)
     names: tuple[str, ...] = ()
     cells: tuple[tuple[str, Corners], ...] = field(default=(), repr=False)
+    elements: tuple[str, ...] = field(default=(), repr=False)
+    elements_file: Path | None = field(default=None, repr=False)
     bases: tuple[NDArray[np.float64], ...] = field(default=(), repr=False)
 
     def without(self, rows: NDArray[np.intp]) -> "Coordinates":
@@ -133,28 +136,37 @@ def _rows_by_labels(
 
 
 def read_elements(path: Path, coordinates: Coordinates) -> Coordinates:
-    """The same with the elements of a .csv file: element, type, and nodes of which the corners
-    count. Raises InputError."""
+    """The same with the elements of a table: element, type, and its nodes, corners first. Raises
+    InputError."""
     _, lines = read_table(path, ("element", "type"))
     index_of_name = {name: i for i, name in enumerate(coordinates.names)}
     cells: dict[str, tuple[str, Corners]] = {}
     for line in lines:
         name = line.cells["element"].strip()
-        kind, corners = _element(line, index_of_name)
-        if len({*corners}) < CELLS[kind].corners or not name or name in cells:
-            raise line.at.refuse(
-                f"an element named once and {CELLS[kind].corners} different nodes are needed"
-            )
-        cells[name] = kind, corners
-    return replace(coordinates, cells=tuple(cells.values()))
+        kind, nodes = _element(line, index_of_name)
+        corners = CELLS[kind].corners
+        if len({*nodes[:corners]}) < corners or not name or name in cells:
+            raise line.at.refuse(f"an element named once and {corners} different nodes are needed")
+        cells[name] = kind, nodes
+    return replace(
+        coordinates,
+        cells=tuple(cells.values()),
+        elements=tuple(cells),
+        elements_file=path,
+    )
 
 
 def _element(line: Line, index_of_name: dict[str, int]) -> tuple[str, Corners]:
-    """The kind of an element and its corners. Raises InputError."""
+    """The kind of an element and its nodes: corners, and the middles of its edges where all have a
+    place. Raises InputError where a corner has none."""
     kind = CELL_NAME.read(line.cells["type"].strip().lower(), line.at / "type")
+    cell = CELLS[kind]
     names = [cell.strip() for head, cell in line.cells.items() if head not in ("element", "type")]
-    corner_names = names[: CELLS[kind].corners]
+    corner_names = names[: cell.corners]
     for name in corner_names:
         if name not in index_of_name:
             raise line.at.must_be(name, "a node with a line in the table of coordinates")
+    with_middles = names[: cell.corners + len(cell.edges)]
+    if all(name in index_of_name for name in with_middles):
+        return kind, tuple(index_of_name[name] for name in with_middles)
     return kind, tuple(index_of_name[name] for name in corner_names)

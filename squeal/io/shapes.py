@@ -38,10 +38,9 @@ def displacements(where: Coordinates, shape: NDArray) -> NDArray[np.complex128]:
 
 def outer_faces(where: Coordinates) -> list[tuple[int, ...]]:
     """Corners of the faces that one element alone has, indices of nodes."""
-    faces = []
-    for name, corners in where.cells:
-        for face in CELLS[name].faces:
-            faces.append(tuple(corners[k] for k in face))
+    faces: list[tuple[int, ...]] = []
+    for name, nodes in where.cells:
+        faces += CELLS[name].face_nodes(nodes[: CELLS[name].corners])
     count = Counter(map(frozenset, faces))
     return [face for face in faces if count[frozenset(face)] == 1]
 
@@ -60,7 +59,7 @@ def write_shapes(path: Path, where: Coordinates, shapes: Shapes) -> None:
 def _vtk_lines(where: Coordinates, shapes: Shapes) -> Iterator[str]:
     """Points, cells, and of each mode its real and imaginary parts, and phases in degrees."""
     count = len(where.places)
-    cells = [(CELLS[name].vtk, corners) for name, corners in where.cells]
+    cells = [(CELLS[name].vtk, nodes[: CELLS[name].corners]) for name, nodes in where.cells]
     if not cells:
         cells = [(VTK_VERTEX, (node,)) for node in range(count)]
 
@@ -103,7 +102,8 @@ def _unv_lines(where: Coordinates, shapes: Shapes) -> Iterator[str]:
         yield f"{_columns(label, 1, 1, 11)}\n{coordinates}"
     if where.cells:
         yield f"{edge}\n{edge}\n{2412:6d}"
-    for number, (name, corners) in enumerate(where.cells, 1):
+    for number, (name, nodes) in enumerate(where.cells, 1):
+        corners = nodes[: CELLS[name].corners]
         yield _columns(number, CELLS[name].unv, 1, 1, 7, len(corners))
         yield _columns(*(labels[corner] for corner in corners))
     for number, mode in shapes:

@@ -80,7 +80,16 @@ class SystemFile:
     assumptions: tuple[str, ...] = ()
 
     def replaced(self, changes: Mapping[str, float]) -> SystemFile:
-        """The same with other values of some parameters, at which components are seated anew."""
+        """The same with other values of some parameters, at which components are seated anew.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> system = squeal.System([[1.0]], K={"k": [[1.0]]}, parameters={"k": 4.0})
+        >>> file = squeal.SystemFile(system)
+        >>> file.replaced({"k": 9.0}).system.at()[2].tolist()
+        [[9.0]]
+        """
         if self.assembly is None:
             return replace(self, system=self.system.replace(changes))
         assembly = self.assembly.joined_at(changes)

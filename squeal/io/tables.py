@@ -10,6 +10,8 @@ from typing import NamedTuple
 from squeal.io.cells import cell_name
 from squeal.schema import ANY, NOT_NEGATIVE, Kind, Place, read_content
 
+MOST_NODES = 20  # of an element that are read: corners, and middles of edges
+
 
 class Line(NamedTuple):
     """A line of a table: its place, and its cells by the names of their columns."""
@@ -29,13 +31,11 @@ def read_table(path: Path, names: Sequence[str], more: str = "") -> tuple[Place,
     """The lines of a .csv file that has some columns, perhaps one `more`, or of the nodes or
     elements of an .inp file. Raises InputError."""
     at = Place(str(path))
-    text = _text_lines(path, at)
     try:
         if path.suffix.lower() == ".inp":
-            whole_text = list(_with_included(path, text, at, (path.resolve(),)))
-            rows = list(_input_file_rows(whole_text, at, names[0]))
+            rows = list(_input_file_rows(path, names[0]))
         else:
-            table = csv.reader(text)
+            table = csv.reader(_text_lines(path, at))
             rows = [_Row(table.line_num, cells) for cells in table]
     except csv.Error as error:
         raise at.refuse(f"no table of comma-separated values: {error}") from None
@@ -110,45 +110,71 @@ def _with_included(
         yield from _with_included(included, included_text, here, (*including, included.resolve()))
 
 
-def _input_file_rows(text: Sequence[str], at: Place, wanted: str) -> Iterator[_Row]:
+class DeckLine(NamedTuple):
+    """A line of data of an input file: its place, its number, the line of the keyword above it in
+    capitals and split at its commas, and its own cells."""
+
+    at: Place
+    number: int
+    keyword: list[str]
+    cells: list[str]
+
+    def option(self, name: str) -> str:
+        """What an option of the keyword is set to, in capitals; "" if it is left out."""
+        for option in self.keyword[1:]:
+            key, _, value = option.partition("=")
+            if key.strip() == name:
+                return value.strip().strip('"')
+        return ""
+
+
+def deck_lines(path: Path) -> Iterator[DeckLine]:
+    """The lines of data of an input file of Abaqus or CalculiX and of those that it includes;
+    elements that go on in the next line are one. Raises InputError."""
+    at = Place(str(path))
+    text = _with_included(path, _text_lines(path, at), at, (path.resolve(),))
+    keyword = [""]
+    begun = ""  # of an element whose nodes go on in the next line
+    for number, line in enumerate(text, 1):
+        if line.startswith("**"):
+            continue
+        here = at / f"line {number}"
+        if line.startswith("*"):
+            keyword = _cells(line.upper())
+            begun = ""
+            if keyword[0] in ("*INSTANCE", "*SYSTEM") or any(
+                option.startswith("SYSTEM") for option in keyword
+            ):
+                raise here.refuse(
+                    f"{keyword[0]} is not allowed; write the file without parts and local axes"
+                )
+            continue
+        full_line = begun + line
+        if not full_line.strip():
+            continue
+        cells = _cells(full_line)
+        goes_on = keyword[0] == "*ELEMENT" and not cells[-1]
+        begun = full_line if goes_on else ""
+        if not goes_on:
+            yield DeckLine(here, number, keyword, cells)
+
+
+def _input_file_rows(path: Path, wanted: str) -> Iterator[_Row]:
     """The head of a table and the lines below *NODE or *ELEMENT of an input file of Abaqus or
     CalculiX. Elements without faces, such as springs, are left out. Raises InputError."""
     of_nodes = wanted == "node"
     if of_nodes:
         yield _Row(0, ["node", "x", "y", "z"])
     else:
-        yield _Row(0, ["element", "type", *map(str, range(8))])
-    section = f"*{wanted.upper()}"
-    in_section = False
-    kind = ""
-    begun = ""  # of an element whose nodes go on in the next line
-    for number, line in enumerate(text, 1):
-        if line.startswith("**"):
+        yield _Row(0, ["element", "type", *map(str, range(MOST_NODES))])
+    for line in deck_lines(path):
+        if line.keyword[0] != f"*{wanted.upper()}":
             continue
-        if line.startswith("*"):
-            keyword = _cells(line.upper())
-            if keyword[0] in ("*INSTANCE", "*SYSTEM") or any(
-                option.startswith("SYSTEM") for option in keyword
-            ):
-                raise (at / f"line {number}").refuse(
-                    f"{keyword[0]} is not allowed; write the file without parts and local axes"
-                )
-            in_section = keyword[0] == section
-            kind = cell_name(keyword)
-            begun = ""
-            continue
-        full_line = begun + line
-        if not in_section or not full_line.strip():
-            continue
-        cells = _cells(full_line)
         if of_nodes:
-            padded = [*cells, "0", "0", "0"]
-            yield _Row(number, [cell or "0" for cell in padded[:4]])
-            continue
-        goes_on = not cells[-1]
-        if kind and not goes_on:
-            yield _Row(number, [cells[0], kind, *cells[1:9]])
-        begun = full_line if goes_on else ""
+            padded = [*line.cells, "0", "0", "0"]
+            yield _Row(line.number, [cell or "0" for cell in padded[:4]])
+        elif kind := cell_name(line.keyword):
+            yield _Row(line.number, [line.cells[0], kind, *line.cells[1 : 1 + MOST_NODES]])
 
 
 def _cells(line: str) -> list[str]:

@@ -321,17 +321,21 @@ class Table:
         --------
         >>> import squeal
         >>> squeal.Table([squeal.Column("speed", "m/s", lambda row: row)], [1.5]).html()
-        '<p></p><table><tr><td>speed, m/s</td></tr><tr><td>1.5</td></tr></table>'
+        '<table><tr><th>speed, m/s</th></tr><tr><td>1.5</td></tr></table>'
         """
         if not len(self.rows):
-            return f"<p>{html.escape(self.nothing or self.title)}</p>"
-        body = ""
-        for row in self._cells(self._shown_rows(most)):
+            words = self.nothing or self.title
+            return f"<p>{html.escape(words)}</p>" if words else ""
+        head, *rows = self._cells(self._shown_rows(most))
+        heads = "".join(f"<th>{html.escape(cell)}</th>" for cell in head)
+        body = f"<tr>{heads}</tr>"
+        for row in rows:
             cells = "".join(f"<td>{html.escape(cell)}</td>" for cell in row)
             body += f"<tr>{cells}</tr>"
         omitted = len(self.rows) - most
         more = f"<p>{omitted} more rows</p>" if omitted > 0 else ""
-        return f"<p>{html.escape(self.title)}</p><table>{body}</table>{more}"
+        title = f"<p>{html.escape(self.title)}</p>" if self.title else ""
+        return f"{title}<table>{body}</table>{more}"
 
     def records(self) -> list[dict[str, Any]]:
         """A mapping of column names to values for each row.
@@ -468,10 +472,14 @@ class Answer(ABC):
         return self.text(FEW)
 
     def _repr_html_(self) -> str:
-        return "".join(
-            part.html() if isinstance(part, Table) else f"<p>{html.escape(part)}</p>"
-            for part in self.parts()
-        )
+        texts = []
+        for part in self.parts():
+            if isinstance(part, Table):
+                texts.append(part.html())
+            elif part:
+                lines = "<br>".join(html.escape(part).split("\n"))
+                texts.append(f"<p>{lines}</p>")
+        return "".join(texts)
 
     def to_records(self) -> list[dict[str, Any]]:
         """The rows of the table, each a mapping of column names to values.

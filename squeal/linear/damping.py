@@ -31,9 +31,25 @@ Ratios = float | Sequence[float] | Callable[[Array], Array]
 def structure_stiffness(
     system: System, without: Collection[int] = ()
 ) -> tuple[Matrix, tuple[int, ...]]:
-    """The stiffness (n, n) that damping refers to, and which terms of K it is of; `without` some.
+    """The stiffness that damping refers to: the symmetric part of K, real and without friction.
 
-    Raises InputError where there is none.
+    Parameters
+    ----------
+    system : System
+        The system, at its own parameters.
+    without : collection of int
+        Indices of terms of K that are left out.
+
+    Returns
+    -------
+    stiffness : array or sparse array (n, n)
+    terms : tuple of int
+        Indices of the terms of K that are part of it.
+
+    Raises
+    ------
+    InputError
+        Where there is none.
     """
     parameters = frictionless(system)
     total: Matrix = 0
@@ -87,16 +103,29 @@ def damped(
     """The system with damping of its structure, of which M and the stiffness K have modes Phi; and
     what is damped.
 
-    C gains alpha M + beta K (`rayleigh`, 1/s and s) and M Phi diag(2 zeta omega) Phi' M, where
-    Phi' M Phi = 1, of the `ratios` zeta of all modes, of the first ones by rising omega, or as a
-    function of frequencies (Hz) that is NaN for other modes. K gains i eta K, eta the loss factor
-    `structural`: that describes exp(lambda t) with Im lambda > 0, roots below the real axis are
-    mirror images. Both leave out terms of K that depend on the frequency, or name their `own`:
-    their indices by the name of the argument, of M by "M".
+    Parameters
+    ----------
+    system : System
+        The system.
+    rayleigh : sequence of two float
+        alpha (1/s) and beta (s): C gains alpha M + beta K.
+    ratios : float, sequence of float or function
+        Damping ratios zeta of all modes, of the first ones by rising omega, or as a function of
+        frequencies (Hz) that is NaN for other modes: C gains M Phi diag(2 zeta omega) Phi' M, where
+        Phi' M Phi = 1. Of more than 2000 rows it is added by a row for each mode.
+    structural : float
+        The loss factor eta: K gains i eta K. That describes exp(lambda t) with Im lambda > 0; roots
+        below the real axis are mirror images.
+    own : mapping of str to collections of int, optional
+        Indices of terms that have damping of their own and are left out: of K by the name of the
+        argument above, of M by "M". `rayleigh` and `structural` leave out terms of K that depend on
+        the frequency, too.
 
-    Modal damping of more than 2000 rows is added by a row for each mode. Raises InputError without
-    stiffness, for one ratio for all modes of so many rows, or with an M that is not symmetric,
-    positive definite.
+    Raises
+    ------
+    InputError
+        Without stiffness, for one ratio for all modes of more than 2000 rows, or with an M that is
+        not symmetric, positive definite.
     """
     alpha, beta = rayleigh
     left_out = {name: set(indices) for name, indices in (own or {}).items()}
@@ -135,7 +164,11 @@ def damped(
 
 
 def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tuple[System, Damped]:
-    """A system with damping of the modes of an undamped one."""
+    """A system with damping ratios of the real modes of an undamped one, and what is damped.
+
+    C gains U U' with U = M Phi diag(2 zeta omega)^(1/2). Raises InputError for more ratios than
+    there are modes, and for one ratio of more than 2000 rows.
+    """
     n = system.n
     K = structure_stiffness(undamped)[0]
     M = undamped.frozen().at()[0]
@@ -147,7 +180,8 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
                 f"damping.ratios: {count} ratios of {n} rows are not allowed; a list of one for "
                 "each of the first modes is, or a table of frequencies"
             )
-    omega, modes = real_modes(K, M, count, ratios if callable(ratios) and n > MOST_DENSE else None)
+    table = ratios if callable(ratios) and n > MOST_DENSE else None
+    omega, modes = real_modes(K, M, count, table)
     if callable(ratios):
         zeta = ratios(omega / math.tau)
     elif np.ndim(ratios) and len(omega) < count:
@@ -173,7 +207,11 @@ def _with_modal_damping(system: System, undamped: System, ratios: Ratios) -> tup
 
 
 def _bordered(system: System, U: Array) -> System:
-    """A sparse system with U U' added to C, a full matrix: by unknowns w = U' q of their own."""
+    """A sparse system with U U' added to C, by k more unknowns instead of a full matrix.
+
+    The unknowns w = U' q' are defined by rows w - U' q' = 0 of their own, and U w is the damping
+    force. U has the shape (n, k).
+    """
     from scipy.sparse import block_array, csc_array, eye_array
 
     n, k = U.shape

@@ -12,14 +12,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_array
 
 from squeal.linear.eigen import Eigenvalue
-from squeal.linear.matrices import Array, Matrix, norm_of
-from squeal.linear.system import TermSystem
+from squeal.linear.matrices import EPS, Array, Matrix, dense, norm_of
+from squeal.linear.system import Term, TermSystem
+from squeal.numerics.differentiation import Formula
 
 NEAR_ZERO = 0.25  # of |lambda|: a root that may move by more may be a double root at zero
 
@@ -61,6 +63,80 @@ def data_errors(
                 total = total + abs(term.factor.value(at)) * half_units(term.matrix, term.digits)
         errors.append(total)
     return errors[0], errors[1], errors[2]
+
+
+def rounding_of_sums(
+    system: TermSystem, changes: Mapping[str, float] | None = None
+) -> tuple[Array, Array, Array]:
+    """How far the entries (n, n) of M, C and K at some parameters may be from the sums of factors
+    times matrices, beside half a unit in their last place; zero where nothing was rounded.
+
+    Terms that cancel leave the rounding of what they were: products and sums of doubles and their
+    errors are computed without error (Dekker, Numer. Math. 18, 1971).
+    """
+    at = system.values(changes)
+    errors = []
+    for terms in system.parts:
+        active = [t for t in terms if t.factor.value(at) or _error_of_factor(t, at)]
+        total = np.zeros((system.n, system.n))
+        error = np.zeros((system.n, system.n))
+        for term in active:
+            factor = term.factor.value(at)
+            matrix = dense(term.matrix)
+            if np.iscomplexobj(matrix) or isinstance(factor, complex):
+                size = abs(factor) * np.abs(matrix)
+                error = error + 2.0 * (len(active) + 1) * EPS * size
+                continue
+            product, of_product = _exact_product(factor, matrix)
+            total, of_sum = _exact_sum(total, product)
+            error = error + np.abs(of_sum) + _error_of_factor(term, at) * np.abs(matrix)
+            if len(active) > 1:  # that of a single product is within the half unit
+                error = error + np.abs(of_product)
+        errors.append(error * (1.0 + 8.0 * EPS))
+    return errors[0], errors[1], errors[2]
+
+
+def _error_of_factor(term: Term, at: Mapping[str, float]) -> float:
+    """How far rounding may have moved the factor of a term; 0 of a number or a parameter alone."""
+    factor = term.factor
+    value = abs(factor.value(at))
+    if not isinstance(factor, Formula):
+        return 4.0 * EPS * value
+    if not factor.names or factor.text.strip() in factor.names:
+        return 0.0
+    try:
+        exact = factor.over(at, Fraction)
+    except (ArithmeticError, TypeError, ValueError):
+        exact = None
+    if not isinstance(exact, Fraction):  # a power that is no rational number
+        return 4.0 * EPS * value
+    return float(abs(exact - Fraction(factor.value(at)))) * (1.0 + 2.0 * EPS)
+
+
+def _exact_product(factor: float, matrix: Array) -> tuple[Array, Array]:
+    """Products in doubles and their errors; where a part overflows a bound of the error."""
+    product = factor * matrix
+    with np.errstate(over="ignore", invalid="ignore"):
+        high, low = _halves(np.asarray(factor))
+        matrix_high, matrix_low = _halves(matrix)
+        error = low * matrix_low - (
+            ((product - high * matrix_high) - low * matrix_high) - high * matrix_low
+        )
+    return product, np.where(np.isfinite(error), error, EPS * np.abs(product))
+
+
+def _halves(numbers: Array) -> tuple[Array, Array]:
+    """The upper 26 bits of doubles, and what is left."""
+    scaled = 134217729.0 * numbers  # 2^27 + 1
+    high = scaled - (scaled - numbers)
+    return high, numbers - high
+
+
+def _exact_sum(a: Array, b: Array) -> tuple[Array, Array]:
+    """Sums in doubles and their errors."""
+    total = a + b
+    of_b = total - a
+    return total, (a - (total - of_b)) + (b - of_b)
 
 
 def _off_the_axis(

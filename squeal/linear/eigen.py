@@ -81,6 +81,8 @@ class Eigenvalue:
         How far a reduction, or what digits of data leave open, may move it, rad/s.
     open : bool
         True if this error leaves open whether it grows.
+    grows : bool
+        True if it is proved to grow, however far rounding may move it.
     """
 
     value: complex
@@ -91,10 +93,13 @@ class Eigenvalue:
     rounding: float = field(default=0.0, repr=False)
     error: float | None = field(default=None, repr=False)
     open: bool = field(default=False, repr=False)
+    grows: bool = field(default=False, repr=False)
 
     @property
     def kind(self) -> str:
         """The verdict on it alone."""
+        if self.grows:
+            return "flutter" if self.value.imag else "divergence"
         return VERDICTS[kinds(self.value, self.rounding)]
 
     @property

@@ -162,9 +162,8 @@ def guesses_of(step: Step, ends: tuple[bool, bool]) -> tuple[list[Guess], float 
         guesses += _crossings_of_one(step, k, known=True)
     doubtful = set(np.flatnonzero(~settled & ~single).tolist())
     for pair in list(step.pairs(sorted(doubtful))):
-        if problem is not DAMPED or _sides_are_known(step, pair):
-            guesses += _events_of_pair(step, pair)
-            doubtful.difference_update(pair.indices)
+        guesses += _events_of_pair(step, pair)
+        doubtful.difference_update(pair.indices)
     for k in doubtful:  # the best there is if no step can be divided any more
         guesses += _crossings_of_one(step, k, known=False)
     if doubtful:
@@ -204,23 +203,6 @@ def _doubtful_turn(step: Step, roots: Bools, change: Array) -> float | None:
         is_near = np.abs(c[0] + t * (c[1] + t * (c[2] + t * c[3]))) <= error
     is_near &= roots & (t > 0) & (t < 1) & (error > step.rounding)
     return float(t[is_near][0]) if is_near.any() else None
-
-
-def _sides_are_known(step: Step, pair: RootPair) -> bool:
-    """True if the cubics of a pair tell on which side of the axis both roots are within a step."""
-    t = np.linspace(0.0, 1.0, 17)
-    square_error = abs(pair.square[3])  # twice what the slopes miss
-    mean = np.polyval(pair.mean[::-1].astype(complex), t)
-    half_difference = np.sqrt(np.polyval(pair.square[::-1].astype(complex), t))
-    with np.errstate(divide="ignore", invalid="ignore"):
-        half_error = np.fmin(np.sqrt(square_error), square_error / np.abs(half_difference))
-        slack = abs(pair.mean[3].real) + half_error
-    for path in ((mean + half_difference).real, (mean - half_difference).real):
-        stays_on_one_side = (abs(path) > slack).all()
-        passes_clearly = slack.max() <= 2 * step.options.doubt * np.ptp(path)
-        if not (stays_on_one_side or passes_clearly):
-            return False
-    return True
 
 
 def _crossings_of_one(step: Step, k: int, known: bool) -> Iterator[Guess]:

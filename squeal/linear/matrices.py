@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from squeal.errors import ComputationError, InputError, MatrixError
+from squeal.schema import Place, refuse_unit
 
 Array = NDArray[np.float64]
 EPS = float(np.finfo(float).eps)
@@ -94,6 +95,7 @@ def given_matrix(value: object, name: str = "", real: bool = False) -> Matrix:
 
     Raises InputError, also for numbers that no double holds.
     """
+    refuse_unit(value, Place(name or "matrix"))
     given = _unwrapped(value)
     if np.ma.is_masked(given):
         raise _refused(name, "has masked entries; a matrix of finite numbers is required")

@@ -97,7 +97,12 @@ class SearchResult:
 def search(
     system: SystemFunction, low: float, high: float, options: ContinuationOptions | None = None
 ) -> SearchResult:
-    """All events for low <= p <= high."""
+    """All events for low <= p <= high, in clusters of coincident ones.
+
+    The range is divided into steps, and these again, until the roots at both ends of each are
+    matched. What may cross is located, and the counts of growing roots between the events decide
+    where the search has to look again.
+    """
     options = options or ContinuationOptions()
     continuation = Continuation(system, low, high, options)
     count, budget = _affordable(continuation.size, options)
@@ -137,6 +142,7 @@ class _AdaptiveRefinement:
         self.continuation = continuation
         self.budget = budget
         self.range = continuation.high - continuation.low
+        # of the parameter: events closer than this coincide
         self.merge_distance = 4 * continuation.options.same * self.range
         self.guesses: list[Guess] = []
         self.events: list[Event] = []
@@ -185,7 +191,10 @@ class _AdaptiveRefinement:
                 continuation.at(meeting.value)
 
     def locate_events(self) -> None:
-        """Add what the guesses lead to; intervals that touch may be of one event."""
+        """Add the events to which the guesses lead, and forget the guesses.
+
+        Of one frequency and direction events whose intervals touch may be one: the first is added.
+        """
         for guess in self.guesses:
             event = located(self.continuation, guess)
             if event is not None and event.value - self.continuation.low <= 1e-6 * self.range:
@@ -232,7 +241,10 @@ class _AdaptiveRefinement:
         return clusters
 
     def split_cluster(self, events: list[Event], a: float, b: float) -> list[tuple[Event, ...]]:
-        """A cluster between a and b, divided where the counts between its events agree."""
+        """The parts of a cluster of events, divided where the counts between its events agree.
+
+        a and b lie below and above the cluster. Twins that are almost one are told apart so.
+        """
         parts = []
         start = 0
         for k in range(1, len(events)):
@@ -240,9 +252,8 @@ class _AdaptiveRefinement:
             if any(event.interval[0] <= p <= event.interval[1] for event in events):
                 continue
             below, here, above = (self.continuation.at(x).unstable_count for x in (a, p, b))
-            if counts_consistent(events[:k], below, here) and counts_consistent(
-                events[k:], here, above
-            ):
+            lower_agree = counts_consistent(events[:k], below, here)
+            if lower_agree and counts_consistent(events[k:], here, above):
                 parts.append(tuple(events[start:k]))
                 start = k
         return [*parts, tuple(events[start:])]
@@ -339,16 +350,19 @@ class _AdaptiveRefinement:
         return resolved
 
     def _division_point(self, a: float, b: float, inside: list[Event]) -> float | None:
-        """Where to halve, beside the intervals of events; None where there is no room for that."""
+        """Where to divide the range from a to b: near the middle, or next to an event.
+
+        It lies beside the intervals of the events `inside`; None where there is no room for that.
+        """
         least = max(1e-10 * self.range, _resolution(a, b))
         candidates = [a + self.continuation.options.aside * (b - a)]
         for event in inside:
             candidates += [event.interval[0] - least, event.interval[1] + least]
         for p in candidates:
-            free = not any(
+            is_free = not any(
                 event.interval[0] - least < p < event.interval[1] + least for event in inside
             )
-            if a + least < p < b - least and free:
+            if is_free and a + least < p < b - least:
                 return p
         return None
 
@@ -370,7 +384,11 @@ class _AdaptiveRefinement:
     def _event_from_count(
         self, change: RequiredCrossing, a: float, b: float, limits: Interval
     ) -> Event | None:
-        """An event between a and b of which only the count tells, and beside which it is sure."""
+        """An event of which the counts of growing roots at a and b alone tell.
+
+        Its interval reaches to the nearest values beside a and b at which rounding leaves no doubt
+        about the count, or fills the `limits`.
+        """
         continuation = self.continuation
         direction = change.direction
         fewer, more = sorted(continuation.at(p).unstable_count.roots for p in (a, b))
@@ -571,7 +589,11 @@ def _is_expected_beside(
 
 
 def _midpoints(continuation: Continuation, clusters: Sequence[Sequence[Event]]) -> list[float]:
-    """A value between neighbouring clusters, and beyond the first and the last."""
+    """A value between neighbouring clusters, and below the first and above the last.
+
+    Where the last one lies at the end of the range it is a value a little beyond, if the system has
+    one there.
+    """
     low = continuation.low
     high = continuation.high
     lasts = [low, *(cluster[-1].value for cluster in clusters)]
@@ -600,7 +622,10 @@ def _meetings_at_end(state: SpectrumAtParameter, width: float) -> Iterator[Guess
 
 
 def _rests_at_start(continuation: Continuation, omega: float) -> bool:
-    """True if a root of this frequency is on the line at the start, two of them without damping."""
+    """True if a root of this angular frequency neither grows nor decays at the start of the range.
+
+    Without damping two have to: one that does not meet another cannot leave the line.
+    """
     state = continuation.at(continuation.low)
     if not omega:
         return bool(np.any(np.abs(state.roots) <= state.rounding))

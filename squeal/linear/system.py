@@ -72,7 +72,7 @@ SystemMatrix = ArrayLike | Sequence[object] | SparseMatrix | Mapping[str, object
 """A matrix as `System` takes it: one array, arrays by their factors, or terms."""
 
 
-@dataclass(frozen=True, eq=False, init=False)
+@dataclass(frozen=True, eq=False, init=False, repr=False)
 class System:
     """A system M q'' + C q' + K q = 0 from arrays in memory, each matrix a sum of terms.
 
@@ -224,6 +224,10 @@ class System:
         damping = Term(np.eye(n))
         stiffness = Term(-np.asarray(plant.A))
         return System((mass,), (damping,), (stiffness,), name=plant.name or "system")
+
+    def __repr__(self) -> str:
+        values = ", ".join(f"{name} = {value:g}" for name, value in self.given.items())
+        return f"<System {self.name}: {self.n} rows, {len(self.terms)} terms, {values}>"
 
     def __reduce__(self) -> tuple[type[System], tuple[object, ...]]:
         parameters = dict(self.parameters)  # a view of them is not sent to other processes

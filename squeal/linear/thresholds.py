@@ -268,7 +268,12 @@ def _verdict_changes(part: SearchResult) -> Iterator[VerdictChange]:
 
 
 def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
-    """Verdicts at all states and on both sides of the clusters that begin or end all growth."""
+    """Verdicts by rising parameter: at all computed states, and on both sides of the clusters that
+    begin or end all growth.
+
+    Between two clusters the states at which as many roots grow as follows from the crossings count,
+    else the middle.
+    """
     continuation = part.continuation
     edges = part.edges
     values = [state.value for state in continuation.states]
@@ -293,7 +298,11 @@ def _known_verdicts(part: SearchResult) -> list[_VerdictAt]:
 def _beside_cluster(
     part: SearchResult, cluster: int, before: _VerdictAt, after: _VerdictAt
 ) -> list[_VerdictAt]:
-    """The verdicts on both sides of a cluster that begins or ends all growth, else none."""
+    """The verdicts just below and above a cluster that begins or ends all growth, else none.
+
+    cluster: its index; before, after: the nearest known verdicts below and above it. The growth
+    beside it is of the kind of what crosses there, if that is of one kind.
+    """
     rest_before = before.verdict == "quiet"
     rest_after = after.verdict == "quiet"
     if rest_before == rest_after:
@@ -324,7 +333,10 @@ def _at_cluster(part: SearchResult, change: VerdictChange) -> VerdictChange:
 def _exchanges(
     continuation: Continuation, a: _VerdictAt, b: _VerdictAt, depth: int = 5
 ) -> Iterator[VerdictChange]:
-    """Where the faster growth changes hands between two values."""
+    """Where the faster growth changes hands between two values at which something grows.
+
+    Where it may do so and change back the range is halved, up to `depth` times.
+    """
     if a.verdict != b.verdict:
         value, half = _exchange(continuation, a, b)
         yield VerdictChange(value, half, a.verdict, b.verdict, None)
@@ -514,10 +526,15 @@ def _critical_point(
 def _omega_without_event(
     part: SearchResult, change: VerdictChange, interval: tuple[float, float]
 ) -> float:
-    """The angular frequency of the mode that a change of verdict is about, 0 of a real root."""
+    """The angular frequency (rad/s) of the mode that changes the verdict, 0 of a real root, where
+    no event tells it.
+
+    interval: where the change lies.
+    """
     continuation = part.continuation
     grows = change.above in GROWING
-    if (change.above if grows else change.below) != "flutter":
+    kind = change.above if grows else change.below
+    if kind != "flutter":
         return 0.0
     if change.cluster is None:
         # a pair and a real root grow alike, or a pair is about to be two real roots

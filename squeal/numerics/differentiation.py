@@ -130,7 +130,7 @@ class Formula:
 
     text: str
     place: str = field(default="", repr=False, compare=False)
-    names: frozenset[str] = field(init=False)
+    names: frozenset[str] = field(init=False, repr=False)
     _tree: ast.expr = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:

@@ -35,11 +35,26 @@ CLEAR_MASS = 1e-10  # of the greatest mass per stiffness: what has less is close
 class Check(Answer):
     """What a system of matrices is: its files, mass and lowest real modes.
 
-    matrices: each with its part, file, format, rows and symmetry; checks: what is to be said of M,
-    C and K; mass: total, None without coordinates, and its centre (3,); size: of the box around all
-    nodes (3,); elements: how many have faces; frequencies_hz: the lowest real modes that are no
-    free motions, without friction and damping; free: how many motions no stiffness holds;
-    negative: how many have a negative one; hints: what looks like an error of units.
+    Attributes
+    ----------
+    name, rows
+        Of the system.
+    matrices : tuple of mapping
+        Each matrix with its part, file, format, rows and symmetry.
+    checks : mapping of str to str
+        What is to be said of M, C and K: symmetry, definiteness, condition.
+    mass : float or None
+        Of all rows that move; None without coordinates.
+    centre, size : tuple of 3 float, or None
+        Centre of mass, and lengths of the box around all nodes.
+    elements : int
+        How many elements have faces.
+    frequencies_hz : tuple of float
+        The lowest real modes without friction and damping, but for free motions.
+    free, negative : int
+        Number of motions without stiffness, and with a negative one.
+    hints : tuple of str
+        What looks like an error of units.
 
     Examples
     --------
@@ -158,11 +173,22 @@ def check(subject: object, modes: Annotated[int, Whole(1, 1000)] = 10) -> Check:
 
 
 def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """The lowest squares of angular frequencies, rising, and up to where each is rounding or lies
-    below what the digits of files tell.
+    """The lowest real modes without friction and damping.
 
-    Of large systems at least `count` of those that stiffness holds, unless more than count + 24
-    motions are free. Raises ComputationError.
+    Of large systems at least `count` modes with stiffness are found, unless more than count + 24
+    motions are free.
+
+    Returns
+    -------
+    squares : array (m,)
+        Squares of the angular frequencies, rising.
+    noise : array (m,)
+        The size below which each square is rounding, or is left open by the digits of files.
+
+    Raises
+    ------
+    ComputationError
+        If they cannot be computed.
     """
     from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh
 
@@ -171,7 +197,7 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
     K = (scaled.K + scaled.K.T).real / 2
     M = scaled.M
     square_of_scale = scaled.frequency_scale**2
-    shift = BELOW * square_of_scale  # below all squares, so that free motions pass
+    shift = BELOW * (square_of_scale or 1.0)  # below all squares, so that free motions pass
     noise = FREE * EPS * square_of_scale
     try:
         if system.n <= ALL_ROWS:
@@ -196,8 +222,19 @@ def _real_modes(system: TermSystem, count: int) -> tuple[NDArray[np.float64], ND
 def _all_real_modes(
     shifted_K: NDArray, M: NDArray, shift: float
 ) -> tuple[NDArray[np.float64], NDArray, float]:
-    """Squares (m,) of angular frequencies and shapes (n, m) of motions that have a mass, and the
-    largest square of those whose mass is clear."""
+    """All real modes of a small system, from the eigenvalues theta of (K - shift M)^-1 M.
+
+    Their squares of angular frequencies are shift + 1 / theta; a motion without mass has theta = 0.
+
+    Returns
+    -------
+    squares : array (m,)
+        Of the motions that have a mass.
+    shapes : array (n, m)
+        Their shapes.
+    largest : float
+        The largest square of those whose mass is clearly above rounding.
+    """
     values, vectors = np.linalg.eig(np.linalg.solve(shifted_K, M))
     theta = values.real
     size = np.abs(theta)
@@ -210,8 +247,13 @@ def _all_real_modes(
 def _open_squares(
     system: TermSystem, changes: Mapping[str, float], squares: NDArray[np.float64], shapes: NDArray
 ) -> NDArray[np.float64]:
-    """How far the digits of files leave squares of angular frequencies (m,) with shapes (n, m)
-    open."""
+    """By how much the digits of files may change squares of angular frequencies (m,).
+
+    To first order the square of a mode x changes by (x^T dK x - square x^T dM x) / (x^T M x); the
+    bounds of dK and dM are taken with the absolute values of x.
+
+    shapes (n, m): of the modes.
+    """
     if not has_digits(system):
         return np.zeros(len(squares))
     M, _, _ = system.at(changes)
@@ -224,7 +266,10 @@ def _open_squares(
 
 
 def _mass(M: Any, at: Coordinates) -> tuple[float, tuple[float, ...]]:
-    """The mass that translations move, and its centre (3,), averaged over the directions."""
+    """The mass that translations move, and its centre (3,).
+
+    Both are means over the three directions; without a mass the centre is NaN.
+    """
     masses = []
     moments = []
     for direction in range(3):

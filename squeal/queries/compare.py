@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import linear_sum_assignment
 
 from squeal.errors import InputError
@@ -19,15 +19,15 @@ from squeal.io.writing import Answer, Column, Panel, Table, columns
 from squeal.linear.matrices import dense, given_matrix
 from squeal.results.eigenvalues import Eigenvalues
 from squeal.results.sources import SystemSource
-from squeal.schema import POSITIVE, Positive, public
+from squeal.schema import POSITIVE, Place, Positive, public
 
 FORBIDDEN = 1e6  # cost of a pair beyond the tolerance
-EVEN = 2e-4  # difference, of the frequency, that tells nothing: a growing one pairs
+EVEN = 2e-4  # of the frequency: a difference too small to prefer one of two modes
 DAMPING = "damping_ratio"
 BESIDE = ("real [1/s]", "error [1/s]", "residual", "condition")  # in a table of eigenvalues
 
 
-def mac(X: Any, Y: Any) -> NDArray[np.float64]:
+def mac(X: ArrayLike, Y: ArrayLike) -> NDArray[np.float64]:
     """Modal assurance criterion of shapes, 1 for equal ones whatever their scale and phase.
 
     Parameters
@@ -60,10 +60,13 @@ def mac(X: Any, Y: Any) -> NDArray[np.float64]:
 
 
 class Mode(NamedTuple):
-    """A mode that vibrates; name: its number if computed; shape: displacements (3 nodes,), or (n,)
-    of all rows where no nodes are known, NaN where not measured."""
+    """A mode that vibrates.
 
-    name: Any
+    name: of a test, or the number of a computed mode; shape: displacements along x, y and z of each
+    node (3 nodes,), or of all rows (n,) where no nodes are known; NaN where it was not measured.
+    """
+
+    name: str | int
     frequency_hz: float
     damping: float | None
     shape: NDArray[np.complex128]
@@ -73,10 +76,10 @@ class Pair(NamedTuple):
     """A mode of the reference and the computed one, None where it has none; the difference in
     frequency (% of the reference) and the MAC, if shapes are known."""
 
-    reference: str | None
+    reference: str | int | None
     reference_hz: float | None
     reference_damping: float | None
-    mode: int | None
+    mode: str | int | None
     frequency_hz: float | None
     damping_ratio: float | None
     difference: float | None = None
@@ -112,7 +115,11 @@ class Pairs(Answer):
     @property
     def names(self) -> dict[int, str]:
         """The names that the reference gives computed modes, by their numbers."""
-        return {one.mode: one.reference for one in self.pairs if one.mode and one.reference}
+        names = {}
+        for pair in self.pairs:
+            if pair.mode and pair.reference:
+                names[int(pair.mode)] = str(pair.reference)
+        return names
 
     def table(self) -> Table:
         names = columns("reference reference_hz mode frequency_hz")
@@ -160,41 +167,42 @@ def compare(
     >>> [(pair.mode, round(pair.mac, 3)) for pair in compare(*both).pairs]
     [(1, 0.999), (2, 0.999)]
     """
-    where = computed.source.file.coordinates if isinstance(computed.source, SystemSource) else None
-    modes = _modes(computed, where)
+    coordinates = None
+    if isinstance(computed.source, SystemSource):
+        coordinates = computed.source.file.coordinates
+    modes = _modes(computed, coordinates)
     if isinstance(reference, Eigenvalues):
         _check_rows(reference, computed)
-        references = [mode._replace(name=str(mode.name)) for mode in _modes(reference, where)]
+        references = []
+        for mode in _modes(reference, coordinates):
+            references.append(mode._replace(name=str(mode.name)))
         name = f"{reference.name}, {reference.parameter} = {reference.value:.6g}"
     else:
-        references = read_test(Path(reference), where)
+        references = read_test(Path(reference), coordinates)
         name = str(reference)
     costs = pairing_costs(references, modes, tolerance)
     equally_near = _equally_near(costs.cost, EVEN / tolerance)
-    pairs = assigned_pairs(costs, references, modes, tolerance)
+    rows = []
     ties = []
+    pairs = assigned_pairs(costs, references, modes, tolerance)
     for i, j in pairs:
+        likeness = None if np.isnan(costs.likeness[i, j]) else float(costs.likeness[i, j])
+        pair = _pair(references[i], modes[j])
+        rows.append(pair._replace(difference=100 * float(costs.difference[i, j]), mac=likeness))
         if len(equally_near[i]) > 1 and j in equally_near[i]:
             numbers = ", ".join(str(modes[k].name) for k in equally_near[i])
             ties.append(
                 f"{references[i].name}: modes {numbers} are equally near; {modes[j].name} is paired"
             )
-    likeness = costs.likeness
-    rows = []
-    for i, j in pairs:
-        known = not np.isnan(likeness[i, j])
-        pair = _pair(references[i], modes[j])
-        rows.append(
-            pair._replace(
-                difference=100 * float(costs.difference[i, j]),
-                mac=float(likeness[i, j]) if known else None,
-            )
-        )
     paired_references = {i for i, _ in pairs}
+    for i, mode in enumerate(references):
+        if i not in paired_references:
+            rows.append(_pair(mode, None))
     paired_modes = {j for _, j in pairs}
-    rows += [_pair(mode, None) for i, mode in enumerate(references) if i not in paired_references]
-    rows += [_pair(None, mode) for j, mode in enumerate(modes) if j not in paired_modes]
-    return Pairs(name, tuple(rows), tolerance, likeness, tuple(ties))
+    for j, mode in enumerate(modes):
+        if j not in paired_modes:
+            rows.append(_pair(None, mode))
+    return Pairs(name, tuple(rows), tolerance, costs.likeness, tuple(ties))
 
 
 class PairingCosts(NamedTuple):
@@ -212,8 +220,9 @@ def pairing_costs(
     """What pairs cost: their difference in frequency over the tolerance, and 1 - MAC."""
     reference_hz = np.array([mode.frequency_hz for mode in references], float)
     computed_hz = np.array([mode.frequency_hz for mode in modes], float)
-    with np.errstate(divide="ignore", invalid="ignore"):  # a mode at rest has no share
-        difference = (computed_hz - reference_hz[:, None]) / reference_hz[:, None]
+    # of two that diverge neither has a frequency, and they do not differ in it
+    size = np.where(reference_hz > 0.0, reference_hz, 1.0)
+    difference = (computed_hz - reference_hz[:, None]) / size[:, None]
     likeness = _likeness(references, modes)
     unlikeness = np.where(np.isnan(likeness), 0.0, 1.0 - likeness)
     return PairingCosts(difference, likeness, np.abs(difference) / tolerance + unlikeness)
@@ -232,15 +241,19 @@ def assigned_pairs(
 
 
 def _pair(reference: Mode | None, mode: Mode | None) -> Pair:
-    """A row of two modes, one of which there may not be."""
-    return Pair(
-        reference=None if reference is None else reference.name,
-        reference_hz=None if reference is None else reference.frequency_hz,
-        reference_damping=None if reference is None else reference.damping,
-        mode=None if mode is None else mode.name,
-        frequency_hz=None if mode is None else mode.frequency_hz,
-        damping_ratio=None if mode is None else mode.damping,
-    )
+    """A row of a mode of the reference and a computed one, either of which may be missing."""
+    pair = Pair(None, None, None, None, None, None)
+    if reference is not None:
+        pair = pair._replace(
+            reference=reference.name,
+            reference_hz=reference.frequency_hz,
+            reference_damping=reference.damping,
+        )
+    if mode is not None:
+        pair = pair._replace(
+            mode=mode.name, frequency_hz=mode.frequency_hz, damping_ratio=mode.damping
+        )
+    return pair
 
 
 def _check_rows(reference: Eigenvalues, computed: Eigenvalues) -> None:
@@ -252,8 +265,10 @@ def _check_rows(reference: Eigenvalues, computed: Eigenvalues) -> None:
 
 
 def _likeness(references: Sequence[Mode], modes: Sequence[Mode]) -> NDArray[np.float64]:
-    """MAC (m, k) of each mode of the reference with each computed one, over the rows that were
-    measured; NaN where one of the two shapes does not move there."""
+    """MAC (m, k) of each of m modes of the reference with each of k computed ones.
+
+    It is taken over the rows that were measured, and NaN where one of the shapes is zero there.
+    """
     likeness = np.full((len(references), len(modes)), np.nan)
     for i, reference in enumerate(references):
         measured = ~np.isnan(reference.shape)
@@ -267,7 +282,7 @@ def _likeness(references: Sequence[Mode], modes: Sequence[Mode]) -> NDArray[np.f
 
 
 def _equally_near(cost: NDArray[np.float64], most: float) -> list[NDArray[np.int64]]:
-    """Of each row of costs (m, k) the columns whose cost is the least but for at most `most`."""
+    """For each row of costs (m, k) the columns whose cost exceeds the least by at most `most`."""
     if not cost.shape[1]:
         return []
     return [np.flatnonzero(np.abs(row - row.min()) <= most) for row in cost]
@@ -278,47 +293,72 @@ def _grows(modes: Sequence[Mode]) -> NDArray[np.bool_]:
     return np.array([mode.damping is None or mode.damping < 0.0 for mode in modes])
 
 
-def _modes(answer: Eigenvalues, where: Coordinates | None) -> list[Mode]:
+def _modes(answer: Eigenvalues, coordinates: Coordinates | None) -> list[Mode]:
     """The modes that vibrate, with displacements of nodes if these are known, else of all rows."""
     modes = []
     for number, root in answer.of_modes:
         if root.value.imag > 0.0:
-            shape = where.displacements(root.right).ravel() if where else root.right
+            shape = root.right
+            if coordinates is not None:
+                shape = coordinates.displacements(root.right).ravel()
             modes.append(Mode(number, root.frequency_hz, root.damping_ratio, shape))
     return modes
 
 
-def read_test(path: Path, where: Coordinates | None) -> list[Mode]:
-    """The modes of a table, with shapes as displacements of nodes. Raises InputError."""
-    rows: dict[tuple[str, int], int] = {}
-    if where is not None:
-        for node, direction in zip(where.nodes.tolist(), where.directions.tolist(), strict=True):
-            if direction >= 0:
-                rows[where.names[node].lower(), direction] = 3 * node + direction
+def read_test(path: Path, coordinates: Coordinates | None) -> list[Mode]:
+    """The modes of a table, with shapes as displacements of nodes, see `Mode`.
+
+    A line may be that of a saved answer, of which the other roots are skipped: the second of a pair
+    and those that do not vibrate. Raises InputError.
+    """
+    entries = _entries_of_shapes(coordinates)
+    size = 0 if coordinates is None else 3 * len(coordinates.places)
     modes: dict[str, Mode] = {}
     _, lines = read_table(path, ("frequency_hz",))
     for here, line in lines:
-        line = {key: cell for key, cell in line.items() if key not in BESIDE}
-        if number_in(line.pop("imag [rad/s]", "1"), here / "imag") <= 0.0:
-            continue  # the other of a pair, or no vibration
-        damping = line.pop(DAMPING, "")
-        number = line.pop("mode", "")
-        name = line.pop("name", number).strip()
+        cells = {head: cell for head, cell in line.items() if head not in BESIDE}
+        if number_in(cells.pop("imag [rad/s]", "1"), here / "imag") <= 0.0:
+            continue
+        damping = cells.pop(DAMPING, "")
+        number = cells.pop("mode", "")
+        name = cells.pop("name", number).strip()
         if not name or name in modes:
             raise (here / "name").must_be(name, "a name that no other line has")
-        frequency = number_in(line.pop("frequency_hz"), here / "frequency_hz", POSITIVE)
+        frequency = number_in(cells.pop("frequency_hz"), here / "frequency_hz", POSITIVE)
         ratio = number_in(damping, here / DAMPING) if damping.strip() else None
-        shape = np.full(3 * len(where.places) if where else 0, np.nan, dtype=complex)
-        for head, cell in line.items():
-            node_name, _, dof = str(head).rpartition(":")
-            row = rows.get((node_name.strip(), DIRECTIONS.get(dof.strip(), -1)))
-            if row is None:
-                allowed = "NODE:DOF of a node with coordinates that x, y or z moves"
-                raise (here / head).must_be(head, allowed)
-            if cell.strip():
-                with suppress(ValueError):
-                    shape[row] = complex(cell.strip())
-                if not np.isfinite(shape[row]):
-                    raise (here / head).must_be(cell, "a finite number such as 0.3 or 0.3+0.1j")
-        modes[name] = Mode(name, frequency, ratio, shape)
+        modes[name] = Mode(name, frequency, ratio, _read_shape(cells, here, entries, size))
     return list(modes.values())
+
+
+def _entries_of_shapes(coordinates: Coordinates | None) -> dict[tuple[str, int], int]:
+    """By name of a node and direction (0 to 2) the index in the shape (3 nodes,) of a mode."""
+    entries: dict[tuple[str, int], int] = {}
+    if coordinates is None:
+        return entries
+    nodes = coordinates.nodes.tolist()
+    for node, direction in zip(nodes, coordinates.directions.tolist(), strict=True):
+        if direction >= 0:
+            entries[coordinates.names[node].lower(), direction] = 3 * node + direction
+    return entries
+
+
+def _read_shape(
+    cells: Mapping[str, str], here: Place, entries: Mapping[tuple[str, int], int], size: int
+) -> NDArray[np.complex128]:
+    """A shape (size,) from cells under heads NODE:DOF, NaN where a cell is empty or missing.
+
+    entries: the index of each node and direction. Raises InputError.
+    """
+    shape = np.full(size, np.nan, dtype=complex)
+    for head, cell in cells.items():
+        node_name, _, dof = str(head).rpartition(":")
+        entry = entries.get((node_name.strip(), DIRECTIONS.get(dof.strip(), -1)))
+        if entry is None:
+            allowed = "NODE:DOF of a node with coordinates that x, y or z moves"
+            raise (here / head).must_be(head, allowed)
+        if cell.strip():
+            with suppress(ValueError):
+                shape[entry] = complex(cell.strip())
+            if not np.isfinite(shape[entry]):
+                raise (here / head).must_be(cell, "a finite number such as 0.3 or 0.3+0.1j")
+    return shape

@@ -12,7 +12,6 @@ import itertools
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from operator import itemgetter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -22,10 +21,10 @@ from squeal.io.processes import counted, one_thread
 from squeal.io.scene import Scene
 from squeal.linear import GROWING
 from squeal.linear.eigen import ACCEPTED, Eigenvalue
-from squeal.queries.advise import ParameterSpace
 from squeal.queries.compare import Mode, assigned_pairs, pairing_costs
 from squeal.queries.options import Band, Progress, Subject, Values, refuse_options
 from squeal.queries.pads.equilibrium import analyse
+from squeal.queries.parameter_space import ParameterSpace
 from squeal.results.conditions import Condition, Conditions, ModeAtCondition, at_parameters
 from squeal.schema import Place, Positive, public
 
@@ -162,9 +161,10 @@ def _system_conditions(
         for changes in grid:
             try:
                 with _place(changes).named():
-                    yield _system_condition(analysis, reduction, changes)
+                    solved = _system_condition(analysis, reduction, changes)
             except ComputationError as error:
-                yield _Solved(Condition(changes, reason=str(error)), ())
+                solved = _Solved(Condition(changes, reason=str(error)), ())
+            yield solved
 
 
 def _system_condition(
@@ -206,46 +206,83 @@ def _solved(
     return _Solved(condition, modes)
 
 
-def _matched(solved: Iterable[_Solved], lengths: Sequence[int]) -> list[Condition]:
-    """Conditions over a grid of these lengths whose modes have numbers, see the module."""
+ModeOverConditions = dict[int, int]
+"""Which of the modes of a condition a mode is, by the conditions that have it."""
+
+
+class _Link(NamedTuple):
+    """A pair of modes of neighbouring conditions, each by its condition and its place there."""
+
+    cost: float
+    first: tuple[int, int]
+    second: tuple[int, int]
+
+
+def _links(
+    solved: Iterable[_Solved], lengths: Sequence[int]
+) -> tuple[list[Condition], list[_Link]]:
+    """The conditions over a grid of these lengths, and the pairs between neighbours of it."""
     strides = [math.prod(lengths[axis + 1 :]) for axis in range(len(lengths))]
     conditions: list[Condition] = []
+    links: list[_Link] = []
     modes: dict[int, Sequence[Mode]] = {}
-    united: dict[tuple[int, int], dict[int, int]] = {}  # at which conditions a mode is which row
-    links = []
     for k, (condition, here) in enumerate(solved):
         conditions.append(condition)
         modes[k] = here
-        for row in range(len(here)):
-            united[k, row] = {k: row}
         for stride, length in zip(strides, lengths, strict=True):
             if k // stride % length == 0:
                 continue
             before = modes[k - stride]
             costs = pairing_costs(before, here, TOLERANCE)
             for i, j in assigned_pairs(costs, before, here, TOLERANCE):
-                if costs.cost[i, j] < UNLIKE:
-                    links.append((costs.cost[i, j], (k - stride, i), (k, j)))
+                cost = float(costs.cost[i, j])
+                if cost < UNLIKE:
+                    links.append(_Link(cost, (k - stride, i), (k, j)))
         modes.pop(k - strides[0], None)  # whose neighbours are all known
-    for _, one, other in sorted(links):
-        first = united[one]
-        second = united[other]
-        if not first.keys() & second.keys():
-            first |= second
-            for place in second.items():
-                united[place] = first
-    unstable: dict[int, tuple[float, dict[int, int]]] = {}
-    for (k, row), mode in united.items():
+    return conditions, links
+
+
+def _united(
+    conditions: Sequence[Condition], links: Sequence[_Link]
+) -> dict[tuple[int, int], ModeOverConditions]:
+    """The mode over all conditions that each mode of a condition belongs to."""
+    mode_of: dict[tuple[int, int], ModeOverConditions] = {}
+    for k, condition in enumerate(conditions):
+        for row in range(len(condition.rows)):
+            mode_of[k, row] = {k: row}
+    for link in sorted(links):
+        first = mode_of[link.first]
+        second = mode_of[link.second]
+        if first.keys() & second.keys():
+            continue
+        first.update(second)
+        for place in second.items():
+            mode_of[place] = first
+    return mode_of
+
+
+def _numbered(conditions: Sequence[Condition], links: Sequence[_Link]) -> tuple[Condition, ...]:
+    """The conditions with the numbers of the modes that grow somewhere: by the lowest frequency
+    at which they do."""
+    lowest: dict[int, float] = {}
+    unstable: dict[int, ModeOverConditions] = {}
+    for (k, row), mode in _united(conditions, links).items():
         found = conditions[k].rows[row]
         if found.grows:
-            lowest, _ = unstable.get(id(mode), (math.inf, mode))
-            unstable[id(mode)] = (min(lowest, found.frequency_hz), mode)
-    for number, (_, mode) in enumerate(sorted(unstable.values(), key=itemgetter(0)), 1):
-        for k, row in mode.items():
-            rows = list(conditions[k].rows)
-            rows[row] = replace(rows[row], mode=number)
-            conditions[k] = replace(conditions[k], rows=tuple(rows))
-    return conditions
+            key = id(mode)
+            unstable[key] = mode
+            lowest[key] = min(lowest.get(key, math.inf), found.frequency_hz)
+    numbers: dict[tuple[int, int], int] = {}
+    for number, key in enumerate(sorted(lowest, key=lambda key: lowest[key]), 1):
+        for place in unstable[key].items():
+            numbers[place] = number
+    numbered = []
+    for k, condition in enumerate(conditions):
+        rows_here = []
+        for row, found in enumerate(condition.rows):
+            rows_here.append(replace(found, mode=numbers.get((k, row))))
+        numbered.append(replace(condition, rows=tuple(rows_here)))
+    return tuple(numbered)
 
 
 def _answer(
@@ -256,10 +293,11 @@ def _answer(
     seated: bool = False,
     basis: Mapping[str, Any] | None = None,
 ) -> Conditions:
+    conditions, links = _links(solved, [len(values) for values in axes.values()])
     return Conditions(
         name=name,
         axes={axis: tuple(values) for axis, values in axes.items()},
-        conditions=tuple(_matched(solved, [len(values) for values in axes.values()])),
+        conditions=_numbered(conditions, links),
         tolerance=TOLERANCE,
         extent=extent,
         seated=seated,

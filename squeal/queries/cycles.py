@@ -22,8 +22,9 @@ from squeal.simulation.cycles import CLOSED_CURVE, RESTS, Cycle, Shooting
 from squeal.simulation.observers import Extrema, Grid, Read, face_speed
 from squeal.simulation.run import in_natural_units
 
-WINDOWS = 40  # times of the scene in which its motion may settle
-STEP, MOST = 0.2, 80  # of a branch: length in natural units, and how many cycles each way
+WINDOWS = 40  # times the length of the scene in which its motion may settle
+STEP = 0.2  # length of a step along the branch, in natural units
+MOST = 80  # cycles of the branch to each side of the first
 SLIDING = 41  # values at which the sliding equilibrium is judged
 
 
@@ -31,14 +32,33 @@ SLIDING = 41  # values at which the sliding equilibrium is judged
 class Orbit:
     """A periodic motion in SI units.
 
-    value: of the parameter; period (s); amplitude: half of the ranges of x, y (m), theta (rad);
-    velocity: root mean square of the normal velocity (m/s), which sounds; extrema: (min, max) of
-    each plotted signal, forces over F_n, delta over w, None without contact; contacts: its contact
-    states in order; multipliers: the five Floquet multipliers beside that of a shift in time, the
-    largest first; stable: whether small deviations decay, None where they do not decide; friction,
-    damping: work of friction on the pad and energy that damping takes, J a period; face: greatest
-    speed of the lower face while it touches over V, None without V; start: a state (6,) that it
-    passes; turn: what happens here on the branch, see `squeal.simulation.cycles.Cycle`.
+    Attributes
+    ----------
+    value : float
+        Of the parameter.
+    period : float
+        In s.
+    amplitude : tuple of 3 float
+        Half of the range of x, y (m) and theta (rad).
+    velocity : float
+        Root mean square of the normal velocity (m/s), which radiates the sound.
+    extrema : dict
+        Least and greatest value of each plotted signal, forces over F_n and delta over w; None
+        without contact.
+    contacts : tuple of str
+        Contact states in the order in which they are passed.
+    multipliers : tuple of 5 complex
+        Floquet multipliers, the largest first, without that of a shift in time, which is 1.
+    stable : bool or None
+        Whether small deviations decay; None where the multipliers do not decide.
+    friction, damping : float
+        Work of friction on the pad, and energy that damping takes, J a period.
+    face : float or None
+        Greatest speed of the lower face while it touches, over V; None without V.
+    start : tuple of 6 float
+        A state that is passed: x, y, theta and their rates.
+    turn : str
+        What happens here on the branch, see `squeal.simulation.cycles.Cycle`.
     """
 
     value: float
@@ -108,12 +128,22 @@ COLUMNS = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Cycles(Answer):
-    """A branch of periodic motions, in order along the branch.
+    """A branch of periodic motions over a parameter.
 
-    own: index of the motion at the scene's value; orbits are empty with a `reason` where there is
-    none; ends: why the branch ends at its first and its last cycle, empty at the end of the range;
-    sliding: verdict of the sliding equilibrium at some values, None where there is no equilibrium;
-    source: the cycle in natural units and what it was computed with.
+    Attributes
+    ----------
+    model, parameter : str
+        Of the scene, and what is varied.
+    orbits : tuple of Orbit
+        The motions in their order along the branch; empty where there is none, with the `reason`.
+    own : int
+        Index of the motion at the scene's own value.
+    ends : (str, str)
+        Why the branch ends at its first and at its last motion; empty at the end of the range.
+    sliding : tuple of (float, str or None)
+        The verdict on the sliding equilibrium at some values, None where there is none.
+    source : (Shooting, Cycle) or None
+        What the motions were computed with, and the first of them in natural units.
 
     Examples
     --------
@@ -184,12 +214,11 @@ class Cycles(Answer):
         >>> found.parts()[-1]
         'sliding at mu = 0.1: stable'
         """
-        sliding = [
-            (value, f"sliding at {self.parameter} = {number(value)}: {verdict}")
-            for value, verdict in self.sliding
-        ]
+        sliding = {}
+        for value, verdict in self.sliding:
+            sliding[value] = f"sliding at {self.parameter} = {number(value)}: {verdict}"
         if not self.orbits:
-            return [self.table(), *(line for _, line in sliding)]
+            return [self.table(), *sliding.values()]
         at_scene = self.orbits[self.own]
         parts: list[str | Table] = [
             self.table(),
@@ -198,7 +227,9 @@ class Cycles(Answer):
         ]
         if CLOSED_CURVE in self.ends:
             parts.append(self.ends[0])
-        return parts + [line for value, line in sliding if value == at_scene.value]
+        if at_scene.value in sliding:
+            parts.append(sliding[at_scene.value])
+        return parts
 
     def to_dict(self) -> dict[str, Any]:
         """The JSON object of `squeal cycles`.
@@ -229,8 +260,12 @@ class Cycles(Answer):
 
 
 def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, float, float]:
-    """The parameter and its range. Raises InputError."""
-    given, at = scene.pad.given(), Place("cycles") / "over"
+    """The parameter and its range, which holds the scene's value; mu at that if left out.
+
+    Raises InputError.
+    """
+    given = scene.pad.given()
+    at = Place("cycles") / "over"
     name, low, high = over or ("mu", scene.pad.mu, scene.pad.mu)
     if name not in given:
         raise at.must_be(name, f"one of {', '.join(given)}")
@@ -243,7 +278,7 @@ def _over(scene: Scene, over: tuple[str, float, float] | None) -> tuple[str, flo
 
 
 def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
-    """A cycle in SI units."""
+    """A cycle in SI units; scale: of the parameter, by which the cycle's value is multiplied."""
     model = shooting.model(cycle.value)
     units = shooting.units
     extrema = Extrema(model)
@@ -271,8 +306,11 @@ def _orbit(shooting: Shooting, cycle: Cycle, scale: float) -> Orbit:
 
 
 def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
-    """Over a motion, in natural units: work of friction on the pad, energy that damping takes, and
-    the integral of the squared normal velocity."""
+    """Integrals over a motion, in natural units.
+
+    Returns the work of friction on the pad, the energy that damping takes, and the integral of the
+    squared normal velocity over time.
+    """
     c = model.c
     q = c.place(grid.states[:3])
     velocity = np.array(c.place(grid.states[3:]))
@@ -284,9 +322,10 @@ def _integrals(model: PadModel, grid: Grid) -> tuple[float, float, float]:
     friction = np.subtract(with_friction, without_friction)
     C = np.zeros((3, 3)) if model.damping is None else model.damping
     drag = np.tensordot(C, velocity, 1)
-    integrands = np.array(
-        [(friction * velocity).sum(axis=0), (drag * velocity).sum(axis=0), grid.states[4] ** 2]
-    )
+    power_of_friction = (friction * velocity).sum(axis=0)
+    power_of_damping = (drag * velocity).sum(axis=0)
+    squared_normal_velocity = grid.states[4] ** 2
+    integrands = np.array([power_of_friction, power_of_damping, squared_normal_velocity])
     weighted = integrands * grid.weights[:, None] * grid.steps.h
     work, loss, square = weighted.sum(axis=(1, 2)).tolist()
     return work, loss, square
@@ -298,6 +337,7 @@ def _coordinate(i: int) -> Read:
 
 
 def _verdict(scene: Scene) -> str | None:
+    """The verdict on the sliding equilibrium, None if there is none."""
     try:
         return analyse(scene).judgement.verdict
     except ComputationError:
@@ -351,7 +391,9 @@ def cycles(
     name, low, high = _over(scene, over)
     units, _, start, stop = in_natural_units(scene)
     value = getattr(scene.pad, name)
-    scale = 1.0 if name == "mu" or PARAMETERS[name].angle else max(abs(low), abs(high)) or 1.0
+    scale = 1.0  # of the parameter, which is about one for the continuation
+    if name != "mu" and not PARAMETERS[name].angle:
+        scale = max(abs(low), abs(high)) or 1.0
 
     @lru_cache(maxsize=8)
     def model_at(scaled: float) -> PadModel:

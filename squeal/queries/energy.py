@@ -289,13 +289,15 @@ def named_terms(system: TermSystem, file: SystemFile) -> list[NamedTerm]:
     """The terms of a system at its parameters, named by factor and file."""
     nominal = frictionless(system)
     friction = {name for name in nominal if nominal[name] != system.parameters[name]}
+    # terms of joined components are sums over their files
+    files = file.origins if file.assembly is None else ()
     found = []
     for part, terms in zip("MCK", system.parts, strict=True):
-        origins = [one for one in file.origins if one.part[0] == part]
+        origins = [one for one in files if one.part[0] == part]
         for k, term in enumerate(terms):
             origin = origins[k] if k < len(origins) else None
             factor = term.factor.value(system.parameters)
-            name = _name_of(term, origin, bool(file.origins))
+            name = _name_of(term, origin, bool(files))
             role = _role_of(part, term, bool(term.factor.names & friction))
             found.append(NamedTerm(part, name, role, term.matrix, factor))
     return found

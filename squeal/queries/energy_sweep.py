@@ -35,7 +35,17 @@ class SweptContribution(NamedTuple):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class EnergySweep(Answer):
-    """Contributions of each term to each mode with Im lambda >= 0, at each value of a sweep."""
+    """Contributions of each term to each mode with Im lambda >= 0, at each value of a sweep.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], [[0.2, 0], [0, 0.2]], K)
+    >>> found = squeal.energy_sweep(squeal.sweep(pair, [0.5, 1.0, 1.5]))
+    >>> sorted(found.modes)
+    [1, 2, 3, 4]
+    """
 
     panel = Panel(0, "growth", Mark.LINES, "term")
 
@@ -56,6 +66,15 @@ class EnergySweep(Answer):
         """Over the values that have a mode: these, its growth rate, and what each term adds, 1/s.
 
         Terms that do no work but for rounding are left out; a root that does not oscillate has NaN.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, -1], [-1, 2]], "mu": [[0, 4 / 3], [0, 0]]}
+        >>> pair = squeal.System([[1, 0], [0, 1]], [[0.2, 0], [0, 0.2]], K)
+        >>> found = squeal.energy_sweep(squeal.sweep(pair, [0.5, 1.0, 1.5]))
+        >>> found.growth_of(1)[0]  # the values that have the mode
+        [0.5]
         """
         rates: dict[float, float] = {}
         rounding = 0.0

@@ -20,23 +20,44 @@ def assign_mode_numbers(
     own_value: float,
     spare: int = MANY,
 ) -> tuple[list[Step], tuple[Loss, ...], Step]:
-    """Rows of a sweep by rising value, whose modes (m,) have their numbers: those by frequency at
-    the own value, else at the first, then others as they appear. And the losses, and the row of
-    that value. at: the roots that are followed, at up to `spare` values more, None of one row."""
+    """Number the modes of a sweep, so that each mode has one number at all values.
+
+    Numbers are those by rising frequency at the reference value: the subject's own value if the
+    sweep has it, else the first one. Modes that are not there follow as they appear.
+
+    Parameters
+    ----------
+    steps : sequence of Step
+        The sweep, by rising value.
+    at : callable or None
+        The roots at a value, which are followed between the steps; None of a single step.
+    own_value : float
+        The subject's own value of the parameter.
+    spare : int
+        At how many values between the steps `at` may be evaluated.
+
+    Returns
+    -------
+    numbered : list of Step
+        The steps with the numbers (m,) of their modes, 0 where one is not known.
+    losses : tuple of Loss
+        Where it is not known which mode is which.
+    reference : Step
+        The step at the reference value.
+    """
     paths = [mode_numbers(np.asarray(step.roots)) for step in steps]
     losses: list[Loss] = []
     if at is not None:
         followed, losses = track_modes(at, [step.value for step in steps], spare)
-        paths = [
-            mode_numbers_at(at(step.value), numbers, np.asarray(step.roots))
-            for step, numbers in zip(steps, followed, strict=True)
-        ]
+        paths = []
+        for step, numbers in zip(steps, followed, strict=True):
+            paths.append(mode_numbers_at(at(step.value), numbers, np.asarray(step.roots)))
     reference = 0
     for k, step in enumerate(steps):
         if step.value == own_value:
             reference = k
             break
-    number_of: dict[int, int] = {}
+    number_of: dict[int, int] = {}  # of each path the number of the mode
     for path, number in zip(
         paths[reference].tolist(), _by_frequency(steps[reference]), strict=True
     ):
@@ -63,4 +84,6 @@ def assign_mode_numbers(
 
 def _by_frequency(step: Step) -> list[int]:
     """The number of each root's mode by rising frequency; none where the branch does not reach."""
-    return [] if step.roots is None else mode_numbers(step.roots).tolist()
+    if step.roots is None:
+        return []
+    return mode_numbers(step.roots).tolist()

@@ -23,7 +23,7 @@ from squeal.linear.eigen import ComplexArray, Eigenvalue
 from squeal.linear.matrices import Array
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import TermSystem
-from squeal.queries.options import Band, Region
+from squeal.queries.options import Band, RandomNumbers, Region, seed_of
 from squeal.queries.systems.all_roots import is_small, roots_of_all
 from squeal.queries.systems.reduced import basis_of, reduced_for
 from squeal.queries.systems.roots import SystemRoots, system_roots
@@ -315,7 +315,7 @@ def optimise(
     band: Band | None = None,
     region: Region | None = None,
     starts: Annotated[int, Whole(1, 10_000)] = 4,
-    seed: Annotated[int, Whole(0, 2**32 - 1)] = 1,
+    rng: RandomNumbers = 1,
     memory: Positive | None = None,
     progress: Progress | None = None,
 ) -> Optimum:
@@ -333,8 +333,10 @@ def optimise(
         Lowest and highest value of each parameter that may change.
     band, region, memory, progress
         As `eigenvalues` takes them. A system of more than 400 rows needs a band or a region.
-    starts, seed : int
-        Number of searches, and of the random numbers that they start at.
+    starts : int
+        Number of searches.
+    rng : int or numpy.random.Generator
+        Of the random numbers that they start at, as `scatter` takes it.
 
     Returns
     -------
@@ -362,6 +364,7 @@ def optimise(
     analysis = SystemAnalysis.of(subject, band, region, None, memory, progress)
     system = analysis.system
     selection = analysis.selection
+    seed = seed_of(rng, "optimise")
     ranges = _checked_bounds(system, bounds)
     system.at()  # refuses matrices at the frequency of each root
     if not is_small(system) and selection.rectangle is None:

@@ -5,19 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Literal, TypeAlias
 
+import numpy as np
+
 from squeal.errors import InputError
 from squeal.io.scene import Scene
 from squeal.linear.system import System
-from squeal.schema import Whole
+from squeal.schema import Place, Whole
 
 Progress = Callable[[str], None]
 Modes = Annotated[int, Whole(1, 10**6)]
 Workers = Annotated[int, Whole(1, 256)]
 Band = tuple[float, float]
 Region = tuple[float, float, float, float]
+RandomNumbers: TypeAlias = int | np.random.Generator
+SEED = Whole(0, 2**32 - 1)
 
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from squeal.io.system import SystemFile
@@ -40,3 +43,10 @@ def refuse_options(subject: Literal["a scene", "a system"], **options: object) -
     for name, value in options.items():
         if value is not None and value is not False:
             raise InputError(f"{name}: is not allowed with {subject}; {other} takes it")
+
+
+def seed_of(rng: RandomNumbers, verb: str) -> int:
+    """The seed that an answer names; a generator draws one. Raises InputError."""
+    if isinstance(rng, np.random.Generator):
+        return int(rng.integers(2**32))
+    return int(SEED.read(rng, Place(verb, "rng")))

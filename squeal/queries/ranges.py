@@ -82,6 +82,8 @@ class RangeStatement(Statement):
             if self.data != HALF_ULP:
                 words += " (entries as given)"
             return words
+        if self.status == "counted":
+            return f"counted, not proved: {self.reason}"
         words = f"{OPEN}{self.reason}"
         if self.where is not None:
             words += f" (near {self.parameter} = {self.where.real:.9g})"

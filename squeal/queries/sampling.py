@@ -53,7 +53,10 @@ def read_spreads(path: Path | str) -> dict[str, Any]:
     >>> squeal.read_spreads("spreads.yaml")
     {'spreads': {'k1': {'relative': 0.05}}}
     """
-    return SPREADS.read(*read_document(path))
+    options = SPREADS.read(*read_document(path))
+    if "seed" in options:
+        options["rng"] = options.pop("seed")
+    return options
 
 
 def require_spreads(spreads: Mapping[str, Spread]) -> None:

@@ -22,6 +22,7 @@ from squeal.io.scene import Scene
 from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
 from squeal.queries import sample_journal
+from squeal.queries.options import RandomNumbers, seed_of
 from squeal.queries.pads.equilibrium import analyse
 from squeal.queries.parameter_space import (
     NO_EQUILIBRIUM,
@@ -180,7 +181,7 @@ def scatter(
     subject: object,
     spreads: Mapping[str, Spread],
     samples: int = 400,
-    seed: int = 1,
+    rng: RandomNumbers = 1,
     mu_max: Positive = 2.0,
     of: Literal["threshold", "growth"] = "threshold",
     band: tuple[float, float] | None = None,
@@ -200,8 +201,11 @@ def scatter(
         How each parameter scatters on its own: normally with the standard deviation ``relative``
         to its value or ``absolute`` in its unit, evenly ``within`` its value plus and minus so
         much, or evenly ``between`` two values, such as ``{"k1": {"relative": 0.05}}``.
-    samples, seed : int
-        How many are drawn, and of the random numbers: the same seed draws the same samples.
+    samples : int
+        How many are drawn.
+    rng : int or numpy.random.Generator
+        Of the random numbers: the same seed draws the same samples. A generator draws the seed,
+        which the answer names.
     mu_max : float
         Upper end of the range that is searched for the critical friction.
     of : {"threshold", "growth"}
@@ -250,7 +254,7 @@ def scatter(
         {
             "spreads": spreads,
             "samples": samples,
-            "seed": seed,
+            "seed": seed_of(rng, "scatter"),
             "design": design,
             "indices": indices,
         },

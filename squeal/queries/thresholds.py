@@ -94,15 +94,28 @@ def thresholds(
 
 
 def critical_friction(scene: Scene, high: float = 2.0, prove: bool | None = False) -> Thresholds:
-    """Thresholds of the scene's pad along the branch from mu = 0 (B3: about the origin).
+    """Thresholds of the scene's pad along the branch of equilibria from mu = 0.
 
     The branch is followed up to its first fold, where the equilibrium ceases; the fold is then
-    the last entry. With `prove`, or None, the referee judges the list; `proof` says up to where,
-    and thresholds there get the intervals in which they are proved. What it refutes is searched
-    again, with the place in question as one that is looked at.
+    the last entry. B3 is linearised about the origin and has no branch.
 
-    Raises InputError for a friction that is not `MU_MAX`, ComputationError if there is no
-    equilibrium without friction.
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    high : float
+        Upper end of the friction.
+    prove : bool, optional
+        Whether the referee judges the list, which it does too if this is None. Its `proof` says up
+        to where, and thresholds get the intervals in which they are proved. If it refutes the list,
+        the search is repeated once with a step that ends at the friction in question.
+
+    Raises
+    ------
+    InputError
+        For a friction that is not `MU_MAX`.
+    ComputationError
+        If there is no equilibrium without friction.
     """
     high = MU_MAX.read(high, Place("thresholds", "high"))
     system, path = branch_system(scene, high)
@@ -130,7 +143,17 @@ def _without_proof(
     path: Path | None,
     looked_at: Sequence[float] = (),
 ) -> Thresholds:
-    """The thresholds without a proof; `looked_at` are values of friction at which steps end."""
+    """The thresholds of a pad as they are located, without a proof.
+
+    Parameters
+    ----------
+    system : SystemFunction
+        mu -> (M, C, K) about the equilibrium.
+    path : Path or None
+        The branch of equilibria; None of a model that is linearised about the origin.
+    looked_at : sequence of float
+        Values of friction at which steps of the search end.
+    """
     _, at_zero = roots_and_verdict(*checked(*system(0.0)))
     if path is None:
         located = located_thresholds(system, high, [*looked_at])
@@ -183,7 +206,8 @@ def _proved(
 ) -> tuple[Thresholds, float | None]:
     """The answer with what the referee says of it, and the friction at which it is refuted.
 
-    fastest: the fastest root without friction, rad/s.
+    fastest: the largest |lambda| without friction, rad/s. The friction is None if nothing is
+    refuted.
     """
     from squeal.queries.ranges import pad_statement  # here, since few answers need it
 
@@ -208,7 +232,10 @@ def _proved(
 def with_statement(
     answer: Thresholds, statement: RangeStatement, intervals: Sequence[tuple[float, float]]
 ) -> Thresholds:
-    """The answer with what the referee says of it, and the intervals in which it is proved."""
+    """The answer with the referee's statement on it.
+
+    intervals: those in which thresholds are proved; a threshold in one of them gets it as its own.
+    """
 
     def widened(located: Located) -> Located:
         for low, high in intervals:
@@ -248,16 +275,23 @@ def _widened_by_rounding(located: Located, path: Path) -> Located:
 
 
 def _admissible(path: Path) -> tuple[float, list[str]]:
-    """The mu from which on equilibria exceed a limit, to nine digits, and which limit that is."""
+    """The mu up to which equilibria satisfy all limits of the model, to nine digits.
+
+    Also a sentence for each limit that is exceeded from there on; none if the branch ends before.
+    """
 
     def beyond_limit(z: np.ndarray, touching: np.ndarray) -> np.ndarray:
+        """Which of m equilibria z (4, m), touching (points, m), exceed a limit: their numbers."""
         at = excursion(path.statics, z, touching)
         return np.flatnonzero(at.beyond().any(axis=0) & (at.reaction > 0.0))
 
     outside = beyond_limit(path.branch.z, path.branch.touching)
     if not outside.size:
         return path.mu_end, []
-    low, high = path.branch.z[3, [max(outside[0] - 1, 0), outside[0]]].tolist()
+    first_outside = outside[0]
+    mu_of_nodes = path.branch.z[3]
+    low = float(mu_of_nodes[max(first_outside - 1, 0)])
+    high = float(mu_of_nodes[first_outside])
     while high - low > ADMISSIBLE_TO * high:
         middle = (low + high) / 2
         if beyond_limit(*path.places([middle])).size:
@@ -276,10 +310,27 @@ def system_thresholds_with_proof(
     workers: int = 1,
     prove: bool | None = None,
 ) -> Thresholds:
-    """Every threshold of the selected roots from low to high, and what the referee says of them
-    unless `prove` is False.
+    """Every threshold of the selected roots of a system, and what the referee says of them.
 
-    What it refutes is searched again, with the place in question as one that is looked at.
+    The referee proves the thresholds of a real system of few rows whose entries are given, and
+    counts growing roots beside those of other small real systems. If it refutes the list, the
+    search is repeated with a step that ends at the value in question.
+
+    Parameters
+    ----------
+    analysis : SystemAnalysis
+        The system and the selection of its roots.
+    high, low : float
+        The range of the free parameter; see `system_thresholds`.
+    workers : int
+        Processes that count roots.
+    prove : bool, optional
+        False: the referee is not asked. True: a system that cannot be proved is refused.
+
+    Raises
+    ------
+    InputError
+        For an empty range, and with `prove` for a system that cannot be proved.
     """
     from squeal.queries.ranges import PROVED_ROWS, SEARCHES
     from squeal.queries.systems.all_roots import is_small
@@ -315,9 +366,28 @@ def system_thresholds_with_proof(
         if refuted_at is None:
             break
         looked_at.append(refuted_at)
+    if answer.certified and answer.proof is None and is_small(system):
+        answer = _counted_not_proved(answer)
     if analysis.joined:
         answer = widened_by_reduction(system, assembly, answer)
     return thresholds_as_known(analysis.file, selection, answer)
+
+
+def _counted_not_proved(answer: Thresholds) -> Thresholds:
+    """The answer of a system so small that a proof is expected: not certified by counts alone,
+    since a mode may grow between two values at which growing roots were counted."""
+    from squeal.queries.ranges import RangeStatement
+
+    statement = RangeStatement(
+        status="counted",
+        by="count",
+        reason="a window of growth between two values that were counted is not excluded",
+        parameter=answer.parameter,
+        low=answer.low,
+        until=answer.high,
+        high=answer.high,
+    )
+    return replace(answer, certified=False, proof=statement.to_dict(), proof_line=statement.words)
 
 
 def _proved_system(system: TermSystem, answer: Thresholds) -> tuple[Thresholds, float | None]:

@@ -115,6 +115,15 @@ class Conditions(Answer):
     axes: values by name; extent: which roots were looked at, in words; tolerance: by how much of
     its frequency a mode may differ from one condition to the next; seated: whether contact was
     seated anew at each condition; basis: the reduced system that served.
+
+    Examples
+    --------
+    >>> import squeal
+    >>> K = {"1": [[2, 0], [0, 2]], "gap": [[1, 0], [0, -1]], "mu": [[0, 1], [-1, 0]]}
+    >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"gap": 0.5})
+    >>> found = squeal.conditions(pair, {"mu": [0.2, 0.6, 1.0], "gap": [0.3, 0.7]})
+    >>> [condition.unstable for condition in found.conditions]
+    [0, 0, 1, 0, 1, 1]
     """
 
     panel = Panel(0, "growth_rate", Mark.POINTS)
@@ -210,7 +219,17 @@ class Conditions(Answer):
         )
 
     def table(self) -> Table:
-        """A row for each condition."""
+        """A row for each condition.
+
+        Examples
+        --------
+        >>> import squeal
+        >>> K = {"1": [[2, 0], [0, 2]], "gap": [[1, 0], [0, -1]], "mu": [[0, 1], [-1, 0]]}
+        >>> pair = squeal.System([[1, 0], [0, 1]], K=K, parameters={"gap": 0.5})
+        >>> found = squeal.conditions(pair, {"mu": [0.2, 0.6, 1.0], "gap": [0.3, 0.7]})
+        >>> len(found.table().rows) > 0
+        True
+        """
         others = [column.name for column in OUTCOME]
         axes = []
         for name in self.axes:

@@ -20,12 +20,25 @@ DEGREE = math.pi / 180
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Sensitivity(Answer):
-    """Derivatives by each parameter, per unit of it, all others held.
+    """Derivatives by each parameter, per unit of it, with all others held.
 
-    what: the eigenvalues `at`, or the first loss of stability in `parameter` at a value of it;
-    slopes: (m,) of the eigenvalues, not finite at a coalescence, or (2,) of the loss and of its
-    frequency in Hz, empty where stability is not lost; values, units: of the parameters;
-    condition (m,): of the eigenvalues, 1 of real modes, infinite where two of them coalesce.
+    Attributes
+    ----------
+    what : {"eigenvalues", "threshold"}
+        What is differentiated.
+    parameter : str
+        The friction or free parameter.
+    at : array (m,), float or None
+        The eigenvalues, or the value of `parameter` at the first loss of stability.
+    kind : str
+        The verdict, or the kind of the loss.
+    slopes : mapping of str to array
+        Of each parameter the derivatives (m,) of the eigenvalues, not finite where two coalesce; or
+        (2,) of the loss and of its frequency in Hz. Empty where stability is not lost.
+    values, units : mapping
+        Of the parameters.
+    condition : array (m,) or None
+        Condition numbers of the eigenvalues: 1 of real modes, infinite where two coalesce.
 
     Examples
     --------
@@ -52,9 +65,10 @@ class Sensitivity(Answer):
     condition: NDArray[np.float64] | None = None
 
     def table(self) -> Table:
-        """What a small step of each parameter moves, the strongest first: the loss, or each mode
-        of a pair's two, the fastest growing first. A step is 1 per cent, of an angle a degree, and
-        1 of what is 0 and has no unit.
+        """How far a small step of each parameter moves the loss of stability, or each mode.
+
+        The fastest growing mode comes first, and of each mode the strongest effect. A step is 1 per
+        cent, of an angle a degree, and 1 of what is 0 and has no unit.
 
         Examples
         --------
@@ -67,21 +81,13 @@ class Sensitivity(Answer):
         if self.what == "threshold":
             return self._table_of_loss()
         roots = np.asarray(self.at, complex)
-        numbers = mode_numbers(roots)
+        upper = np.flatnonzero(roots.imag >= 0.0)  # of a pair one root
+        by_growth = upper[np.argsort(-roots[upper].real, kind="stable")]
         rows = []
-        for i in sorted(np.flatnonzero(roots.imag >= 0.0).tolist(), key=lambda i: -roots[i].real):
+        for i in by_growth.tolist():
             rate = roots[i].real
-            mode = (int(numbers[i]), roots[i].imag / math.tau, rate)
-            of_mode = []
-            for name, slopes in self.slopes.items():
-                step, words = self.step(name)
-                pair = np.array([slopes[i].real, slopes[i].imag / math.tau])
-                moved = step * (pair if np.isfinite(pair).all() else np.full(2, np.nan))
-                if step:
-                    of_mode.append((*mode, name, words, *moved.tolist()))
-            of_mode.sort(key=_effect)
-            # first in rank is the strongest of each mode that grows
-            for k, row in enumerate(of_mode):
+            # a long table is cut by the last cell: the strongest effects on growing modes remain
+            for k, row in enumerate(self._effects_on_mode(i)):
                 rank = (True, -k) if rate > 0.0 else (False, rate)
                 rows.append((*row, rank))
         heads = [("mode", ""), ("frequency_hz", ""), ("growth_rate", "1/s")]
@@ -89,6 +95,27 @@ class Sensitivity(Answer):
         title = "what a small change of a parameter does to each mode"
         nothing = "no root" if self.values else "no parameter is named"
         return Table(in_order(heads), rows, title, nothing, itemgetter(-1))
+
+    def _effects_on_mode(self, i: int) -> list[tuple[Any, ...]]:
+        """A row for each parameter: what a small step moves the eigenvalue i, the strongest first.
+
+        The cells are number, frequency (Hz) and growth rate (1/s) of the mode, the parameter, its
+        step in words, and the change of growth rate and frequency.
+        """
+        root = complex(self.at[i])
+        mode = int(mode_numbers(np.asarray(self.at, complex))[i])
+        rows = []
+        for name, slopes in self.slopes.items():
+            step, words = self.step(name)
+            if not step:
+                continue
+            change = np.full(2, np.nan)
+            if np.isfinite(slopes[i]):
+                change = step * np.array([slopes[i].real, slopes[i].imag / math.tau])
+            of_mode = (mode, root.imag / math.tau, root.real)
+            rows.append((*of_mode, name, words, *change.tolist()))
+        rows.sort(key=_effect)
+        return rows
 
     def _table_of_loss(self) -> Table:
         """How far a small step of each parameter moves the first loss, the strongest first.
@@ -147,11 +174,12 @@ class Sensitivity(Answer):
             return [self.table()]
         numbers = mode_numbers(np.asarray(self.at))
         near = np.flatnonzero((0.01 * self.condition**2 >= 1.0) & (np.imag(self.at) >= 0.0))
-        lines = [
-            f"mode {numbers[i]} nearly coalesces with another one: its derivatives hold for "
-            f"changes far below {number(100 * self.condition[i] ** -2, 2)} %"
-            for i in near.tolist()
-        ]
+        lines = []
+        for i in near.tolist():
+            lines.append(
+                f"mode {numbers[i]} nearly coalesces with another one: its derivatives hold for "
+                f"changes far below {number(100 * self.condition[i] ** -2, 2)} %"
+            )
         return [self.table(), "\n".join(lines)]
 
     def to_dict(self) -> dict[str, Any]:
@@ -162,15 +190,18 @@ class Sensitivity(Answer):
             return {"sensitivity": loss if self.slopes else None}
         rows = []
         for name, slopes in self.slopes.items():
-            moved = [
-                {"real": d.real, "imag": d.imag} if cmath.isfinite(d) else None
-                for d in slopes.astype(complex).tolist()
-            ]
+            moved: list[dict[str, float] | None] = []
+            for slope in slopes.astype(complex).tolist():
+                if cmath.isfinite(slope):
+                    moved.append({"real": slope.real, "imag": slope.imag})
+                else:
+                    moved.append(None)
             rows.append({"parameter": name, "unit": self.units[name], "eigenvalues": moved})
         condition = [None if c == math.inf else c for c in np.asarray(self.condition).tolist()]
         return {"sensitivity": rows, "sensitivity_condition": condition}
 
 
 def _effect(row: tuple[Any, ...]) -> float:
-    """What sorts rows whose last but one entry is what moves: the largest first, NaN before."""
+    """A key that sorts rows by the size of their last but one cell, the change: NaN first, then
+    the largest."""
     return -float(np.nan_to_num(abs(row[-2]), nan=np.inf))

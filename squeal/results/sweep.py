@@ -39,13 +39,27 @@ LOST = {
 
 @dataclass(frozen=True, eq=False)
 class Step:
-    """Roots (m,) at one value of the parameter, the verdict on them, their backward errors and how
-    far rounding, and what a first look leaves out, may move them (rad/s).
+    """Roots at one value of the parameter, and the verdict on them.
 
-    `modes` (m,) numbers the mode of each root, 0 where it is not known; `corrected` (m,) tells of a
-    first look which roots solve the full problem, the others are estimated; `certified` whether a
-    count proves that none is missing, None where none was made. Of a pad
-    `contact` names the contact state; roots are None where its branch does not reach.
+    Attributes
+    ----------
+    value : float
+        Of the parameter.
+    roots, residuals, rounding : array (m,) or None
+        The roots, their backward errors, and how far rounding, or what a first look leaves out, may
+        move them (1/s). Of a pad they are None where its branch of equilibria does not reach.
+    verdict : str or None
+        On the roots; None where they do not decide.
+    contact, admissible
+        Of a pad: the contact state, and whether the model means this equilibrium.
+    spurious : int
+        Number of roots that the reduced system has beside the full one.
+    modes : array (m,) or None
+        Number of each root's mode, 0 where it is not known.
+    corrected : array (m,) of bool, or None
+        Of a first look: which roots solve the full problem; the others are estimated.
+    certified : bool or None
+        Whether a count shows that no root is missing; None where nothing was counted.
     """
 
     value: float
@@ -90,6 +104,11 @@ class Step:
         rates = [(root.growth_rate, root.rounding) for root in self.eigenvalues]
         return max(rates, default=None)
 
+    @property
+    def unstable_count(self) -> int:
+        """The number of roots that grow."""
+        return sum(root.kind in GROWING for root in self.eigenvalues)
+
     def how(self, root: Eigenvalue) -> str:
         """Whether a root of a first look is corrected or estimated."""
         if self.corrected is not None and self.corrected[self.roots == root.value].any():
@@ -128,9 +147,20 @@ class Step:
 
 @dataclass(frozen=True)
 class SweptMode:
-    """A mode over a sweep: frequencies (Hz) at the first and last value that have it, its fastest
-    growth (1/s) and the value of that; where its growth begins, between which values (None where it
-    never grows, or from the first value on)."""
+    """A mode over a sweep.
+
+    Attributes
+    ----------
+    mode : int
+        Its number.
+    first_hz, last_hz : float
+        Frequencies at the first and the last value that have it.
+    growth_rate, at : float
+        Its largest growth rate (1/s), and the value of that.
+    onset, interval : float and (float, float), or None
+        Where its growth begins, interpolated, and the two values between; None if it never grows,
+        or grows from the first value on.
+    """
 
     mode: int
     first_hz: float
@@ -142,7 +172,7 @@ class SweptMode:
 
     @staticmethod
     def of(mode: int, path: Sequence[tuple[float, Eigenvalue]]) -> SweptMode:
-        """A mode from its roots by rising value; growth begins between two values."""
+        """A mode from its values of the parameter, rising, and the root at each."""
         at, fastest = max(path, key=lambda pair: pair[1].growth_rate)
         onset = None
         interval = None
@@ -338,10 +368,7 @@ class Sweep(Answer):
         table.append(Column("verdict", value=verdict))
         beside_change: set[int] = set()
         for before, after in itertools.pairwise(self.steps):
-            counts = [
-                sum(root.kind in GROWING for root in step.eigenvalues) for step in (before, after)
-            ]
-            if counts[0] != counts[1]:
+            if before.unstable_count != after.unstable_count:
                 beside_change |= {id(before), id(after)}
         return Table(
             tuple(table),
@@ -351,6 +378,7 @@ class Sweep(Answer):
         )
 
     def _table_of_modes(self) -> Table:
+        """A row for each mode: its frequencies, its largest growth and the onset of that."""
         table = [Column("mode")]
         if self.names:
             table.append(Column("name", value=lambda mode: self.names.get(mode.mode)))

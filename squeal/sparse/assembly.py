@@ -58,6 +58,7 @@ class Assembly:
     It holds for small motions about the seat: `seats` are the contacts under the load,
     `displacements` (n,) those of all rows. `components` are as they were joined, reduced or not,
     and can be joined again; `joined_at` does so at other values of some parameters.
+    `contacts` are those that were given, each with its points.
 
     Examples
     --------
@@ -75,6 +76,7 @@ class Assembly:
     components: tuple[Component, ...] = field(repr=False)
     seats: tuple[StaticContact, ...]
     displacements: Array = field(repr=False)
+    contacts: tuple[Contact, ...] = field(repr=False)
     joined_at: Callable[[Changes], Assembly] = field(repr=False)
 
     @property
@@ -248,14 +250,14 @@ def assemble(
     bodies = {body.name: body for body in components}
     if len(bodies) != len(components) or not contacts:
         raise InputError("an assembly needs contacts, and a name of its own for each component")
-    labelled: list[Contact] = []
+    located: list[Contact] = []
     for contact in contacts:
         with Place(f"contact {contact.name}").named():
-            labelled.append(contact.labelled(bodies))
+            located.append(contact.located(bodies))
     if cutoff is not None:
-        bodies = {key: _reduced(body, labelled, cutoff) for key, body in bodies.items()}
+        bodies = {key: _reduced(body, located, cutoff) for key, body in bodies.items()}
     joints: list[PairDirections] = []
-    for contact in labelled:
+    for contact in located:
         with Place(f"contact {contact.name}").named():
             joints.append(pair_directions(contact, bodies))
     joined = list(bodies.values())
@@ -267,20 +269,27 @@ def assemble(
         parameter=parameter,
         name=name,
     )
-    contacts_under_load, displacements = seat_contacts(structure, joints, joined)
+    seats, displacements = seat_contacts(structure, joints, joined)
     is_large = is_sparse(structure.M[0].matrix)
     springs: list[Term] = []
     dampers: list[Term] = []
-    for joint, static in zip(joints, contacts_under_load, strict=True):
+    for joint, static in zip(joints, seats, strict=True):
         springs += _contact_springs(joint, static, is_large)
         dampers += _contact_dampers(joint, static, is_large)
     system = replace(structure, C=(*structure.C, *dampers), K=(*structure.K, *springs))
 
     def joined_at(changes: Changes) -> Assembly:
         values = {**system.parameters, **changes}
-        return assemble(joined, labelled, values, parameter, name)
+        return assemble(joined, located, values, parameter, name)
 
-    return Assembly(system, tuple(joined), tuple(contacts_under_load), displacements, joined_at)
+    return Assembly(
+        system=system,
+        components=tuple(joined),
+        seats=tuple(seats),
+        displacements=displacements,
+        contacts=tuple(located),
+        joined_at=joined_at,
+    )
 
 
 def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Component:
@@ -290,7 +299,7 @@ def _reduced(body: Component, contacts: Sequence[Contact], cutoff: float) -> Com
     nodes: list[str] = []
     for contact in contacts:
         if body.name in contact.between:
-            nodes += contact.pairs[:, contact.between.index(body.name)].tolist()
+            nodes += contact.pairs.nodes(contact.between.index(body.name)).tolist()
     return body.reduced(nodes, cutoff)
 
 

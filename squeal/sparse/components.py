@@ -18,6 +18,7 @@ from squeal.linear.damping import structure_stiffness
 from squeal.linear.matrices import EPS, is_sparse, norm_of
 from squeal.linear.system import Matrix, Term, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.schema import Place, refuse_unit
 from squeal.sparse.factor import Factor, factorise
 from squeal.sparse.quadratic import (
     Array,
@@ -85,6 +86,7 @@ class Component:
             given = getattr(self, name)
             if given is None:
                 continue
+            refuse_unit(given, Place(self.name, name))
             values: NDArray = np.asarray(given).astype(kind)
             if len(values) != self.system.n:
                 raise InputError(

@@ -1,8 +1,8 @@
-"""Contact between two components: node pairs, their directions, and the static contact solution.
+"""Contact between two components: pairs, their directions, and the static contact solution.
 
-Contact acts between nodes of two components, so that it changes without a new reduction. What
-touches is found under the brake load: pairs that would pull open, and carry neither stiffness nor
-friction.
+Contact acts between nodes of two components, or between points of their faces, so that it changes
+without a new reduction. What touches is found under the brake load: pairs that would pull open,
+and carry neither stiffness nor friction.
 """
 
 from __future__ import annotations
@@ -19,7 +19,9 @@ from squeal.errors import ComputationError, InputError
 from squeal.linear.matrices import EPS, divisor, is_sparse
 from squeal.linear.system import Matrix, TermSystem
 from squeal.numerics.differentiation import Formula
+from squeal.schema import Place, refuse_unit
 from squeal.sparse.components import Component
+from squeal.sparse.contact_faces import ContactPoints, Labels
 from squeal.sparse.factor import factorise
 from squeal.sparse.quadratic import (
     Array,
@@ -42,9 +44,10 @@ class Contact:
     ----------
     between : (str, str)
         Names of the components.
-    pairs : array_like (m, 2) or float
+    pairs : array_like (m, 2), float or ContactPoints (m,)
         Labels of the nodes of the one and the other; or the distance (m) within which each node of
-        the other is paired with the nearest one of the first.
+        the other is paired with the nearest one of the first; or points of their faces, as
+        `contact_between_faces` finds them.
     normal : array_like (3,) or (m, 3)
         From the first to the second, of any length above 0.
     stiffness : float or array_like (m,)
@@ -100,6 +103,8 @@ class Contact:
     slope: str = "0"
 
     def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            refuse_unit(value, Place(f"contact {self.name}", name))
         if self.sliding is not None or self.axis is not None:
             return
         if self.speed:
@@ -113,8 +118,8 @@ class Contact:
         """The names of both components."""
         return " - ".join(self.between)
 
-    def labelled(self, bodies: Mapping[str, Component]) -> Contact:
-        """The same contact with the labels of its pairs (m, 2). Raises InputError.
+    def located(self, bodies: Mapping[str, Component]) -> Contact:
+        """The same contact with its pairs as ContactPoints. Raises InputError.
 
         Examples
         --------
@@ -124,18 +129,20 @@ class Contact:
         >>> block = squeal.System([[1.0]], K=[[1.0]], name="other")
         >>> other = squeal.Component(block, [7], [2], [[1, 0, 0]])
         >>> touch = squeal.Contact(("plate", "other"), 0.1, (0, 0, 1), 2e6)  # nodes within 0.1 m
-        >>> touch.labelled({"plate": plate, "other": other}).pairs.tolist()
-        [['2', '7']]
+        >>> touch.located({"plate": plate, "other": other}).pairs.first.tolist()
+        [['2']]
         """
         if len(bodies.keys() & {*self.between}) != 2:
             raise InputError(f"is not allowed; it must be two of {', '.join(bodies)}")
+        if isinstance(self.pairs, ContactPoints):
+            return self
         pairs = np.asarray(self.pairs)
         if not pairs.ndim:
             one, other = (bodies[name] for name in self.between)
             pairs = _nearest_pairs(one, other, self.pairs)
         if pairs.ndim != 2 or pairs.shape[1] != 2 or not len(pairs):
             raise InputError("pairs: there is none; labels (m, 2) or a greater distance are needed")
-        return replace(self, pairs=pairs.astype(str))
+        return replace(self, pairs=ContactPoints.at_nodes(pairs.astype(str)))
 
 
 def _nearest_pairs(one: Component, other: Component, distance: float) -> NDArray[np.str_]:
@@ -149,7 +156,7 @@ def _nearest_pairs(one: Component, other: Component, distance: float) -> NDArray
 
 
 class PairDirections(NamedTuple):
-    """The pairs of a contact in the rows of the assembly: displacements (m, n) of the second node
+    """The pairs of a contact in the rows of the assembly: displacements (m, n) of the second side
     less those of the first, along each direction."""
 
     contact: Contact
@@ -161,48 +168,43 @@ class PairDirections(NamedTuple):
 
 
 def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDirections:
-    """The pairs of a contact with labels. Raises InputError for directions that are none."""
-    nodes = contact.pairs
-    m = len(nodes)
-    *starts, n = np.cumsum([0] + [body.system.n for body in bodies.values()])
-    start_of = dict(zip(bodies, starts, strict=True))
-    ends = [(bodies[name], labels) for name, labels in zip(contact.between, nodes.T, strict=True)]
-    rows = np.hstack([body.rows_of(labels) for body, labels in ends])
-    columns = rows + np.repeat([start_of[name] for name in contact.between], 3)
+    """The pairs of a located contact. Raises InputError for directions that are none."""
+    points = contact.pairs
+    sides = [
+        _Side(bodies, name, *points.side(number)) for number, name in enumerate(contact.between)
+    ]
 
     def relative_displacement(vectors: Array) -> csr_array:
-        from scipy.sparse import coo_array
+        first, second = sides
+        return second.displacement(vectors) - first.displacement(vectors)
 
-        entries = np.hstack([-vectors, vectors])
-        is_used = (rows >= 0) & (entries != 0.0)
-        where = (np.nonzero(is_used)[0], columns[is_used])
-        return coo_array((entries[is_used], where), shape=(m, n)).tocsr()
-
-    normals = _unit_vectors("normal", contact.normal, nodes)
+    normals = _unit_vectors("normal", contact.normal, points)
     normal = relative_displacement(normals)
-    _require_at_pairs(np.diff(normal.indptr) > 0, "pairs: no row moves along the normal", nodes)
+    _require_at_pairs(np.diff(normal.indptr) > 0, "pairs: no row moves along the normal", points)
     motion = contact.sliding
-    radius = np.ones(m)
+    radius = np.ones(len(points))
     if motion is None and contact.axis is not None:
-        centres = np.mean([body.places_of(labels) for body, labels in ends], axis=0)
-        axes = _unit_vectors("axis", contact.axis, nodes)
+        centres = points.places
+        if centres is None:
+            centres = np.mean([side.places() for side in sides], axis=0)
+        axes = _unit_vectors("axis", contact.axis, points)
         motion = np.cross(axes, centres - contact.through)
         radius = np.linalg.norm(motion, axis=1)
     slides = motion is not None
     if not slides:  # any direction across the normal
         motion = np.eye(3)[np.argmin(np.abs(normals), axis=1)]
-    tangents = _unit_vectors("sliding", motion, nodes)
+    tangents = _unit_vectors("sliding", motion, points)
     tangents = tangents - np.sum(tangents * normals, axis=1)[:, None] * normals
     is_across = np.linalg.norm(tangents, axis=1) > np.sqrt(EPS)
-    _require_at_pairs(is_across, "sliding: is parallel to the normal", nodes)
-    tangents = _unit_vectors("sliding", tangents, nodes)
+    _require_at_pairs(is_across, "sliding: is parallel to the normal", points)
+    tangents = _unit_vectors("sliding", tangents, points)
     tangent = relative_displacement(tangents)
     if contact.area is None:
-        area = np.ones(m)
+        area = np.ones(len(points))
     elif np.ndim(contact.area):
-        area = np.broadcast_to(contact.area, m)
+        area = np.broadcast_to(contact.area, len(points))
     else:
-        area = np.full(m, contact.area / m)
+        area = np.full(len(points), contact.area / len(points))
     return PairDirections(
         contact=contact,
         area=area,
@@ -213,17 +215,50 @@ def pair_directions(contact: Contact, bodies: Mapping[str, Component]) -> PairDi
     )
 
 
-def _unit_vectors(name: str, given: ArrayLike, nodes: NDArray[np.str_]) -> Array:
+class _Side:
+    """One side of all pairs (m,) of a contact: nodes and weights (m, k) of one component."""
+
+    def __init__(
+        self, bodies: Mapping[str, Component], name: str, labels: Labels, weights: Array
+    ) -> None:
+        ends = np.cumsum([body.system.n for body in bodies.values()])
+        starts = dict(zip(bodies, [0, *ends], strict=False))
+        self.body = bodies[name]
+        self.labels = labels
+        self.weights = weights
+        self.size = int(ends[-1])  # rows of all components
+        self.is_used = weights != 0.0  # the others fill rows of the table
+        rows = self.body.rows_of(labels[self.is_used])
+        self.rows = np.full((*labels.shape, 3), -1)
+        self.rows[self.is_used] = np.where(rows >= 0, rows + starts[name], -1)
+
+    def displacement(self, vectors: Array) -> csr_array:
+        """The displacements (m, n) along vectors (m, 3)."""
+        from scipy.sparse import coo_array
+
+        entries = self.weights[:, :, None] * vectors[:, None, :]
+        is_used = (self.rows >= 0) & (entries != 0.0)
+        where = (np.nonzero(is_used)[0], self.rows[is_used])
+        return coo_array((entries[is_used], where), shape=(len(self.labels), self.size)).tocsr()
+
+    def places(self) -> Array:
+        """Where the pairs are on this side (m, 3). Raises InputError without coordinates."""
+        places = np.zeros((*self.labels.shape, 3))
+        places[self.is_used] = self.body.places_of(self.labels[self.is_used])
+        return np.einsum("mk,mkx->mx", self.weights, places)
+
+
+def _unit_vectors(name: str, given: ArrayLike, points: ContactPoints) -> Array:
     """Unit vectors (m, 3) of all pairs. Raises InputError where one has no length."""
-    vectors = np.broadcast_to(np.asarray(given, dtype=float), (len(nodes), 3))
+    vectors = np.broadcast_to(np.asarray(given, dtype=float), (len(points), 3))
     lengths = np.linalg.norm(vectors, axis=1)
-    _require_at_pairs(lengths > 0.0, f"{name}: has no length", nodes)
+    _require_at_pairs(lengths > 0.0, f"{name}: has no length", points)
     return vectors / lengths[:, None]
 
 
-def _require_at_pairs(holds: Bools, words: str, nodes: NDArray[np.str_]) -> None:
+def _require_at_pairs(holds: Bools, words: str, points: ContactPoints) -> None:
     if not np.all(holds):
-        raise InputError(f"{words} at the pair {', '.join(nodes[np.argmin(holds)])}")
+        raise InputError(f"{words} at the pair {points.name_of(int(np.argmin(holds)))}")
 
 
 @dataclass(frozen=True, eq=False)

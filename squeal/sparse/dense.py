@@ -188,7 +188,11 @@ def roots_at(
                 left_vectors[:, group] = left_null[:, repeated]
                 continue
         P = mean * mean * M + (0.0 if C is None else mean * C) + K
-        right_vectors[:, group], left_vectors[:, group] = _null_vectors(P, len(group), left)
+        dimension = min(len(group), len(M))  # a root may be met more often than there are rows
+        right, adjoint = _null_vectors(P, dimension, left)
+        repeated = np.arange(len(group)) % dimension
+        right_vectors[:, group] = right[:, repeated]
+        left_vectors[:, group] = adjoint[:, repeated]
     return Roots(ordered, right_vectors, left_vectors)
 
 

@@ -22,6 +22,8 @@ pytestmark = needs_heyoka
 ASIDE = 0.06  # relative distance in modal damping from a fold, at which motions are compared
 STEP = 1.6e-6  # s, of Runge and Kutta's method: some 200 a period
 PERIODS = 90  # after which a motion above a fold has come to rest
+AFTER_DISTURBANCE = 0.015  # s, after which a motion has come to rest or lasts
+FACTORS = np.array([0.8, 0.9, 0.97, 1.0005, 1.001, 1.002, 1.003, 1.005])  # of the least one
 
 
 def scene(motion):
@@ -94,18 +96,6 @@ def test_stored_cycle_closes_by_hand(motion):
     assert end / si(pad) == pytest.approx(np.array(point.state), abs=1e-7)
 
 
-def sides_of_folds(motion, chosen):
-    """Whether motions by hand from stored folds last at lower and at higher modal damping."""
-    a, zeta, mu = (np.array([getattr(p, k) for p in chosen]) for k in ("a", "zeta", "mu"))
-    pad = DampedContact.of(scene(motion), 0.01, 0.01)
-    states = np.array([p.state for p in chosen]).T * si(pad)[:, None]
-    time = PERIODS * max(p.period for p in chosen) * pad.time
-    sides = np.concatenate([(1.0 - ASIDE) * zeta, (1.0 + ASIDE) * zeta])
-    own = by_hand(motion, np.tile(a, 2), sides, np.tile(mu, 2))
-    lasting = own.march(np.tile(states, 2), time, step=STEP)[1]
-    return lasting[: len(chosen)], lasting[len(chosen) :]
-
-
 def outermost(curve, point):
     """Whether a point is on a fold beyond which no motion of the case loses contact for ever.
 
@@ -117,11 +107,43 @@ def outermost(curve, point):
     return {"LltT": point.a < 0.02, "Tt": point.a > 0.06}.get(curve.contacts, True)
 
 
-@pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
-def test_cycles_exist_on_one_side_of_their_folds(motion):
+@pytest.fixture(scope="module", params=["b1-d", "b2-d-integral"])
+def lasting(request):
+    """Which motions by hand lose contact for ever: from three stored folds at lower modal damping,
+    from these at higher, and from `FACTORS` of a least disturbance.
+
+    All march side by side, those from folds for `PERIODS`, the others until `AFTER_DISTURBANCE`:
+    a step takes as long for one as for all.
+    """
+    motion = request.param
     points = [p for c in stored(motion).boundaries for p in c.points if outermost(c, p)]
-    chosen = np.random.default_rng(2).choice(len(points), 3, replace=False)
-    below, above = sides_of_folds(motion, [points[i] for i in chosen])
+    chosen = [points[i] for i in np.random.default_rng(2).choice(len(points), 3, replace=False)]
+    one = next(o for o in stored(motion).least if (o.a, o.zeta) == (0.01, 0.005))
+    folds = 2 * len(chosen)
+    a, zeta, mu = (np.array([getattr(p, k) for p in chosen]) for k in ("a", "zeta", "mu"))
+    pad = DampedContact.of(scene(motion), one.a, one.zeta)
+    rest = np.append(by_hand(motion, one.a, one.zeta).rest(), np.zeros(3))
+    disturbed = rest[:, None] + (np.array(one.disturbance) * si(pad))[:, None] * FACTORS
+    from_folds = np.array([p.state for p in chosen]).T * si(pad)[:, None]
+    zetas = np.concatenate([(1.0 - ASIDE) * zeta, (1.0 + ASIDE) * zeta])
+    same = np.ones(FACTORS.size)
+    together = by_hand(
+        motion,
+        np.concatenate([np.tile(a, 2), one.a * same]),
+        np.concatenate([zetas, one.zeta * same]),
+        np.concatenate([np.tile(mu, 2), pad.mu * same]),
+    )
+    begun = np.concatenate([np.tile(from_folds, 2), disturbed], axis=1)
+    states, after_disturbance = together.march(begun, AFTER_DISTURBANCE, step=STEP)
+    time = PERIODS * max(p.period for p in chosen) * pad.time
+    beside_folds = by_hand(motion, np.tile(a, 2), zetas, np.tile(mu, 2))
+    _, later = beside_folds.march(states[:, :folds], time - AFTER_DISTURBANCE, step=STEP)
+    below, above = np.split(later, 2)
+    return below, above, after_disturbance[folds:]
+
+
+def test_cycles_exist_on_one_side_of_their_folds(lasting):
+    below, above, _ = lasting
     assert below.all()
     assert not above.any()
 
@@ -134,18 +156,11 @@ def test_least_disturbance_is_computed_again(motion):
     assert again.norms == pytest.approx(one.norms, rel=1e-2)
 
 
-@pytest.mark.parametrize("motion", ["b1-d", "b2-d-integral"])
-def test_least_disturbance_leads_to_loss_of_contact_by_hand(motion):
+def test_least_disturbance_leads_to_loss_of_contact_by_hand(lasting):
     """The basin has layers: slightly longer disturbances may lead back to sliding, but not all."""
-    one = next(o for o in stored(motion).least if (o.a, o.zeta) == (0.01, 0.005))
-    pad = DampedContact.of(scene(motion), one.a, one.zeta)
-    own = by_hand(motion, one.a, one.zeta)
-    rest = np.append(own.rest(), np.zeros(3))
-    factors = np.array([0.8, 0.9, 0.97, 1.0005, 1.001, 1.002, 1.003, 1.005])
-    states = rest[:, None] + (np.array(one.disturbance) * si(pad))[:, None] * factors
-    lasting = own.march(states, 0.015, step=STEP)[1]
-    assert not lasting[:3].any()
-    assert np.count_nonzero(lasting[3:]) >= 2
+    _, _, after_disturbance = lasting
+    assert not after_disturbance[FACTORS < 1.0].any()
+    assert np.count_nonzero(after_disturbance[FACTORS > 1.0]) >= 2
 
 
 @pytest.mark.parametrize(

@@ -447,8 +447,8 @@ def static_balance_of_case_b():
 
 def rows_of_21(p):
     """K11, K21 and K31 from Eqs. (1) to (3), for rows K_i1 x = ... with y = theta = delta = 0."""
-    K = -gradient(lambda q: line_contact(p, q, 0, 0), [ZERO] * 3)
-    return K[0, 0], K[1, 0], K[2, 0]
+    K = -gradient(lambda x: line_contact(p, [x[0], ZERO, ZERO], 0, 0), [ZERO])
+    return K[0], K[1], K[2]
 
 
 def state_of_23(p):

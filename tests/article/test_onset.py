@@ -1,6 +1,7 @@
 """What lasts with damping, and cycles against a second method."""
 
 import dataclasses
+import functools
 
 import numpy as np
 import pytest
@@ -79,13 +80,19 @@ D_CYCLES = {
 }
 
 
+@functools.cache
+def cycles_of_d(case):
+    """The cycles of case (d) from a stored one, which two tests compare with other programs."""
+    return onset.cycles(scene(case), np.array(D_CYCLES[case]))
+
+
 @pytest.mark.parametrize(
     ("case", "fold", "closed"), [("b1-d", 0.07955816, False), ("b2-d", 0.13492164, True)]
 )
 def test_folds_of_case_d_against_shooting_by_differences(case, fold, closed):
     """The folds by another program, from the article's equations with SciPy and with differences.
     On both sides of each fold a long simulation there stays on the cycle or comes to rest."""
-    found = onset.cycles(scene(case), np.array(D_CYCLES[case]))
+    found = cycles_of_d(case)
     assert isinstance(found, onset.Cycles)
     assert found.fold == pytest.approx(fold, abs=2e-8)
     assert found.closed is closed
@@ -96,7 +103,7 @@ def test_forces_of_the_cycle_on_points_against_a_program_of_its_own():
     """The peaks at the edges and of their sum, and the share of the period in the air."""
     one = scene("b1-d")
     state = np.array(D_CYCLES["b1-d"])
-    found = onset.cycles(one, state)
+    found = cycles_of_d("b1-d")
     assert isinstance(found, onset.Cycles)
     model = Plain(one.pad, line=False)
     model.damp(onset.RATIO)

@@ -92,14 +92,24 @@ CANNOT_GROW = [
 
 @pytest.mark.skipif(os.name == "nt", reason="limits of POSIX")
 @pytest.mark.parametrize("words", CANNOT_GROW)
-def test_a_file_that_cannot_grow_is_refused_and_what_was_there_stays(tmp_path, words):
+def test_a_file_that_cannot_grow_is_refused_and_what_was_there_stays(
+    capsys, monkeypatch, tmp_path, words
+):
+    import resource
+
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "folder").mkdir()
     (tmp_path / "motion.csv").write_text("t,x\n")
-    done = fresh(f"ulimit -f 0; exec SQUEAL {words}", cwd=tmp_path)
-    assert done.returncode == 2, done.stderr
-    assert done.stderr.startswith(f"squeal: {words.split()[-1]}")
-    assert done.stderr.endswith("cannot be written: File too large\n")
-    assert done.stderr.count("\n") == 1
+    before, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (0, most))
+    try:
+        code, _, err = run(capsys, *words.split())
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (before, most))
+    assert code == 2, err
+    assert err.startswith(f"squeal: {words.split()[-1]}")
+    assert err.endswith("cannot be written: File too large\n")
+    assert err.count("\n") == 1
     assert {path.name for path in tmp_path.rglob("*")} == {"folder", "motion.csv"}
     assert (tmp_path / "motion.csv").read_text() == "t,x\n"
 

@@ -78,10 +78,10 @@ def test_code_is_at_most_88_columns_wide(page):
         assert max(map(len, block.split("\n"))) <= 88, block
 
 
-TABLE = "  name   one   two\n  a        1     2\n  ... 3 more rows\n  b       10    20"
+TABLE = "  name   one   two\n  a        1     2\n  ... 3 more\n  b       10    20"
 FOLDED = (
-    "  name   one\n  a        1\n  ... 3 more rows\n  b       10\n\n"
-    "  name   two\n  a        2\n  ... 3 more rows\n  b       20"
+    "  name   one\n  a        1\n  ... 3 more\n  b       10\n\n"
+    "  name   two\n  a        2\n  ... 3 more\n  b       20"
 )
 
 

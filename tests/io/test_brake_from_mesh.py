@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import scipy.linalg
 
 import squeal
 from squeal.linear.system import Term, TermSystem
@@ -81,3 +82,34 @@ def test_the_areas_of_the_pairs_are_those_of_the_sector(made):
     _, brake, _, _ = made
     angle = 2.0 * np.pi / 5.0
     assert sum(brake.shares.values()) == pytest.approx(0.5 * (0.10**2 - 0.08**2) * angle)
+
+
+def test_the_terms_of_the_unstable_mode_are_those_of_the_documentation(made):
+    """They sum to the root, and 1 % of friction moves it as differences of all roots say."""
+    _, _, folder, _ = made
+    text = (folder / "brake.yaml").read_text()
+    (folder / "rubbing.yaml").write_text(f"{text}cutoff: 24000\n".replace("mu: 0.0", "mu: 0.5"))
+    file = squeal.read_system(folder / "rubbing.yaml")
+    found = squeal.eigenvalues(file, band=(11500.0, 12000.0), prove=False)
+    (unstable,) = found.unstable
+    answer = squeal.energy(found)
+    mode = found.mode_of(unstable)
+    rows = {(row.part, row.term): row for row in answer.contributions if row.mode == mode}
+    assert sum(row.growth for row in rows.values()) == pytest.approx(unstable.growth_rate)
+    assert sum(row.frequency for row in rows.values()) == pytest.approx(unstable.frequency_hz)
+    assert rows["K", "1"].frequency == pytest.approx(6880.3, abs=0.1)
+    assert rows["K", "contact"].frequency == pytest.approx(5616.7, abs=0.1)
+    friction = rows["K", "(mu) * (contact)"]
+    assert friction.growth == pytest.approx(4834.0, abs=0.1)
+    assert friction.frequency == pytest.approx(-667.3, abs=0.1)
+    shares = {row.part: row.growth for row in answer.part_shares if row.mode == mode}
+    assert shares == pytest.approx({"disc": 201.0, "pad": 4633.0}, abs=0.1)
+
+    def root_at(mu):
+        M, _, K = file.system.arrays({"mu": mu})
+        roots = np.sqrt(-scipy.linalg.eigvals(K, M).astype(complex))
+        return roots[np.argmin(np.abs(roots - unstable.root))]
+
+    moved = (root_at(0.5005) - root_at(0.4995)) / 0.2  # of 1 %, by a change of 0.2 %
+    assert friction.d_real == pytest.approx(moved.real, rel=1e-3)
+    assert friction.d_hz == pytest.approx(moved.imag / (2 * np.pi), rel=1e-3)

@@ -10,6 +10,7 @@ from functools import partial
 
 import pytest
 
+from squeal.cli.main import main
 from squeal.errors import ComputationError
 from squeal.io.processes import mapped
 from tests.cli.calls import words
@@ -86,27 +87,37 @@ def test_an_interrupt_is_said_once(tmp_path, working, meets):
     assert not list(marks.glob("done *"))
 
 
+def ended(capsys, *arguments):
+    """Exit code and standard output of a command in this process."""
+    code = main(list(arguments))
+    return code, capsys.readouterr().out
+
+
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 @pytest.mark.parametrize("workers", ["1", "2"])
-def test_an_interrupted_run_goes_on_to_the_same_bytes(tmp_path, workers):
+def test_an_interrupted_run_goes_on_to_the_same_bytes(tmp_path, monkeypatch, capsys, workers):
+    monkeypatch.chdir(tmp_path)
     system = "K: [{matrix: [[1]], factor: a}, {matrix: [[-1]], factor: mu}]\n"
     (tmp_path / "one.yaml").write_text("parameters: {a: 1.0}\nM: [[1]]\n" + system)
     (tmp_path / "spreads.yaml").write_text("samples: 600\nspreads: {a: {within: 0.5}}\n")
     journal, table = tmp_path / "run.jsonl", tmp_path / "table.csv"
-    command = [sys.executable, "-m", "squeal", "scatter", "one.yaml", "spreads.yaml"]
-    command += ["--of", "growth", "--csv", table.name, "--workers", workers]
-    resumed, here = [*command, "--journal", journal.name], {"cwd": tmp_path, "stderr": -3}
-    running = subprocess.Popen(resumed, preexec_fn=INTERRUPTED, **here)
+    command = ["scatter", "one.yaml", "spreads.yaml", "--of", "growth", "--csv", table.name]
+    parallel = [*command, "--workers", workers, "--journal", journal.name]
+    running = subprocess.Popen(
+        [sys.executable, "-m", "squeal", *parallel],
+        preexec_fn=INTERRUPTED,
+        stderr=subprocess.DEVNULL,
+    )
     while not journal.exists() or journal.read_text().count("\n") < 4:
         assert running.poll() is None
         time.sleep(0.01)
     running.send_signal(signal.SIGINT)
     assert running.wait() == 130
     assert journal.read_text().count("\n") < 600
-    each = [
-        (subprocess.check_output(one, **here), table.read_bytes()) for one in (resumed, command)
-    ]
-    assert each[0] == each[1]
+    resumed = ended(capsys, *parallel), table.read_bytes()
+    at_once = ended(capsys, *command), table.read_bytes()
+    assert resumed == at_once
+    assert resumed[0][0] == 0
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")

@@ -2,6 +2,7 @@
 
 import itertools
 import json
+import typing
 
 import numpy as np
 import pytest
@@ -65,6 +66,18 @@ def test_a_mode_is_known_again_where_its_frequency_crosses_another():
     assert [b.low_hz, b.high_hz] == pytest.approx(np.array([12, 12]) / (2 * np.pi), rel=1e-4)
 
 
+def test_a_divergence_is_one_mode_over_all_conditions():
+    """A mass on the spring 1 - p diverges by (p - 1)^0.5 from p = 1 on; another one never does."""
+    K = {"1": np.diag([1.0, 9.0]), "p": np.diag([-1.0, 0.0]), "q": np.diag([0.0, 1.0])}
+    system = squeal.System(np.eye(2), K=K, parameters={"p": 0.0, "q": 0.0}, parameter="p")
+    found = squeal.conditions(system, {"p": [0.5, 2.0, 5.0, 10.0], "q": [0.0, 1.0]})
+    (mode,) = found.modes
+    assert (mode.unstable, mode.propensity) == (6, 0.75)
+    assert (mode.low_hz, mode.high_hz) == (0.0, 0.0)
+    assert mode.growth_rate == pytest.approx(3.0)
+    assert [one.verdict for one in found.conditions] == ["marginal"] * 2 + ["divergence"] * 6
+
+
 def test_a_rotor_agrees_with_a_plain_loop_over_its_matrices():
     rotor = json.loads((ROOT / "squeal" / "examples" / "rotor.json").read_text("utf-8"))
     whole = {}
@@ -77,7 +90,7 @@ def test_a_rotor_agrees_with_a_plain_loop_over_its_matrices():
     K = {"1": whole["K"] - cross, "cross": cross}
     given = {"speed": 0.0, "cross": 0.4}
     system = squeal.System(whole["M"], C, K, parameters=given, parameter="speed")
-    axes = {"speed": np.linspace(0.0, 900.0, 4), "cross": [0.1, 0.4, 1.6]}
+    axes: dict[str, typing.Any] = {"speed": np.linspace(0.0, 900.0, 4), "cross": [0.1, 0.4, 1.6]}
     found = squeal.conditions(system, axes)
     grows = []
     for one, (speed, share) in zip(
@@ -96,6 +109,7 @@ def test_a_rotor_agrees_with_a_plain_loop_over_its_matrices():
         assert one.verdict == "flutter"
         assert one.worst.growth_rate == pytest.approx(fastest.real, rel=1e-6)
         assert one.worst.frequency_hz == pytest.approx(fastest.imag / (2 * np.pi), rel=1e-9)
+        assert len({mode.mode for mode in one.modes}) == len(one.modes)
         hertz = [mode.frequency_hz for mode in one.modes]
         assert sorted(hertz) == pytest.approx(np.sort(growing.imag) / (2 * np.pi), rel=1e-9)
     assert sum(mode.unstable for mode in found.modes) == sum(grows)

@@ -289,3 +289,22 @@ def test_a_sweep_of_a_large_brake_is_solved_on_the_full_system():
         "1": False,
         "mu*contact": True,
     }
+
+
+def test_terms_of_components_from_files_are_named_by_their_factors(capsys, monkeypatch, tmp_path):
+    """No stiffness of theirs is damping, which a system file adds without a file."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["example", "components"]) == 0
+    capsys.readouterr()
+    assert (
+        main(["eigenvalues", "brake/assembly.yaml", "--band=500:4000", "--energy", "--json"]) == 0
+    )
+    rows = json.loads(capsys.readouterr().out)["energy"]
+    terms = {(row["part"], row["term"], row["role"]) for row in rows}
+    assert terms == {
+        ("M", "1", "mass"),
+        ("C", "1", "damping"),
+        ("K", "1", "stiffness"),
+        ("K", "contact", "stiffness"),
+        ("K", "(mu) * (contact)", "friction"),
+    }

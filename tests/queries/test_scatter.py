@@ -16,7 +16,7 @@ from squeal.queries.scatter import scatter
 from tests.queries.test_advise import SCENE, first
 
 COUNT, MU_MAX = 24, 0.6  # twice the threshold
-DRAWN: dict = {"spreads": {"h": {"relative": 0.03}}, "samples": COUNT, "seed": 3, "mu_max": MU_MAX}
+DRAWN: dict = {"spreads": {"h": {"relative": 0.03}}, "samples": COUNT, "rng": 3, "mu_max": MU_MAX}
 
 
 @pytest.fixture(scope="module")
@@ -188,7 +188,7 @@ def test_a_stopped_run_goes_on_and_gives_the_same(tmp_path):
     assert again.to_records() == whole.to_records()
     assert scatter(system, EVEN, **asked, journal=journal).to_records() == whole.to_records()
     with pytest.raises(InputError, match="no samples of this question"):
-        scatter(system, EVEN, **asked, seed=2, journal=journal)
+        scatter(system, EVEN, **asked, rng=2, journal=journal)
     broken = journal.read_text().splitlines()
     broken[-1] = broken[-1][: len(broken[-1]) // 2]
     journal.write_text("\n".join(broken) + "\n")

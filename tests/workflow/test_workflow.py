@@ -1,12 +1,16 @@
 """The workflow: what a target needs, what a change reruns, and the profile. Nothing is built."""
 
+import functools
+import json
 import os
 import re
 import shutil
 import subprocess
 import sys
+import tempfile
 import time
 from collections import Counter
+from pathlib import Path
 
 import pytest
 
@@ -21,11 +25,46 @@ from workflow.release import codecheck
 RULES = [ROOT / "Snakefile", *sorted((ROOT / "workflow" / "rules").glob("*.smk"))]
 
 
+# Snakemake, imported once: each run is a copy of this process, which takes half as long
+RUNS = """
+import json, os, sys
+from snakemake.cli import main
+for line in sys.stdin:
+    folder, printed, arguments = json.loads(line)
+    child = os.fork()
+    if not child:
+        os.chdir(folder)
+        file = os.open(printed, os.O_CREAT | os.O_WRONLY)
+        os.dup2(file, 1)
+        os.dup2(file, 2)
+        sys.argv[1:] = arguments
+        main()
+    os.waitpid(child, 0)
+    print(flush=True)
+"""
+
+
+@functools.cache
+def runs():
+    """The process of `RUNS`."""
+    pipe = subprocess.PIPE
+    return subprocess.Popen([sys.executable, "-c", RUNS], stdin=pipe, stdout=pipe, text=True)
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _end_runs():
+    yield
+    if runs.cache_info().currsize:
+        runs().communicate()
+
+
 def snakemake(folder, *arguments):
     """What a run of Snakemake prints; the environment's own profile is not read."""
-    command = [sys.executable, "-m", "snakemake", "--nolock", *arguments]
-    run = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
-    return run.stdout + run.stderr
+    with tempfile.NamedTemporaryFile() as printed:
+        asked = str(folder), printed.name, ["--nolock", *arguments]
+        print(json.dumps(asked), file=runs().stdin, flush=True)
+        runs().stdout.readline()
+        return Path(printed.name).read_text(encoding="utf-8")
 
 
 def jobs(folder, *arguments):

@@ -50,10 +50,11 @@ def angle_axes(n: int) -> tuple[Axis, Axis]:
 
 
 class PointVerdicts(NamedTuple):
-    """Verdicts and equilibria at n points of a map, arrays over them.
+    """Verdicts and equilibria at n points of a map.
 
-    `codes` are indices into `NAMES`, `contact` into the model's states (no contact beyond a
-    fold), `beyond` (3, n) says which limits of `Excursion` the equilibrium exceeds.
+    codes (n,): the verdicts, indices into `NAMES`; contact (n,): indices into the model's contact
+    states, no contact beyond a fold; beyond (3, n) of bool: which of the three `LIMITS` of an
+    equilibrium are exceeded.
     """
 
     codes: np.ndarray
@@ -62,11 +63,24 @@ class PointVerdicts(NamedTuple):
 
 
 def codes_at(scene: Scene, names: Names, values: np.ndarray) -> PointVerdicts:
-    """Verdicts with some parameters of the scene replaced by the values (len(names), n).
+    """The verdict on each of n pads: that of a scene with some parameters replaced.
 
-    They are those of the equilibria on the branches from mu = 0 (B3: about the origin). Modal
-    damping ratios refer to the modes without friction of each point's own pad; raises
-    ComputationError where such a mode is unstable.
+    Each is that on the equilibrium on the branch from mu = 0 (B3: about the origin). Modal damping
+    ratios refer to the modes without friction of each point's own pad.
+
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    names : tuple of p str
+        The parameters that are replaced.
+    values : array (p, n)
+        Their values, SI units.
+
+    Raises
+    ------
+    ComputationError
+        Where a mode to which a damping ratio belongs is unstable without friction.
     """
     stack = PadStack.of(scene, names, values)
     equilibria, unknown = stack.at_mu()
@@ -90,18 +104,34 @@ def codes_at(scene: Scene, names: Names, values: np.ndarray) -> PointVerdicts:
 
 
 def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) -> PointVerdicts:
-    """`codes_at` on the grid of x (n1,) and y (n2,): each array (..., n1, n2)."""
+    """The verdicts on the grid of two parameters' values x (n1,) and y (n2,).
+
+    The arrays of the answer have the two axes (n1, n2) in place of the one over points. Some rows
+    of the grid are computed at a time, to bound the memory.
+    """
     rows = max(1, POINTS_AT_ONCE // len(y))
-    parts = []
+    codes = []
+    contact = []
+    beyond = []
     for start in range(0, len(x), rows):
         grid = np.meshgrid(x[start : start + rows], y, indexing="ij")
-        points = codes_at(scene, names, np.array([values.ravel() for values in grid]))
-        parts.append([array.reshape(*array.shape[:-1], -1, len(y)) for array in points])
-    return PointVerdicts(*(np.concatenate(arrays, axis=-2) for arrays in zip(*parts, strict=True)))
+        points = codes_at(scene, names, np.reshape(grid, (2, -1)))
+        codes.append(points.codes.reshape(-1, len(y)))
+        contact.append(points.contact.reshape(-1, len(y)))
+        beyond.append(points.beyond.reshape(3, -1, len(y)))
+    return PointVerdicts(
+        codes=np.concatenate(codes),
+        contact=np.concatenate(contact),
+        beyond=np.concatenate(beyond, axis=1),
+    )
 
 
 def _angle_codes(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
-    """Codes of a B3 map over the angles: K is the contact's plus one rank-one term a spring."""
+    """Verdict codes (n1, n2) of a B3 map over the angles of its two springs.
+
+    K is the stiffness of the contact plus k_i a_i a_i^T of each spring i with the direction a_i, a
+    matrix of rank one. All matrices are mass-normalised.
+    """
     pad = model.pad
     a1, a2 = spring_directions(pad, (axes[0].values, axes[1].values))
     unit = 1.0 / np.sqrt([pad.m, pad.m, pad.I])  # makes the mass matrix one
@@ -113,8 +143,11 @@ def _angle_codes(model: PadModel, axes: tuple[Axis, Axis]) -> np.ndarray:
 
 
 def _check(scene: Scene, axes: tuple[Axis, Axis], quantity: str | None) -> None:
-    """Raises InputError for what the scene does not use, values that a parameter may not take, one
-    parameter twice, and a quantity over itself."""
+    """Refuse axes that a map cannot have.
+
+    Raises InputError for a parameter that the scene does not use, for values that it may not take,
+    for one parameter twice, and for the critical friction over friction.
+    """
     allowed = parameters(scene.pad_model)
     at = Place("Axis")
     names = [axis.name for axis in axes]
@@ -136,12 +169,26 @@ def stability_map(
     quantity: str | None = None,
     curves: bool = False,
 ) -> Map:
-    """Verdict over two parameters of a scene's pad, which replace its own; left out, the angles.
+    """The verdict over two parameters of a scene's pad.
 
-    Beside it one of `QUANTITIES`, NaN where there is none or where it could not be decided, and the
-    curves on which stability is lost. Growth and frequency are taken at the scene's mu (or that of
-    the axis), the critical friction is the first loss of stability, or of the equilibrium, on the
-    way from mu = 0 up to `HIGH`. Raises InputError.
+    Parameters
+    ----------
+    scene : Scene
+        The scene; the parameters of the axes replace its own.
+    axes : (Axis, Axis), optional
+        The two parameters and their values; the angles of B3's springs if left out.
+    quantity : str, optional
+        One of `QUANTITIES` that is computed beside the verdicts, NaN where there is none or where
+        it could not be decided. Growth and frequency are those at the scene's mu, or at that of an
+        axis; the critical friction is the first loss of stability, or of the equilibrium, as
+        friction rises from 0 to `HIGH`.
+    curves : bool
+        Whether the curves on which stability is lost are located.
+
+    Raises
+    ------
+    InputError
+        For axes that a map cannot have.
     """
     axes = angle_axes(200) if axes is None else axes
     _check(scene, axes, quantity)
@@ -159,9 +206,10 @@ def stability_map(
     }
     for limit, points in zip(LIMITS._fields, beyond, strict=True):
         inadmissible[f"exceed the limit of {limit}"] = points
-    warnings = [
-        f"{_share(points)} {words}" for words, points in inadmissible.items() if points.any()
-    ]
+    warnings = []
+    for words, points in inadmissible.items():
+        if points.any():
+            warnings.append(f"{_share(points)} {words}")
     details: dict[str, Any] = {
         "admissible_share": float(admissible.mean()),
         "admissible": not warnings,  # those of a quantity say nothing of equilibria
@@ -197,15 +245,18 @@ def stability_map(
 def _span(values: np.ndarray, unit: str) -> str:
     """The range of the values that are finite, in words."""
     finite = values[np.isfinite(values)]
-    return f"{finite.min():.6g} to {finite.max():.6g} {unit}" if finite.size else "nowhere"
+    if not finite.size:
+        return "nowhere"
+    return f"{finite.min():.6g} to {finite.max():.6g} {unit}"
 
 
-def _share(part: np.ndarray) -> str:
-    return f"{100 * part.mean():.3g} % of the points"
+def _share(is_point: np.ndarray) -> str:
+    """The share of the points at which an array of bool is true, in words."""
+    return f"{100 * is_point.mean():.3g} % of the points"
 
 
 def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[np.ndarray, np.ndarray]:
-    """Values (n1, n2) of a quantity, and where they are unknown."""
+    """Values (n1, n2) of one of the `QUANTITIES` over two axes, and where (n1, n2) unknown."""
     grid = np.meshgrid(axes[0].values, axes[1].values, indexing="ij")
     points = np.reshape(grid, (2, -1))
     values = []
@@ -229,12 +280,24 @@ def _quantity(scene: Scene, axes: tuple[Axis, Axis], name: str) -> tuple[np.ndar
 def threshold_curves(
     scene: Scene, axes: tuple[Axis, Axis], codes: np.ndarray
 ) -> list[dict[str, Any]]:
-    """The curves between stable or marginal points of a map with `codes` (n1, n2) and the others.
+    """The curves on which stability is lost: between stable or marginal points and the others.
 
-    Of each its `points`, pairs of both parameters, its `kind`, what happens there, `frequency_hz`
-    at each of them of the mode that starts to grow, 0 where none vibrates, and whether it is
-    `closed`. They end beside points that are unknown, at the outermost points, and where something
-    else happens.
+    Parameters
+    ----------
+    scene : Scene
+        The scene.
+    axes : (Axis, Axis)
+        The two parameters of the map.
+    codes : array (n1, n2)
+        Its verdicts, indices into `NAMES`.
+
+    Returns
+    -------
+    list of dict
+        Of each curve its `kind`, what happens there; whether it is `closed`; its `points`, pairs of
+        both parameters; and at each of them `frequency_hz` of the mode that starts to grow, 0 where
+        none vibrates. Curves end beside unknown points, at the outermost points, and where
+        something else happens.
     """
     stable = np.isin(codes, QUIET)
     decided = codes != UNKNOWN
@@ -248,13 +311,14 @@ def threshold_curves(
     shares_stable, shares_other = _ends_across(traced, stable)
 
     def values_at(shares: np.ndarray) -> np.ndarray:
-        return np.array([axis.at(row) for axis, row in zip(axes, shares, strict=True)])
+        """Both parameters (2, points) at shares (2, points) of their axes."""
+        return np.array([axes[0].at(shares[0]), axes[1].at(shares[1])])
 
     for _ in range(HALVINGS):
         middle = (shares_stable + shares_other) / 2
-        still = np.isin(codes_at(scene, names, values_at(middle)).codes, QUIET)
-        shares_stable[:, still] = middle[:, still]
-        shares_other[:, ~still] = middle[:, ~still]
+        is_stable = np.isin(codes_at(scene, names, values_at(middle)).codes, QUIET)
+        shares_stable[:, is_stable] = middle[:, is_stable]
+        shares_other[:, ~is_stable] = middle[:, ~is_stable]
     points = values_at(shares_stable)
     before = codes_at(scene, names, points)
     behind = codes_at(scene, names, values_at(shares_other))
@@ -264,7 +328,7 @@ def threshold_curves(
     stack = PadStack.of(scene, names, points)
     equilibria, _ = stack.at_mu()
     A, B = stack.matrices(np.arange(stack.n), equilibria)
-    hertz = np.where(kinds == "flutter", stack.meeting(A, B), 0.0)
+    hertz = np.where(kinds == "flutter", stack.frequency_at_onset(A, B), 0.0)
     curves = []
     ends_of_lines = np.cumsum([len(line) for line in traced])
     for line in np.split(np.arange(points.shape[1]), ends_of_lines[:-1]):
@@ -280,8 +344,20 @@ def threshold_curves(
 
 
 def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of all points of traced lines (k, 2) the two points of the map on both sides, as shares
-    (2, points) of its axes: those that are stable, and the others."""
+    """The two neighbouring points of the map on both sides of each traced point.
+
+    Parameters
+    ----------
+    traced : sequence of array (k, 2)
+        Lines of points halfway between two neighbours, as (column, row) of the map.
+    stable : array (n1, n2) of bool
+        Which points of the map are stable or marginal.
+
+    Returns
+    -------
+    shares_stable, shares_other : array (2, points)
+        The stable neighbour and the other one, as shares of the two axes from 0 to 1.
+    """
     middle = np.concatenate(traced)[:, ::-1].T  # of a point and its neighbour along an axis
     below = np.floor(middle).astype(int)
     above = np.ceil(middle).astype(int)
@@ -295,16 +371,28 @@ def _ends_across(traced: Sequence[np.ndarray], stable: np.ndarray) -> tuple[np.n
 def _parts_of_one_kind(
     line: np.ndarray, points: np.ndarray, kinds: np.ndarray
 ) -> list[tuple[np.ndarray, bool]]:
-    """A line, numbers of points, cut where the kind changes; each part of two points or more, and
-    whether it is closed."""
+    """A line cut where its kind changes: each part of two points or more, and whether it is closed.
 
-    def cuts_of(line: np.ndarray) -> np.ndarray:
-        return np.flatnonzero(kinds[line][1:] != kinds[line][:-1]) + 1
-
-    cuts = cuts_of(line)
+    Parameters
+    ----------
+    line : array (k,)
+        Numbers of points, along the line.
+    points : array (2, points)
+        Both parameters of all points.
+    kinds : array (points,)
+        What happens at each point.
+    """
+    cuts = _changes_of(kinds[line])
     closed = np.array_equal(points[:, line[0]], points[:, line[-1]])
-    if closed and cuts.size:  # begin where the kind changes
-        line = np.roll(line[:-1], -cuts[0])
-        cuts = cuts_of(line)
-    parts = [part for part in np.split(line, cuts) if len(part) > 1]
-    return [(part, closed and not cuts.size) for part in parts]
+    if closed and cuts.size:
+        opened = np.roll(line[:-1], -cuts[0])  # begins where the kind changes
+        parts = np.split(opened, _changes_of(kinds[opened]))
+    else:
+        parts = np.split(line, cuts)
+    is_whole = closed and len(parts) == 1
+    return [(part, is_whole) for part in parts if len(part) > 1]
+
+
+def _changes_of(values: np.ndarray) -> np.ndarray:
+    """The indices at which a value differs from the one before."""
+    return np.flatnonzero(values[1:] != values[:-1]) + 1

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -37,10 +36,16 @@ from squeal.results.thresholds import Thresholds
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """Derivatives by one parameter p, SI units per unit of p.
+    """Derivatives by one parameter p, in SI units per unit of p.
 
-    loads (3,): of (Fx, Fy, M) at a fixed place; M, C, K (3, 3): of the matrices about the moving
-    equilibrium; gaps (points,): of the gaps there.
+    Attributes
+    ----------
+    loads : array (3,)
+        Of the forces and the moment (Fx, Fy, M) on the pad, held where it is.
+    M, C, K : array (3, 3)
+        Of the matrices about the equilibrium, which moves with p.
+    gaps : array (points,)
+        Of the gaps of the contact points there.
     """
 
     loads: np.ndarray
@@ -51,19 +56,34 @@ class Change:
 
 
 def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
-    """Derivatives by the parameter `name` about q (3,) in a contact state, exact to rounding.
+    """Derivatives by the parameter `name` about an equilibrium, exact to rounding.
 
-    Where the balance is singular (a fold) the equilibrium moves infinitely fast and only `loads` is
-    finite. A linear model stays where it is.
+    The equilibrium moves by dq with loads(q, p) = 0, so that K dq = d loads / dp where the pad is
+    held. At a fold, where K is singular, it moves infinitely fast and only `loads` is finite. A
+    linear model stays where it is.
+
+    Parameters
+    ----------
+    model : PadModel
+        The model, at the friction of the equilibrium.
+    q : array (3,)
+        The equilibrium (x, y, theta), SI units.
+    state : State
+        Its contact state.
+    name : str
+        The parameter.
     """
     pad = model.pad.replace(**{name: Dual(getattr(model.pad, name), 1.0)})
     c = coefficients(dual, pad, model.law.absolute_gap)
 
-    def slopes(at: np.ndarray, dq: np.ndarray, speed: Any = None) -> np.ndarray:
+    def slopes(at: np.ndarray, dq: np.ndarray, speed: complex | None = None) -> np.ndarray:
+        """d loads / dp where the pad is at `at` and moves by dq; at a sliding speed if given."""
         place = tuple(Dual(x, d) for x, d in zip(at, dq, strict=True))
         now = c if speed is None else at_speed(dual, c, pad.fall, speed)
         loads = net_loads(dual, now, model.law, place, state)
-        return np.array(np.broadcast_arrays(*(dual.dual(f).slope + 0.0 * at[0] for f in loads)))
+        # each as long as `at`, also where it does not depend on it
+        each = [dual.dual(load).slope + 0.0 * at[0] for load in loads]
+        return np.array(np.broadcast_arrays(*each))
 
     dq = np.zeros(3)
     loads = slopes(q, dq)
@@ -84,7 +104,11 @@ def change(model: PadModel, q: np.ndarray, state: State, name: str) -> Change:
 
 
 def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict[str, Change]:
-    """Derivatives by each parameter about q (3,), C with what follows from the scene's damping."""
+    """Derivatives by each parameter about an equilibrium q (3,) of the scene's model.
+
+    Damping by ratios or Rayleigh's factors is C = M^1/2 B(A) M^1/2 with A = M^-1/2 K M^-1/2 of the
+    pad without friction, and so follows M and K; its derivative is added to that of C.
+    """
     with np.errstate(invalid="ignore"):  # at a fold the equilibrium moves infinitely fast
         changes = {name: change(model, q, state, name) for name in parameters(model)}
     damping = scene.damping
@@ -107,14 +131,17 @@ def _changes(scene: Scene, model: PadModel, q: np.ndarray, state: State) -> dict
 
 
 def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, float]]:
-    """Derivatives of a threshold on the branch, of its friction and of its frequency (Hz), by each
-    parameter but mu.
+    """How a threshold on the branch of equilibria moves with each parameter but mu.
 
-    What does not change there: a gap of zero at a change of contact, the balance along y at a
-    fold, of which no frequency is known (NaN), the root on the axis elsewhere (`crossing_slopes`).
-    Raises ComputationError where none of these holds, for an exchange of growth rates. A threshold
-    at mu = 0 stays there for all parameters, since without friction nothing grows; with a damping
-    matrix it is refused.
+    A threshold is where a function g(mu, p) vanishes, so that d mu / dp = -g_p / g_mu. At a change
+    of contact g is the gap that closes or opens, at a fold the loads along the left singular vector
+    of K; neither has a frequency. Elsewhere it is the real part of the root on the imaginary axis
+    (`crossing_slopes`). Returns for each parameter the derivatives of the friction and of the
+    frequency in Hz, NaN if there is none.
+
+    Raises ComputationError where no such function is known, for an exchange of growth rates. A
+    threshold at mu = 0 stays there for all parameters, since without friction nothing grows; with a
+    damping matrix it is refused.
     """
     if point.mu == 0.0:
         if scene.damping is not None and scene.damping.matrix is not None:
@@ -135,20 +162,25 @@ def of_threshold(scene: Scene, point: CriticalPoint) -> dict[str, tuple[float, f
     M, C, K = linearise(model, q, state)
     unit = np.sqrt(np.outer(1.0 / np.diag(M), 1.0 / np.diag(M)))  # makes the mass matrix one
     matrices = M * unit, (C + damping_matrix(scene)) * unit, K * unit
-    # derivatives, by each parameter, of what does not change there
+    # by each parameter the derivative of the function that vanishes there
     if any(abs(mu - point.mu) <= 1e-12 * point.mu for mu in breakpoints):
         edge = int(np.argmin(np.abs(model.gaps(q))))
-        constant = {name: by.gaps[edge] for name, by in changes.items()}
+        slopes = {name: by.gaps[edge] for name, by in changes.items()}
     elif point.kind == "fold":
         left = np.sqrt(np.diag(unit)) * Singular.of(matrices, 0j).left.conj()
-        constant = {name: left @ by.loads for name, by in changes.items()}
+        slopes = {name: left @ by.loads for name, by in changes.items()}
     else:
-        scaled = {n: (by.M * unit, by.C * unit, by.K * unit) for n, by in changes.items()}
+        scaled = {}
+        for name, by in changes.items():
+            scaled[name] = (by.M * unit, by.C * unit, by.K * unit)
         at = Singular.of(matrices, 2j * np.pi * point.frequency_hz)
-        by_mu = scaled.pop("mu")
-        return crossing_slopes(at, matrices, by_mu, scaled)
-    by_mu = constant.pop("mu")
-    return {name: (-float((by / by_mu).real) + 0.0, math.nan) for name, by in constant.items()}
+        slopes_by_mu = scaled.pop("mu")
+        return crossing_slopes(at, matrices, slopes_by_mu, scaled)
+    slope_by_mu = slopes.pop("mu")
+    moved = {}
+    for name, slope in slopes.items():
+        moved[name] = (-float((slope / slope_by_mu).real) + 0.0, math.nan)
+    return moved
 
 
 def pad_root_sensitivity(scene: Scene, analysis: PadAnalysis) -> Sensitivity:

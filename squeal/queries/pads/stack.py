@@ -2,6 +2,9 @@
 
 Maps, contours and studies of random pads rest on it. Equilibria are those of the branches that a
 query follows, verdicts those of the array kernels of `squeal.linear`.
+
+Shapes: a stack has n pads; k cases are chosen from them, each a pad at some friction, where a pad
+may occur several times. `pad` (k,) are then the numbers of the pads.
 """
 
 from collections.abc import Callable
@@ -27,9 +30,9 @@ from squeal.numerics.differentiation import complex_step
 Names = tuple[str, ...]
 Stiffness = tuple[np.ndarray, np.ndarray | None]
 QUIET = [VERDICTS.index("stable"), VERDICTS.index("marginal")]
-LEVELS = 64  # of mu, between 0 and its end, at which verdicts are taken at least
+LEVELS = 64  # values of mu, between 0 and its end, at which verdicts are computed at least
 HALVINGS = 44  # of the interval in which stability is lost: to rounding
-SHRINKS = 25  # of an interval in which a margin of stability has its least value
+SHRINKS = 25  # by golden section, of an interval in which a margin of stability has its least value
 GOLDEN = (3.0 - 5.0**0.5) / 2.0
 AT_ONCE = 50_000  # matrices that are judged together; bounds the memory
 FOLD, BRANCH_END = "fold", "end of the branch"
@@ -47,13 +50,26 @@ def parameters(model: PadModel) -> Names:
     )
 
 
-class _Ways(NamedTuple):
-    """The ways of n pads from mu = 0 up, in m intervals between nodes of their branches.
+class _Intervals(NamedTuple):
+    """The branches of n pads from mu = 0 up, cut into m intervals between their nodes.
 
-    pad, start, stop (m,): pad of each interval, and mu at its ends; begins_at_change (m,): whether
-    contact changes at its start; at: the equilibria of pads (k,) at mu (k,); mu_end (n,): where the
-    branch ends, NaN if it reaches the end of the range, 0 for a pad that rests nowhere; ends: what
-    happens there; lost (n,): whether the branch was lost; nowhere (n,): pads that rest nowhere.
+    Attributes
+    ----------
+    pad, start, stop : array (m,)
+        Pad of each interval, and mu at its ends.
+    begins_at_change : array (m,) of bool
+        Whether contact changes at its start.
+    at : callable
+        The equilibria of pads (k,) at mu (k,).
+    mu_end : array (n,)
+        Where the branch ends; NaN if it reaches the end of the range, 0 for a pad without an
+        equilibrium at mu = 0.
+    ends : list of n str
+        What happens there.
+    lost : array (n,) of bool
+        Whether the branch could not be continued.
+    nowhere : array (n,) of bool
+        Pads without an equilibrium in contact at mu = 0.
     """
 
     pad: np.ndarray
@@ -68,30 +84,57 @@ class _Ways(NamedTuple):
 
 
 class _Judged(NamedTuple):
-    """Of k pads at some friction: where (k,) no mode is unstable, and margins (2, k), see
-    `margins`."""
+    """Stability of k cases.
+
+    no_unstable_mode (k,): whether all modes are stable or marginal; margins (2, k): numbers that
+    vanish where a pair, and where a real root, begins to grow, see the function `margins`.
+    """
 
     no_unstable_mode: np.ndarray
     margins: np.ndarray
 
 
-def _levels(ways: _Ways, mu_max: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Values of mu on all ways: interval (k,) of each, its number (k,) within it, and mu (k,)."""
-    parts = np.maximum(np.ceil((ways.stop - ways.start) / mu_max * LEVELS), 2).astype(int)
+class _Levels(NamedTuple):
+    """k values of mu on all intervals, at which verdicts are computed.
+
+    interval (k,): number of the interval; level (k,): number of the value within it, from 0;
+    mu (k,): the value.
+    """
+
+    interval: np.ndarray
+    level: np.ndarray
+    mu: np.ndarray
+
+
+def _levels(intervals: _Intervals, mu_max: float) -> _Levels:
+    """Even levels in each interval, both ends among them, at least `LEVELS` over 0 to mu_max."""
+    widths = intervals.stop - intervals.start
+    parts = np.maximum(np.ceil(widths / mu_max * LEVELS), 2).astype(int)
     counts = parts + 1
     interval = np.repeat(np.arange(len(counts)), counts)
     first_of_interval = np.cumsum(counts) - counts
     level = np.arange(interval.size) - np.repeat(first_of_interval, counts)
-    share = np.minimum(level / parts[interval], 1.0 - 1e-9)  # the contact of the interval
-    mu = ways.start[interval] + share * (ways.stop - ways.start)[interval]
-    return interval, level, mu
+    # just before the end, where contact is still that of the interval
+    share = np.minimum(level / parts[interval], 1.0 - 1e-9)
+    mu = intervals.start[interval] + share * widths[interval]
+    return _Levels(interval, level, mu)
 
 
 class Losses(NamedTuple):
-    """Where n pads first lose stability or the equilibrium: mu (n,), NaN if they keep both.
+    """Where n pads first lose stability or their equilibrium, by rising friction.
 
-    kinds, hertz (n,): of what happens there; unknown (n,): where that could not be decided;
-    nowhere (n,): pads that rest nowhere without friction, whose mu is 0.
+    Attributes
+    ----------
+    mu : array (n,)
+        The friction; NaN if nothing is lost, or if it is unknown.
+    kinds : list of n str
+        What happens there: flutter, divergence, a fold or the end of the branch.
+    hertz : array (n,)
+        Frequency of the mode that loses stability, 0 if none vibrates, NaN if there is none.
+    unknown : array (n,) of bool
+        Where it could not be decided.
+    nowhere : array (n,) of bool
+        Pads without an equilibrium in contact at mu = 0; their mu is 0.
     """
 
     mu: np.ndarray
@@ -102,17 +145,26 @@ class Losses(NamedTuple):
 
 
 def normalised(pad: Pad, X: np.ndarray) -> np.ndarray:
-    """Matrices X (3, 3, n) of pads in coordinates with a mass matrix of one, (n, 3, 3)."""
+    """Matrices X (3, 3, n) of n pads, mass-normalised: M^-1/2 X M^-1/2, (n, 3, 3)."""
     unit = 1.0 / np.sqrt(np.broadcast_arrays(pad.m, pad.m, pad.I, X[0, 0])[:3])
     return np.moveaxis(X * (unit[:, None] * unit), -1, 0)
 
 
 @dataclass(frozen=True, eq=False)
 class PadStack:
-    """The pads of a scene with the parameters `names` replaced by values (len(names), n).
+    """n pads: that of a scene with some parameters replaced.
 
-    statics: in units of the scene's own pad; B3, which is linearised about the origin, has no
-    branches.
+    Attributes
+    ----------
+    scene : Scene
+        The scene.
+    names : tuple of p str
+        The parameters that are replaced.
+    values : array (p, n)
+        Their values in each pad, SI units.
+    statics : Statics
+        The statics of all pads, in units of the scene's own pad. B3, which is linearised about the
+        origin, has no branches of equilibria.
     """
 
     scene: Scene
@@ -122,7 +174,10 @@ class PadStack:
 
     @staticmethod
     def of(scene: Scene, names: Names, values: np.ndarray) -> "PadStack":
-        """Raises InputError for values that a parameter may not take."""
+        """The pads of a scene with the parameters `names` replaced by values (len(names), n).
+
+        Raises InputError for values that a parameter may not take.
+        """
         changes: dict[str, Any] = dict(zip(names, values, strict=True))
         model = scene.pad_model.replace(**changes)
         if model.linear:
@@ -133,10 +188,12 @@ class PadStack:
 
     @property
     def n(self) -> int:
+        """The number of pads."""
         return self.values.shape[1]
 
     @property
     def linear(self) -> bool:
+        """True if the model is linear, so that it is linearised about the origin."""
         return self.scene.pad_model.linear
 
     @property
@@ -146,7 +203,7 @@ class PadStack:
 
     @cached_property
     def rest(self) -> Equilibria:
-        """Where the pads rest without friction."""
+        """The equilibria of the n pads without friction."""
         return rests(self.statics, self.n)
 
     def branches(self, mu_max: np.ndarray) -> tuple[Branches, np.ndarray]:
@@ -162,7 +219,11 @@ class PadStack:
         return Equilibria(z, on, np.ones(mu.size, dtype=bool))
 
     def at_mu(self) -> tuple[Equilibria, np.ndarray]:
-        """The equilibrium of each pad at its own friction, and where (n,) that is unknown."""
+        """The equilibria of the n pads, each at its own friction, and where (n,) one is unknown.
+
+        There is none where the branch from mu = 0 ends before. It is unknown where the branch was
+        lost, and where rounding hides the contact forces.
+        """
         at = self.origin(self.mu)
         if self.linear:
             return at, np.zeros(self.n, dtype=bool)
@@ -215,7 +276,11 @@ class PadStack:
         return stiffness
 
     def _matrices(self, pad: np.ndarray, at: Equilibria) -> Stiffness:
-        """Mass-normalised stiffness, and what falling friction adds to the damping, (k, 3, 3)."""
+        """Mass-normalised stiffness, and the damping that falling friction makes, each (k, 3, 3).
+
+        Both are derivatives of the loads: by the coordinates q (3, k), and by the velocity. Without
+        falling friction the damping is None.
+        """
         part = self.statics.pick(pad)
         model = part.model.replace(mu=at.z[3])
         q = part.place(at.z)
@@ -227,24 +292,26 @@ class PadStack:
         return normalised(model.pad, K), normalised(model.pad, C)
 
     def matrices(self, pad: np.ndarray, at: Equilibria) -> Stiffness:
-        """Mass-normalised stiffness and damping (k, 3, 3) of pads (k,) about places, the damping
-        None where no pad has any."""
+        """Mass-normalised stiffness A and damping B (k, 3, 3) of pads (k,) about k equilibria.
+
+        The damping is None where no pad has any.
+        """
         A, B = self._matrices(pad, at)
         if self.damping is not None:
             B = self.damping[pad] if B is None else B + self.damping[pad]
         return A, B
 
     def fastest(self) -> tuple[np.ndarray, np.ndarray]:
-        """Of each pad at its own friction the eigenvalue (n,) of largest real part in rad/s, NaN
-        without an equilibrium, and where (n,) that is unknown.
+        """The fastest growing eigenvalue (n,) of each pad at its own friction, in rad/s.
 
-        Without damping, real parts of the size of rounding, next to a coalescence the square root
-        of it, are zero.
+        It is NaN without an equilibrium; the second array (n,) says where it is unknown. Without
+        damping, real parts of the size of rounding (next to a coalescence, of its square root) are
+        zero.
         """
-        places, unknown = self.at_mu()
-        here = np.flatnonzero(places.exists)
-        A, B = self.matrices(here, places.some(here))
-        if B is None:
+        equilibria, unknown = self.at_mu()
+        existing = np.flatnonzero(equilibria.exists)
+        A, B = self.matrices(existing, equilibria.some(existing))
+        if B is None:  # lambda^2 are the eigenvalues of -A
             values = np.sqrt(-np.linalg.eigvals(A).astype(complex))
             values = np.where(values.real < 0.0, -values, values)
             size = np.abs(values).max(axis=1, keepdims=True)
@@ -254,13 +321,13 @@ class PadStack:
         # of several that grow alike the one of largest frequency
         best = np.lexsort((np.abs(values.imag), values.real), axis=1)[:, -1]
         fastest = np.full(self.n, np.nan, dtype=complex)
-        fastest[here] = values[np.arange(here.size), best] / self.statics.units.time
+        fastest[existing] = values[np.arange(existing.size), best] / self.statics.units.time
         return fastest, unknown
 
-    def _ways(self, mu_max: float) -> _Ways:
-        """The ways of all pads from mu = 0 to mu_max, or to the end of their branches."""
+    def _intervals(self, mu_max: float) -> _Intervals:
+        """The branches of all pads from mu = 0 to mu_max, or to their end, as intervals."""
         if self.linear:
-            return _Ways(
+            return _Intervals(
                 pad=np.arange(self.n),
                 start=np.zeros(self.n),
                 stop=np.full(self.n, mu_max),
@@ -277,7 +344,7 @@ class PadStack:
         mu_end[branches.end == BranchEnd.REACHED] = np.nan
         nodes = np.arange(len(branches.owner))
         starts = nodes[nodes < branches.last[branches.owner]]
-        return _Ways(
+        return _Intervals(
             pad=branches.owner[starts],
             start=branches.z[3, starts],
             stop=branches.z[3, starts + 1],
@@ -289,84 +356,105 @@ class PadStack:
             nowhere=nowhere,
         )
 
-    def _judge(self, ways: _Ways, pad: np.ndarray, mu: np.ndarray) -> _Judged:
-        """Of pads (k,) at mu (k,) on their ways where no mode is unstable, and the margins."""
+    def _judge(self, intervals: _Intervals, pad: np.ndarray, mu: np.ndarray) -> _Judged:
+        """The stability of pads (k,) at mu (k,) on their branches, some of them at a time."""
         no_unstable_mode = np.empty(pad.size, dtype=bool)
         margin = np.empty((2, pad.size))
         for first in range(0, pad.size, AT_ONCE):
             part = slice(first, first + AT_ONCE)
-            equilibria = ways.at(pad[part], mu[part])
+            equilibria = intervals.at(pad[part], mu[part])
             A, B = self.matrices(pad[part], equilibria)
             no_unstable_mode[part] = np.isin(verdicts(A, B), QUIET) & equilibria.exists
             margin[:, part] = margins(A, B)
         return _Judged(no_unstable_mode, margin)
 
     def first_losses(self, mu_max: float) -> Losses:
-        """Where each pad first loses stability or its equilibrium, on the way from 0 to mu_max.
+        """Where each pad first loses stability or its equilibrium, as friction rises from 0.
 
-        Verdicts are taken at `LEVELS` values of mu or more between all nodes of the branch, in the
-        contact state there, and the first interval with a change is halved. An interval within
-        which a margin of stability comes close to zero is looked into; narrower windows may be
-        missed.
+        Verdicts are computed at `LEVELS` values of mu or more between all nodes of the branch, in
+        the contact state there, and the first step with a change is halved. Steps within which a
+        margin of stability comes close to zero are searched too; a narrower interval of
+        instability may be missed.
         """
-        ways = self._ways(mu_max)
-        interval, level, mu = _levels(ways, mu_max)
-        pad = ways.pad[interval]
-        judged = self._judge(ways, pad, mu)
+        intervals = self._intervals(mu_max)
+        levels = _levels(intervals, mu_max)
+        mu = levels.mu
+        pad = intervals.pad[levels.interval]
+        judged = self._judge(intervals, pad, mu)
         for which in range(len(judged.margins)):
-            self._look_between(ways, pad, interval, mu, judged, which)
+            self._search_between_levels(intervals, levels, judged, which)
         unstable = np.flatnonzero(~judged.no_unstable_mode)
         losing, index = np.unique(pad[unstable], return_index=True)
-        first = unstable[index]
+        first = unstable[index]  # the first unstable level of each losing pad
         low = mu[np.maximum(first - 1, 0)]
         high = mu[first]
-        # where stability is lost at once, or with a change of contact, that is the place
-        begins_there = (high == 0.0) | ways.begins_at_change[interval[first]]
-        low = np.where((level[first] == 0) & begins_there, high, low)
-        for _ in range(HALVINGS):
-            i = np.flatnonzero(high - low > 4e-16 * mu_max)
-            if not i.size:
-                break
-            middle = (low[i] + high[i]) / 2
-            still = self._judge(ways, losing[i], middle).no_unstable_mode
-            low[i] = np.where(still, middle, low[i])
-            high[i] = np.where(still, high[i], middle)
-        loss = ways.mu_end.copy()
+        # where stability is lost at once, or with a change of contact, it is lost at the level
+        begins_there = (high == 0.0) | intervals.begins_at_change[levels.interval[first]]
+        low = np.where((levels.level[first] == 0) & begins_there, high, low)
+        self._halve(intervals, losing, low, high, narrow=4e-16 * mu_max)
+        loss = intervals.mu_end.copy()
         loss[losing] = high
-        kinds = list(ways.ends)
+        kinds = list(intervals.ends)
         hertz = np.where(np.array(kinds) == FOLD, 0.0, np.nan)
-        equilibria = ways.at(losing, high)
+        equilibria = intervals.at(losing, high)
         A, B = self.matrices(losing, equilibria)
         codes = np.where(equilibria.exists, verdicts(A, B), QUIET[0])
-        for i, code, frequency in zip(losing, codes, self.meeting(A, B), strict=True):
+        frequencies = self.frequency_at_onset(A, B)
+        for i, code, frequency in zip(losing, codes, frequencies, strict=True):
             if code not in QUIET:
                 kinds[i] = VERDICTS[code]
                 hertz[i] = frequency if kinds[i] == "flutter" else 0.0
-        lost_before = ways.lost & ~np.isin(np.arange(self.n), losing)
+        lost_before = intervals.lost & ~np.isin(np.arange(self.n), losing)
         unknown = lost_before | self._slow_modes_hidden()
         return Losses(
             mu=np.where(unknown, np.nan, loss),
             kinds=kinds,
             hertz=hertz,
             unknown=unknown,
-            nowhere=ways.nowhere,
+            nowhere=intervals.nowhere,
         )
 
-    def _look_between(
+    def _halve(
         self,
-        ways: _Ways,
+        intervals: _Intervals,
         pad: np.ndarray,
-        interval: np.ndarray,
-        mu: np.ndarray,
-        judged: _Judged,
-        which: int,
+        low: np.ndarray,
+        high: np.ndarray,
+        narrow: float,
     ) -> None:
-        """Where a margin has a low least value between levels (k,), look for unstable modes there
-        by golden section; a level beside which they are found is moved there."""
+        """Halve k steps, stable at low (k,) and unstable at high (k,), until they are `narrow`.
+
+        The arrays `low` and `high` are changed in place.
+        """
+        for _ in range(HALVINGS):
+            i = np.flatnonzero(high - low > narrow)
+            if not i.size:
+                break
+            middle = (low[i] + high[i]) / 2
+            stable = self._judge(intervals, pad[i], middle).no_unstable_mode
+            low[i] = np.where(stable, middle, low[i])
+            high[i] = np.where(stable, high[i], middle)
+
+    def _search_between_levels(
+        self, intervals: _Intervals, levels: _Levels, judged: _Judged, which: int
+    ) -> None:
+        """Search for instability between stable levels, where a margin nearly vanishes.
+
+        A margin that is lower at a level than at both neighbours has its least value between these.
+        That is searched by golden section. Where an unstable case is found the level is moved
+        there: `levels.mu` and `judged.no_unstable_mode` are changed in place.
+
+        which: the margin, 0 of pairs and 1 of real roots.
+        """
         margin = judged.margins[which]
         stable = judged.no_unstable_mode
+        mu = levels.mu
+        interval = levels.interval
+        pad = intervals.pad[interval]
         i = np.arange(1, pad.size - 1)
-        before, here, after = margin[i - 1], margin[i], margin[i + 1]
+        before = margin[i - 1]
+        here = margin[i]
+        after = margin[i + 1]
         with np.errstate(all="ignore"):  # of the parabola through the three
             least = here - (after - before) ** 2 / (8 * (before - 2 * here + after))
         is_low = (here < before) & (here < after) & (least < here / 2)
@@ -381,7 +469,8 @@ class PadStack:
             width = high - low
             left = low + GOLDEN * width
             right = high - GOLDEN * width
-            inner = self._judge(ways, np.tile(pad[j], 2), np.concatenate([left, right]))
+            inner = self._judge(intervals, np.tile(pad[j], 2), np.concatenate([left, right]))
+            # an unstable case attracts the search
             margins_inside = np.where(inner.no_unstable_mode, inner.margins[which], -np.inf)
             at_left, at_right = margins_inside.reshape(2, -1)
             keep_left = at_left <= at_right
@@ -400,22 +489,27 @@ class PadStack:
             largest = np.maximum(largest, rates**2)
         return np.asarray(sizes[:, -1] <= 1e-12 * largest)
 
-    def meeting(self, A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
-        """Frequencies (k,) in Hz of the pairs that are next to growth: of the two nearest modes
-        without damping, else of the pair that grows most."""
+    def frequency_at_onset(self, A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
+        """Frequency (k,) in Hz of the pair that flutters next, of z'' + B z' + A z = 0.
+
+        Without damping that is the mean of the two frequencies that are nearest to each other and
+        so coalesce, else the frequency of the pair that grows most or decays least.
+
+        A, B : stacks (k, 3, 3) of mass-normalised stiffness and damping.
+        """
         rows = np.arange(len(A))
         if B is None or not B.any():
-            squares = np.linalg.eigvals(A).astype(complex)
+            squares = np.linalg.eigvals(A).astype(complex)  # of the three frequencies
             i, j = np.triu_indices(3, 1)
             nearest = np.argmin(np.abs((squares[:, i] - squares[:, j]).real), axis=1)
-            one = np.sqrt(squares[rows, i[nearest]])
-            other = np.sqrt(squares[rows, j[nearest]])
-            rate = (one + other).real / 2
+            first = np.sqrt(squares[rows, i[nearest]])
+            second = np.sqrt(squares[rows, j[nearest]])
+            omega = (first + second).real / 2
         else:
             roots = np.linalg.eigvals(first_order(A, B, 1.0)[0])
             growth = np.where(roots.imag > 0.0, roots.real, -np.inf)
-            rate = roots.imag[rows, np.argmax(growth, axis=1)]
-        return np.asarray(rate / self.statics.units.time / (2 * np.pi))
+            omega = roots.imag[rows, np.argmax(growth, axis=1)]
+        return np.asarray(omega / self.statics.units.time / (2 * np.pi))
 
 
 def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
@@ -430,11 +524,13 @@ def verdicts(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
 
 
 def margins(A: np.ndarray, B: np.ndarray | None) -> np.ndarray:
-    """Two smooth numbers (2, k) that are positive where z'' + B z' + A z = 0 does not grow and of
-    which one vanishes where it begins to: by a pair, and by a real root.
+    """Two margins (2, k) of stability of z'' + B z' + A z = 0, stacks (k, 3, 3).
 
-    Without damping the discriminant of the polynomial in lambda^2, else the product of the sums of
-    two roots (the last Hurwitz determinant but one); and the determinant of A.
+    Both are smooth and positive where nothing grows. The first vanishes where a pair begins to
+    grow: without damping the discriminant of det(A + s), which vanishes where two frequencies
+    coalesce, else the product of the sums of two roots, which is the last Hurwitz determinant but
+    one up to its sign (Orlando's formula). The second vanishes where a real root begins to grow:
+    the determinant of A, the product of all roots.
     """
     det = np.linalg.det(A)
     if B is None or not B.any():

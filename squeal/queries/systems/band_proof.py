@@ -42,6 +42,6 @@ def with_band_proof(
         reason = f"the referee disagrees: {proof.reason}"
         statement = Statement("open", proof.by, None, proof.data, reason, where)
         return replace(roots, judged_by=statement)
-    known = with_proved_errors(roots.eigenvalues, proof.errors, roots.verdict)
+    known = with_proved_errors(roots.eigenvalues, proof.errors)
     statement = Statement("proved", proof.by, proof.growth_below, proof.data)
     return replace(roots, eigenvalues=known, judged_by=statement)

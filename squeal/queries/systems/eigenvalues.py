@@ -47,11 +47,19 @@ def system_eigenvalues(
     look: Sweep | None = None,
     prove: bool | None = None,
 ) -> Eigenvalues:
-    """The selected roots at a value of the parameter, with what proves them complete.
+    """The selected eigenvalues at a value of the parameter, and what shows that none is missing.
 
-    look: a sweep; if it is the first look at a large system, the roots come from its basis. The
-    referee (`squeal.proof`) is asked of all roots of a small system unless `prove` is False, of the
-    modes of a band of a larger one if it is True.
+    Parameters
+    ----------
+    analysis : SystemAnalysis
+        The system and the selection of its roots.
+    at : float, optional
+        Value of the free parameter; the system's own if left out.
+    look : Sweep, optional
+        A sweep; if it is the first look at a large system, the roots come from its basis.
+    prove : bool, optional
+        Whether the referee (`squeal.proof`) judges the roots. Left out, it judges all roots of a
+        small system; with True also the modes of a band of a larger one.
     """
     parameter = analysis.system.parameter
     if at is not None:
@@ -108,7 +116,7 @@ def system_eigenvalues(
 
 
 def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> SystemRoots:
-    """The selected roots, of a large system with a first look as that has them."""
+    """The selected roots: of a large system with a first look those that the look estimates."""
     file = analysis.file
     system = analysis.system
     if look is not None and isinstance(look.source, SystemSource) and not is_small(system):
@@ -125,7 +133,7 @@ def _roots(analysis: SystemAnalysis, look: Sweep | None, prove: bool | None) -> 
 
 
 def _outside(analysis: SystemAnalysis, roots: SystemRoots) -> tuple[complex, ...] | None:
-    """What grows outside of the region, the fastest first, None if nothing is known of it."""
+    """Growing roots outside of the region, the fastest first; None if nothing is known of them."""
     if not roots.outside or not analysis.joined:
         return roots.outside
     # roots above the cutoff decide nothing
@@ -133,10 +141,13 @@ def _outside(analysis: SystemAnalysis, roots: SystemRoots) -> tuple[complex, ...
     return tuple(root for root in roots.outside if abs(root) < cutoff)
 
 
-def _region_entry(region: Rectangle | Disc | None) -> dict[str, Any] | None:
+def _region_entry(region: Rectangle | Disc | None) -> dict[str, float] | None:
+    """A region as JSON holds it: a radius, or the four ends of a rectangle."""
     if region is None:
         return None
-    return {"radius": region.radius} if isinstance(region, Disc) else dict(vars(region))
+    if isinstance(region, Disc):
+        return {"radius": region.radius}
+    return dict(vars(region))
 
 
 def _details(
@@ -203,7 +214,7 @@ def _description(analysis: SystemAnalysis, roots: SystemRoots) -> str:
 
 
 def _growth_outside(analysis: SystemAnalysis, outside: tuple[complex, ...] | None) -> str:
-    """What grows outside of the region in a line; empty where nothing is known to."""
+    """What grows outside of the region in a line; empty if no such root is known."""
     if not outside:
         return ""
     hertz = number(abs(outside[0].imag) / math.tau, 5)
@@ -217,7 +228,11 @@ def _growth_outside(analysis: SystemAnalysis, outside: tuple[complex, ...] | Non
 
 
 def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, ...]:
-    """What grows among the roots; of a small system with the onset of each."""
+    """The growing modes among the roots, of a small system each with its onset.
+
+    The onset is the value of the parameter from which on the mode grows. It is None where it cannot
+    be computed, or where no followed root is that of the mode.
+    """
     value = system.parameters[system.parameter]
     unstable = growing(roots.every)
     if not (unstable and system.real and value > 0.0 and system.n <= ONSET_ROWS):
@@ -229,6 +244,8 @@ def _unstable_modes(system: System, roots: SystemRoots) -> tuple[UnstableMode, .
     with_onsets = []
     for mode in unstable:
         nearest = min(known, key=lambda other: abs(other.root - mode.root), default=mode)
-        is_same = abs(nearest.root - mode.root) <= SAME * abs(mode.root)
-        with_onsets.append(replace(mode, onset=nearest.onset if is_same else None))
+        onset = None
+        if abs(nearest.root - mode.root) <= SAME * abs(mode.root):
+            onset = nearest.onset
+        with_onsets.append(replace(mode, onset=onset))
     return tuple(with_onsets)

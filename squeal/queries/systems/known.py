@@ -6,9 +6,12 @@ from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 
+import numpy as np
+
 from squeal.io.system import SystemFile
 from squeal.io.writing import number
-from squeal.linear.digits import data_errors, has_digits, known_to_digits
+from squeal.linear.digits import data_errors, has_digits, known_to_digits, rounding_of_sums
+from squeal.linear.matrices import dense
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import is_small
 from squeal.queries.systems.proofs import Data
@@ -34,11 +37,25 @@ def data_of(file: SystemFile, system: TermSystem) -> Data | None:
     joined components, which it is not asked of, since nobody gave their matrices."""
     if file.assembly is not None and file.assembly.reduction:
         return None
-    if not has_digits(system) or system.follows:
+    if system.follows:
         return Data()
+    if not has_digits(system):
+        radii = rounding_of_sums(system) if is_small(system) else None
+        if radii is None or not any(radius.any() for radius in radii):
+            return Data()
+        return Data(radii=radii, keeps_structure=_has_structure(system))
     fewest = min(term.digits for term in system.terms if term.digits is not None)
     errors = (X.toarray() for X in data_errors(system))
     return Data(f"{fewest} digits", tuple(errors))
+
+
+def _has_structure(system: TermSystem) -> bool:
+    """Whether each term of M and K is symmetric, and each of C skew, at all parameters."""
+    masses, dampings, stiffnesses = system.parts
+    if not all(np.array_equal(X, -X.T) for X in (dense(term.matrix) for term in dampings)):
+        return False
+    symmetric = [dense(term.matrix) for term in (*masses, *stiffnesses)]
+    return all(np.array_equal(X, X.T) for X in symmetric)
 
 
 def digits_of_files(file: SystemFile) -> str:

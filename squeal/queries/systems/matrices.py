@@ -188,10 +188,9 @@ def write_components(
         write_csv(home / "nodes.csv", ["node", "dof", "x", "y", "z"], table)
         if body.lacks is not None:
             write_matrix(home / f"lacks.{suffix}", body.lacks, "lacks")
-        if body.load is not None:
-            is_loaded = (body.load != 0.0) & (body.directions >= 0)
-            forces = [(nodes[i], dofs[i], float(body.load[i])) for i in np.flatnonzero(is_loaded)]
-            write_csv(home / "load.csv", ["node", "dof", "force"], forces)
+        if body.load is not None:  # by rows, since what a reduced one is loaded by moves no node
+            loads = ((i + 1, float(body.load[i])) for i in np.flatnonzero(body.load))
+            write_csv(home / "load.csv", ["row", "force"], loads)
     return rows
 
 
@@ -218,6 +217,8 @@ def write_assembly(
     list of dict
         A row for each matrix, as of `write_system`.
     """
+    from squeal.io.components import write_points  # which no other system needs
+
     components = file.assembly.components
     rows = write_components(folder, components, suffix)
     joined = deepcopy(document)
@@ -234,7 +235,11 @@ def write_assembly(
             text = f"({factor.text}) / {factor.value(file.system.parameters)!r}"
             keys["load"] = {"file": f"{name}/load.csv", "factor": text}
     for i, keys in enumerate(joined["contact"], 1):
-        if "pairs" in keys:
+        if keys.pop("faces", None):
+            del keys["distance"]
+            keys["pairs"] = {"file": f"pairs{i}.csv"}
+            write_points(folder / f"pairs{i}.csv", file.assembly.contacts[i - 1])
+        elif "pairs" in keys:
             text = (home / keys["pairs"]["file"]).read_text(encoding="utf-8")
             keys["pairs"] = {"file": f"pairs{i}.csv"}
             write_text(folder / f"pairs{i}.csv", text)

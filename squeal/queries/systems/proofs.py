@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import InputWarning, MatrixError
-from squeal.linear import GROWING
-from squeal.linear.eigen import Eigenvalue, growing, ordered
+from squeal.linear.eigen import Eigenvalue, ordered
 from squeal.linear.matrices import SingularTogetherError, dense
 from squeal.linear.system import Matrix
 from squeal.results.columns import OPEN
@@ -35,10 +34,12 @@ class Data:
 
     words: the same for people; radii: of each of the three an array (n, n), how far an entry may
     lie from the given one beside half a unit in its last place; None if that is all.
+    keeps_structure: whether M and K that are symmetric, and C that is skew, remain so within them.
     """
 
     words: str = HALF_ULP
     radii: tuple[NDArray[np.float64], ...] | None = None
+    keeps_structure: bool = True
 
     def around(self, M: NDArray[Any], C: NDArray[Any] | None, K: NDArray[Any]) -> Quadratic:
         """The system with each entry a ball that holds all values it may have.
@@ -55,7 +56,15 @@ class Data:
             wider = np.where(radius > 0.0, upper(X.rad + radius, 2), X.rad)
             balls.append(Balls(X.mid, wider))
         mass, damping, stiffness = balls
-        return replace(system, M=mass, C=damping, K=stiffness, data=self.words)
+        return replace(
+            system,
+            M=mass,
+            C=damping,
+            K=stiffness,
+            data=self.words,
+            symmetric=system.symmetric and self.keeps_structure,
+            skew=system.skew and self.keeps_structure,
+        )
 
 
 @dataclass(frozen=True)
@@ -177,7 +186,8 @@ def refereed(
         values = _centres(proof.pieces)
         found = tuple(_solved((M, C, K), z) for z in values[ordered(values)].tolist())
         proof = judge(found, verdict)
-        if proof.status == "refuted" or not found:
+        is_empty_by_chance = not found and proof.status != "proved"
+        if proof.status == "refuted" or is_empty_by_chance:
             statement = Statement("open", proof.by, None, proof.data, refutation, None)
             return every, (None, f"{OPEN}{refutation}"), statement
         every = found
@@ -202,7 +212,7 @@ def refereed(
         else:
             status = "open"
             reason = words[1].removeprefix(OPEN)
-    every = with_proved_errors(every, proof.errors, words[0])
+    every = with_proved_growth(with_proved_errors(every, proof.errors), proof.pieces)
     growth = proof.growth_below if proof.growth_below < math.inf else None
     return every, words, Statement(status, proof.by, growth, proof.data, reason, where)
 
@@ -241,7 +251,7 @@ def exact_spectrum(M: Matrix, C: Matrix | None, K: Matrix, unsure: SingularToget
     return tuple(_solved(arrays, z) for z in values[ordered(values)].tolist())
 
 
-def with_proved_errors(every: Known, errors: NDArray[np.float64], verdict: str | None) -> Known:
+def with_proved_errors(every: Known, errors: NDArray[np.float64]) -> Known:
     """Roots with the proved distances from the exact ones, where these exceed their rounding.
 
     Parameters
@@ -251,9 +261,6 @@ def with_proved_errors(every: Known, errors: NDArray[np.float64], verdict: str |
     errors : array (m,)
         How far each may lie from the exact root, 1/s; infinite where that is not known. A distance
         that shows in the printed digits becomes the listed error of the root.
-    verdict : str or None
-        On these roots. If all growing ones lost their growth to the errors, the roots are
-        returned as they were: the mode that names the verdict stays in the list of growing ones.
     """
     wide = []
     for root, distance in zip(every, errors.tolist(), strict=True):
@@ -262,9 +269,36 @@ def with_proved_errors(every: Known, errors: NDArray[np.float64], verdict: str |
             if distance > PRINTED * abs(root.value):
                 root = replace(root, error=max(root.error or 0.0, distance))
         wide.append(root)
-    if verdict in GROWING and not growing(wide):
-        return every
     return tuple(wide)
+
+
+def with_proved_growth(every: Known, pieces: Sequence[Piece]) -> Known:
+    """Roots of which those that are proved to grow say so, although their errors hide it.
+
+    Each piece whose roots grow is matched with as many listed roots, the nearest to its centres;
+    their real parts are taken into the proved bounds of the piece.
+    """
+    from scipy.optimize import linear_sum_assignment
+
+    growing_pieces = [piece for piece in pieces if piece.side == "grows"]
+    proved = sum(piece.count for piece in growing_pieces)
+    if not proved or proved <= sum(root.value.real > root.rounding for root in every):
+        return every
+    roots = list(every)
+    values = np.array([root.value for root in every])
+    is_matched = np.zeros(len(roots), dtype=bool)
+    for piece in growing_pieces:
+        distances = np.abs(piece.centres[:, None] - values)
+        distances[:, is_matched] = np.inf
+        if np.count_nonzero(~is_matched) < piece.count:
+            break
+        _, nearest = linear_sum_assignment(np.where(np.isinf(distances), 1e300, distances))
+        is_matched[nearest] = True
+        for i in nearest.tolist():
+            growth = min(max(roots[i].value.real, piece.low), piece.high)
+            value = complex(growth, roots[i].value.imag)
+            roots[i] = replace(roots[i], value=value, grows=True)
+    return tuple(roots)
 
 
 def _centres(pieces: Sequence[Piece]) -> NDArray[np.complex128]:

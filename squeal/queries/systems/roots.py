@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -62,24 +61,46 @@ WithErrors = Callable[[Known], Known]
 
 @dataclass(frozen=True, eq=False)
 class SystemRoots:
-    """Roots of a system, by rising frequency, what proves them complete, and the verdict on it.
+    """Roots of a system, what shows that none is missing, and the verdict on them.
 
-    The verdict is of what was proven: where only some roots are known it is the kind of the
-    fastest growing one, None if none of them grows; `criterion` says what was looked at. A root
-    with a backward error above 1e-6 decides nothing.
+    Attributes
+    ----------
+    eigenvalues : tuple of Eigenvalue
+        The selected roots by rising frequency.
+    region : Rectangle, Disc or None
+        The part of the plane that was searched; None is the whole plane.
+    count : int or None
+        The number of roots in it by a count; None if there is none.
+    verdict : str or None
+        Where only some roots are known it is the kind of the fastest growing one, None if none of
+        them grows. A root with a backward error above 1e-6 decides nothing.
+    criterion : str
+        What decided the verdict, in words.
+    others : tuple of Eigenvalue
+        Further roots of the region, beside the lowest ones that were selected.
+    growth_limit : float or None
+        Of a band: roots that grow faster, 1/s, were not searched.
+    outside : tuple of complex or None
+        Growing roots outside of the region, the fastest first, as far as they are known.
+    notes : tuple of str
+        Lines for people.
+    judged_by : Statement or None
+        What the referee says of all roots; None if it was not asked.
+    doubts : tuple of str
+        Why a root of the region may be missing, or one may not belong to it.
     """
 
     eigenvalues: Known = field(repr=False)
-    region: Rectangle | Disc | None  # None is the whole plane
-    count: int | None  # None if the number could not be settled
+    region: Rectangle | Disc | None
+    count: int | None
     verdict: str | None
     criterion: str
-    others: Known = field(default=(), repr=False)  # found, counted and judged beside the lowest
-    growth_limit: float | None = None  # 1/s: of a band faster growth was not looked for
-    outside: tuple[complex, ...] | None = None  # what grows outside the region, if known or seen
+    others: Known = field(default=(), repr=False)
+    growth_limit: float | None = None
+    outside: tuple[complex, ...] | None = None
     notes: tuple[str, ...] = ()
-    judged_by: Statement | None = None  # what the referee says of all roots, None if not asked
-    doubts: tuple[str, ...] = ()  # why a root of the region may be missing, or one too many
+    judged_by: Statement | None = None
+    doubts: tuple[str, ...] = ()
 
     @property
     def every(self) -> Known:
@@ -88,13 +109,17 @@ class SystemRoots:
 
     @property
     def certified(self) -> bool:
-        """True if the referee proves the list; where it was not asked, if the count says that no
-        root of the region is missing, and each one solves the equations."""
+        """True if no root of the region is missing.
+
+        The referee must prove the list; where it was not asked, the count must agree and each root
+        solve the equations.
+        """
         if self.doubts:
             return False
         if self.judged_by is not None:
             return self.judged_by.status == "proved"
-        return self.count == len(self.every) and all(e.residual <= ACCEPTED for e in self.every)
+        all_solve = all(root.residual <= ACCEPTED for root in self.every)
+        return self.count == len(self.every) and all_solve
 
     @property
     def statement(self) -> Statement:
@@ -102,7 +127,10 @@ class SystemRoots:
         return self.judged_by or counted(self.certified)
 
     def lowest(self, modes: int | None) -> SystemRoots:
-        """The first of them, which the count still proves to be the first; all if None."""
+        """The same with so many of the first roots selected, all if None.
+
+        The others are kept, so that the count still shows that none is missing among the first.
+        """
         if modes is None:
             return self
         return replace(self, eigenvalues=self.eigenvalues[:modes], others=self.eigenvalues[modes:])
@@ -115,13 +143,31 @@ def system_roots(
     bounded: WithErrors | None = None,
     data: Data | None = None,
 ) -> SystemRoots:
-    """The roots of a system at its parameters, some of them changed.
+    """The selected roots of a system at one value of its parameters.
 
     Up to 400 rows all roots are computed and the selected ones picked; of a larger system those of
-    the band or region, or the lowest.
-    `bounded` gives roots the error of a reduction or of the digits of data; those whose error
-    reaches over an end of the region are listed. With what is assumed of the `data` the referee is
-    asked of all roots of a small system. Raises InputError and ComputationError.
+    the band or region, or the lowest, are searched.
+
+    Parameters
+    ----------
+    system : TermSystem
+        The system.
+    selection : EigenvalueSelection, optional
+        Which roots; all of a small system, the lowest 20 modes of a large one if left out.
+    changes : mapping, optional
+        Parameters that do not have the system's own values.
+    bounded : callable, optional
+        Gives roots the error of a reduction or of the digits of files. Roots whose error reaches
+        over an end of the region are listed with it.
+    data : Data, optional
+        How precisely the entries of a small system are known: with it the referee judges its roots.
+
+    Raises
+    ------
+    InputError
+        For a selection that the system does not allow.
+    ComputationError
+        If the roots cannot be computed.
     """
     selection = selection or EigenvalueSelection()
     if is_small(system):
@@ -244,7 +290,10 @@ def _roots_of_matrices(
     bounded: WithErrors | None,
     data: Data | None = None,
 ) -> SystemRoots:
-    """All roots of a small system, those of the band or region, or the upper ones."""
+    """The selected roots of a small system, of which all are computed; as of `system_roots`.
+
+    Of complex matrices only the roots with Im >= 0 describe a motion.
+    """
     M, C, K = matrices
     problem = quadratic(M, C, K)
     roots, words = _reduced_spectrum(problem, matrices)
@@ -262,7 +311,8 @@ def _roots_of_matrices(
     statement: Statement | None = None
     if data is not None:
         if words is None:
-            words = judge_roots(roots if problem.real else _upper(roots, None, False)[0])
+            meaningful, _ = _upper(roots, None, problem.real)
+            words = judge_roots(roots if problem.real else meaningful)
         roots, words, statement = refereed(matrices, roots, words, data)
     proved = statement is not None and statement.status == "proved"
     # of complex matrices those of falling motion mean nothing
@@ -285,22 +335,31 @@ def _roots_of_matrices(
 def _reduced_spectrum(
     problem: Quadratic, matrices: tuple[Matrix, Matrix | None, Matrix]
 ) -> tuple[Known, tuple[str | None, str] | None]:
-    """All roots and the verdict on them from the mass-normalised system; none of complex matrices,
-    where M is singular or not symmetric, and where rounding hides slow ones."""
+    """All roots from the mass-normalised system, with the verdict and what decided it.
+
+    There are none, and no verdict, of complex matrices, where M is singular or not symmetric, and
+    where rounding hides slow roots: another solver is needed then.
+    """
+    if not problem.real:
+        return (), None
     M, C, K = matrices
-    if problem.real:
-        with suppress(InputError):
-            reduced = reduce(M, C, K)
-            values = roots_of(reduced)
-            if not hidden(reduced, C, K, values):
-                roots = spectrum_of(reduced, values).eigenvalues
-                conservative = problem_class_of([checked(M, C, K)]) is not DAMPED
-                return roots, judge_roots(roots, conservative=conservative)
-    return (), None
+    try:
+        reduced = reduce(M, C, K)
+        values = roots_of(reduced)
+        if hidden(reduced, C, K, values):
+            return (), None
+        roots = spectrum_of(reduced, values).eigenvalues
+        conservative = problem_class_of([checked(M, C, K)]) is not DAMPED
+        return roots, judge_roots(roots, conservative=conservative)
+    except InputError:
+        return (), None
 
 
 def _number_of_roots(problem: Quadratic, roots: Known) -> int | None:
-    """The degree of det P, from a count where M is singular."""
+    """How many finite roots there are: the degree of det(z^2 M + z C + K).
+
+    It is 2n if M is regular; else the roots are counted in a disc twice as wide as they lie.
+    """
     singular_values = np.linalg.svd(unit_diagonal(problem.M.toarray()), compute_uv=False)
     if rank_of(singular_values) == problem.n:
         return 2 * problem.n
@@ -317,8 +376,18 @@ def _part_of_all(
     words: tuple[str | None, str],
     statement: Statement | None,
 ) -> SystemRoots:
-    """Of all roots of a small system those of the band or region, with the verdict `words` on all
-    where none of the region grows, unless one grows elsewhere."""
+    """The roots of a small system that lie in the band or region.
+
+    Parameters
+    ----------
+    every, meaningful : tuple of Eigenvalue
+        All roots, and those that describe a motion.
+    words : (str or None, str)
+        The verdict on all roots and what decided it. It holds for the region too if nothing grows
+        in it or outside.
+    statement : Statement or None
+        What the referee says of all roots.
+    """
     region = selection.rectangle
     assert region is not None
     values = np.array([root.value for root in every], dtype=complex)
@@ -333,13 +402,16 @@ def _part_of_all(
     proved = statement is not None and statement.status == "proved"
     # all roots of the disc are in the list, or it is not known where the others are
     complete = proved or count_roots(problem, disc, values) == int(np.sum(disc.contains(values)))
+    count = None
+    if complete:
+        count = int(np.sum(region.contains(values)))
     verdict, criterion = judge_roots(inside, complete=False)
     if verdict is None and not outside:
         verdict, criterion = words
     return SystemRoots(
         eigenvalues=inside,
         region=region,
-        count=int(np.sum(region.contains(values))) if complete else None,
+        count=count,
         verdict=verdict,
         criterion=criterion,
         outside=tuple(mode.root for mode in outside),
@@ -349,9 +421,17 @@ def _part_of_all(
 
 
 def _upper(roots: Known, count: int | None, real: bool) -> tuple[Known, int | None]:
-    """The roots with Im >= 0, of complex matrices some below by rounding, and how many there are if
-    `count` is that of all and as many lie below as were found there."""
-    upper = tuple(root for root in roots if root.value.imag >= (0.0 if real else -root.rounding))
-    if count is not None:
-        count += len(upper) - len(roots)
-    return upper, count
+    """The roots with Im >= 0 and their number.
+
+    count: the number of all roots, None if unknown; as many of them are taken to lie below the real
+    axis as were found there. Of complex matrices a root of zero may lie below by its rounding.
+    """
+    upper = []
+    for root in roots:
+        lowest = 0.0 if real else -root.rounding
+        if root.value.imag >= lowest:
+            upper.append(root)
+    if count is None:
+        return tuple(upper), None
+    below = len(roots) - len(upper)
+    return tuple(upper), count - below

@@ -31,7 +31,7 @@ from squeal.sparse.reduction import Reduction
 
 
 class _Common(NamedTuple):
-    """What all values of a sweep share; scaled: a small system that no reduced one serves."""
+    """What all values of a sweep share; scaled: the system if it is small and not reduced."""
 
     system: TermSystem
     selection: EigenvalueSelection
@@ -40,8 +40,12 @@ class _Common(NamedTuple):
 
 
 class _RootsAt(NamedTuple):
-    """Roots (m,) at one value, their backward errors, how far rounding may move them; and those
-    that are followed, with vectors; the others as `Step` has them."""
+    """Roots at one value of the parameter.
+
+    values, residuals, rounding (m,): the roots, their backward errors, and how far rounding may
+    move them (1/s); with_vectors: the roots that are followed; spurious, corrected, certified: as
+    `Step` has them.
+    """
 
     values: NDArray[np.complex128]
     residuals: NDArray[np.float64]
@@ -59,11 +63,31 @@ def track_modes(
     reduction: Reduction | None,
     workers: int = 1,
 ) -> tuple[tuple[Step, ...], tuple[Loss, ...], Step]:
-    """A sweep on a reduced system or, without one, on the system itself.
+    """The roots at values of the parameter, each mode with one number over all of them.
 
-    Its modes are numbered as those at the system's own value where the sweep holds it, else as at
-    the lowest one; that row is returned too. Between the values as many more may be looked at, but
-    for full solutions.
+    Parameters
+    ----------
+    system : TermSystem
+        The system.
+    selection : EigenvalueSelection
+        Which of its roots.
+    values : sequence of float
+        Of the free parameter, in any order.
+    reduction : Reduction or None
+        A reduced system that is good at the values; without one the system itself is solved.
+    workers : int
+        Processes.
+
+    Returns
+    -------
+    steps : tuple of Step
+        The roots at each value, in the order of the values.
+    losses : tuple of Loss
+        Where it is not known which mode is which. To follow the modes as many values between may
+        be computed, but for full solutions.
+    reference : Step
+        The step by whose frequencies modes are numbered: that at the system's own value where the
+        sweep holds it, else that at the lowest value.
     """
     parameter = system.parameter
     own_value = system.parameters[parameter]

@@ -1,0 +1,129 @@
+"""Surfaces of a component: faces of its elements, all outer ones or those that a deck names."""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+
+from squeal.errors import InputError
+from squeal.io.cells import CELLS, Corners
+from squeal.io.coordinates import Coordinates
+from squeal.io.tables import deck_lines
+from squeal.schema import Place
+from squeal.sparse.contact_faces import Surface
+
+ALL = "all"  # in place of a name: every face that one element alone has
+SHELL_SIDES = {"SPOS": False, "SNEG": True}  # whether the face is seen from the other side
+
+
+def read_surface(where: Coordinates, surface: str) -> Surface:
+    """The faces of a surface and the places of their nodes.
+
+    `surface` is `all`, or the name of a *SURFACE of the deck that the elements come from. Raises
+    InputError.
+    """
+    if not where.cells:
+        raise InputError("has no elements; the system file needs the key elements")
+    if surface == ALL:
+        faces = _outer_faces(where)
+    elif where.elements_file is not None and where.elements_file.suffix.lower() == ".inp":
+        faces = list(_named_faces(where, where.elements_file, surface))
+    else:
+        raise InputError(
+            f"{surface} is not allowed; its elements come from a table, which names no surface; it "
+            f"must be {ALL}"
+        )
+    used = {node for face in faces for node in face}
+    return Surface(
+        faces=[[where.names[node] for node in face] for face in faces],
+        places={where.names[node]: where.places[node] for node in used},
+    )
+
+
+def _outer_faces(where: Coordinates) -> list[Corners]:
+    """The faces that one element alone has."""
+    found: dict[frozenset[int], list[Corners]] = defaultdict(list)
+    for kind, nodes in where.cells:
+        for face, corners in zip(
+            CELLS[kind].face_nodes(nodes),
+            CELLS[kind].face_nodes(nodes[: CELLS[kind].corners]),
+            strict=True,
+        ):
+            found[frozenset(corners)].append(face)
+    return [faces[0] for faces in found.values() if len(faces) == 1]
+
+
+def _named_faces(where: Coordinates, path: Path, surface: str) -> Iterator[Corners]:
+    """The faces below *SURFACE of a deck. Raises InputError."""
+    cells = dict(zip(where.elements, where.cells, strict=True))
+    members = _element_sets(path)
+    names: list[str] = []
+    is_empty = True
+    for line in deck_lines(path):
+        if line.keyword[0] != "*SURFACE":
+            continue
+        names.append(line.option("NAME"))
+        if line.option("NAME") != surface.upper():
+            continue
+        is_empty = False
+        if line.option("TYPE") not in ("", "ELEMENT") or len(line.cells) < 2:
+            raise line.at.refuse("no faces of elements; a surface of TYPE=ELEMENT is needed")
+        element, side = line.cells[:2]
+        labels = members.get(element.upper(), [element])
+        for label in labels:
+            if label not in cells:
+                raise line.at.refuse(f"{label} is neither an element with faces nor a set of such")
+            kind, nodes = cells[label]
+            yield _face(kind, nodes, side.upper(), line.at)
+    if is_empty:
+        known = ", ".join(dict.fromkeys(names)) or "none"
+        raise InputError(
+            f"{surface} is not allowed; {path.name} names the surfaces: {known}; {ALL} takes every "
+            "outer face"
+        )
+
+
+def _element_sets(path: Path) -> dict[str, list[str]]:
+    """The labels of the elements of each set of a deck. Raises InputError."""
+    members: dict[str, list[str]] = defaultdict(list)
+    for line in deck_lines(path):
+        name = line.option("ELSET")
+        if not name:
+            continue
+        if line.keyword[0] == "*ELEMENT":
+            members[name].append(line.cells[0])
+        elif line.keyword[0] == "*ELSET" and "GENERATE" in line.keyword:
+            members[name] += _generated(line.cells, line.at)
+        elif line.keyword[0] == "*ELSET":
+            for cell in filter(None, line.cells):
+                members[name] += members.get(cell.upper(), [cell])
+    return members
+
+
+def _generated(cells: list[str], at: Place) -> list[str]:
+    """The labels from the first cell to the second by steps of the third. Raises InputError."""
+    numbers = [cell for cell in cells if cell]
+    if len(numbers) not in (2, 3) or not all(number.isdecimal() for number in numbers):
+        raise at.refuse("no labels to generate; first, last and perhaps a step are needed")
+    first, last, step = map(int, [*numbers, "1"][:3])
+    if step == 0:
+        raise at.refuse("a step of 0 is not allowed; it must be 1 or more")
+    return [str(label) for label in range(first, last + 1, step)]
+
+
+def _face(kind: str, nodes: Corners, side: str, at: Place) -> Corners:
+    """The nodes of the face of an element that a deck calls S1, S2, ..., SPOS or SNEG. Raises
+    InputError."""
+    faces = list(CELLS[kind].face_nodes(nodes))
+    if side in SHELL_SIDES and len(faces) == 1:
+        return _turned_over(faces[0]) if SHELL_SIDES[side] else faces[0]
+    number = side.removeprefix("S")
+    if not number.isdecimal() or not 1 <= int(number) <= len(faces):
+        raise at.refuse(f"{side} is no face of a {kind}; it must be S1 to S{len(faces)}")
+    return faces[int(number) - 1]
+
+
+def _turned_over(face: Corners) -> Corners:
+    """The same face of a shell seen from its other side."""
+    corners = face if len(face) < 6 else face[: len(face) // 2]
+    middles = face[len(corners) :]
+    return (*reversed(corners), *reversed(middles[:-1]), *middles[-1:])

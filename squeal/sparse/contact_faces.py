@@ -1,0 +1,448 @@
+"""Contact between meshes that do not match: points of one surface on the faces of the other.
+
+Each face of the second component is integrated at its own points, and each point is projected
+along its normal onto the faces of the first. Displacements on both sides are interpolated by the
+shape functions of the faces (Zienkiewicz, Taylor & Zhu, The Finite Element Method, ch. 6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from squeal.errors import InputError
+
+if TYPE_CHECKING:
+    from squeal.sparse.components import Component
+
+Array: TypeAlias = NDArray[np.float64]
+Labels: TypeAlias = NDArray[np.str_]
+
+INSIDE = 1e-6  # by which a point may lie beyond a face, of the face's reference length
+STEPS = 20  # of Newton's method for a projection; flat faces take one or two
+FAR = 10.0  # reference coordinates beyond which no projection is followed
+SETTLED = 1e-10  # change of reference coordinates at which it ends
+
+
+@dataclass(frozen=True, eq=False)
+class ContactPoints:
+    """Points at which two components touch, each a weighted mean of nodes of either side.
+
+    Parameters
+    ----------
+    first, second : array_like of str (m, a) and (m, b)
+        Labels of the nodes of the first and of the second component.
+    first_weights, second_weights : array_like (m, a) and (m, b)
+        The displacement of a point is the sum of weight times displacement over its nodes. On
+        either side the weights of a point add up to one, less those of nodes that do not move.
+    places : array_like (m, 3), optional
+        Where in m the points lie; left out the weighted mean of the places of their nodes.
+    """
+
+    first: Labels = field(repr=False)
+    second: Labels = field(repr=False)
+    first_weights: Array = field(repr=False)
+    second_weights: Array = field(repr=False)
+    places: Array | None = field(default=None, repr=False)
+
+    @classmethod
+    def at_nodes(cls, pairs: Labels) -> ContactPoints:
+        """Points (m,) at pairs (m, 2) of single nodes."""
+        ones = np.ones((len(pairs), 1))
+        return cls(pairs[:, :1], pairs[:, 1:], ones, ones)
+
+    def __len__(self) -> int:
+        return len(self.first)
+
+    def side(self, number: int) -> tuple[Labels, Array]:
+        """Labels and weights of the first (0) or the second (1) component."""
+        if number == 0:
+            return self.first, self.first_weights
+        return self.second, self.second_weights
+
+    def nodes(self, number: int) -> Labels:
+        """Labels of the nodes of one side that have a weight, each once."""
+        labels, weights = self.side(number)
+        return np.unique(labels[weights != 0.0])
+
+    def name_of(self, point: int) -> str:
+        """The nodes of a point, for messages."""
+        return ", ".join(dict.fromkeys([*self.first[point], *self.second[point]]))
+
+
+class FaceContact(NamedTuple):
+    """Points of a contact between faces, the area (m,) in m^2 of each, and its unit normal (m, 3)
+    from the first component to the second."""
+
+    points: ContactPoints
+    area: Array
+    normal: Array
+
+
+class _Shape(NamedTuple):
+    """Shape functions (k, nodes) at reference coordinates (k, 2), and their slopes
+    (k, nodes, 2)."""
+
+    values: Array
+    slopes: Array
+
+
+def _triangle(at: Array) -> _Shape:
+    """Three corners: area coordinates 1 - r - s, r, s."""
+    r, s = at.T
+    values = np.stack([1.0 - r - s, r, s], axis=1)
+    slopes = np.array([[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]])
+    return _Shape(values, np.broadcast_to(slopes, (len(at), 3, 2)))
+
+
+def _triangle_with_middles(at: Array) -> _Shape:
+    """Six nodes: L (2 L - 1) at the corners and 4 L_i L_j in the middles of the edges."""
+    corners = _triangle(at)
+    values = []
+    slopes = []
+    for i in range(3):
+        of_corner = corners.values[:, i]
+        values.append(of_corner * (2.0 * of_corner - 1.0))
+        slopes.append((4.0 * of_corner - 1.0)[:, None] * corners.slopes[:, i])
+    for i, j in ((0, 1), (1, 2), (2, 0)):
+        one = corners.values[:, i]
+        other = corners.values[:, j]
+        values.append(4.0 * one * other)
+        slope = one[:, None] * corners.slopes[:, j] + other[:, None] * corners.slopes[:, i]
+        slopes.append(4.0 * slope)
+    return _Shape(np.stack(values, axis=1), np.stack(slopes, axis=1))
+
+
+_CORNERS = ((-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0))
+_MIDDLES = ((0.0, -1.0), (1.0, 0.0), (0.0, 1.0), (-1.0, 0.0))
+
+
+def _quad(at: Array) -> _Shape:
+    """Four corners: (1 + r_i r) (1 + s_i s) / 4."""
+    r, s = at.T
+    values = []
+    slopes = []
+    for r_i, s_i in _CORNERS:
+        along_r = 1.0 + r_i * r
+        along_s = 1.0 + s_i * s
+        values.append(along_r * along_s / 4.0)
+        slopes.append(np.stack([r_i * along_s, s_i * along_r], axis=1) / 4.0)
+    return _Shape(np.stack(values, axis=1), np.stack(slopes, axis=1))
+
+
+def _quad_with_middles(at: Array) -> _Shape:
+    """Eight nodes, without one in the centre (serendipity)."""
+    r, s = at.T
+    values = []
+    slopes = []
+    for r_i, s_i in _CORNERS:
+        along_r = 1.0 + r_i * r
+        along_s = 1.0 + s_i * s
+        rest = r_i * r + s_i * s - 1.0
+        values.append(along_r * along_s * rest / 4.0)
+        by_r = r_i * along_s * (rest + along_r)
+        by_s = s_i * along_r * (rest + along_s)
+        slopes.append(np.stack([by_r, by_s], axis=1) / 4.0)
+    for r_i, s_i in _MIDDLES:
+        if r_i == 0.0:
+            along_s = 1.0 + s_i * s
+            values.append((1.0 - r**2) * along_s / 2.0)
+            slopes.append(np.stack([-r * along_s, s_i * (1.0 - r**2) / 2.0], axis=1))
+        else:
+            along_r = 1.0 + r_i * r
+            values.append((1.0 - s**2) * along_r / 2.0)
+            slopes.append(np.stack([r_i * (1.0 - s**2) / 2.0, -s * along_r], axis=1))
+    return _Shape(np.stack(values, axis=1), np.stack(slopes, axis=1))
+
+
+SHAPES = {3: _triangle, 4: _quad, 6: _triangle_with_middles, 8: _quad_with_middles}
+
+
+def _triangle_rule() -> tuple[Array, Array]:
+    """Points and weights of a triangle: six of degree 4 (Dunavant, Int. J. Numer. Methods Eng. 21,
+    1985) in each of the four triangles between its corners and the middles of its edges."""
+    inner = (0.445948490915965, 0.223381589678011)
+    outer = (0.091576213509771, 0.109951743655322)
+    points: list[tuple[float, float]] = []
+    weights: list[float] = []
+    for a, weight in (inner, outer):
+        points += [(a, a), (1.0 - 2.0 * a, a), (a, 1.0 - 2.0 * a)]
+        weights += 3 * [weight / 8.0]
+    half = np.array(points) / 2.0
+    parts = [half, half + [0.5, 0.0], half + [0.0, 0.5], 0.5 - half]
+    return np.concatenate(parts), np.tile(weights, 4)
+
+
+def _quad_rule() -> tuple[Array, Array]:
+    """Six by six Gauss points and their weights: a face of the second component may lie across
+    edges of the first, where the integrand has kinks."""
+    along, weights = np.polynomial.legendre.leggauss(6)
+    r, s = np.meshgrid(along, along, indexing="ij")
+    return np.column_stack([r.ravel(), s.ravel()]), np.outer(weights, weights).ravel()
+
+
+class _Faces(NamedTuple):
+    """Faces of one kind: labels (f, k) of their nodes, and where these lie (f, k, 3)."""
+
+    nodes: Labels
+    places: Array
+
+    @property
+    def is_triangle(self) -> bool:
+        return self.nodes.shape[1] in (3, 6)
+
+
+class Surface(NamedTuple):
+    """Faces of a component, and where their nodes lie.
+
+    Parameters
+    ----------
+    faces : sequence of sequences of str
+        The labels of the nodes of each face in order round it, seen from outside: 3 or 4 corners,
+        then perhaps the 3 or 4 middles of its edges, the first between the first two corners.
+    places : mapping of str to array_like (3,)
+        In m, of all of them. A node that is none of the component's does not move.
+    """
+
+    faces: Sequence[Sequence[str]]
+    places: Mapping[str, ArrayLike]
+
+
+def _faces_by_kind(surface: Surface) -> list[_Faces]:
+    """The faces by the number of their nodes. Raises InputError."""
+    kinds: list[_Faces] = []
+    for size in sorted({len(face) for face in surface.faces}):
+        if size not in SHAPES:
+            raise InputError(f"faces: {size} nodes are not allowed; a face has 3, 4, 6 or 8")
+        faces = [face for face in surface.faces if len(face) == size]
+        places = [[surface.places[node] for node in face] for face in faces]
+        kinds.append(_Faces(np.array(faces), np.array(places, dtype=float)))
+    return kinds
+
+
+def _moving(body: Component, labels: Labels, weights: Array) -> Array:
+    """The weights (m, k), 0 of nodes that are none of the component's."""
+    return np.where(np.isin(labels, body.nodes), weights, 0.0)
+
+
+class _SurfacePoints(NamedTuple):
+    """Integration points of a surface: places (m, 3), outward unit normals (m, 3), areas (m,), and
+    labels and weights (m, k) of their nodes."""
+
+    places: Array
+    normals: Array
+    areas: Array
+    labels: Labels
+    weights: Array
+
+
+def _integration_points(faces: _Faces) -> _SurfacePoints:
+    """The points of the quadrature of all faces of one kind."""
+    at, rule_weights = _triangle_rule() if faces.is_triangle else _quad_rule()
+    values, slopes = SHAPES[faces.nodes.shape[1]](at)
+    places = np.einsum("gk,fkx->fgx", values, faces.places)
+    tangents = np.einsum("gkt,fkx->fgtx", slopes, faces.places)
+    normals = np.cross(tangents[:, :, 0], tangents[:, :, 1])
+    stretch = np.linalg.norm(normals, axis=2)  # area of the face over that of its reference
+    if not np.all(stretch > 0.0):
+        raise InputError("faces: one has no area")
+    count, size = faces.nodes.shape
+    return _SurfacePoints(
+        places=places.reshape(-1, 3),
+        normals=(normals / stretch[:, :, None]).reshape(-1, 3),
+        areas=(stretch * rule_weights).ravel(),
+        labels=np.repeat(faces.nodes, len(at), axis=0),
+        weights=np.tile(values, (count, 1)).reshape(-1, size),
+    )
+
+
+class _Feet(NamedTuple):
+    """Where points (m,) meet the faces of a surface along their normals: distance (infinite without
+    a face), and labels and weights (m, 8) of the face's nodes."""
+
+    distances: Array
+    labels: Labels
+    weights: Array
+
+
+def _project(points: _SurfacePoints, surfaces: Sequence[_Faces], distance: float) -> _Feet:
+    """The nearest face within a distance (m) along the normal of each point."""
+    from scipy.spatial import KDTree
+
+    count = len(points.places)
+    width = max(faces.nodes.shape[1] for faces in surfaces)
+    longest = max(faces.nodes.dtype.itemsize // 4 for faces in surfaces)
+    distances = np.full(count, np.inf)
+    labels = np.full((count, width), "", dtype=f"<U{longest}")
+    weights = np.zeros((count, width))
+    tree = KDTree(points.places)
+    for faces in surfaces:
+        centres = faces.places.mean(axis=1)
+        radii = np.linalg.norm(faces.places - centres[:, None], axis=2).max(axis=1) + distance
+        size = faces.nodes.shape[1]
+        for face, near in enumerate(tree.query_ball_point(centres, radii)):
+            candidates = np.array(near, dtype=int)
+            if not len(candidates):
+                continue
+            at, heights = _foot(
+                faces.places[face], points.places[candidates], points.normals[candidates]
+            )
+            away = np.abs(heights)
+            is_met = _is_inside(at, faces.is_triangle) & (away <= distance)
+            is_nearer = is_met & (away < distances[candidates])
+            found = candidates[is_nearer]
+            distances[found] = away[is_nearer]
+            weights[found] = 0.0
+            weights[found, :size] = SHAPES[size](at[is_nearer]).values
+            labels[found] = faces.nodes[face, 0]
+            labels[found, :size] = faces.nodes[face]
+    return _Feet(distances, labels, weights)
+
+
+def _foot(corners: Array, places: Array, normals: Array) -> tuple[Array, Array]:
+    """Where lines from places (m, 3) along normals (m, 3) meet a face of nodes (k, 3).
+
+    Returns reference coordinates (m, 2) and heights (m,) along the normals, NaN where Newton's
+    method on face(r, s) - height normal = place does not settle.
+    """
+    shape = SHAPES[len(corners)]
+    unknowns = np.zeros((len(places), 3))  # r, s, height
+    if len(corners) in (3, 6):
+        unknowns[:, :2] = 1.0 / 3.0
+    is_lost = np.zeros(len(places), dtype=bool)
+    for _ in range(STEPS):
+        values, slopes = shape(unknowns[:, :2])
+        misses = values @ corners - unknowns[:, 2:] * normals - places
+        tangents = np.einsum("mkt,kx->mxt", slopes, corners)
+        jacobians = np.concatenate([tangents, -normals[:, :, None]], axis=2)
+        is_lost |= np.linalg.det(jacobians) == 0.0  # the line lies in the face
+        jacobians[is_lost] = np.eye(3)
+        misses[is_lost] = 0.0
+        change = np.linalg.solve(jacobians, misses[:, :, None])[:, :, 0]
+        unknowns = unknowns - change
+        unknowns[:, :2] = np.clip(unknowns[:, :2], -FAR, FAR)
+        is_moving = np.abs(change[:, :2]).max(axis=1) > SETTLED
+        if not is_moving.any():
+            break
+    unknowns[is_lost | is_moving] = np.nan
+    return unknowns[:, :2], unknowns[:, 2]
+
+
+def _is_inside(at: Array, is_triangle: bool) -> NDArray[np.bool_]:
+    """Whether reference coordinates (m, 2) lie on the face; False for NaN."""
+    if is_triangle:
+        return np.all(at >= -INSIDE, axis=1) & (at.sum(axis=1) <= 1.0 + INSIDE)
+    return np.all(np.abs(at) <= 1.0 + INSIDE, axis=1)
+
+
+def contact_between_faces(
+    first: Component,
+    second: Component,
+    first_surface: Surface,
+    second_surface: Surface,
+    distance: float,
+) -> FaceContact:
+    """The points at which the faces of one component lie on those of another.
+
+    Parameters
+    ----------
+    first, second : Component
+        What the faces belong to.
+    first_surface, second_surface : Surface
+        Their faces.
+    distance : float
+        How far in m, along the normal, a point of the second may lie from the first.
+
+    Returns
+    -------
+    FaceContact
+        What `Contact` takes as `pairs`, `area` and `normal`. Points of the second without a face
+        of the first are left out.
+
+    Raises
+    ------
+    InputError
+        For faces of another number of nodes or without area, or if no face touches another.
+
+    Examples
+    --------
+    A triangle that lies within a square of four other nodes: weights and areas follow.
+
+    >>> import numpy as np, squeal
+    >>> from squeal.sparse.contact_faces import Surface, contact_between_faces
+    >>> def body(name):
+    ...     system = squeal.System(np.eye(4), K=np.eye(4), name=name)
+    ...     return squeal.Component(system, ["a", "b", "c", "d"], [2, 2, 2, 2])
+    >>> corners = {"a": (0, 0, 0), "b": (1, 0, 0), "c": (1, 1, 0), "d": (0, 1, 0)}
+    >>> small = {"a": (0, 0, 0), "b": (0.5, 0, 0), "d": (0, 0.5, 0)}
+    >>> points, area, normal = contact_between_faces(
+    ...     body("square"),
+    ...     body("triangle"),
+    ...     Surface([("a", "b", "c", "d")], corners),
+    ...     Surface([("a", "d", "b")], small),
+    ...     distance=1e-3,
+    ... )
+    >>> float(area.sum().round(12)), float(normal[0, 2])
+    (0.125, 1.0)
+    """
+    surfaces = _faces_by_kind(first_surface)
+    kinds = [_integration_points(faces) for faces in _faces_by_kind(second_surface)]
+    if not surfaces or not kinds:
+        raise InputError("faces: there is none")
+    touching: list[FaceContact] = []
+    for points in kinds:
+        feet = _project(points, surfaces, distance)
+        is_met = np.isfinite(feet.distances)
+        first_weights = _moving(first, feet.labels, feet.weights)
+        second_weights = _moving(second, points.labels, points.weights)
+        touching.append(
+            FaceContact(
+                points=ContactPoints(
+                    first=feet.labels[is_met],
+                    second=points.labels[is_met],
+                    first_weights=first_weights[is_met],
+                    second_weights=second_weights[is_met],
+                    places=points.places[is_met],
+                ),
+                area=points.areas[is_met],
+                normal=-points.normals[is_met],
+            )
+        )
+    joined = _joined(touching)
+    if not len(joined.points):
+        raise InputError(
+            f"faces: none of {second.name} lies within {distance:g} m of {first.name}; a greater "
+            "distance is needed"
+        )
+    return joined
+
+
+def _joined(parts: Sequence[FaceContact]) -> FaceContact:
+    """The points of several contacts as one, with weights of zero where a face has fewer nodes."""
+    sides: list[tuple[Labels, Array]] = []
+    for side in (0, 1):
+        of_parts = [part.points.side(side) for part in parts]
+        width = max(labels.shape[1] for labels, _ in of_parts)
+        wide_labels = []
+        wide_weights = []
+        for labels, weights in of_parts:
+            missing = ((0, 0), (0, width - labels.shape[1]))
+            wide_labels.append(np.pad(labels, missing, mode="edge"))
+            wide_weights.append(np.pad(weights, missing))
+        sides.append((np.concatenate(wide_labels), np.concatenate(wide_weights)))
+    (first, first_weights), (second, second_weights) = sides
+    return FaceContact(
+        points=ContactPoints(
+            first=first,
+            second=second,
+            first_weights=first_weights,
+            second_weights=second_weights,
+            places=np.concatenate([part.points.places for part in parts]),
+        ),
+        area=np.concatenate([part.area for part in parts]),
+        normal=np.concatenate([part.normal for part in parts]),
+    )

@@ -1,0 +1,343 @@
+"""Contact between faces of meshes that do not match, against CalculiX's own contact."""
+
+import math
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import squeal
+from squeal.cli.main import main
+from squeal.errors import InputError
+from squeal.sparse.contact_faces import (
+    SHAPES,
+    Surface,
+    _quad_rule,
+    _triangle_rule,
+    contact_between_faces,
+)
+from tests.io.test_brake_from_mesh import lowest, made  # noqa: F401  the brake of the documentation
+
+needs_calculix = pytest.mark.skipif(not shutil.which("ccx"), reason="needs CalculiX (ccx)")
+pytestmark = pytest.mark.filterwarnings("ignore::squeal.errors.InputWarning")
+STIFFNESS = 1.0e11  # N/m^3
+PRESS = 1.0e6  # Pa
+STORE = ["*STEP", "*FREQUENCY,SOLVER=MATRIXSTORAGE", "1", "*END STEP"]
+
+
+class Block:
+    """A block of bricks of 8 or 20 nodes in the order of CalculiX; `first` numbers its nodes."""
+
+    def __init__(self, name, element, low, high, divisions, first):
+        self.name = name
+        self.element = element
+        self.first = first
+        step = 2 if element.startswith("C3D20") else 1
+        counts = step * np.array(divisions)
+        numbers = {}
+        self.nodes: dict[int, np.ndarray] = {}
+        for where in np.ndindex(*(counts + 1)):
+            if step == 2 and sum(index % 2 for index in where) > 1:
+                continue  # centres of faces and bricks have no node
+            numbers[where] = first + len(self.nodes)
+            self.nodes[numbers[where]] = low + (np.array(high) - low) * where / counts
+        corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+        corners += [(0, 0, 1), (1, 0, 1), (1, 1, 1), (0, 1, 1)]
+        edges = [(0, 1), (1, 2), (2, 3), (3, 0), (4, 5), (5, 6), (6, 7), (7, 4)]
+        edges += [(0, 4), (1, 5), (2, 6), (3, 7)]
+        places = [2 * np.array(corner) for corner in corners]
+        if step == 2:
+            places += [(places[i] + places[j]) // 2 for i, j in edges]
+        else:
+            places = [place // 2 for place in places]
+        self.elements: dict[int, list[int]] = {}
+        for cell in np.ndindex(*divisions):
+            number = first + len(self.elements)
+            origin = step * np.array(cell)
+            self.elements[number] = [numbers[tuple(origin + place)] for place in places]
+
+    def layer(self, height):
+        return [n for n, place in self.nodes.items() if abs(place[2] - height) < 1e-9]
+
+    def cards(self):
+        lines = ["*NODE,NSET=ALL"]
+        lines += [f"{n},{x:.12g},{y:.12g},{z:.12g}" for n, (x, y, z) in self.nodes.items()]
+        lines.append(f"*ELEMENT,TYPE={self.element},ELSET={self.name}")
+        for number, nodes in self.elements.items():
+            cells = [str(number), *map(str, nodes)]
+            if len(cells) > 11:  # goes on in the next line
+                lines.append(",".join(cells[:11]) + ",")
+                cells = cells[11:]
+            lines.append(",".join(cells))
+        lines += [f"*MATERIAL,NAME=M{self.name}", "*ELASTIC", "2.0e10,0.3", "*DENSITY", "4000."]
+        return [*lines, f"*SOLID SECTION,ELSET={self.name},MATERIAL=M{self.name}"]
+
+    def face_areas(self, height):
+        """The nodal forces of a pressure of 1 on the face at a height, by squeal-free formulas:
+        a quarter to each corner of C3D8, -1/12 to corners and 1/3 to middles of C3D20."""
+        forces = dict.fromkeys(self.layer(height), 0.0)
+        for nodes in self.elements.values():
+            on_face = [n for n in nodes if n in forces]
+            if len(on_face) not in (4, 8):
+                continue
+            corners = [n for n in nodes[:8] if n in forces]
+            spread = np.ptp([self.nodes[n] for n in corners], axis=0)
+            area = spread[0] * spread[1]
+            for node in on_face:
+                is_corner = node in corners
+                share = (0.25 if len(on_face) == 4 else -1 / 12) if is_corner else 1 / 3
+                forces[node] += share * area
+        return forces
+
+
+def springs(block, height):
+    """Springs of 1e6 N/m that hold a layer along x and y, and one of 1e5 N/m along z."""
+    lines = []
+    number = 50_000
+    for way, stiffness in ((1, 1e6), (2, 1e6), (3, 1e5)):
+        lines.append(f"*ELEMENT,TYPE=SPRING1,ELSET=HOLD{way}")
+        for node in block.layer(height):
+            number += 1
+            lines.append(f"{number},{node}")
+        lines += [f"*SPRING,ELSET=HOLD{way}", f"{way}", f"{stiffness:.6e}"]
+    return lines
+
+
+def calculix(folder, name, lines):
+    (folder / f"{name}.inp").write_text("\n".join(lines) + "\n")
+    subprocess.run(["ccx", name], cwd=folder, check=True, stdout=subprocess.DEVNULL)
+
+
+def frequencies(folder, name):
+    text = (folder / f"{name}.dat").read_text()
+    table = text.split("E I G E N V A L U E   O U T P U T")[-1].split("P A R T I C I P A T I O N")
+    rows = [line.split() for line in table[0].splitlines()]
+    return np.array([float(row[3]) for row in rows if len(row) == 5 and row[0].isdecimal()])
+
+
+@needs_calculix
+@pytest.mark.parametrize(
+    ("below", "above", "tolerance"),
+    [("C3D8", "C3D8", 2e-3), ("C3D20", "C3D8", 2e-3), ("C3D20", "C3D20", 2e-3)],
+)
+def test_blocks_of_other_meshes_have_the_frequencies_of_calculix(tmp_path, below, above, tolerance):
+    """Three by three bricks below two by two, of linear and quadratic shape functions."""
+    base = Block("BASE", below, np.zeros(3), (0.06, 0.06, 0.02), (3, 3, 1), 1)
+    top = Block("TOP", above, np.array([0.01, 0.01, 0.02]), (0.05, 0.05, 0.04), (2, 2, 1), 10_001)
+    clamped = ["*NSET,NSET=CLAMPED", *(f"{n}," for n in base.layer(0.0))]
+    held = ["*BOUNDARY", "CLAMPED,1,3"]
+    surfaces = ["*SURFACE,NAME=UPPER,TYPE=ELEMENT"]
+    surfaces += [f"{number},S2" for number in base.elements]
+    under = ["*ELSET,ELSET=UNDER", *(f"{number}," for number in top.elements)]
+    under += ["*SURFACE,NAME=LOWER,TYPE=ELEMENT", "UNDER,S1"]
+    loads = {n: -PRESS * area for n, area in top.face_areas(0.04).items()}
+    whole = [*base.cards(), *clamped, *surfaces, *top.cards(), *under, *springs(top, 0.04), *held]
+    whole += ["*SURFACE INTERACTION,NAME=TOUCH", "*SURFACE BEHAVIOR,PRESSURE-OVERCLOSURE=LINEAR"]
+    whole += [f"{STIFFNESS:e},1.e-3"]
+    whole += ["*CONTACT PAIR,INTERACTION=TOUCH,TYPE=SURFACE TO SURFACE", "LOWER,UPPER"]
+    whole += ["*STEP,NLGEOM", "*STATIC", "*CLOAD", *(f"{n},3,{x:.9e}" for n, x in loads.items())]
+    whole += ["*END STEP", "*STEP,PERTURBATION", "*FREQUENCY", "6", "*END STEP"]
+    calculix(tmp_path, "whole", whole)
+    calculix(tmp_path, "base", [*base.cards(), *clamped, *surfaces, *held, *STORE])
+    calculix(tmp_path, "top", [*top.cards(), *under, *springs(top, 0.04), *STORE])
+    for name in ("base", "top"):
+        (tmp_path / f"{name}.yaml").write_text(
+            f"M: {{file: {name}.mas, symmetric: true}}\nK: {{file: {name}.sti, symmetric: true}}\n"
+            f"coordinates: {{file: {name}.inp}}\nelements: {{file: {name}.inp}}\n"
+        )
+    lines = ["node,dof,force", *(f"{n},z,{x:.9e}" for n, x in loads.items())]
+    (tmp_path / "load.csv").write_text("\n".join(lines))
+    (tmp_path / "joined.yaml").write_text(
+        "components:\n  base: {file: base.yaml}\n"
+        "  top: {file: top.yaml, load: {file: load.csv}}\n"
+        "contact:\n  - between: [base, top]\n    faces: [upper, LOWER]\n    distance: 1e-4\n"
+        f"    stiffness: {STIFFNESS:g}\n"
+    )
+    joined = squeal.read_system(tmp_path / "joined.yaml").assembly
+    assert joined.contacts[0].area.sum() == pytest.approx(0.04**2, rel=1e-12)
+    found = np.sort(squeal.eigenvalues(joined.system, band=(0.0, 30e3)).values.imag)
+    found = found[found > 0.0][:6] / (2.0 * np.pi)
+    assert found == pytest.approx(frequencies(tmp_path, "whole"), rel=1.5e-3)
+
+
+def turned(brake, angle):
+    """The brake with its pad moved round the axis, so that no node meets another."""
+    cosine, sine = np.cos(angle), np.sin(angle)
+    brake.pad = {
+        node: (cosine * x - sine * y, sine * x + cosine * y, z)
+        for node, (x, y, z) in brake.pad.items()
+    }
+    return brake
+
+
+def joined_by_faces(folder, faces="[all, all]"):
+    text = (folder / "brake.yaml").read_text()
+    nodes = "    pairs: {file: pairs.csv}\n    normal: [0, 0, 1]\n"
+    assert nodes in text
+    path = folder / "faces.yaml"
+    path.write_text(text.replace(nodes, f"    distance: 1.0e-4\n    faces: {faces}\n"))
+    return path
+
+
+@needs_calculix
+def test_a_pad_between_the_nodes_of_the_disc_has_the_frequencies_of_calculix(made, tmp_path):  # noqa: F811
+    script, *_ = made
+    brake = turned(script.Brake(), 0.31 * 2.0 * np.pi / 40)
+    script.write_files(tmp_path, brake, mu=0.0)
+    script.run_calculix(tmp_path, "normal", script.contact_deck(brake))
+    wanted = script.printed(tmp_path, "normal")[:12, 0]
+    path = joined_by_faces(tmp_path)
+    path.write_text(path.read_text() + "cutoff: 18000\n")
+    joined = squeal.read_system(path).assembly
+    assert lowest(joined.system) == pytest.approx(wanted, rel=6e-4)
+    # the export joins the same points again
+    assert main(["export", str(path), "--output", str(tmp_path / "small")]) == 0
+    again = squeal.read_system(tmp_path / "small" / "assembly.yaml").assembly
+    assert lowest(again.system) == pytest.approx(lowest(joined.system), rel=1e-9)
+    assert again.seats[0].forces == pytest.approx(joined.seats[0].forces, rel=1e-6)
+
+
+@pytest.fixture
+def plates(tmp_path):
+    """Two plates of one brick each, of unit matrices, the upper one on a quarter of the lower."""
+    for name, low, size in (("one", 0.0, 2.0), ("other", 1.0, 1.0)):
+        places = [(0, 0), (size, 0), (size, size), (0, size)]
+        nodes = [(x, y, low + z) for z in (0, 1) for x, y in places]
+        deck = ["*NODE", *(f"{i},{x},{y},{z}" for i, (x, y, z) in enumerate(nodes, 1))]
+        deck += ["*ELEMENT,TYPE=C3D8,ELSET=E", "7,1,2,3,4,5,6,7,8"]
+        deck += ["*SURFACE,NAME=LOW", "E,S1", "*SURFACE,NAME=HIGH", "7,S2"]
+        (tmp_path / f"{name}.inp").write_text("\n".join(deck))
+        table = [f"{i},{way},{x},{y},{z}" for i, (x, y, z) in enumerate(nodes, 1) for way in "xyz"]
+        (tmp_path / f"{name}.csv").write_text("\n".join(["node,dof,x,y,z", *table]))
+        np.savez(tmp_path / f"{name}.npz", np.eye(24))
+        (tmp_path / f"{name}.yaml").write_text(
+            f"M: {{file: {name}.npz}}\nK: {{file: {name}.npz}}\n"
+            f"coordinates: {{file: {name}.csv}}\nelements: {{file: {name}.inp}}\n"
+        )
+    (tmp_path / "load.csv").write_text("node,dof,force\n5,z,-3.0\n")
+    return tmp_path
+
+
+def plates_file(folder, faces, more="    distance: 1e-6\n"):
+    path = folder / "plates.yaml"
+    path.write_text(
+        "components:\n  one: {file: one.yaml}\n"
+        "  other: {file: other.yaml, load: {file: load.csv}}\n"
+        f"contact:\n  - between: [one, other]\n    faces: {faces}\n{more}"
+        "    bonded: true\n    stiffness: 5.0\n"
+    )
+    return path
+
+
+@pytest.mark.parametrize("faces", ["[all, all]", "[HIGH, low]"])
+def test_points_carry_areas_and_weights_of_both_plates(plates, faces):
+    contact = squeal.read_system(plates_file(plates, faces)).assembly.contacts[0]
+    assert contact.area.sum() == pytest.approx(1.0)
+    assert contact.normal == pytest.approx(np.tile([0.0, 0.0, 1.0], (len(contact.area), 1)))
+    for weights in (contact.pairs.first_weights, contact.pairs.second_weights):
+        assert weights.sum(axis=1) == pytest.approx(np.ones(len(weights)))
+    # bilinear shape functions over the quarter nearest to node 5 of the lower plate
+    shares: dict[str, float] = {}
+    for labels, weights, area in zip(
+        contact.pairs.first, contact.pairs.first_weights, contact.area, strict=True
+    ):
+        for label, weight in zip(labels, weights, strict=True):
+            shares[label] = shares.get(label, 0.0) + weight * area
+    assert shares == pytest.approx({"5": 9 / 16, "6": 3 / 16, "7": 1 / 16, "8": 3 / 16})
+
+
+@pytest.mark.parametrize(
+    ("faces", "more", "words"),
+    [
+        ("[SIDE, all]", "    distance: 1e-6\n", "one.inp names the surfaces: LOW, HIGH; all takes"),
+        ("[LOW, HIGH]", "    distance: 1e-6\n", "none of other lies within 1e-06 m of one"),
+        ("[all, all]", "", "pairs: missing"),
+        ("[all]", "    distance: 1e-6\n", "a list of two names of surfaces or all"),
+        ("[all, all]", "    distance: 1e-6\n    area: 1.0\n", "beside faces, which give it"),
+    ],
+)
+def test_faces_that_are_none_are_refused_in_a_sentence(plates, faces, more, words):
+    with pytest.raises(InputError, match=words):
+        squeal.read_system(plates_file(plates, faces, more))
+
+
+def test_a_deck_that_names_no_such_face_is_refused(plates):
+    deck = (plates / "one.inp").read_text()
+    path = plates_file(plates, "[HIGH, LOW]")
+    for old, new, words in (
+        ("7,S2", "7,S9", "S9 is no face of a hexahedron; it must be S1 to S6"),
+        ("7,S2", "8,S2", "8 is neither an element with faces nor a set of such"),
+        ("*SURFACE,NAME=HIGH", "*SURFACE,NAME=HIGH,TYPE=NODE", "TYPE=ELEMENT is needed"),
+    ):
+        (plates / "one.inp").write_text(deck.replace(old, new))
+        with pytest.raises(InputError, match=words):
+            squeal.read_system(path)
+
+
+@pytest.mark.parametrize("size", [3, 4, 6, 8])
+def test_shape_functions_carry_constants_and_the_places_of_their_nodes(size):
+    """They add up to 1, are 1 at their own node alone, and have the slopes of their differences."""
+    nodes = {
+        3: [(0, 0), (1, 0), (0, 1)],
+        4: [(-1, -1), (1, -1), (1, 1), (-1, 1)],
+        6: [(0, 0), (1, 0), (0, 1), (0.5, 0), (0.5, 0.5), (0, 0.5)],
+        8: [(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)],
+    }
+    assert SHAPES[size](np.array(nodes[size], dtype=float)).values == pytest.approx(np.eye(size))
+    at = np.array([[0.21, 0.13], [0.4, 0.37]])
+    values, slopes = SHAPES[size](at)
+    assert values.sum(axis=1) == pytest.approx([1.0, 1.0])
+    step = 1e-6
+    for way in (0, 1):
+        aside = step * np.eye(2)[way]
+        difference = SHAPES[size](at + aside).values - SHAPES[size](at - aside).values
+        assert slopes[:, :, way] == pytest.approx(difference / (2.0 * step), abs=1e-8)
+
+
+@pytest.mark.parametrize("rule", [_triangle_rule, _quad_rule])
+def test_rules_integrate_polynomials_of_degree_four(rule):
+    points, weights = rule()
+    r, s = points.T
+    for power_r, power_s in [(0, 0), (2, 0), (1, 3), (2, 2), (4, 0)]:
+        found = np.sum(weights * r**power_r * s**power_s)
+        if rule is _triangle_rule:  # a! b! / (a + b + 2)!
+            whole = math.factorial(power_r) * math.factorial(power_s)
+            exact = whole / math.factorial(power_r + power_s + 2)
+        else:
+            exact = (1 + (-1) ** power_r) / (power_r + 1) * (1 + (-1) ** power_s) / (power_s + 1)
+        assert found == pytest.approx(exact, abs=1e-13)
+
+
+def plate(name, places):
+    """A component whose nodes move along z alone."""
+    n = len(places)
+    return squeal.Component(squeal.System(np.eye(n), K=np.eye(n), name=name), list(places), [2] * n)
+
+
+def test_a_curved_face_is_met_along_its_normals():
+    """Points of a curved face of eight nodes fall on the plane below them, at their own height."""
+    around = [(-1, -1), (1, -1), (1, 1), (-1, 1), (0, -1), (1, 0), (0, 1), (-1, 0)]
+    places = {str(i): (x, y, 0.1 * (x * x + y * y)) for i, (x, y) in enumerate(around)}
+    plane = {"a": (-4, -4, -0.05), "b": (4, -4, -0.05), "c": (4, 4, -0.05), "d": (-4, 4, -0.05)}
+    underside = ["0", "3", "2", "1", "7", "6", "5", "4"]
+    points, area, normal = contact_between_faces(
+        plate("lower", plane),
+        plate("upper", places),
+        Surface([list(plane)], plane),
+        Surface([underside], places),
+        distance=1.0,
+    )
+    x, y, z = points.places.T
+    slope = np.column_stack([-0.2 * x, -0.2 * y, np.ones(len(x))])
+    length = np.linalg.norm(slope, axis=1)
+    assert z == pytest.approx(0.1 * (x**2 + y**2), abs=1e-12)
+    assert normal == pytest.approx(slope / length[:, None], abs=1e-9)
+    corners = np.array([[plane[node] for node in nodes] for nodes in points.first])
+    foot = np.einsum("mk,mkx->mx", points.first_weights, corners)
+    height = (z + 0.05) * length  # along the normal down to the plane
+    assert foot == pytest.approx(points.places - height[:, None] * normal, abs=1e-9)
+    along = np.linspace(-1.0, 1.0, 2001)
+    grid_x, grid_y = np.meshgrid(along, along)
+    exact = np.trapezoid(np.trapezoid(np.sqrt(1 + 0.04 * (grid_x**2 + grid_y**2)), along), along)
+    assert area.sum() == pytest.approx(exact, rel=1e-6)

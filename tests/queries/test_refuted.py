@@ -1,0 +1,87 @@
+"""Answers that an adversary who saw no code found wrong, although they were certified."""
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+import squeal
+
+
+@pytest.mark.parametrize("damping", [0.3, 3e7, 3e15])
+@pytest.mark.parametrize("mu", [1 / 3, 0.7, 0.123])
+def test_terms_that_cancel_but_for_rounding_leave_the_verdict_open(damping, mu):
+    """C = mu b - fl(mu b) is zero in doubles; the exact number is not, and decides."""
+    rounded = damping * mu
+    exact = Fraction(damping) * Fraction(mu) - Fraction(rounded)
+    assert exact != 0
+    system = squeal.System([[1.0]], C={"1": [[-rounded]], "mu": [[damping]]}, K=[[4.0]])
+    found = squeal.eigenvalues(system, at=mu)
+    assert not found.certified
+    assert found.verdict in (None, "stable" if exact > 0 else "flutter")
+
+
+def test_a_formula_that_loses_its_parameter_to_rounding_is_not_proved():
+    system = squeal.System([[1.0]], C={"1 + mu - 1": [[-1.0]]}, K=[[4.0]])
+    found = squeal.eigenvalues(system, at=1e-17)  # exactly flutter, of 5e-18 1/s
+    assert not found.certified
+
+
+def test_terms_that_cancel_without_rounding_are_proved():
+    system = squeal.System([[1.0]], C={"1": [[-1.5]], "mu": [[2.0]]}, K=[[4.0]])
+    found = squeal.eigenvalues(system, at=0.75)
+    assert (found.verdict, found.certified) == ("marginal", True)
+
+
+def test_what_is_proved_to_grow_is_listed_among_the_unstable_modes():
+    """Two nearly parallel rows; a root grows by 2^-32.3 1/s, less than the distance to which it is
+    known, but no less proved."""
+    M = [[38.5, 26.5], [26.5, 18.5]]
+    C = [[191.99999999907686, 127.99999999907413], [191.99999999907413, 127.99999999907232]]
+    K = [[803.5, 537.5], [539.5, 361.5]]
+    growth = 1.8626451492309571e-10  # of the determinant in rational numbers
+    found = squeal.eigenvalues(squeal.System(M, C=C, K=K))
+    assert (found.verdict, found.certified) == ("flutter", True)
+    (mode,) = found.unstable
+    assert mode.kind == "flutter"
+    assert mode.growth_rate == pytest.approx(growth, rel=1e-3)
+    assert "1 unstable mode" in found.conclusion
+
+
+@pytest.mark.parametrize("width", [0.03125, 0.0078125])
+@pytest.mark.parametrize("centre", [0.81, 0.3])
+def test_a_window_that_counts_may_miss_is_not_certified(width, centre):
+    """Two rows with structural damping: they grow exactly for |mu - centre| < width / 2."""
+    damping = width * 2.0**-3
+    stiffness = np.array([[400.0 - centre, 5 * damping], [-5 * damping, 400.0 + centre]])
+    K = {"1": stiffness + 3j * damping * np.eye(2), "mu": np.diag([1.0, -1.0])}
+    system = squeal.System(np.eye(2), K=K)
+    found = squeal.thresholds(system, 1.0, band=(0.1, 20.0))
+    true = [centre - width / 2, centre + width / 2]
+    is_right = [c.mu for c in found.crossings] == pytest.approx(true, abs=1e-6)
+    assert is_right or not found.certified
+    assert found.proof is not None
+    assert found.proof["status"] != "proved"
+
+
+def test_a_root_that_is_met_more_often_than_there_are_rows_has_vectors():
+    """-2 twice in two rows of their own, and +2 once."""
+    M = np.diag([64.0, 0.0, 64.0])
+    C = [[256.0, 0, 0], [-1, -1, 0], [0, 0, 256.0]]
+    K = np.diag([256.0, 2.0, 256.0])
+    found = squeal.eigenvalues(squeal.System(M, C=C, K=K))
+    assert np.sort(found.values.real) == pytest.approx([-2, -2, -2, -2, 2], abs=1e-6)
+    assert found.verdict == "divergence"
+
+
+def test_regular_matrices_without_a_finite_root_are_stable():
+    """det(lambda^2 M + K) = -1 for every lambda."""
+    system = squeal.System([[1.0, -1.0], [-1.0, 1.0]], K=[[4.0, -3.0], [-3.0, 2.0]])
+    with pytest.warns(squeal.errors.InputWarning, match="there are 0"):
+        found = squeal.eigenvalues(system)
+    assert (found.verdict, len(found.eigenvalues), found.certified) == ("stable", 0, True)
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+def test_all_motions_are_free_without_a_stiffness(rows):
+    assert squeal.check(squeal.System(np.eye(rows), K=np.zeros((rows, rows)))).free == rows
