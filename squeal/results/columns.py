@@ -55,8 +55,9 @@ def onset_column(parameter: str) -> Column:
     return Column("onset", shown=shown, words=f"grows from {parameter}")
 
 
-def basis_text(basis: Mapping[str, Any], errors: bool = False) -> str:
-    """A reduced system for people; `errors`: whether those of components are given beside it."""
+def basis_text(basis: Mapping[str, Any], errors: bool = False, counted: bool = False) -> str:
+    """A reduced system for people; `errors`: whether those of components are given beside it,
+    `counted`: whether roots of the full system are."""
     if basis["method"] == "components":
         text = (
             f"{basis['size']} rows reduced from {basis['rows']}, modes of components up to "
@@ -66,8 +67,10 @@ def basis_text(basis: Mapping[str, Any], errors: bool = False) -> str:
     if basis["method"] == "modal":
         text = (
             f"first look: real modes up to {basis['real_modes_hz']:.4g} Hz and their corrections, "
-            f"{basis['size']} vectors; not certified: nothing was counted"
+            f"{basis['size']} vectors"
         )
+        if not counted:
+            text += "; not certified: nothing was counted"
     else:
         text = (
             f"basis of {basis['size']} vectors ({basis['method']}), {len(basis['samples'])} "

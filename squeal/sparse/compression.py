@@ -14,8 +14,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from squeal.linear.matrices import EPS
 from squeal.linear.system import TermSystem
 from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.dense import roots_at
 from squeal.sparse.quadratic import (
     Array,
     Changes,
@@ -50,7 +52,7 @@ class SmallProblem(NamedTuple):
 
     def roots_at(self, values: ComplexArray) -> Roots:
         """Roots with right and left unit vectors (k, m), by inverse iteration."""
-        z = values[:, None, None]
+        z = values[:, None, None] * (1.0 + 8 * EPS)  # beside a root that is exact
         inverses = np.linalg.inv(z * (z * self.M + self.C) + self.K)
         # the largest column and row of an inverse point along both vectors
         sizes = np.abs(inverses)
@@ -67,16 +69,19 @@ class SmallProblem(NamedTuple):
 
 
 class Compression:
-    """The right and left modes of a region that have been added, and their small problem.
+    """The right and left modes that have been added, and their small system.
 
-    `right` and `left` (d, k) are orthonormal columns in the coordinates of a reduction.
+    `right` and `left` (d, k) are orthonormal columns in the coordinates of a reduction. Modes of
+    `trained_region` are added, so that roots of the `region` inside it are good.
     """
 
-    def __init__(self, system: TermSystem, region: Rectangle) -> None:
+    system: TermSystem
+
+    def __init__(self, rows: int, region: Rectangle, trained_region: Rectangle) -> None:
         self.region = region
-        self.right = np.zeros((system.n, 0), dtype=complex)
+        self.trained_region = trained_region
+        self.right = np.zeros((rows, 0), dtype=complex)
         self.left = self.right
-        self.system: TermSystem | None = None
 
     @property
     def size(self) -> int:
@@ -97,9 +102,20 @@ class Compression:
 
     def at(self, changes: Changes) -> SmallProblem:
         """The small problem at some parameters."""
-        assert self.system is not None
         M, C, K = self.system.at(changes)
         return SmallProblem(M, np.zeros_like(M) if C is None else C, K)
+
+    def roots(self, changes: Changes, left: bool = False) -> Roots:
+        """The roots in the region with vectors of the few modes, multiple ones with several."""
+        problem = self.at(changes)
+        values = problem.values(self.trained_region)
+        return roots_at(*problem, values[self.region.contains(values)], left)
+
+    def in_basis(
+        self, right: ComplexArray, left: ComplexArray
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Right and left vectors (k,) of the few modes in the coordinates of the reduction."""
+        return self.right @ right, self.left @ left
 
 
 def _directions_beyond(basis: ComplexArray, columns: ComplexArray) -> tuple[ComplexArray, Array]:

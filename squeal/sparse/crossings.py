@@ -5,7 +5,7 @@ are matched from one value to the next by where their slopes point; what is in d
 step, and where two roots are predicted to come close (`near_coalescences`), that value is looked
 at. Newton's method on the full system has the last word: of right and left vectors x, y of a mode
 y^H P(i omega, p) x = 0 is a complex equation for two real unknowns, whose error is of second order
-in that of the vectors. Corrections by the factor of P at the first sample bring what these lack in
+in that of the vectors. Inverse iteration and residuals, by a factor of P, bring what these lack in
 the reduced system.
 """
 
@@ -15,7 +15,6 @@ import itertools
 import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
-from copy import copy
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -35,8 +34,9 @@ from squeal.linear.matrices import EPS, applied, inertia, norm_of
 from squeal.linear.search import search
 from squeal.linear.steps import Guess, near_coalescences
 from squeal.linear.system import TermSystem
+from squeal.sparse.compression import Compression
 from squeal.sparse.dispersive import NEAR, DispersiveReduction, frequencies
-from squeal.sparse.eigensolver import enlarged, residuals_of
+from squeal.sparse.eigensolver import enlarged
 from squeal.sparse.factor import Factor, factorise, factorise_at
 from squeal.sparse.quadratic import (
     Array,
@@ -61,8 +61,8 @@ MISSED = 1e-4  # of |lambda|: ... or by this
 REAL = 1e-6  # of the highest imaginary part: below, a root of real matrices is real
 SAME = 1e-7  # relative: crossings closer than this are one
 NEWTON_STEPS = 20
-CORRECTIONS = 8  # of a crossing
-EXACT = 1e-12  # backward error of its vectors
+EXACT = 1e-12  # of null vectors: what they add less is left out
+FACTOR_SERVES = 3  # steps of Newton's method: the later ones correct vectors by residuals
 CONVERGED = 1e-12  # step relative to p and omega; its error is the square
 SHORTEST_PART = 2.0**-10  # singular K: of the range; shorter ones are not halved
 CONTRACTS = 0.4  # ... below what a part contracts, by few powers that may tell too little
@@ -95,7 +95,7 @@ class AxisCrossing(Event):
 class _FrozenPart(NamedTuple):
     """A reduced system frozen at one of some frequencies, in a region around it."""
 
-    reduction: Reduction
+    searched: Compression | Reduction
     omega: float  # rad/s
     spacing: float  # to the next of these frequencies
 
@@ -165,7 +165,7 @@ class CrossingSearch:
     Raises InputError for a region without a part of the upper axis.
     """
 
-    def __init__(self, reduction: Reduction, name: str) -> None:
+    def __init__(self, reduction: Compression | Reduction, name: str) -> None:
         self.reduction = reduction
         self.name = name
         self.scaled = ScaledSystem(reduction.system)
@@ -453,20 +453,20 @@ def crossings_along(
             crossings.append(axis_crossing(reduction.scaled, name, guess))
         except ComputationError as error:
             unconfirmed.append(str(error))
-    finer = copy(reduction)  # which grows by what each crossing lacks
-    parts: Iterator[_FrozenPart] = iter([_FrozenPart(reduction, 0.0, math.inf)])
+    parts: Iterator[_FrozenPart] = iter([_FrozenPart(reduction.searched, 0.0, math.inf)])
     if isinstance(reduction, DispersiveReduction):
         parts = _frozen_parts(reduction)
     for part in parts:
-        search_on_part = CrossingSearch(part.reduction, name)
+        search_on_part = CrossingSearch(part.searched, name)
         scale = search_on_part.scaled.scale
         for a, b in itertools.pairwise(values):
             shortest = SHORTEST_STEP * (high - low)
             for guess in search_on_part.between(a, b, shortest):
-                in_basis = np.array([scale * guess.right, scale * guess.left], dtype=complex).T
-                right, left = multiply(reduction.vectors, in_basis).T
+                vectors = part.searched.in_basis(scale * guess.right, scale * guess.left)
+                right, left = multiply(reduction.vectors, np.array(vectors, dtype=complex).T).T
                 try:
-                    one = confirmed(finer, name, guess._replace(right=right, left=left))
+                    full_guess = guess._replace(right=right, left=left)
+                    one = axis_crossing(reduction.scaled, name, full_guess)
                 except ComputationError as error:
                     # else it is another part's to find
                     if abs(guess.omega - part.omega) <= part.spacing / 2:
@@ -492,7 +492,7 @@ def coalescences(reduction: DispersiveReduction, name: str, values: Sequence[flo
     high = values[-1]
     found: list[Event] = []
     for part in _frozen_parts(reduction):
-        for event in itertools.chain(*search(part.reduction.system, low, high).clusters):
+        for event in itertools.chain(*search(part.searched.system, low, high).clusters):
             if not event.omega or abs(event.omega - part.omega) > part.spacing:
                 continue
             one = _at_own_frequency(reduction.system, event, part.omega, low, high)
@@ -573,11 +573,16 @@ def axis_crossing(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> Axis
     omega = guess.omega
     x = guess.right / np.linalg.norm(guess.right)
     y = guess.left / np.linalg.norm(guess.left)
-    for _ in range(NEWTON_STEPS):
+    for k in range(NEWTON_STEPS):
         problem = scaled.at({name: value, **scaled.system.frequency(omega)})
-        _, factor = factorise_at(problem, complex(0.0, omega))
-        right = factor.solve(y)
-        left = factor.solve(x.conj(), transposed=True).conj()
+        if k % FACTOR_SERVES == 0:
+            _, factor = factorise_at(problem, complex(0.0, omega))
+            right = factor.solve(y)
+            left = factor.solve(x.conj(), transposed=True).conj()
+        else:
+            P = problem.at(complex(0.0, omega))
+            right = x - factor.solve(P @ x)
+            left = y - factor.solve(P.T @ y.conj(), transposed=True).conj()
         x = right / np.linalg.norm(right)
         y = left / np.linalg.norm(left)
         step = _newton_step(scaled, name, CrossingGuess(value, omega, x, y))
@@ -653,42 +658,3 @@ def _newton_step(scaled: ScaledSystem, name: str, guess: CrossingGuess) -> _Newt
         left=guess.left,
     )
     return _NewtonStep(crossing, bool(is_small or abs(step) <= uncertain))
-
-
-def confirmed(reduction: Reduction, name: str, start: CrossingGuess) -> AxisCrossing:
-    """The crossing of the full system next to one of the reduced system, vectors (n,).
-
-    The reduced system grows by corrections until the crossing that it has solves the full problem.
-    Where it does not come to be good, the full problem is factorised. Raises ComputationError.
-    """
-    scaled = reduction.scaled
-    factor = reduction.factor
-    if factor is None:
-        return axis_crossing(scaled, name, start)
-    guess = start
-    for _ in range(CORRECTIONS):
-        guess = _refined_on_reduced(reduction, name, guess)
-        problem = scaled.at({name: guess.value, **scaled.system.frequency(guess.omega)})
-        root = np.array([complex(0.0, guess.omega)])
-        roots = Roots(root, guess.right[:, None], guess.left[:, None])
-        residuals = residuals_of(problem, roots)
-        if max(np.linalg.norm(part) for part in residuals) <= EXACT:
-            step = _newton_step(scaled, name, guess)
-            if step is not None and step.is_converged:
-                return step.crossing
-            break
-        both = np.ones(1, dtype=bool)
-        reduction.extend(residuals.corrections(factor, both, both), dropped=1e-4)
-    return axis_crossing(scaled, name, guess)
-
-
-def _refined_on_reduced(reduction: Reduction, name: str, guess: CrossingGuess) -> CrossingGuess:
-    """The crossing of a reduced system next to a guess, with unit vectors (n,) of the full one."""
-    small = ScaledSystem(reduction.system)
-    in_basis = multiply(reduction.vectors.T, np.array([guess.right, guess.left]).T)
-    right, left = (in_basis / small.scale[:, None]).T
-    one = axis_crossing(small, name, CrossingGuess(guess.value, guess.omega, right, left))
-    in_basis = (small.scale * np.array([one.vector, one.left])).T
-    vectors = multiply(reduction.vectors, in_basis)
-    right, left = (vectors / np.linalg.norm(vectors, axis=0)).T
-    return CrossingGuess(one.value, one.omega, right, left)

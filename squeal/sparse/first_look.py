@@ -26,7 +26,7 @@ from squeal.errors import InputError
 from squeal.linear.damping import frictionless
 from squeal.linear.eigen import ACCEPTED, Eigenvalue
 from squeal.linear.matrices import divisor
-from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.argument_principle import Rectangle, count_roots, disc_around
 from squeal.sparse.compression import Compression
 from squeal.sparse.dense import dense_values
 from squeal.sparse.eigensolver import COLUMNS, BlockArnoldi, corrected_roots, modes_in
@@ -260,8 +260,7 @@ class FirstLook(Reduction):
             if self.error <= ONE_ROUND:
                 break
         self.contraction = self._contraction(self.samples[int(np.argmax(shares))])
-        trained_region = self.region.widened(TRAINED_MARGIN)
-        self.compressed = Compression(self.system, trained_region)
+        self.compressed = Compression(self.size, self.region, self.region.widened(TRAINED_MARGIN))
         if self.holds and len(self.trained) > len(self.samples) and self.system.C:
             self._compress()
         return self
@@ -274,7 +273,9 @@ class FirstLook(Reduction):
         last = len(self.trained) - 1
         for k in (last // 2, 0, last):
             values = self._projected_values(self.trained[k])
-            self._add_modes(self.trained[k], values[self.compressed.region.contains(values)])
+            self._add_modes(
+                self.trained[k], values[self.compressed.trained_region.contains(values)]
+            )
         pending = list(self.trained)
         while pending and self.compressed.size:
             estimates = [self._few_mode_roots(changes) for changes in pending]
@@ -323,7 +324,7 @@ class FirstLook(Reduction):
         """Roots of the few modes in and around the region; of a decision those alone that are near
         the axis."""
         problem = self.compressed.at(changes)
-        values = problem.values(self.compressed.region)
+        values = problem.values(self.compressed.trained_region)
         values = values[self.wide.contains(values)]
         if deciding and len(values):
             values = values[_is_near_axis(values, COARSE, COARSE)]
@@ -388,6 +389,32 @@ class FirstLook(Reduction):
             projected=in_basis,
             rough_values=inside.values,
         )
+
+    def values(self, changes: Changes) -> ComplexArray:
+        """The values of the roots of the region; the sign of each growth is that of the full
+        problem."""
+        return self.estimate(changes).values
+
+    def basis_values(self, changes: Changes) -> ComplexArray:
+        """The values of the roots of the projected problem in the region."""
+        values = self._projected_values(changes)
+        return values[self.region.contains(values)]
+
+    @property
+    def searched(self) -> Compression | Reduction:
+        """Where roots are followed: the few modes, if there are some."""
+        return self.compressed if self.compressed.size else self
+
+    def misses_none(self, changes: Changes, growing: int) -> bool:
+        """True if a count on the full problem finds the roots of the basis around the region and no
+        others, as many `growing` in it as expected."""
+        values = self._projected_values(changes)
+        known = values[np.abs(values) <= self.reach]
+        disc = disc_around(self.region, known, self.reach)
+        count = count_roots(self.scaled.at(changes), disc, known)
+        inside = known[self.region.contains(known)]
+        is_counted = count == np.sum(disc.contains(known))
+        return bool(is_counted and np.sum(inside.real > 0.0) == growing)
 
     @property
     def converged(self) -> bool:

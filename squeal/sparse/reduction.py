@@ -20,6 +20,7 @@ from squeal.errors import ComputationError
 from squeal.linear.matrices import divisor, norm_of
 from squeal.linear.system import Term, TermSystem
 from squeal.sparse.argument_principle import Rectangle
+from squeal.sparse.compression import Compression
 from squeal.sparse.dense import dense_values, roots_at
 from squeal.sparse.eigensolver import (
     COLUMNS,
@@ -197,6 +198,17 @@ class Reduction:
     def size(self) -> int:
         """Number of vectors d."""
         return self.vectors.shape[1]
+
+    @property
+    def searched(self) -> Compression | Reduction:
+        """Where roots are followed."""
+        return self
+
+    def in_basis(
+        self, right: ComplexArray, left: ComplexArray
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Right and left vectors (d,) of what is `searched` in the coordinates of the basis."""
+        return right, left
 
     @property
     def converged(self) -> bool:

@@ -1,14 +1,17 @@
 """Few modes in place of a basis, against the full system, at values between those of training."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.sparse import csc_array, diags_array
 
+import squeal
 from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
 from squeal.sparse.eigensolver import modes_in
+from tests.known import known_system
 from tests.sparse.test_first_look import BRAKE, look_at
 
 VALUES = [{"mu": mu} for mu in np.linspace(0.0, 0.7, 7).tolist()]
@@ -59,3 +62,25 @@ def test_a_mode_that_the_few_lack_leaves_the_answer_to_the_basis():
     if estimate is not None:
         away = np.abs(full[:, None] - estimate.values).min(axis=0)
         assert np.all(away <= estimate.errors)
+
+
+@pytest.mark.parametrize(("seed", "method"), [(25, "reduced"), (27, "modal")])
+def test_thresholds_and_their_modes_are_those_of_all_roots(seed, method):
+    """Few modes lack a root of the second system; the basis of a first look one of the first, as
+    its count shows."""
+    rng = np.random.default_rng([seed, 5])
+    system, known = known_system(int(rng.integers(41, 71)), rng, True)
+    low, high = sorted(rng.uniform(0.05, 1.5, 2).tolist())
+    found = squeal.thresholds(system, 2.0, band=(low, high))
+    assert found.certified
+    assert found.details["basis"]["method"] == method
+    inside = [row for row in known if math.tau * low < row[3] < math.tau * high]
+    assert [c.mu for c in found.crossings] == pytest.approx([row[0] for row in inside], rel=1e-8)
+    region = found.source.reduction.region
+    for crossing in found.crossings:
+        M, C, K = system.arrays({"mu": crossing.mu})
+        states = np.linalg.solve(M, np.hstack([-K, -C]))
+        every = np.linalg.eigvals(np.vstack([np.eye(2 * len(M))[len(M) :], states]))
+        every = every[region.contains(every)]
+        below = every.imag < math.tau * crossing.frequency_hz * (1.0 - 1e-6)
+        assert crossing.mode == 1 + np.sum(below)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import numpy as np
 from squeal.errors import InputError, InputWarning
 from squeal.io.processes import one_thread
 from squeal.io.writing import picked
+from squeal.linear.continuation import ProblemClass, problem_class_of
 from squeal.linear.eigen import Eigenvalue, ordered
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
@@ -83,6 +85,24 @@ def reduced_for(
             stacklevel=3,
         )
     return reduction
+
+
+def first_look_for_thresholds(
+    system: TermSystem, selection: EigenvalueSelection, values: Sequence[Changes]
+) -> FirstLook | None:
+    """A first look whose few modes serve a search for thresholds: of a region above the real axis,
+    in a damped system; None where there is none."""
+    region = selection.rectangle
+    may_serve = system.real and system.C and not system.follows
+    if region is None or region.low_imag <= 0.0 or not may_serve:
+        return None
+    with one_thread(), suppress(InputError):  # no structure without friction
+        first_look = FirstLook(ScaledSystem(system), region, values).build()
+        matrices = [first_look.system.arrays(changes) for changes in values]
+        is_damped = problem_class_of(matrices) is ProblemClass.DAMPED
+        if is_damped and first_look.converged and first_look.compressed.size:
+            return first_look
+    return None
 
 
 def estimated_roots(reduction: Reduction, changes: Changes) -> tuple[Eigenvalue, ...]:

@@ -28,7 +28,7 @@ from squeal.linear.system import TermSystem, matrices_of
 from squeal.linear.thresholds import points_and_crossings
 from squeal.queries.ranges import IS_VAGUE, vague_interval
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
-from squeal.queries.systems.reduced import basis_of, reduced_for
+from squeal.queries.systems.reduced import basis_of, first_look_for_thresholds, reduced_for
 from squeal.queries.systems.verdicts import rounding_of, verdict_of
 from squeal.results.columns import basis_text
 from squeal.results.sources import EigenvalueSelection, SystemSource
@@ -37,6 +37,7 @@ from squeal.sparse.argument_principle import Rectangle
 from squeal.sparse.crossings import CrossingGuess, coalescences, crossings_along, singular_stiffness
 from squeal.sparse.dispersive import DispersiveReduction
 from squeal.sparse.eigensolver import modes_in
+from squeal.sparse.first_look import FirstLook
 from squeal.sparse.quadratic import PROGRESS
 from squeal.sparse.reduction import Reduction
 
@@ -136,11 +137,19 @@ def system_thresholds(
     else:
         values = _values_of_reduction(low, high, looked_at)
         changes = [{system.parameter: value} for value in values]
-        reduction = served or reduced_for(system, selection, changes)
+        reduction = served
+        if served is None and system.n <= COUNTED_ROWS:
+            reduction = first_look_for_thresholds(system, selection, changes)
+        is_first_look = reduction is not None and served is None
+        reduction = reduction or reduced_for(system, selection, changes)
+        was_served = served is not None
+        located = _located_on_reduction(system, selection, reduction, values, workers, was_served)
+        if is_first_look and not located.certified:  # a larger basis may show what it lacks
+            reduction = reduced_for(system, selection, changes)
+            located = _located_on_reduction(
+                system, selection, reduction, values, workers, was_served
+            )
         roots = reduction.values
-        located = _located_on_reduction(
-            system, selection, reduction, values, workers, was_served=served is not None
-        )
     located = _without_vague_certificate(located, system.parameter, high - low)
     at_start = roots({system.parameter: low})
     basis = basis_of(located.reduction, selection)
@@ -279,6 +288,9 @@ def _located_on_reduction(
         events = [replace(event, residual=reduction.worst) for event in on_reduced]
     continuation = BandContinuation(system, values[0], values[-1], reduction.values)
     comparison = _compare(continuation, events, values, selection.words())
+    if isinstance(reduction, FirstLook):  # where a root crosses its sign decides nothing
+        for event in events:
+            continuation.set_roots(event.value, reduction.basis_values({name: event.value}))
     points, crossings = points_and_crossings(comparison.found)
     unconfirmed = [*unconfirmed, *comparison.unexplained, *unclear]
     certified = None
@@ -342,7 +354,7 @@ def _notes(system: TermSystem, selection: EigenvalueSelection, located: _Located
         notes.append(f"{missed} {MISSED}")
     basis = basis_of(located.reduction, selection)
     if basis:
-        notes.append(basis_text(basis))
+        notes.append(basis_text(basis, counted=located.certified is not None))
     return notes
 
 
@@ -354,6 +366,8 @@ def _counted(reduction: Reduction, task: tuple[float, int]) -> bool:
     value, expected = task
     name = reduction.system.parameter
     PROGRESS.get()(f"counting growing roots at {name} = {value:.6g}")
+    if isinstance(reduction, FirstLook):
+        return reduction.misses_none({name: value}, expected // 2)
     problem = reduction.scaled.at({name: value})
     try:
         full = modes_in(problem, reduction.region)
@@ -382,20 +396,23 @@ class BandContinuation(Continuation):
     def at(self, p: float) -> SpectrumAtParameter:
         """The roots at p, those above the real axis with their conjugates."""
         if p not in self._states:
-            selected = self.roots({self.name: p})
-            upper = selected[selected.imag >= 0.0]
-            roots = np.concatenate([upper, selected[selected.imag > 0.0].conj()])
-            m = len(roots)
-            no_vectors = np.zeros((0, m), complex)
-            self._states[p] = SpectrumAtParameter(
-                value=p,
-                roots=roots,
-                right=no_vectors,
-                left=no_vectors,
-                coupling=np.zeros((m, m), complex),
-                rounding=rounding_of(self.system, roots),
-            )
+            self.set_roots(p, self.roots({self.name: p}))
         return self._states[p]
+
+    def set_roots(self, p: float, selected: ComplexArray) -> None:
+        """Take these for the roots of the band at p."""
+        upper = selected[selected.imag >= 0.0]
+        roots = np.concatenate([upper, selected[selected.imag > 0.0].conj()])
+        m = len(roots)
+        no_vectors = np.zeros((0, m), complex)
+        self._states[p] = SpectrumAtParameter(
+            value=p,
+            roots=roots,
+            right=no_vectors,
+            left=no_vectors,
+            coupling=np.zeros((m, m), complex),
+            rounding=rounding_of(self.system, roots),
+        )
 
 
 @dataclass(frozen=True, eq=False)
