@@ -10,6 +10,7 @@ from scipy.sparse import csc_array, diags_array
 import squeal
 from squeal.linear.system import Term
 from squeal.numerics.differentiation import Formula
+from squeal.results.sources import SystemSource
 from squeal.sparse.eigensolver import modes_in
 from tests.known import known_system
 from tests.sparse.test_first_look import BRAKE, look_at
@@ -72,10 +73,13 @@ def test_thresholds_and_their_modes_are_those_of_all_roots(seed, method):
     system, known = known_system(int(rng.integers(41, 71)), rng, True)
     low, high = sorted(rng.uniform(0.05, 1.5, 2).tolist())
     found = squeal.thresholds(system, 2.0, band=(low, high))
-    assert found.certified
+    assert found.proof is not None
+    assert found.proof["status"] == "counted"
     assert found.details["basis"]["method"] == method
     inside = [row for row in known if math.tau * low < row[3] < math.tau * high]
     assert [c.mu for c in found.crossings] == pytest.approx([row[0] for row in inside], rel=1e-8)
+    assert isinstance(found.source, SystemSource)
+    assert found.source.reduction is not None
     region = found.source.reduction.region
     for crossing in found.crossings:
         M, C, K = system.arrays({"mu": crossing.mu})
