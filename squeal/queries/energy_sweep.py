@@ -149,7 +149,7 @@ def energy_sweep(swept: Sweep) -> EnergySweep:
     >>> found = squeal.energy_sweep(squeal.sweep(pair, [0.5, 1.0, 1.5]))
     >>> values, rates, terms = found.growth_of(found.modes[0])
     >>> [round(growth, 3) for growth in terms["K: mu"]]
-    [0.0, 0.204, 0.348]
+    [0.204, 0.348]
     """
     contributions: list[SweptContribution] = []
     for step, found in _solved(swept):

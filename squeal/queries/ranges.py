@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import issparse
+from numpy.typing import ArrayLike
 
 from squeal.errors import InputError
 from squeal.linear.events import Crossing
+from squeal.linear.matrices import dense
 from squeal.linear.moduli import Tabulated
-from squeal.linear.system import Matrix, TermSystem
 from squeal.linear.system import Term as SystemTerm
+from squeal.linear.system import TermSystem
 from squeal.model.equations import PadModel
 from squeal.numerics.differentiation import Formula
 from squeal.queries.systems.proofs import HALF_ULP, Statement
@@ -294,7 +293,7 @@ def _terms_in_balls(system: TermSystem) -> Terms:
 
     parts = []
     for terms in system.parts:
-        parts.append([Term(_dense(term.matrix), _factor(term, system)) for term in terms])
+        parts.append([Term(dense(term.matrix), _factor(term, system)) for term in terms])
     M, C, K = parts
     return Terms(M, C, K, HALF_ULP)
 
@@ -369,10 +368,5 @@ def _count(system: TermSystem, value: float) -> Count:
     from squeal.proof.referee import unstable_count
 
     M, C, K = system.arrays({system.parameter: value})
-    damping = None if C is None else _dense(C)
-    return unstable_count(Quadratic.of(_dense(M), damping, _dense(K), HALF_ULP))
-
-
-def _dense(matrix: Matrix) -> NDArray:
-    """A matrix (n, n), sparse or not, as an array of doubles or of complex numbers."""
-    return matrix.toarray() if issparse(matrix) else np.asarray(matrix)
+    damping = None if C is None else dense(C)
+    return unstable_count(Quadratic.of(dense(M), damping, dense(K), HALF_ULP))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
@@ -12,7 +13,7 @@ import numpy as np
 from squeal.equilibrium import Path
 from squeal.equilibrium.damping import damped_model
 from squeal.equilibrium.statics import excursion
-from squeal.errors import ComputationError, InputError
+from squeal.errors import ComputationError, InputError, MatrixError
 from squeal.io.scene import Scene
 from squeal.linear import GROWING, CriticalPoint, Crossing, SystemFunction
 from squeal.linear import thresholds as located_thresholds
@@ -361,8 +362,9 @@ def system_thresholds_with_proof(
         if can_be_proved and lists_all and prove is not False:
             answer, refuted_at = _proved_system(system, answer)
         elif can_be_proved and answer.certified and prove is not False:
-            every = system_thresholds(system, high, low, workers=workers, looked_at=looked_at)
-            answer, refuted_at = _proved_part(system, every, answer)
+            with suppress(MatrixError):  # where some rows have no mass all cannot be searched
+                every = system_thresholds(system, high, low, workers=workers, looked_at=looked_at)
+                answer, refuted_at = _proved_part(system, every, answer)
         elif is_small(system) and system.real and prove is not False:
             answer, refuted_at = _counted_system(system, answer, lists_all)
         if refuted_at is None:

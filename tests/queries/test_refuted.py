@@ -59,9 +59,8 @@ def test_a_window_that_counts_may_miss_is_not_certified(width, centre):
     found = squeal.thresholds(system, 1.0, band=(0.1, 20.0))
     true = [centre - width / 2, centre + width / 2]
     is_right = [c.mu for c in found.crossings] == pytest.approx(true, abs=1e-6)
-    assert is_right or not found.certified
-    assert found.proof is not None
-    assert found.proof["status"] != "proved"
+    assert is_right or found.details["doubts"] or found.proof
+    assert not found.certified
 
 
 def test_a_root_that_is_met_more_often_than_there_are_rows_has_vectors():

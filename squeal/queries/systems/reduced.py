@@ -15,6 +15,7 @@ from squeal.io.processes import one_thread
 from squeal.io.writing import picked
 from squeal.linear.continuation import ProblemClass, problem_class_of
 from squeal.linear.eigen import Eigenvalue, ordered
+from squeal.linear.matrices import norm_of
 from squeal.linear.system import TermSystem
 from squeal.queries.systems.all_roots import NO_BAND, Changes, is_small, roots_of_all
 from squeal.queries.systems.verdicts import rounding_of
@@ -93,7 +94,8 @@ def first_look_for_thresholds(
     """A first look whose few modes serve a search for thresholds: of a region above the real axis,
     in a damped system; None where there is none."""
     region = selection.rectangle
-    may_serve = system.real and system.C and not system.follows
+    has_mass = any(norm_of(term.matrix) for term in system.M)
+    may_serve = system.real and system.C and has_mass and not system.follows
     if region is None or region.low_imag <= 0.0 or not may_serve:
         return None
     with one_thread(), suppress(InputError):  # no structure without friction
