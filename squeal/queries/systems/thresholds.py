@@ -497,6 +497,9 @@ def _compare(
             )
         elif count.roots < counts[k].roots and k not in left_out:
             grows_at = f"{continuation.name} = {typical[k]:.6g}"
-            left_out[k] = f"what grows at {grows_at} leaves {band} by {here} and is left out there"
+            left_out[k] = (
+                f"what grows at {grows_at} leaves {band} or ceases to grow by {here}; where is not "
+                "listed"
+            )
     found = SearchResult(tuple(map(tuple, clusters)), tuple(counts), continuation)
     return _Comparison(found, middles, unexplained, list(left_out.values()))
