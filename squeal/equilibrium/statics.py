@@ -204,11 +204,25 @@ class Statics:
     def settle(
         self, z: np.ndarray, touching: np.ndarray | None, passes: int
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Places (4, k) to which Newton's method at fixed mu leads from places z (4, k).
+        """Equilibria to which Newton's method at fixed mu leads.
 
-        In the contact state touching (points, k), or without one in that of the gaps, a separated
-        pad as if in full contact, which pulls it back. Returns also the signs (k,) of the balance's
-        determinant, 0 where it does not converge or where the pad has turned past 90 degrees.
+        Parameters
+        ----------
+        z : array (4, k)
+            Where it begins: x, y, w theta in m, and mu.
+        touching : bool array (points, k), optional
+            Which points are in contact. Left out they are those without a gap; a pad that touches
+            nowhere is then taken as in full contact, which pulls it back to the surface.
+        passes : int
+            Steps of Newton's method at most.
+
+        Returns
+        -------
+        places : array (4, k)
+            Where it ended.
+        sides : array (k,)
+            Sign of the determinant of the static stiffness there; 0 where the method did not
+            converge or the pad has turned past 90 degrees.
         """
         n = z.shape[1]
         pad = self.model.pad
@@ -228,7 +242,7 @@ class Statics:
         # no leap to a place that the start has nothing to do with
         longest = np.empty((3, n))
         longest[:2] = 0.5 * (pad.w + np.maximum(pad.L1, pad.L2))
-        longest[2] = 0.3 * pad.w
+        longest[2] = 0.3 * pad.w  # 0.3 rad: the third coordinate is w theta
         q, J, good = newton(balance, z[:3], np.ones(n), passes, longest)
         places = np.concatenate([q, z[3:]])
         with np.errstate(all="ignore"):

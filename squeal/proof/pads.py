@@ -170,7 +170,12 @@ class _Walk:
         self.is_damped = branch.model.damping is not None or branch.fall is not None
 
     def first_problem(self) -> Problem | None:
-        """What is open or refuted first, None if all is proved."""
+        """Walk along the branch and hold each change of the count of growing roots against the
+        printed thresholds.
+
+        Returns what is open or refuted first, None if all is proved. Fills `places`, the intervals
+        of the thresholds met, `until`, the friction reached, and `roots_met`.
+        """
         count: int | None = None
         open_parts: list[Part] = []
         change: Ball | None = None  # friction at which the contact changes
@@ -273,10 +278,17 @@ class _Walk:
         return self._parts_between(cell, cell.start, cell.end, NARROWINGS)
 
     def _parts_between(self, cell: Cell, low: float, high: float, narrowings: int) -> list[Part]:
-        """The same of a part of a cell."""
+        """The parts from low to high in which no root reaches the axis, and those between them.
+
+        A part where the signs stay open is divided again, `narrowings` times at most.
+        """
         K, C = self._matrices(cell)
-        roots = _characteristic(self.mass, K, C)
-        conditions = [roots[0], _hurwitz(roots) if self.is_damped else _discriminant(roots)]
+        coefficients = _characteristic(self.mass, K, C)
+        determinant = coefficients[0]  # of K: a fold where it vanishes
+        conditions = [
+            determinant,
+            _hurwitz(coefficients) if self.is_damped else _discriminant(coefficients),
+        ]
         found = [signs(_reduced(condition), low, high) for condition in conditions]
         edges = sorted({edge for pieces in found for piece in pieces for edge in piece[:2]})
         parts: list[Part] = []
@@ -284,7 +296,7 @@ class _Walk:
             here = [_sign_within(pieces, a, b) for pieces in found]
             if all(here):
                 middle = flint.arb((a + b) / 2.0)
-                values = [coefficient(middle) for coefficient in roots]
+                values = [coefficient(middle) for coefficient in coefficients]
                 count = _growing(values, here[1], self.is_damped)
                 parts.append(Part(cell, a, b, count, here[0] == 0))
             elif parts and parts[-1].growing is None:
