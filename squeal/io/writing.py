@@ -508,7 +508,9 @@ class Answer(ABC):
         try:
             pandas = importlib.import_module("pandas")
         except ImportError:
-            raise InputError("pandas is not installed; to_records needs it not") from None
+            raise InputError(
+                "pandas is not installed (pip install pandas); to_records() does without"
+            ) from None
         names = [column.name for column in self.table().columns]
         return pandas.DataFrame.from_records(self.to_records(), columns=names)
 

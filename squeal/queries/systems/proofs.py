@@ -124,6 +124,11 @@ class Statement:
         return vars(self) | {"reason": self.reason or None, "where": where}
 
 
+NOT_COUNTED = Statement(
+    "open", "count", reason="nothing was counted beside a sweep or at own frequencies"
+)
+
+
 def counted(agrees: bool) -> Statement:
     """What a count says where the referee does not apply."""
     if agrees:

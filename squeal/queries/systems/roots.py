@@ -25,6 +25,7 @@ from squeal.linear.system import Matrix, TermSystem
 from squeal.queries.systems.all_roots import Changes, is_small
 from squeal.queries.systems.proofs import (
     NO_MOTION,
+    NOT_COUNTED,
     Data,
     Statement,
     counted,
@@ -124,7 +125,9 @@ class SystemRoots:
     @property
     def statement(self) -> Statement:
         """What is known of the list."""
-        return self.judged_by or counted(self.certified)
+        if self.judged_by is not None:
+            return self.judged_by
+        return NOT_COUNTED if self.count is None else counted(self.certified)
 
     def lowest(self, modes: int | None) -> SystemRoots:
         """The same with so many of the first roots selected, all if None.
