@@ -29,7 +29,7 @@ standard input, and `--set NAME=VALUE` changes one value of it, such as `--set m
 model: B1
 parameters:
   {m: 0.2, w: 0.04, h: 0.014, k1: 2.0e7, k2: 2.6e7, k3: 8.7e6, k4: 8.7e6,
-   L1: 0.8, L2: 0.8,   alpha1: 0.5*pi, alpha2: pi, mu: 0.4, F_n: 4500.0}
+   L1: 0.8, L2: 0.8, alpha1: 0.5*pi, alpha2: pi, mu: 0.4, F_n: 4500.0}
 time: {stop: 0.01, samples: 2001}       # only `simulate` needs it
 ```
 """
