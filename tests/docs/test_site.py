@@ -87,14 +87,13 @@ FOLDED = (
 
 def test_what_is_wide_is_folded(monkeypatch):
     monkeypatch.syspath_prepend(DOCS / "_extensions")
-    run = importlib.import_module("run")
-    monkeypatch.setattr(run, "WIDTH", 14)
-    assert run.folded_output(TABLE) == FOLDED
-    assert run.folded_output("a few words in a line") == "a few words in\n    a line"
-    monkeypatch.setattr(run, "WIDTH", 30)
-    assert (
-        run.folded_command("squeal it --band 1:2 --n 3") == "$ squeal it --band 1:2 \\\n    --n 3"
-    )
+    folding = importlib.import_module("folding")
+    monkeypatch.setattr(folding, "WIDTH", 14)
+    assert folding.folded_output(TABLE) == FOLDED
+    assert folding.folded_output("a few words in a line") == "a few words in\n    a line"
+    monkeypatch.setattr(folding, "WIDTH", 30)
+    folded = folding.folded_command("squeal it --band 1:2 --n 3")
+    assert folded == "$ squeal it --band 1:2 \\\n    --n 3"
 
 
 def test_theory_holds_every_equation_and_links_every_finding_that_changes_one():
