@@ -26,7 +26,10 @@ extensions = [
 root_doc = "index"
 exclude_patterns = ["_build", "_extensions", "gallery/*", "generated/*.md", "generated/commands"]
 nitpicky = True
-nitpick_ignore_regex = [(r"py:class", r"squeal\..*\..*")]  # of rooms and types
+nitpick_ignore_regex = [
+    (r"py:class", r"squeal\..*\..*"),  # of rooms and types
+    (r"py:class", r"[^.]*"),  # types of attributes in words, which are no links
+]
 # names of other projects that are linked stand in files here, so that nothing is fetched: version 1
 # of Sphinx' inventories, which is plain text; a name that is in none of them stops the build
 intersphinx_mapping = {
