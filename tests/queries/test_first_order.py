@@ -65,6 +65,21 @@ def test_the_gain_at_which_a_loop_begins_to_grow():
         squeal.thresholds(loop, 5.0)
 
 
+def test_a_loop_of_third_order_as_a_row_without_mass():
+    """s^3 + 2 s^2 + 2 s + k = 0 has two roots on the axis at k = 4, +- i sqrt(2)."""
+    stiffness = {"1": [[2.0, 0.0], [-1.0, 0.0]], "k": [[0.0, 1.0], [0.0, 0.0]]}
+    loop = squeal.System(
+        [[1.0, 0.0], [0.0, 0.0]],
+        [[2.0, 0.0], [0.0, 1.0]],
+        stiffness,
+        {"k": 1.0},
+        parameter="k",
+    )
+    (threshold,) = squeal.thresholds(loop, 10.0, band=(0.01, 1.0)).crossings
+    assert threshold.mu == pytest.approx(4.0, rel=1e-9)
+    assert threshold.frequency_hz == pytest.approx(2**0.5 / (2 * np.pi), rel=1e-9)
+
+
 def test_a_large_sparse_one_over_a_band():
     n, stiffness, damping = 300, 100.0, 0.01
     chain = diags_array([np.ones(n - 1), -2 * np.ones(n), np.ones(n - 1)], offsets=[-1, 0, 1])
