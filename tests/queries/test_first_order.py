@@ -80,6 +80,15 @@ def test_a_loop_of_third_order_as_a_row_without_mass():
     assert threshold.frequency_hz == pytest.approx(2**0.5 / (2 * np.pi), rel=1e-9)
 
 
+def test_an_integrator_without_stiffness_of_its_own():
+    """s^3 + s^2 / 10 + 4 s + mu^2 = 0 has two roots on the axis at mu^2 = 0.4, +- 2 i."""
+    stiffness = {"1": [[4.0, 0.0], [0.0, 0.0]], "mu": [[0.0, 1.0], [-1.0, 0.0]]}
+    loop = squeal.System([[1.0, 0.0], [0.0, 0.0]], [[0.1, 0.0], [0.0, 1.0]], stiffness)
+    (threshold,) = squeal.thresholds(loop, 2.0, band=(0.1, 1.0)).crossings
+    assert threshold.mu == pytest.approx(0.4**0.5, rel=1e-9)
+    assert threshold.frequency_hz == pytest.approx(1 / np.pi, rel=1e-9)
+
+
 def test_a_large_sparse_one_over_a_band():
     n, stiffness, damping = 300, 100.0, 0.01
     chain = diags_array([np.ones(n - 1), -2 * np.ones(n), np.ones(n - 1)], offsets=[-1, 0, 1])

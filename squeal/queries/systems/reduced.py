@@ -98,8 +98,8 @@ def first_look_for_thresholds(
     may_serve = system.real and system.C and has_mass and not system.follows
     if region is None or region.low_imag <= 0.0 or not may_serve:
         return None
-    # no structure without friction, or a motion of the basis without mass
-    with one_thread(), suppress(InputError, np.linalg.LinAlgError):
+    # no structure without friction, a singular one, or a motion of the basis without mass
+    with one_thread(), suppress(InputError, ZeroDivisionError, np.linalg.LinAlgError):
         first_look = FirstLook(ScaledSystem(system), region, values).build()
         matrices = [first_look.system.arrays(changes) for changes in values]
         is_damped = problem_class_of(matrices) is ProblemClass.DAMPED
