@@ -1,7 +1,8 @@
 """Kinds of finite elements that have faces: their corners, faces, and names in other programs."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple, TypeAlias
 
 from squeal.schema import Word
@@ -69,3 +70,20 @@ def cell_name(keyword: Sequence[str]) -> str:
         if re.fullmatch(f"({cell.types})[A-Z]*5?", element_type):
             return name
     return ""
+
+
+def outer_faces(elements: Iterable[tuple[str, Corners]]) -> list[Corners]:
+    """The nodes of each face that one element alone has, middles of edges after the corners.
+
+    `elements` are the kind and the nodes of each.
+    """
+    found: dict[frozenset[int], list[Corners]] = defaultdict(list)
+    for kind, nodes in elements:
+        for face in CELLS[kind].face_nodes(nodes):
+            found[frozenset(corners_of(face))].append(face)
+    return [faces[0] for faces in found.values() if len(faces) == 1]
+
+
+def corners_of(face: Corners) -> Corners:
+    """The corners of a face of 3, 4, 6 or 8 nodes."""
+    return face if len(face) < 6 else face[: len(face) // 2]

@@ -1,6 +1,5 @@
 """Mode shapes on the nodes of a system as files of other programs: VTK and UNV (universal file)."""
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -34,15 +33,6 @@ def displacements(where: Coordinates, shape: NDArray) -> NDArray[np.complex128]:
     if not largest > 0:
         return np.asarray(turned)
     return np.asarray(turned / largest)
-
-
-def outer_faces(where: Coordinates) -> list[tuple[int, ...]]:
-    """Corners of the faces that one element alone has, indices of nodes."""
-    faces: list[tuple[int, ...]] = []
-    for name, nodes in where.cells:
-        faces += CELLS[name].face_nodes(nodes[: CELLS[name].corners])
-    count = Counter(map(frozenset, faces))
-    return [face for face in faces if count[frozenset(face)] == 1]
 
 
 def write_shapes(path: Path, where: Coordinates, shapes: Shapes) -> None:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from squeal.errors import InputError
-from squeal.io.cells import CELLS, Corners
+from squeal.io.cells import CELLS, Corners, corners_of, outer_faces
 from squeal.io.coordinates import Coordinates
 from squeal.io.tables import deck_lines
 from squeal.schema import Place
@@ -24,7 +24,7 @@ def read_surface(where: Coordinates, surface: str) -> Surface:
     if not where.cells:
         raise InputError("has no elements; the system file needs the key elements")
     if surface == ALL:
-        faces = _outer_faces(where)
+        faces = outer_faces(where.cells)
     elif where.elements_file is not None and where.elements_file.suffix.lower() == ".inp":
         faces = list(_named_faces(where, where.elements_file, surface))
     else:
@@ -37,19 +37,6 @@ def read_surface(where: Coordinates, surface: str) -> Surface:
         faces=[[where.names[node] for node in face] for face in faces],
         places={where.names[node]: where.places[node] for node in used},
     )
-
-
-def _outer_faces(where: Coordinates) -> list[Corners]:
-    """The faces that one element alone has."""
-    found: dict[frozenset[int], list[Corners]] = defaultdict(list)
-    for kind, nodes in where.cells:
-        for face, corners in zip(
-            CELLS[kind].face_nodes(nodes),
-            CELLS[kind].face_nodes(nodes[: CELLS[kind].corners]),
-            strict=True,
-        ):
-            found[frozenset(corners)].append(face)
-    return [faces[0] for faces in found.values() if len(faces) == 1]
 
 
 def _named_faces(where: Coordinates, path: Path, surface: str) -> Iterator[Corners]:
@@ -124,6 +111,6 @@ def _face(kind: str, nodes: Corners, side: str, at: Place) -> Corners:
 
 def _turned_over(face: Corners) -> Corners:
     """The same face of a shell seen from its other side."""
-    corners = face if len(face) < 6 else face[: len(face) // 2]
+    corners = corners_of(face)
     middles = face[len(corners) :]
     return (*reversed(corners), *reversed(middles[:-1]), *middles[-1:])

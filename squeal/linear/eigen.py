@@ -32,6 +32,7 @@ from squeal.errors import ComputationError
 from squeal.linear.matrices import (
     BEYOND,
     EPS,
+    ROUNDING,
     Array,
     Cubic,
     Reduced,
@@ -360,7 +361,7 @@ def _agree_with_invariants(s: ComplexArray, rounding: Array, reduced: Reduced) -
     A = np.zeros((3, 3))  # a missing row is one of zeros: a zero root
     A[:n, :n] = reduced.A
     has_diagonal_mass = np.count_nonzero(reduced.T) == n
-    floor = 0.0 if has_diagonal_mass else reduced.rounding * float(np.abs(A).max())
+    floor = 0.0 if has_diagonal_mass else reduced.rounding / ROUNDING * float(np.abs(A).max())
     with np.errstate(over="ignore", invalid="ignore"):
         cubic = invariants(A.ravel().tolist(), floor=floor)
     if cubic.vague:

@@ -443,8 +443,8 @@ def invariants(entries: Sequence[Values], floor: float = 0.0) -> Cubic:
     entries : sequence of nine numbers, or arrays of one shape
         A, row by row, each with a relative error of `ROUNDING`.
     floor : float
-        A further absolute error of each, rad^2/s^2: a product with a full M^-1 spreads its errors
-        over all entries.
+        A size, rad^2/s^2, that is added to that of each: a product with a full M^-1 spreads errors
+        of `ROUNDING` times this size over all entries.
     """
     sizes = [np.abs(x) + floor for x in entries]
     diagonal = entries[::4]

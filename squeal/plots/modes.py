@@ -13,8 +13,9 @@ from matplotlib.patches import Rectangle
 from mpl_toolkits.mplot3d.art3d import Line3DCollection, Poly3DCollection
 from numpy.typing import NDArray
 
+from squeal.io.cells import corners_of, outer_faces
 from squeal.io.coordinates import Coordinates
-from squeal.io.shapes import displacements, outer_faces
+from squeal.io.shapes import displacements
 from squeal.linear import GROWING, Eigenvalue
 from squeal.model.pad import Pad
 from squeal.plots.style import (
@@ -183,7 +184,7 @@ def shape_drawing(name: str, words: str, where: Coordinates, shape: NDArray) -> 
 
     words: frequency and growth of the mode of what is called `name`.
     """
-    faces = outer_faces(where)
+    faces = [corners_of(face) for face in outer_faces(where.cells)]
     edges = outline(where, faces)
     # as many points as show a shape
     shown = slice(None, None, 1 if faces else 1 + len(where.places) // 15_000)

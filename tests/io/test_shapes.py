@@ -9,8 +9,9 @@ import squeal
 from squeal.cli.main import main
 from squeal.errors import InputError, InputWarning
 from squeal.io.cells import CELLS as SOLIDS
+from squeal.io.cells import outer_faces
 from squeal.io.coordinates import read_coordinates, read_elements
-from squeal.io.shapes import displacements, outer_faces
+from squeal.io.shapes import displacements
 from squeal.io.system_files import read_system
 
 CORNERS = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
@@ -117,7 +118,7 @@ def test_universal_files_hold_nodes_elements_and_shapes(cubes, tmp_path, damped)
 
 def test_faces_between_elements_are_no_outer_ones(cubes):
     where = read_system(cubes).coordinates
-    assert len(outer_faces(where)) == 10
+    assert len(outer_faces(where.cells)) == 10
     found = squeal.eigenvalues(read_system(cubes), modes=1)
     still, moved = found.plot(shape=1).collections
     assert len(still._segments3d) == 16  # edges of a box, upright ones in two parts
