@@ -301,7 +301,8 @@ def _contact(
 
 
 def _face_contact(keys: Document, at: Place, sides: Mapping[str, _Side]) -> dict[str, Any]:
-    """Points, area and normal of a contact between faces. Raises InputError."""
+    """The points of a contact between faces, their areas and normals, as `pairs`, `area` and
+    `normal` of `Contact`. Raises InputError."""
     for name in keys["between"]:
         if name not in sides:
             raise (at / "between").must_be(name, f"one of {', '.join(sides)}")

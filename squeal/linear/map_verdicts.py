@@ -36,18 +36,18 @@ def _code(A: Array, B: Array | None) -> int:
 def damped_verdicts(A: Array, B: Array) -> Codes:
     """Verdict codes (N,), indices into VERDICTS, of N damped systems z'' + B z' + A z = 0.
 
-    The codes are those of `judge`: systems with an eigenvalue within the greatest rounding of an
-    axis are judged one by one.
+    Systems with an eigenvalue within the greatest rounding of the imaginary axis, or with a growing
+    one so near to the real axis, are judged one by one, as all are by `judge`.
 
     Parameters
     ----------
     A, B : array (N, n, n)
-        In mass-normalised coordinates; no B is zero throughout.
+        In mass-normalised coordinates. Every system is damped: no B[k] is the zero matrix.
     """
     matrices, _ = first_order(A, B)
     values = np.linalg.eigvals(matrices)
     norm = np.linalg.norm(matrices, axis=(-2, -1))[:, None]
-    bound = norm * (2 * matrices.shape[-1] * ROUNDING) ** (1 / 3)  # of three roots that meet
+    bound = norm * (2 * matrices.shape[-1] * ROUNDING) ** (1 / 3)  # a triple root moves so far
     fastest = np.take_along_axis(values, values.real.argmax(axis=-1)[:, None], axis=-1)[:, 0]
     codes = np.where(fastest.imag != 0.0, FLUTTER, DIVERGENCE).astype(np.int8)
     codes[fastest.real < 0.0] = STABLE

@@ -86,11 +86,11 @@ class _Approaches(NamedTuple):
     conjugate : array of bool (pairs,)
         Whether the two are conjugate to each other.
     u, v : array (pairs,)
-        Difference of the two roots at the end of the step, and its slope.
+        Difference of the two roots at the end of the step, and its mean slope up to the crossing.
     a, b : array (pairs,)
         Their couplings, those by other roots included.
     crossing : array (pairs,)
-        Distance at which they would cross without coupling, at most the length of the step.
+        Distance at which they would cross without coupling, taken into the step.
     crosses : array of bool (pairs,)
         Whether that lies in the step, of systems without damping.
     ends : array (2, pairs)
@@ -129,7 +129,8 @@ class _Approaches(NamedTuple):
 
 
 def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _Approaches:
-    """All pairs of roots with where they would coalesce, as one end of a step predicts it.
+    """The pairs of `state.couplings` with where in the step each would cross uncoupled, and where
+    it would coalesce, as one end of the step predicts it.
 
     Parameters
     ----------
@@ -145,11 +146,12 @@ def _approaches(state: SpectrumAtParameter, span: float, direction: int) -> _App
     u = state.roots[pairs.k] - state.roots[pairs.l]
     v = slopes[pairs.k] - slopes[pairs.l]
     crossing = np.nan_to_num((-u / v).real)
+    # roots of a damped system cross nowhere but by chance
     crosses = (crossing > 0) & (crossing < span) & (state.problem is not DAMPED)
     crossing = np.clip(crossing, 0.0, span)
-    v = v + crossing * pairs.bend
+    v = v + crossing * pairs.bend  # the mean slope up to the crossing
     a, b = direction * pairs.direct + crossing * pairs.indirect
-    # zeros of d: u + x v = +- x split
+    # zeros of d(x) = (u + x v)^2 / 4 + x^2 a b, where u + x v = +- x split
     split = 2 * np.sqrt(-a * b)
     ends = np.stack([-u / (v - split), -u / (v + split)]).real
     ends = np.where(np.isfinite(ends), ends, 1e9 * span)

@@ -268,27 +268,31 @@ def _integration_points(faces: _Faces) -> _SurfacePoints:
 
 class _Feet(NamedTuple):
     """Where points (m,) meet the faces of a surface along their normals: distance (infinite without
-    a face), and labels and weights (m, 8) of the face's nodes."""
+    a face), and labels and weights (m, k) of the face's nodes, k that of the face of most nodes."""
 
     distances: Array
     labels: Labels
     weights: Array
 
 
-def _project(points: _SurfacePoints, surfaces: Sequence[_Faces], distance: float) -> _Feet:
-    """The nearest face within a distance (m) along the normal of each point."""
+def _project(points: _SurfacePoints, kinds: Sequence[_Faces], farthest: float) -> _Feet:
+    """The nearest face of a surface along the normal of each point, to either side.
+
+    `kinds` are the faces of the surface by their numbers of nodes; none farther away than
+    `farthest` (m) is taken.
+    """
     from scipy.spatial import KDTree
 
     count = len(points.places)
-    width = max(faces.nodes.shape[1] for faces in surfaces)
-    longest = max(faces.nodes.dtype.itemsize // 4 for faces in surfaces)
+    width = max(faces.nodes.shape[1] for faces in kinds)
+    longest = max(faces.nodes.dtype.itemsize // 4 for faces in kinds)
     distances = np.full(count, np.inf)
     labels = np.full((count, width), "", dtype=f"<U{longest}")
     weights = np.zeros((count, width))
     tree = KDTree(points.places)
-    for faces in surfaces:
+    for faces in kinds:
         centres = faces.places.mean(axis=1)
-        radii = np.linalg.norm(faces.places - centres[:, None], axis=2).max(axis=1) + distance
+        radii = np.linalg.norm(faces.places - centres[:, None], axis=2).max(axis=1) + farthest
         size = faces.nodes.shape[1]
         for face, near in enumerate(tree.query_ball_point(centres, radii)):
             candidates = np.array(near, dtype=int)
@@ -298,13 +302,13 @@ def _project(points: _SurfacePoints, surfaces: Sequence[_Faces], distance: float
                 faces.places[face], points.places[candidates], points.normals[candidates]
             )
             away = np.abs(heights)
-            is_met = _is_inside(at, faces.is_triangle) & (away <= distance)
+            is_met = _is_inside(at, faces.is_triangle) & (away <= farthest)
             is_nearer = is_met & (away < distances[candidates])
             found = candidates[is_nearer]
             distances[found] = away[is_nearer]
             weights[found] = 0.0
             weights[found, :size] = SHAPES[size](at[is_nearer]).values
-            labels[found] = faces.nodes[face, 0]
+            labels[found] = faces.nodes[face, 0]  # fills up, with weight zero
             labels[found, :size] = faces.nodes[face]
     return _Feet(distances, labels, weights)
 
@@ -395,13 +399,13 @@ def contact_between_faces(
     >>> float(area.sum().round(12)), float(normal[0, 2])
     (0.125, 1.0)
     """
-    surfaces = _faces_by_kind(first_surface)
-    kinds = [_integration_points(faces) for faces in _faces_by_kind(second_surface)]
-    if not surfaces or not kinds:
+    kinds_of_first = _faces_by_kind(first_surface)
+    points_by_kind = [_integration_points(faces) for faces in _faces_by_kind(second_surface)]
+    if not kinds_of_first or not points_by_kind:
         raise InputError("faces: there is none")
     touching: list[FaceContact] = []
-    for points in kinds:
-        feet = _project(points, surfaces, distance)
+    for points in points_by_kind:
+        feet = _project(points, kinds_of_first, distance)
         is_met = np.isfinite(feet.distances)
         first_weights = _moving(first, feet.labels, feet.weights)
         second_weights = _moving(second, points.labels, points.weights)
