@@ -106,8 +106,9 @@ def codes_at(scene: Scene, names: Names, values: np.ndarray) -> PointVerdicts:
 def on_grid(scene: Scene, names: tuple[str, str], x: np.ndarray, y: np.ndarray) -> PointVerdicts:
     """The verdicts, contact states and exceeded limits on a grid of two parameters.
 
-    `names` are those of the parameters, x (n1,) and y (n2,) their values. The arrays of the answer have the two axes (n1, n2) in place of the one over points. Some values
-    of x are computed at a time, to bound the memory.
+    `names` are those of the parameters, x (n1,) and y (n2,) their values. The arrays of the answer
+    have the two axes (n1, n2) in place of the one over points. Some values of x are computed at a
+    time, to bound the memory.
     """
     rows = max(1, POINTS_AT_ONCE // len(y))
     codes = []
