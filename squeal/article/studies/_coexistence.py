@@ -35,7 +35,8 @@ from squeal.model.contact import LineForce
 
 MOTIONS = {"b1-d": "b1-d", "b2-d-integral": "b2-d", "b2-d-mean": "b2-d"}
 """The scene of each motion."""
-A_RANGE, ZETA_RANGE = (1e-3, 0.3), (5e-4, 0.03)
+A_RANGE = (1e-3, 0.3)
+ZETA_RANGE = (5e-4, 0.03)
 """Of the plane: contact damping in s/m and modal damping ratio."""
 MU_RANGE = (0.0, 0.6)
 A_OVER_FRICTION = 0.01  # s/m, of the boundaries over friction
@@ -289,9 +290,11 @@ def grazing_along_zeta(cycles: Cycles, cycle: Cycle, sign: float) -> Grazing | N
             or following.x[LOG_ZETA] * sign < before.x[LOG_ZETA] * sign
         ):
             return None
-        more, fewer = before, following
+        more = before
+        fewer = following
         if len(before.contacts) < len(following.contacts):
-            more, fewer = following, before
+            more = following
+            fewer = before
         if len(more.contacts) == len(fewer.contacts) + 2:
             return _grazing_between(cycles, more, fewer)
         before = following
@@ -303,13 +306,17 @@ def grazing_along_zeta(cycles: Cycles, cycle: Cycle, sign: float) -> Grazing | N
 def _grazing_between(cycles: Cycles, more: Cycle, fewer: Cycle) -> Grazing | None:
     """The grazing where the shortest excursion of an edge of a cycle vanishes."""
     period = float(more.x[PERIOD])
-    shortest, middle, edge, touches = np.inf, 0.0, 0, True
+    shortest = np.inf
+    middle = 0.0
+    edge = 0
+    touches = True
     for edge_tried in (0, 1):
         passages = [p for p in more.arc.passages if p.edge == edge_tried]
         for first, second in zip(passages, [*passages[1:], *passages[:1]], strict=True):
             length = (second.t - first.t) % period
             if length < shortest:
-                shortest, edge = length, edge_tried
+                shortest = length
+                edge = edge_tried
                 middle = (first.t + 0.5 * length) % period
                 touches = second.touches
     x = more.x.copy()

@@ -51,7 +51,8 @@ GAUSS = 1.0 / math.sqrt(3.0)  # two points integrate the cubic p (1 + a p') time
 _NAMES = Coefficients._fields
 _ON = len(_NAMES)
 _DECAY = _ON + 2
-_A, _ZETA = _DECAY + 9, _DECAY + 10
+_A = _DECAY + 9
+_ZETA = _DECAY + 10
 _MU = _NAMES.index("mu")
 _V = _ZETA + 1
 _COUNT = _V + 1
@@ -90,10 +91,12 @@ def edge_forces(
     weight = half
     if law.line_force == "mean":
         weight = on[0] + on[1] - on[0] * on[1]  # 1 where anything touches
-    leading, trailing = 0.0, 0.0
+    leading = 0.0
+    trailing = 0.0
     for node in (-GAUSS, GAUSS):
         place = middle + node * half
-        share_l, share_t = 0.5 * (1.0 - place), 0.5 * (1.0 + place)
+        share_l = 0.5 * (1.0 - place)
+        share_t = 0.5 * (1.0 + place)
         gap = share_l * g[0] + share_t * g[1]
         rate = share_l * rates[0] + share_t * rates[1]
         force = -0.5 * c.k_c * weight * gap * (1.0 - a * rate)
@@ -337,7 +340,8 @@ class Flow:
         args = [variable for variable, _ in system] + [hy.par[_A], hy.par[_ZETA], hy.par[_MU]]
         self._log: list[Passage] = []
         self._invalid: list[float] = []
-        upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
+        upwards = hy.event_direction.positive
+        downwards = hy.event_direction.negative
         events = [
             hy.t_event(e, direction=upwards, callback=self._change(i), cooldown=0.0)
             for i, e in enumerate(heyoka().rising(found.gaps, on))
@@ -418,7 +422,8 @@ class Ensemble:
         system, found, on = _system(law)
         self._changes = [0] * LANES
         self._invalid = [False] * LANES
-        upwards, downwards = hy.event_direction.positive, hy.event_direction.negative
+        upwards = hy.event_direction.positive
+        downwards = hy.event_direction.negative
         events = [
             hy.t_event_batch(e, direction=upwards, callback=self._change(i), cooldown=0.0)
             for i, e in enumerate(heyoka().rising(found.gaps, on))

@@ -17,7 +17,10 @@ import numpy as np
 from squeal.article.studies._damped_contact import Arc, DampedContact, Flow, flow
 from squeal.errors import ComputationError
 
-PERIOD, LOG_A, LOG_ZETA, MU = 6, 7, 8, 9
+PERIOD = 6
+LOG_A = 7
+LOG_ZETA = 8
+MU = 9
 """Indices into X after the state."""
 CLOSED = 1e-10  # distance of the ends of a motion that counts as closed
 PASSES = 10  # of Newton's method
@@ -100,7 +103,8 @@ class Cycles:
 
     def closure(self, cycle: Cycle) -> tuple[np.ndarray, np.ndarray]:
         """phi_T(z) - z (6,) and its derivative (6, 10) by X."""
-        arc, pad = cycle.arc, cycle.pad
+        arc = cycle.arc
+        pad = cycle.pad
         jacobian = np.empty((6, 10))
         jacobian[:, :6] = arc.matrix[:, :6] - np.eye(6)
         jacobian[:, PERIOD] = pad.rates(arc.end)
@@ -269,5 +273,6 @@ class Cycles:
                 step /= 2.0
                 continue
             yield cycle
-            x, tangent = cycle.x, along
+            x = cycle.x
+            tangent = along
             step = min(1.4 * step, most)

@@ -45,7 +45,8 @@ class _Equations:
     """Gaps and accelerations of models B1 and B2 (the energy-consistent law of the line)."""
 
     def __init__(self, name: str, pad: Pad) -> None:
-        self.pad, self.line = pad, name == "B2"
+        self.pad = pad
+        self.line = name == "B2"
         turned = cmath.exp(1j * pad.theta0)
         self.upper = [turned * complex(side * pad.w, pad.h) for side in (-1.0, 1.0)]
         self.lower = [turned * complex(side * pad.w, -pad.h) for side in (-1.0, 1.0)]
@@ -76,13 +77,15 @@ class _Equations:
 
     def acceleration(self, touching: tuple[bool, bool]) -> Acceleration:
         """The accelerations of x + i y and of the angle within a contact state."""
-        pad, both = self.pad, touching == (True, True)
+        pad = self.pad
+        both = touching == (True, True)
 
         def function(z: complex, angle: float) -> tuple[complex, float]:
             self.count += 1
             half = math.sin(angle / 2.0)
             bent = complex(-2.0 * half * half, math.sin(angle))
-            force, moment = complex(0.0, -(pad.F_n or 0.0)), 0.0
+            force = complex(0.0, -(pad.F_n or 0.0))
+            moment = 0.0
             for k, length, rest, corner in self.supports:
                 moved = z + bent * corner
                 now = rest + moved
@@ -140,8 +143,14 @@ def _midpoint(
     """
     z, a, v, r = state
     step = h / n
-    dz, da, dv, dr = 0j, 0.0, 0j, 0.0
-    dz1, da1, dv1, dr1 = step * v, step * r, step * first[0], step * first[1]
+    dz = 0j
+    da = 0.0
+    dv = 0j
+    dr = 0.0
+    dz1 = step * v
+    da1 = step * r
+    dv1 = step * first[0]
+    dr1 = step * first[1]
     passed = [(z + dz1, a + da1)]
     twice = 2.0 * step
     for _ in range(n - 1):
@@ -169,7 +178,8 @@ def _step(
         new = [change]
         for i in range(j):
             ratio = 1.0 / ((n / SUBSTEPS[j - 1 - i]) ** 2 - 1.0)
-            p, q = new[i], row[i]
+            p = new[i]
+            q = row[i]
             new.append(
                 (
                     p[0] + (p[0] - q[0]) * ratio,
@@ -179,7 +189,8 @@ def _step(
                 )
             )
         if j:
-            best, before = new[-1], row[-1]
+            best = new[-1]
+            before = row[-1]
             place = abs(best[0] - before[0]) + lever * abs(best[1] - before[1])
             speed = abs(best[2] - before[2]) + lever * abs(best[3] - before[3])
             error = max(place / sizes[0], speed / sizes[1])
@@ -213,7 +224,8 @@ class _Run:
         x, y, angle, *rates = map(float, initial)
         self.state: Numbers = (complex(x, y), angle, complex(rates[0], rates[1]), rates[2])
         self.touching = self._first_contact()
-        self.t, self.behind = 0.0, 0.0  # time and what rounding has left out of it
+        self.t = 0.0
+        self.behind = 0.0  # time and what rounding has left out of it
         self.h = 0.0
         self.sizes = (1e-300, 1e-300)
         self.changes: list[tuple[float, int]] = []
@@ -263,7 +275,8 @@ class _Run:
         if beyond <= 0.0:  # the turn is where the rate passes zero
             if rate >= 0.0:
                 return None
-            first, last = low, high
+            first = low
+            last = high
             while beyond <= 0.0 and last - first > TURNED * high:
                 middle = 0.5 * (first + last)
                 beyond, rate, _ = self._gap(f, point, middle)
@@ -330,7 +343,8 @@ class _Run:
                 self.h = h / 8.0
                 return False
             # the places on the way are those of a rule of second order
-            low, high = max(j - 1, 0) * h / n, min(j + 2, n) * h / n
+            low = max(j - 1, 0) * h / n
+            high = min(j + 2, n) * h / n
             each = (self._locate(f, point, low, (j + 0.5) * h / n, high) for point in doubtful)
             found = [one for one in each if one is not None]
             if not found:

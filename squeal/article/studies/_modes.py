@@ -28,12 +28,15 @@ def track(system: SystemFunction, mus: Iterable[float]) -> ComplexArray:
     values = [float(mu) for mu in mus]
     along = continued(system, values)
     rows = [along.at(values[0]).exponents]
-    here, left = np.arange(len(rows[0])), itertools.count()  # index of each mode
+    # index of each mode
+    here = np.arange(len(rows[0]))
+    left = itertools.count()
     for a, b in itertools.pairwise(values):
         now = rows[-1]
         for link in links(along.at, along.options, a, b, left):
             here = link.order[here]
-            before, now = now, link.after.exponents[here]
+            before = now
+            now = link.after.exponents[here]
             if along.problem == "undamped":  # of both square roots that which goes on
                 now = np.where(np.abs(now - before) <= np.abs(now + before), now, -now)
         rows.append(now)
@@ -62,7 +65,9 @@ def sweep_modes(scene: Scene, low: float, high: float) -> ModeSweep:
     `low`.
     """
     system, path = branch_system(scene, high)
-    share, end, stop = np.linspace(0.0, 1.0, SAMPLES), high, high
+    share = np.linspace(0.0, 1.0, SAMPLES)
+    end = high
+    stop = high
     contacts: tuple[tuple[float, str], ...] = ()
     if path is not None:
         end = stop = path.mu_end
@@ -71,7 +76,8 @@ def sweep_modes(scene: Scene, low: float, high: float) -> ModeSweep:
         changes = [mu for mu in path.breakpoints if low < mu < end]
         contacts = tuple((mu, path.model.state_name(path.at(mu)[1])) for mu in changes)
         if path.fold is not None:  # a frequency falls there as a fourth root: the values crowd
-            share, stop = 1.0 - (1.0 - share) ** 2, end * (1.0 - 1e-9)
+            share = 1.0 - (1.0 - share) ** 2
+            stop = end * (1.0 - 1e-9)
     breaks = [mu for mu, _ in contacts]
     events = thresholds(system, stop, breaks, low)
     edges = [low, *(p.mu for p in events.points if low < p.mu < stop), stop]

@@ -49,7 +49,8 @@ def moved(at: str, repeats: Sequence[Any]) -> tuple[Moved, ...]:
     several: list[Moved] = []
     for key in found[0]:
         values = [one[key] for one in found if key in one]
-        low, high = min(values), max(values)
+        low = min(values)
+        high = max(values)
         if high - low > SAME * max(abs(low), abs(high)):
             several.append(Moved(key, low, high))
     return tuple(several)

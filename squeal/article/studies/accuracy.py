@@ -47,7 +47,8 @@ SEVERAL = 256  # pads of a batch
 NEAR = 1e-2  # natural units: a change this near one of the reference is taken for it
 MOST = 100_000  # contact changes
 AIM = 1e-10  # error at which work is compared
-OWN, FIXED = "squeal", "RK4, fixed step"
+OWN = "squeal"
+FIXED = "RK4, fixed step"
 
 
 class Point(Record):
@@ -172,7 +173,9 @@ def hybrid(advance: Advance, scene: Scene, tolerance: float) -> Run:
     advance(rhs, gaps, contact, t, state, stop) -> time, state, edge or None, steps.
     """
     _, model, state, stop = in_natural_units(scene)
-    contact, t, steps = state_of(first_contact(model, state)), 0.0, 0
+    contact = state_of(first_contact(model, state))
+    t = 0.0
+    steps = 0
     times: list[float] = []
     evaluations = 0
     while t < stop and len(times) < MOST:
@@ -234,7 +237,8 @@ def with_fixed_step(scene: Scene, tolerance: float) -> Run:
             third = rhs(state + 0.5 * h * second)
             fourth = rhs(state + h * third)
             state = state + h / 6.0 * (first + 2.0 * second + 2.0 * third + fourth)
-            t, steps = t + h, steps + 1
+            t = t + h
+            steps = steps + 1
             for edge, (gap, touches) in enumerate(zip(gaps(state), contact, strict=True)):
                 if (gap < 0.0) != touches:
                     return t, state, edge, steps
@@ -260,11 +264,14 @@ def compare_times(times: np.ndarray, exact: np.ndarray) -> tuple[int, int]:
     while i < len(times) and j < len(exact):
         apart = float(times[i] - exact[j])
         if abs(apart) <= NEAR:
-            i, j = i + 1, j + 1
+            i = i + 1
+            j = j + 1
         elif apart < 0.0:
-            extra, i = extra + 1, i + 1
+            extra = extra + 1
+            i = i + 1
         else:
-            missed, j = missed + 1, j + 1
+            missed = missed + 1
+            j = j + 1
     return missed + len(exact) - j, extra + len(times) - i
 
 

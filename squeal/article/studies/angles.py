@@ -23,7 +23,9 @@ from squeal.queries.pads.maps import (
 
 CELLS = 90  # a side of the map
 COARSE = 40  # a side of the maps with damping
-HIGH, LOW = 0.02, 0.001  # damping ratios of one mode and of the others
+# damping ratios of one mode and of the others
+HIGH = 0.02
+LOW = 0.001
 NONE, UNSTABLE, PARTIAL, STABLE = range(4)
 """Codes of the map: no equilibrium on the branch, one about which a mode grows, one about which no
 mode grows in partial contact, and in full contact."""
@@ -60,7 +62,8 @@ def _encoded(regions: PointVerdicts) -> np.ndarray:
 
 def equilibria(scene: Scene) -> Outline:
     """The map for a scene of model B2."""
-    axes, names = angle_axes(CELLS), ("alpha1", "alpha2")
+    axes = angle_axes(CELLS)
+    names = ("alpha1", "alpha2")
     angles = axes[0].values
     codes = _encoded(on_grid(scene, names, angles, angles))
 

@@ -13,7 +13,8 @@ from squeal.article.records import Record, Result
 from squeal.io.provenance import NOT_INSTALLED, WITHOUT_HEYOKA, version
 from squeal.model.contact import CONSISTENT, Formulation
 
-SETS, SEED = 2000, 1
+SETS = 2000
+SEED = 1
 CONFIDENCE = 0.95
 LAWS = {"consistent": CONSISTENT, "printed": Formulation("mean", "centre", "+")}
 """The contact law that has a potential, and that of Eq. (13), both with delta from the mass centre
@@ -68,7 +69,8 @@ def judged(law: Formulation, sets: int) -> Law:
     }
     counts = np.bincount(count, minlength=int(INDEPENDENT.sum()) + 1)
     valid = int(whole.sum())
-    median, best = int(np.median(count)), int(count.max())
+    median = int(np.median(count))
+    best = int(count.max())
     return Law(sets, valid, share, median, best, tuple(counts.tolist()))
 
 

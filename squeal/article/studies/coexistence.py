@@ -37,7 +37,9 @@ SAMPLES = 25  # of the stability boundary over contact damping
 FRICTIONS = 49  # and over friction
 STABLE_AT = 1e-6  # a modal damping ratio as good as none
 PARTS = 40  # of a period, for the extremes of a cycle
-REPEATED, SEED = 6, 0  # least disturbances that are simulated again, of each motion
+# least disturbances that are simulated again, of each motion
+REPEATED = 6
+SEED = 0
 SHORTER = 0.9  # of a least disturbance, which leads back to sliding
 QUOTED_ZETA = 0.005  # at which margins are quoted
 
@@ -153,7 +155,8 @@ def critical_zeta(scene: Scene, a: float, mu: float) -> float:
     def growth(log_zeta: float) -> float:
         return DampedContact(scene, a, float(np.exp(log_zeta)), mu).growth
 
-    low, high = np.log(STABLE_AT), np.log(0.5)
+    low = np.log(STABLE_AT)
+    high = np.log(0.5)
     if growth(low) < 0.0:
         return 0.0
     return float(np.exp(brentq(growth, low, high, xtol=1e-9)))
@@ -169,7 +172,8 @@ def cycle_of(scene: Scene, point: BoundaryPoint) -> Cycle:
 def extremes(cycle: Cycle) -> tuple[float, float]:
     """Greatest speed of the lower face while it touches over that of the surface, and the least
     factor 1 + a p' of the contact."""
-    pad, state = cycle.pad, cycle.state
+    pad = cycle.pad
+    state = cycle.state
     cycles = Cycles(pad)
     part = float(cycle.x[6]) / PARTS
     states = []
@@ -259,7 +263,8 @@ def _heights(curve: Boundary, value: float) -> list[float]:
     height = [point.zeta for point in curve.points]
     found = []
     for i in range(len(place) - 1):
-        (x0, x1), (y0, y1) = place[i : i + 2], height[i : i + 2]
+        x0, x1 = place[i : i + 2]
+        y0, y1 = height[i : i + 2]
         if min(x0, x1) <= value <= max(x0, x1) and x0 != x1:
             share = (value - x0) / (x1 - x0)
             found.append(float(y0 ** (1.0 - share) * y1**share))

@@ -223,7 +223,9 @@ class FrictionLoop(NamedTuple):
 def friction_loop(scene: Scene) -> FrictionLoop:
     """The loop about the sliding equilibrium of a scene. Raises ComputationError without one."""
     analysis = analyse(scene)
-    model, pad, q = damped_model(scene), scene.pad, np.array(analysis.q)
+    model = damped_model(scene)
+    pad = scene.pad
+    q = np.array(analysis.q)
     rate = math.sqrt(pad.k1 / pad.m)
     lengths = np.diag([1.0, 1.0, 1.0 / pad.w])
     K_0 = linearise(model.replace(mu=0.0), q, analysis.state).K

@@ -35,7 +35,9 @@ SLOW = 5.0  # m/s, a slower surface
 CLOSE = 7  # independent statements that a random set close to the article satisfies at least
 KINDS = ("printed", "shuffled", "screened", "bounded")
 MODELS = {"points": (0,), "line": (1,), "either": (0, 1)}
-SAMPLE, SAMPLE_SEED = 20, 1  # sets that are computed again
+# sets that are computed again
+SAMPLE = 20
+SAMPLE_SEED = 1
 ROUNDED = 2.0  # per mille, differences of shares that the stored digits allow
 
 
@@ -132,7 +134,8 @@ Property = Callable[[Row], str]
 def share(letters: Sequence[str]) -> Share | None:
     """The share of yes among the letters that apply; None where none does."""
     count = Counter(letters)
-    holds, undecided = count[YES], count[UNDECIDED]
+    holds = count[YES]
+    undecided = count[UNDECIDED]
     total = holds + undecided + count[NO]
     if not total:
         return None
@@ -249,7 +252,8 @@ def agrees(stored: Row, again: Row) -> bool:
             return False
     allowed = ROUNDED + float(stored.spread) + float(again.spread)
     for key in ("lost1", "lost2", "apart1", "apart2"):
-        old, new = getattr(stored, key), getattr(again, key)
+        old = getattr(stored, key)
+        new = getattr(again, key)
         if bool(old) != bool(new) or (old and abs(float(old) - float(new)) > allowed):
             return False
     return True
@@ -299,7 +303,8 @@ def study(files: Sequence[Path]) -> Ensemble:
     counts = [satisfied(row) for row in valid]
     damped = lasting.read(damped_file)
     searches = {kind: _search([one for one in stored if one.kind == kind]) for kind in KINDS}
-    printed, shuffled = searches["printed"], searches["shuffled"]
+    printed = searches["printed"]
+    shuffled = searches["shuffled"]
     able = version("heyoka") != NOT_INSTALLED
     return Ensemble(
         drawn=len(rows),
@@ -337,7 +342,8 @@ def sentences(record: Ensemble) -> Mapping[str, bool]:
         return record.shares[name][group].interval[1]
 
     either = record.coexist["either"]
-    shuffled, printed = record.searches["shuffled"], record.searches["printed"]
+    shuffled = record.searches["shuffled"]
+    printed = record.searches["printed"]
     return {
         "no-motion-of-a-random-set-settles": low("restless") > 0.99,
         "points-allow-permanent-contact-with-every-random-set": low("permanent_some") > 0.99,

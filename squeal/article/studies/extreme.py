@@ -26,7 +26,9 @@ from squeal.simulation.run import Simulation, in_natural_units, simulate
 
 LIMIT = 1e-9  # greatest relative error of an answer that passes
 PERIOD = 2.0 * math.pi  # of m on spring 1 of the suite's pad
-PERIODS, LONG = 10, 10_000  # of a run, and of the long ones
+# of a run, and of the long ones
+PERIODS = 10
+LONG = 10_000
 BOTH: tuple[Model, ...] = ("B1", "B2")
 CONTACT: dict[Model, dict[str, float]] = {"B1": {"k3": 0.43, "k4": 0.43}, "B2": {"k_c": 0.5}}
 # fmt: off
@@ -152,7 +154,8 @@ def in_units(scene: Scene, mass: float, length: float, time: float) -> Scene:
     """The same motion in other units."""
     place = np.array([length, length, 1.0])
     initial = np.array(scene.initial) / np.concatenate([place, place / time])
-    pad, stop = scene.pad.scaled(mass, length, time), (scene.stop or 0.0) / time
+    pad = scene.pad.scaled(mass, length, time)
+    stop = (scene.stop or 0.0) / time
     return replace(scene, pad=pad, initial=tuple(initial.tolist()), stop=stop)
 
 
@@ -161,7 +164,9 @@ def bounce_times(pad: Pad, height: float, cycles: int) -> np.ndarray:
     each; the fall takes 2 asin(sqrt(r/(1+r)/2)) / omega with r = k height / F_n."""
     k = pad.k1 + pad.k2
     K = k + (pad.k3 or 0.0) + (pad.k4 or 0.0)
-    free, pressed, r = math.sqrt(k / pad.m), math.sqrt(K / pad.m), k * height / pad.F_n
+    free = math.sqrt(k / pad.m)
+    pressed = math.sqrt(K / pad.m)
+    r = k * height / pad.F_n
     fall = 2 * math.asin(math.sqrt(r / (1 + r) / 2)) / free
     speed = math.sqrt((2 * pad.F_n * height + k * height**2) / pad.m)
     back = 2 * (math.pi - math.atan2(speed / pressed, pad.F_n / K)) / pressed
@@ -214,7 +219,8 @@ def pressed(share: float) -> Scene:
 
 def cases() -> Iterator[Case]:
     """The suite."""
-    angle, near = math.pi, 1e-6
+    angle = math.pi
+    near = 1e-6
     changed: list[tuple[str, str, dict[str, Any]]] = [
         ("free length", "L/w = 0.1", {"L1": 0.1, "L2": 0.1}),
         ("free length", "L/w = 1e+08", {"L1": 1e8, "L2": 1e8}),
@@ -266,7 +272,8 @@ def cases() -> Iterator[Case]:
 
 def periods_of(scene: Scene) -> float | None:
     """The time of a scene in support periods."""
-    stiffness, stop = scene.pad.k1, scene.stop or 0.0
+    stiffness = scene.pad.k1
+    stop = scene.stop or 0.0
     return stop / PERIOD * math.sqrt(stiffness / scene.pad.m) if stiffness else None
 
 

@@ -24,7 +24,8 @@ def study(files: Sequence[Path]) -> Findings:
 def sentences(record: Findings) -> dict[str, bool]:
     """What the paper says of the findings."""
     every = {one.id: one for one in record.findings}
-    law, map_ = every["E4"].measured, every["E9"].measured
+    law = every["E4"].measured
+    map_ = every["E9"].measured
     fed_in_partial_contact = law.get("fed_mean", 0.0) > 0.01 > abs(law.get("fed_integral", 0.0))
     more_than_printed = map_["complete"] > 2.0 * map_["as_printed"]
 

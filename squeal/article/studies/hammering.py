@@ -95,7 +95,9 @@ def _amplitude(scene: Scene) -> float | None:
     rest, _ = sliding_equilibrium(scene.pad_model)
     assert rest is not None
     assert scene.stop is not None
-    stop, below, least = WINDOWS[-1] * scene.stop, 0.0, float(KICKS[-1])
+    stop = WINDOWS[-1] * scene.stop
+    below = 0.0
+    least = float(KICKS[-1])
     for heights in (KICKS, np.arange(1, FINER + 1) * KICKS[0] / FINER):
         starts = np.tile([*rest.q, 0.0, 0.0, 0.0], (len(heights), 1))
         starts[:, 1] += (below + heights) * compression(scene)

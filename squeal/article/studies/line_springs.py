@@ -80,7 +80,8 @@ def _contact(scene: Scene, count: int, run: Simulation, line: Simulation) -> Con
     assert run.shares is not None
     assert run.events is not None
     assert run.extrema is not None
-    places, goal = _places(scene, run), _places(scene, line)
+    places = _places(scene, run)
+    goal = _places(scene, line)
     peak = run.extrema["Rn"]
     losses = sum(event.target == "SS" for event in run.events)
     shares = (1.0 - run.shares["FC"], run.shares["SS"], losses, peak[1] if peak else 0.0)
