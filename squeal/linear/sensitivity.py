@@ -18,8 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import ComputationError
-from squeal.linear.eigen import ComplexArray, Eigenvalue
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import EPS, Array, Change, Matrix, Values, applied, inertia
+from squeal.linear.roots import ComplexArray
 
 ONE_ROOT = math.sqrt(EPS)  # relative: roots that are closer are one to rounding
 

@@ -20,7 +20,8 @@ from squeal.errors import ComputationError
 from squeal.io.processes import counted, one_thread
 from squeal.io.scene import Scene
 from squeal.linear import GROWING
-from squeal.linear.eigen import ACCEPTED, Eigenvalue
+from squeal.linear.eigen import Eigenvalue
+from squeal.linear.verdicts import ACCEPTED
 from squeal.queries.compare import Mode, assigned_pairs, pairing_costs
 from squeal.queries.options import Band, Progress, Subject, Values, refuse_options
 from squeal.queries.pads.equilibrium import analyse

@@ -19,8 +19,9 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.io.writing import Answer, Column, Mark, Panel, Table, columns, number, picked
-from squeal.linear.eigen import ComplexArray, Eigenvalue
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import Array
+from squeal.linear.roots import ComplexArray
 from squeal.linear.sensitivity import sensitivities
 from squeal.linear.system import TermSystem
 from squeal.queries.options import Band, RandomNumbers, Region, seed_of

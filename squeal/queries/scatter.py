@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from squeal.errors import ComputationError, InputError
 from squeal.io.processes import mapped
 from squeal.io.scene import Scene
-from squeal.linear.eigen import decide
 from squeal.linear.system import TermSystem
+from squeal.linear.verdicts import decide
 from squeal.queries import sample_journal
 from squeal.queries.options import RandomNumbers, seed_of
 from squeal.queries.pads.equilibrium import analyse

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from squeal.errors import InputError
-from squeal.linear.eigen import Eigenvalue, assumed_rounding
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import is_sparse
 from squeal.linear.system import Term, TermSystem
+from squeal.linear.verdicts import assumed_rounding
 from squeal.numerics.differentiation import Formula
 from squeal.schema import Place
 from squeal.sparse.components import Component

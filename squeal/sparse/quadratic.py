@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from squeal.errors import MatrixError
-from squeal.linear.eigen import Eigenvalue, ordered, root_rounding
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import EPS, norm_of
+from squeal.linear.roots import ordered, root_rounding
 from squeal.linear.system import Matrix, Term, TermSystem
 
 if TYPE_CHECKING:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 
 from squeal.errors import InputWarning, MatrixError
 from squeal.linear import GROWING
-from squeal.linear.eigen import Eigenvalue, ordered
+from squeal.linear.eigen import Eigenvalue
 from squeal.linear.matrices import SingularTogetherError, dense
+from squeal.linear.roots import ordered
 from squeal.linear.system import Matrix
 from squeal.results.columns import OPEN
 

@@ -10,18 +10,11 @@ import numpy as np
 
 from squeal.errors import ComputationError, InputError
 from squeal.linear.continuation import DAMPED, problem_class_of
-from squeal.linear.eigen import (
-    ACCEPTED,
-    STIFF,
-    Eigenvalue,
-    growing,
-    hidden,
-    ordered,
-    roots_of,
-    spectrum_of,
-)
+from squeal.linear.eigen import Eigenvalue, growing, spectrum_of
 from squeal.linear.matrices import SingularTogetherError, checked, rank_of, reduce, unit_diagonal
+from squeal.linear.roots import STIFF, hides_slow_roots, ordered, roots_of
 from squeal.linear.system import Matrix, TermSystem
+from squeal.linear.verdicts import ACCEPTED
 from squeal.queries.systems.all_roots import Changes, is_small
 from squeal.queries.systems.proofs import (
     NO_MOTION,
@@ -349,7 +342,7 @@ def _reduced_spectrum(
     try:
         reduced = reduce(M, C, K)
         values = roots_of(reduced)
-        if hidden(reduced, C, K, values):
+        if hides_slow_roots(reduced, C, K, values):
             return (), None
         roots = spectrum_of(reduced, values).eigenvalues
         conservative = problem_class_of([checked(M, C, K)]) is not DAMPED
