@@ -456,7 +456,7 @@ def _read_terms(given: Mapping[str, Any]) -> dict[str, tuple[Term, ...]]:
         terms = []
         with Place("System", part).named():
             for factor, array in arrays.items():
-                array_labels = _labels_of(array)
+                array_labels = labels_of(array)
                 if array_labels is not None:
                     name = f"{part} {factor}" if has_factors else part
                     labels[f"index of {name}"] = array_labels[0]
@@ -468,7 +468,7 @@ def _read_terms(given: Mapping[str, Any]) -> dict[str, tuple[Term, ...]]:
     return parts
 
 
-def _labels_of(matrix: object) -> tuple[list[object], list[object]] | None:
+def labels_of(matrix: object) -> tuple[list[object], list[object]] | None:
     """The labels of rows and columns of a data frame (pandas) or a data array (xarray) that has
     them; None of any other matrix."""
     if hasattr(matrix, "columns") and hasattr(matrix, "index"):
