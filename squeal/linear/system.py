@@ -497,13 +497,15 @@ def _refuse_other_labels(labels: Mapping[str, list[object]]) -> None:
 def matrices_of(system: SystemFunction, ps: Sequence[float]) -> list[tuple[Array, Array, Array]]:
     """M, C (zero without damping) and K, arrays (n, n), at each value.
 
-    Raises InputError where the system gives no square, finite, real matrices of one size.
+    Raises InputError where the system gives no square, finite matrices of one size, or a function
+    complex ones.
     """
     many = getattr(system, "many", None)
+    real = not isinstance(system, System) or system.real
     given = many(list(ps)) if many else [matrices_at(system, p) for p in ps]
     matrices = []
     for M, C, K in given:
-        mass, damping, stiffness = checked(M, C, K)
+        mass, damping, stiffness = checked(M, C, K, real)
         matrices.append((mass, np.zeros_like(mass) if damping is None else damping, stiffness))
     return matrices
 
