@@ -44,6 +44,27 @@ def test_tilt_of_a_thin_rotor_at_any_order(order):
         assert speeds(answer, way) == pytest.approx([speed], rel=1e-12)
 
 
+@pytest.mark.parametrize("low", [0.0, 1.0, 0.5])
+@pytest.mark.parametrize("high", [2.0, 4.0, 8.0, 3.0])
+def test_a_speed_at_which_the_diagram_is_drawn_is_listed_once(low, high):
+    """Frequencies 1, 2 and 2, to the last digit, at values of the diagram or at its ends."""
+    system = squeal.System(
+        np.eye(3), {"speed": np.zeros((3, 3))}, np.diag([1.0, 4.0, 4.0]), parameter="speed"
+    )
+    found = squeal.critical_speeds(system, high, low).critical
+    assert [one.speed for one in found] == [1.0, 2.0, 2.0]
+
+
+def test_a_frequency_that_rises_from_rest_meets_the_speed():
+    """(2 - W)^2 damping: overdamped up to near W = 2, where the pair has the frequency k^(1/2)."""
+    k = 4.04
+    system = squeal.System([[1.0]], {"40 * (2 - speed)": [[1.0]]}, [[k]], parameter="speed")
+    # Im^2 = k - (20 (2 - W))^2 = W^2 in exact numbers: 401 W^2 - 1600 W + 1600 - k = 0
+    exact = np.sort(np.roots([401.0, -1600.0, 1600.0 - k]).real)
+    answer = squeal.critical_speeds(system, 2.2)
+    assert [one.speed for one in answer.critical] == pytest.approx(exact, rel=1e-10)
+
+
 def test_an_overhung_disc_of_stodola_and_green():
     """Bending of a cantilever couples translation and tilt of the disc: the determinant in W^2."""
     EI, length, m, Jd, Jp = 5e4, 0.6, 20.0, 0.3, 0.55
