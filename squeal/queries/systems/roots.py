@@ -298,8 +298,8 @@ def _roots_of_matrices(
     Of complex matrices only the roots with Im >= 0 describe a motion.
     """
     M, C, K = matrices
-    problem = quadratic(M, C, K)
-    roots, words = _reduced_spectrum(problem, matrices)
+    is_real = not any(X is not None and np.iscomplexobj(X) for X in matrices)
+    roots, words = _reduced_spectrum(matrices) if is_real else ((), None)
     if words is None:
         try:
             roots = dense_spectrum(M, C, K)
@@ -314,20 +314,20 @@ def _roots_of_matrices(
     statement: Statement | None = None
     if data is not None:
         if words is None:
-            meaningful, _ = _upper(roots, None, problem.real)
-            words = judge_roots(roots if problem.real else meaningful)
+            meaningful, _ = _upper(roots, None, is_real)
+            words = judge_roots(roots if is_real else meaningful)
         roots, words, statement = refereed(matrices, roots, words, data)
     proved = statement is not None and statement.status == "proved"
     # of complex matrices those of falling motion mean nothing
-    upper, _ = _upper(roots, None, problem.real)
-    meaningful = roots if problem.real else upper
+    upper, _ = _upper(roots, None, is_real)
+    meaningful = roots if is_real else upper
     if words is None:
         words = judge_roots(meaningful)
     if selection.rectangle is not None:
-        return _part_of_all(problem, roots, meaningful, selection, words, statement)
-    count = len(roots) if proved else _number_of_roots(problem, roots)
-    if selection.modes is not None or not problem.real:
-        meaningful, count = _upper(roots, count, problem.real)
+        return _part_of_all(quadratic(M, C, K), roots, meaningful, selection, words, statement)
+    count = len(roots) if proved else _number_of_roots(quadratic(M, C, K), roots)
+    if selection.modes is not None or not is_real:
+        meaningful, count = _upper(roots, count, is_real)
     verdict, criterion = words
     notes = () if roots else (NO_MOTION,)
     return SystemRoots(
@@ -336,15 +336,14 @@ def _roots_of_matrices(
 
 
 def _reduced_spectrum(
-    problem: Quadratic, matrices: tuple[Matrix, Matrix | None, Matrix]
+    matrices: tuple[Matrix, Matrix | None, Matrix],
 ) -> tuple[Known, tuple[str | None, str] | None]:
-    """All roots from the mass-normalised system, with the verdict and what decided it.
+    """All roots of real matrices from the mass-normalised system, with the verdict and what decided
+    it.
 
-    There are none, and no verdict, of complex matrices, where M is singular or not symmetric, and
-    where rounding hides slow roots: another solver is needed then.
+    There are none, and no verdict, where M is singular or not symmetric, and where rounding hides
+    slow roots: another solver is needed then.
     """
-    if not problem.real:
-        return (), None
     M, C, K = matrices
     try:
         reduced = reduce(M, C, K)
