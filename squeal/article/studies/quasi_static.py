@@ -66,22 +66,25 @@ def state_curves(pad: Pad, cells: int = CELLS) -> tuple[Curve, ...]:
     angles = math.pi * (np.arange(cells) + 0.5) / cells
 
     def codes(points: np.ndarray) -> np.ndarray:
+        """1 above the curve, and 2 more where the reaction is positive."""
         above, pressed = state_sides(pad, (points[0], points[1]))
         return np.asarray(above + 2 * pressed)
 
     grid = np.array(np.meshgrid(angles, angles, indexing="ij"))
     traced = outline(ENDS, angles, angles, codes(grid), codes)
-    below, above = 2, 3  # the curve, where the reaction is positive
-    return tuple(
-        tuple((round(first, 7), round(second, 7)) for first, second in curve.tolist())
-        for curve, sides in traced.curves
-        if sides == (below, above)
-    )
+    pressed_below = 2
+    pressed_above = 3
+    curves: list[Curve] = []
+    for points, sides in traced.curves:
+        if sides == (pressed_below, pressed_above):
+            curves.append(tuple((round(a1, 7), round(a2, 7)) for a1, a2 in points.tolist()))
+    return tuple(curves)
 
 
 def case_rows(pad: Pad) -> CaseRows:
     """The restricted state of a pad with F_n."""
-    rows, missed = row_pairs(pad), mismatch(pad)
+    rows = row_pairs(pad)
+    missed = mismatch(pad)
     exists = rows.R_12 > 0.0 and math.isclose(rows.x_12, rows.x_23, rel_tol=1e-12)
     return CaseRows(rows, missed, exists)
 
@@ -128,7 +131,8 @@ def study(files: Sequence[Path]) -> QuasiStatic:
 
 def sentences(record: QuasiStatic) -> dict[str, bool]:
     """What the paper says of the map."""
-    share, cases = record.share, record.cases
+    share = record.share
+    cases = record.cases
     others = [one for name, one in record.sets.items() if name != REFERENCE]
     return {
         "printed-conditions-hold-on-a-small-part": share.as_printed < 0.1,
