@@ -1,6 +1,7 @@
 """Critical speeds against closed forms: Jeffcott, an overhung disc, higher orders, damping."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from squeal.cli.main import main
 from squeal.errors import InputError
 from tests.queries.test_energy import rotor
 
+DATA = Path(__file__).parents[1] / "data"
 EYE, SPIN = np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]])
 
 
@@ -129,3 +131,21 @@ def test_the_command_prints_and_draws_and_refuses(tmp_path, capsys):
         assert main(["critical-speeds", file, *wrong]) == 2
     with pytest.raises(InputError, match="real matrices"):
         squeal.critical_speeds(squeal.System([[1.0]], K=[[1.0 + 1j]]), 2.0)
+
+
+def test_the_documented_rotor_of_ross():
+    """ROSS prints 92, 96, 271 and 300 rad/s for six shaft elements, two discs and two bearings."""
+    data = json.loads((DATA / "documented_rotor.json").read_text(encoding="utf-8"))
+    whole = {}
+    for name, entries in data["matrices"].items():
+        rows, columns, values = zip(*entries, strict=True)
+        shape = (data["rows"],) * 2
+        whole[name] = csc_array((values, (rows, columns)), shape=shape).toarray()
+    system = squeal.System(whole["M"], {"speed": whole["G"]}, whole["K"], parameter="speed")
+    found = squeal.critical_speeds(system, 400.0).critical
+    assert [one.speed for one in found] == pytest.approx(data["critical_speeds"], rel=1e-8)
+    assert [round(one.speed) for one in found] == [92, 96, 271, 300]
+    assert [one.direction for one in found] == [None, None, "backward", "forward"]
+    for speed, frequencies in data["frequencies"].items():
+        roots = squeal.eigenvalues(system, at=float(speed), modes=4).eigenvalues
+        assert [root.value.imag for root in roots] == pytest.approx(frequencies, rel=1e-8)
