@@ -35,7 +35,7 @@ def test_matrices_of_calculix_have_its_own_frequencies(tmp_path, monkeypatch):
     assert all(one.good for one in found), found
 
 
-@pytest.mark.parametrize("program", ["GNU Octave", "FreeFEM", "GetFEM", "Ansys"])
+@pytest.mark.parametrize("program", ["CalculiX's tests", "GNU Octave", "FreeFEM", "GetFEM", "Ansys"])
 def test_matrices_of_other_programs_have_their_own_frequencies(program, tmp_path):
     (source,) = [one for one in SOURCES if one.program.startswith(program)]
     if not source.is_there():
